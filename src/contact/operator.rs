@@ -1,0 +1,209 @@
+use super::{Law, Mat2, Vec2, Vec3};
+use nalgebra::DMatrix;
+
+/// Marks a side of a contact that belongs to no body of finite mass.
+pub const NO_BODY: u32 = u32::MAX;
+
+/// Jacobian rows of one block: local velocity `γ = J₁ u₁ + J₂ u₂`.
+///
+/// The rows already carry the sign of the side, so side 1 holds `−(n, r₁ × n)` for a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rows {
+    /// Index of the body of each side, or [`NO_BODY`].
+    pub bodies: [u32; 2],
+    /// `jacobian[side][row]`, rows (n, t).
+    pub jacobian: [[Vec3; 2]; 2],
+}
+
+impl Rows {
+    /// `γ` [m/s] at the given generalised velocities.
+    #[inline]
+    pub fn velocity(&self, velocities: &[Vec3]) -> Vec2 {
+        let mut gamma = Vec2::zeros();
+        for side in 0..2 {
+            let body = self.bodies[side];
+            if body != NO_BODY {
+                let u = &velocities[body as usize];
+                gamma.x += self.jacobian[side][0].dot(u);
+                gamma.y += self.jacobian[side][1].dot(u);
+            }
+        }
+        gamma
+    }
+
+    /// `u ← u + M⁻¹ Wᵀ P`.
+    #[inline]
+    pub fn push(&self, impulse: Vec2, inverse_mass: &[Vec3], velocities: &mut [Vec3]) {
+        for side in 0..2 {
+            let body = self.bodies[side];
+            if body != NO_BODY {
+                let j = &self.jacobian[side];
+                let generalised = j[0] * impulse.x + j[1] * impulse.y;
+                velocities[body as usize] +=
+                    generalised.component_mul(&inverse_mass[body as usize]);
+            }
+        }
+    }
+
+    /// `J_a M⁻¹ J_bᵀ` summed over the bodies that both blocks touch [1/kg].
+    pub fn coupling(&self, other: &Rows, inverse_mass: &[Vec3]) -> Mat2 {
+        let mut block = Mat2::zeros();
+        for a in 0..2 {
+            for b in 0..2 {
+                let body = self.bodies[a];
+                if body == NO_BODY || body != other.bodies[b] {
+                    continue;
+                }
+                let m = &inverse_mass[body as usize];
+                for i in 0..2 {
+                    for k in 0..2 {
+                        block[(i, k)] += self.jacobian[a][i]
+                            .component_mul(m)
+                            .dot(&other.jacobian[b][k]);
+                    }
+                }
+            }
+        }
+        block
+    }
+}
+
+/// `G = J M⁻¹ Jᵀ` kept as bodies and rows: one sweep over it is linear in the number of contacts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BodyOperator {
+    /// Inverse of the diagonal mass matrix, (1/m, 1/m, 1/J) a body; 0 locks a coordinate.
+    pub inverse_mass: Vec<Vec3>,
+    /// One entry a block.
+    pub rows: Vec<Rows>,
+}
+
+/// The Delassus operator `G` [1/kg] of a contact problem.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Delassus {
+    /// From bodies and Jacobian rows.
+    Bodies(BodyOperator),
+    /// Explicit, 2n × 2n, symmetric, rows (n, t) per block.
+    Dense(DMatrix<f64>),
+}
+
+/// What a sweep carries along: body velocities `M⁻¹ Jᵀ P` or local velocities `G P`.
+#[derive(Debug, Clone, Default)]
+pub struct SweepState {
+    bodies: Vec<Vec3>,
+    local: Vec<Vec2>,
+}
+
+impl Delassus {
+    /// An explicit operator.
+    ///
+    /// # Panics
+    /// If the matrix is not square with an even number of rows.
+    pub fn dense(matrix: DMatrix<f64>) -> Self {
+        assert!(matrix.is_square() && matrix.nrows() % 2 == 0);
+        Delassus::Dense(matrix)
+    }
+
+    /// Number of blocks.
+    pub fn blocks(&self) -> usize {
+        match self {
+            Delassus::Bodies(op) => op.rows.len(),
+            Delassus::Dense(m) => m.nrows() / 2,
+        }
+    }
+
+    /// `G_ii`.
+    pub fn diagonal(&self, i: usize) -> Mat2 {
+        self.block(i, i)
+    }
+
+    /// `G_ij`.
+    pub fn block(&self, i: usize, j: usize) -> Mat2 {
+        match self {
+            Delassus::Bodies(op) => op.rows[i].coupling(&op.rows[j], &op.inverse_mass),
+            Delassus::Dense(m) => m.fixed_view::<2, 2>(2 * i, 2 * j).into_owned(),
+        }
+    }
+
+    /// `G P` [m/s].
+    pub fn apply(&self, impulses: &[Vec2]) -> Vec<Vec2> {
+        let state = self.start(impulses);
+        (0..self.blocks()).map(|i| self.read(i, &state)).collect()
+    }
+
+    /// State of a sweep that starts from `impulses`.
+    pub fn start(&self, impulses: &[Vec2]) -> SweepState {
+        let mut state = SweepState::default();
+        self.restart(impulses, &mut state);
+        state
+    }
+
+    /// As [`Delassus::start`], into buffers that exist.
+    pub fn restart(&self, impulses: &[Vec2], state: &mut SweepState) {
+        match self {
+            Delassus::Bodies(op) => {
+                state.bodies.clear();
+                state.bodies.resize(op.inverse_mass.len(), Vec3::zeros());
+                for (rows, &p) in op.rows.iter().zip(impulses) {
+                    if p != Vec2::zeros() {
+                        rows.push(p, &op.inverse_mass, &mut state.bodies);
+                    }
+                }
+            }
+            Delassus::Dense(m) => {
+                let n = impulses.len();
+                state.local.clear();
+                state.local.extend((0..n).map(|i| {
+                    (0..n).fold(Vec2::zeros(), |sum, j| {
+                        sum + m.fixed_view::<2, 2>(2 * i, 2 * j) * impulses[j]
+                    })
+                }));
+            }
+        }
+    }
+
+    /// `(G P)_i` in the current state.
+    #[inline]
+    pub fn read(&self, i: usize, state: &SweepState) -> Vec2 {
+        match self {
+            Delassus::Bodies(op) => op.rows[i].velocity(&state.bodies),
+            Delassus::Dense(_) => state.local[i],
+        }
+    }
+
+    /// Adds `change` to impulse `i`.
+    #[inline]
+    pub fn push(&self, i: usize, change: Vec2, state: &mut SweepState) {
+        match self {
+            Delassus::Bodies(op) => {
+                op.rows[i].push(change, &op.inverse_mass, &mut state.bodies);
+            }
+            Delassus::Dense(m) => {
+                for (j, local) in state.local.iter_mut().enumerate() {
+                    *local += m.fixed_view::<2, 2>(2 * j, 2 * i) * change;
+                }
+            }
+        }
+    }
+
+    /// Explicit matrix of the rows that `laws` use, and the position of each block's first row.
+    pub fn assemble(&self, laws: &[Law]) -> (DMatrix<f64>, Vec<usize>) {
+        let mut first = Vec::with_capacity(laws.len());
+        let mut size = 0;
+        for law in laws {
+            first.push(size);
+            size += law.rows();
+        }
+        let mut matrix = DMatrix::zeros(size, size);
+        for (i, a) in laws.iter().enumerate() {
+            for (j, b) in laws.iter().enumerate() {
+                let block = self.block(i, j);
+                for r in 0..a.rows() {
+                    for c in 0..b.rows() {
+                        matrix[(first[i] + r, first[j] + c)] = block[(r, c)];
+                    }
+                }
+            }
+        }
+        (matrix, first)
+    }
+}

@@ -1,0 +1,156 @@
+use super::{Delassus, Vec2};
+use thiserror::Error;
+
+/// What one block of rows obeys. A block has two rows (n, t) or one (n).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// Unilateral contact with Coulomb friction, `0 ≤ P_N ⟂ ξ_N ≥ 0`, `−P_T ∈ μ P_N Sgn(ξ_T)`.
+    ///
+    /// With `friction = 0` the block has one row. `compliance` is `R ≥ 0` [1/kg] of a
+    /// visco-elastic contact, `ξ_N = (G P + b)_N + R P_N`.
+    Contact { friction: f64, compliance: f64 },
+    /// Two bilateral rows, `ξ = 0`: a pin.
+    Pin,
+    /// One row with a bounded impulse, `−ξ ∈ N_{[lower, upper]}(P)` [N s]: a motor with a torque
+    /// limit, a friction row of known normal load, and with infinite bounds one bilateral row.
+    Bounded { lower: f64, upper: f64 },
+}
+
+impl Law {
+    /// Number of rows, 1 or 2.
+    pub fn rows(&self) -> usize {
+        match self {
+            Law::Contact { friction, .. } if *friction > 0.0 => 2,
+            Law::Pin => 2,
+            _ => 1,
+        }
+    }
+
+    /// `R` [1/kg], zero for every law but a compliant contact.
+    pub fn compliance(&self) -> f64 {
+        match self {
+            Law::Contact { compliance, .. } => *compliance,
+            _ => 0.0,
+        }
+    }
+}
+
+/// One frictional contact problem: find `P` with equations (1) and (2) of [`crate::contact`].
+///
+/// A plain value: it knows no engine, can be stored, and any solver can take it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactProblem {
+    /// Delassus operator `G` [1/kg], n blocks by n blocks.
+    pub operator: Delassus,
+    /// Free term `b` [m/s], one pair a block; the second number of a one-row block is ignored.
+    pub free: Vec<Vec2>,
+    /// One law a block.
+    pub laws: Vec<Law>,
+}
+
+/// What is wrong with a contact problem.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ContactError {
+    /// The operator, free term and laws disagree in length.
+    #[error("contact problem: {blocks} blocks in the operator, {free} free terms, {laws} laws")]
+    Shape {
+        blocks: usize,
+        free: usize,
+        laws: usize,
+    },
+    /// A number is NaN or infinite where it must be finite.
+    #[error("contact problem: block {contact} holds a number that is not finite")]
+    NonFinite { contact: usize },
+    /// Friction, compliance or bounds are outside their range.
+    #[error("contact problem: block {contact}: {what} is {value}, must be {allowed}")]
+    Range {
+        contact: usize,
+        what: &'static str,
+        value: f64,
+        allowed: &'static str,
+    },
+    /// A block joins two sides that cannot move: it has no row (`tr G_ii = 0`).
+    #[error("contact problem: block {contact} joins two sides of infinite mass")]
+    Immovable { contact: usize },
+}
+
+impl ContactProblem {
+    /// Number of blocks.
+    pub fn len(&self) -> usize {
+        self.laws.len()
+    }
+
+    /// Whether the problem holds no block.
+    pub fn is_empty(&self) -> bool {
+        self.laws.is_empty()
+    }
+
+    /// Checks the whole problem.
+    ///
+    /// # Errors
+    /// [`ContactError::Shape`], [`ContactError::NonFinite`], [`ContactError::Range`] (μ ≥ 0,
+    /// R ≥ 0, lower ≤ upper), [`ContactError::Immovable`].
+    pub fn validate(&self) -> Result<(), ContactError> {
+        if self.operator.blocks() != self.len() || self.free.len() != self.len() {
+            return Err(ContactError::Shape {
+                blocks: self.operator.blocks(),
+                free: self.free.len(),
+                laws: self.len(),
+            });
+        }
+        for (contact, law) in self.laws.iter().enumerate() {
+            let range = |what, value, allowed| ContactError::Range {
+                contact,
+                what,
+                value,
+                allowed,
+            };
+            let block = self.operator.diagonal(contact);
+            let rows = law.rows();
+            if !self.free[contact].x.is_finite()
+                || (rows == 2 && !self.free[contact].y.is_finite())
+                || block.iter().any(|x| !x.is_finite())
+            {
+                return Err(ContactError::NonFinite { contact });
+            }
+            match *law {
+                Law::Contact {
+                    friction,
+                    compliance,
+                } => {
+                    if !(friction >= 0.0 && friction.is_finite()) {
+                        return Err(range("friction", friction, "finite and at least 0"));
+                    }
+                    if !(compliance >= 0.0 && compliance.is_finite()) {
+                        return Err(range("compliance", compliance, "finite and at least 0"));
+                    }
+                }
+                Law::Bounded { lower, upper } => {
+                    if lower.is_nan() || upper.is_nan() || lower > upper {
+                        return Err(range("lower bound", lower, "at most the upper bound"));
+                    }
+                }
+                Law::Pin => {}
+            }
+            let trace = if rows == 2 { block.trace() } else { block[(0, 0)] };
+            if trace + law.compliance() <= 0.0 {
+                return Err(ContactError::Immovable { contact });
+            }
+        }
+        Ok(())
+    }
+
+    /// `ξ = G P + b + (R P_N, 0)` [m/s] of every block; the tangential number of a one-row block
+    /// is 0.
+    pub fn local_velocity(&self, impulses: &[Vec2]) -> Vec<Vec2> {
+        let mut xi = self.operator.apply(impulses);
+        for (i, x) in xi.iter_mut().enumerate() {
+            *x += self.free[i];
+            x.x += self.laws[i].compliance() * impulses[i].x;
+            if self.laws[i].rows() == 1 {
+                x.y = 0.0;
+            }
+        }
+        xi
+    }
+}

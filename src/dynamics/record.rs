@@ -1,0 +1,118 @@
+//! The record of a step: what every report, chart and wear law reads.
+
+use crate::contact::Vec2;
+
+/// What a contact did in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactStatus {
+    Open,
+    Stick,
+    /// Sliding with positive tangential velocity.
+    SlipPlus,
+    /// Sliding with negative tangential velocity.
+    SlipMinus,
+    /// A rebounding impact.
+    Impact,
+}
+
+impl ContactStatus {
+    /// The word of the `status` column.
+    pub fn word(self) -> &'static str {
+        match self {
+            ContactStatus::Open => "open",
+            ContactStatus::Stick => "stick",
+            ContactStatus::SlipPlus => "slip+",
+            ContactStatus::SlipMinus => "slip-",
+            ContactStatus::Impact => "impact",
+        }
+    }
+}
+
+/// One contact in one step. Signs as in [`crate::contact`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactRecord {
+    /// The model's number of each body; [`crate::contact::NO_BODY`] is not used here.
+    pub bodies: [u32; 2],
+    /// Where on the surface the contact lies: the model's cell number (0 where it has none).
+    pub cell: u32,
+    /// Contact point [m] and unit normal, at the configuration where it was detected.
+    pub position: Vec2,
+    pub normal: Vec2,
+    /// `g_N` [m] there; positive is open.
+    pub gap: f64,
+    /// `P_N`, `P_T` [N s].
+    pub impulse_n: f64,
+    pub impulse_t: f64,
+    /// `Δt γ̄_T` [m], `γ̄ = (γ_A + γ_E)/2`; exactly 0 for a contact that sticks now and stuck before.
+    pub slip: f64,
+    /// `P_N |γ̄_T|` [N m], what Archard's law eats.
+    pub load_slip: f64,
+    /// `−P_T γ̄_T` [J], energy taken by friction.
+    pub friction_work: f64,
+    pub status: ContactStatus,
+}
+
+/// Energy that the impulses of a step gave to the bodies, by source [J].
+///
+/// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is the change of kinetic energy
+/// exactly (see [`StepEnergy::imbalance`]).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepEnergy {
+    /// Kinetic energy at the start and at the end of the step.
+    pub kinetic_start: f64,
+    pub kinetic_end: f64,
+    /// Potential energy at the end, where the model has one.
+    pub potential_end: f64,
+    /// Gravity and applied forces.
+    pub forces: f64,
+    /// Normal and tangential contact impulses.
+    pub contact_n: f64,
+    pub contact_t: f64,
+    /// Bilateral rows, which do no work on a fixed support.
+    pub joints: f64,
+    /// Motor rows.
+    pub motors: f64,
+}
+
+impl StepEnergy {
+    /// `ΔT − Σ work` [J]: round-off, whatever the scene.
+    pub fn imbalance(&self) -> f64 {
+        (self.kinetic_end - self.kinetic_start)
+            - (self.forces + self.contact_n + self.contact_t + self.joints + self.motors)
+    }
+}
+
+/// One step of a simulation.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepRecord {
+    /// Time at the end of the step [s] and its length [s].
+    pub time: f64,
+    pub dt: f64,
+    /// Every active contact, in the model's order.
+    pub contacts: Vec<ContactRecord>,
+    pub islands: usize,
+    pub sweeps: usize,
+    pub factorisations: usize,
+    pub pivots: usize,
+    /// Worst island: relative (no unit) and velocity (m/s) natural map.
+    pub residual: f64,
+    pub residual_velocity: f64,
+    /// Islands that the judge did not certify.
+    pub unsolved: usize,
+    /// Islands in which the active contacts outnumber the coordinates, so that the shares of
+    /// load are not unique.
+    pub redundant: usize,
+    /// Islands whose restitution was capped, and whose push-outs had to be dropped.
+    pub capped: usize,
+    pub relaxed: usize,
+    pub energy: StepEnergy,
+    /// Deepest penetration [m] of the contacts detected, at the midpoint where they were detected.
+    pub penetration_mid: f64,
+}
+
+impl StepRecord {
+    /// Sum of `friction_work` over the contacts [J].
+    pub fn friction_work(&self) -> f64 {
+        self.contacts.iter().map(|c| c.friction_work).sum()
+    }
+}

@@ -1,0 +1,6 @@
+//! Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
+#![forbid(unsafe_code)]
+
+pub mod contact;
+pub mod solver;
+pub mod dynamics;

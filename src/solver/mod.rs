@@ -1,0 +1,95 @@
+//! Impulse solvers: one trait, one file a method, one table of all.
+//!
+//! Every result is judged by [`crate::contact::natural_map`] from the problem and the impulses
+//! alone; a solver's own word is never reported.
+
+mod nsgs;
+
+pub use nsgs::Nsgs;
+
+use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
+
+/// How a solve ended. Not converging is an outcome, not an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolveStatus {
+    /// The judge certifies the impulses at the tolerance asked for.
+    Solved,
+    /// The budget ran out or the method does not apply; the best impulses found are returned.
+    Unsolved,
+}
+
+/// What a solve did, and how good its impulses are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    pub status: SolveStatus,
+    /// Passes over all blocks (Gauss-Seidel and kin).
+    pub sweeps: usize,
+    /// Factorisations of a linear system.
+    pub factorisations: usize,
+    /// Pivots of a complementary pivoting method.
+    pub pivots: usize,
+    /// The judge's figure for the impulses returned.
+    pub residual: Residual,
+}
+
+impl SolveReport {
+    /// Lets the judge decide whether `impulses` solve `problem` at `tolerance`.
+    pub fn judged(problem: &ContactProblem, impulses: &[Vec2], tolerance: f64) -> Self {
+        let residual = natural_map(problem, impulses);
+        SolveReport {
+            status: if residual.certified(tolerance) {
+                SolveStatus::Solved
+            } else {
+                SolveStatus::Unsolved
+            },
+            sweeps: 0,
+            factorisations: 0,
+            pivots: 0,
+            residual,
+        }
+    }
+
+    /// Whether the judge certified the impulses.
+    pub fn solved(&self) -> bool {
+        self.status == SolveStatus::Solved
+    }
+
+    /// Adds the work of an earlier attempt at the same problem.
+    pub fn after(mut self, earlier: &SolveReport) -> Self {
+        self.sweeps += earlier.sweeps;
+        self.factorisations += earlier.factorisations;
+        self.pivots += earlier.pivots;
+        self
+    }
+}
+
+/// A method that finds the impulses of one contact problem.
+pub trait ImpulseSolver: Send {
+    /// The name a user types.
+    fn name(&self) -> &'static str;
+
+    /// Solves `problem` to `Residual::certified(tolerance)`.
+    ///
+    /// # Arguments
+    /// - `problem`: valid ([`ContactProblem::validate`]).
+    /// - `impulses`: one pair a block [N s]; the start on entry (zeros when cold), the result on
+    ///   return. The result is finite whenever the problem is.
+    /// - `tolerance`: relative, no unit, see [`Residual::certified`].
+    fn solve(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+    ) -> SolveReport;
+}
+
+/// Names of all solvers, in the order the help shows them.
+pub const SOLVERS: [&str; 1] = ["nsgs"];
+
+/// The solver of that name, or `None`.
+pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
+    Some(match name {
+        "nsgs" => Box::new(Nsgs::default()),
+        _ => return None,
+    })
+}
