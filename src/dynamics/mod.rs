@@ -1,1 +1,29 @@
+//! Moreau's midpoint step over any multibody model.
+//!
+//! ```text
+//! q_M = q_A + u_A Δt/2                                                        (1)
+//! contacts at q_M: gaps g, frames, rows W                                     (2)
+//! u_F = u_A + M⁻¹ h Δt                                                        (3)
+//! impulses P from the contact problem of `crate::contact`                     (4)
+//! u_E = u_F + M⁻¹ W P                                                         (5)
+//! q_E = q_M + u_E Δt/2                                                        (6)
+//! ```
+//!
+//! What enters (4) for each contact is the [`Scheme`]: the published activation rule, or the
+//! staggered one, which is second order in persistent contact.
+
+mod cap;
+mod islands;
+mod model;
 pub mod record;
+mod rotor;
+mod rules;
+mod stepper;
+
+pub use model::{
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel,
+    NormalLaw,
+};
+pub use rotor::{Rotor, RotorContact, RotorMotor};
+pub use rules::Scheme;
+pub use stepper::{MoreauStepper, StepError, StepperSettings};

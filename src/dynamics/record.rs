@@ -31,8 +31,10 @@ impl ContactStatus {
 /// One contact in one step. Signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactRecord {
-    /// The model's number of each body; [`crate::contact::NO_BODY`] is not used here.
+    /// The model's number of each body; [`crate::contact::NO_BODY`] for the outside world.
     pub bodies: [u32; 2],
+    /// The model's number of each surface: a body may have several.
+    pub surfaces: [u32; 2],
     /// Where on the surface the contact lies: the model's cell number (0 where it has none).
     pub cell: u32,
     /// Contact point [m] and unit normal, at the configuration where it was detected.
@@ -106,8 +108,11 @@ pub struct StepRecord {
     pub capped: usize,
     pub relaxed: usize,
     pub energy: StepEnergy,
-    /// Deepest penetration [m] of the contacts detected, at the midpoint where they were detected.
-    pub penetration_mid: f64,
+    /// Worst penetration [m] at the end of the step, carried there from the midpoint with the
+    /// end velocity, contacts in an impact left out.
+    pub penetration: f64,
+    /// Worst penetration [m] at which an impact was noticed.
+    pub penetration_impact: f64,
 }
 
 impl StepRecord {

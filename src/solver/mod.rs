@@ -3,8 +3,15 @@
 //! Every result is judged by [`crate::contact::natural_map`] from the problem and the impulses
 //! alone; a solver's own word is never reported.
 
+mod auto;
+mod direct;
+mod enumeration;
 mod nsgs;
+mod sparse;
 
+pub use auto::Auto;
+pub use direct::Direct;
+pub use enumeration::Enumeration;
 pub use nsgs::Nsgs;
 
 use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
@@ -84,11 +91,14 @@ pub trait ImpulseSolver: Send {
 }
 
 /// Names of all solvers, in the order the help shows them.
-pub const SOLVERS: [&str; 1] = ["nsgs"];
+pub const SOLVERS: [&str; 4] = ["auto", "enumeration", "nsgs", "direct"];
 
 /// The solver of that name, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
     Some(match name {
+        "auto" => Box::new(Auto::default()),
+        "enumeration" => Box::new(Enumeration::default()),
+        "direct" => Box::new(Direct::default()),
         "nsgs" => Box::new(Nsgs::default()),
         _ => return None,
     })

@@ -1,0 +1,145 @@
+//! Newton's restitution without invented energy.
+
+use crate::contact::{ContactProblem, Law, Vec2};
+use crate::solver::{ImpulseSolver, SolveReport};
+
+/// What an island's rigid contacts did to the energy.
+pub(super) struct Capped {
+    pub report: SolveReport,
+    /// Whether the impulses were blended down.
+    pub capped: bool,
+}
+
+/// One block of the island as the cap sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CapBlock {
+    /// Relative velocity at the start of the step [m/s].
+    pub gamma_a: Vec2,
+    /// What the rule added to `γ_F`: `b = γ_F + free`.
+    pub free: Vec2,
+    /// A rigid unilateral contact; others store or feed energy rightly and are exempt.
+    pub rigid: bool,
+    /// A rebounding impact.
+    pub impact: bool,
+}
+
+/// Bounds the energy that rigid contacts add,
+///
+/// ```text
+/// W(P) = Σ Pᵀ (γ_A + γ_E)/2 ≤ 0                                              (1)
+/// ```
+///
+/// Where a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`) it
+/// is solved again without restitution and push-out, and the two answers are blended with the
+/// largest share of the first that keeps (1). Both lie in the cone and keep the bodies apart, and
+/// so does the blend, by convexity.
+///
+/// # Source
+/// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
+/// for why Newton's law needs it.
+pub(super) fn cap(
+    solver: &mut dyn ImpulseSolver,
+    problem: &ContactProblem,
+    blocks: &[CapBlock],
+    impulses: &mut [Vec2],
+    report: SolveReport,
+    tolerance: f64,
+) -> Capped {
+    let impact = blocks.iter().any(|b| b.impact);
+    // without an impact or a push-out nothing can feed energy in
+    if !impact && blocks.iter().all(|b| b.free.x >= 0.0 && b.free.y == 0.0) {
+        return Capped {
+            report,
+            capped: false,
+        };
+    }
+    let end = |p: &[Vec2], problem: &ContactProblem, free: &dyn Fn(usize) -> Vec2| {
+        let mut gamma = problem.operator.apply(p);
+        for (i, g) in gamma.iter_mut().enumerate() {
+            *g += problem.free[i] - free(i);
+        }
+        gamma
+    };
+    let work = |p: &[Vec2], gamma: &[Vec2]| -> f64 {
+        (0..p.len())
+            .filter(|&i| blocks[i].rigid)
+            .map(|i| 0.5 * p[i].dot(&(blocks[i].gamma_a + gamma[i])))
+            .sum()
+    };
+    let first = impulses.to_vec();
+    let gamma_1 = end(&first, problem, &|i| blocks[i].free);
+    let scale: f64 = (0..first.len())
+        .filter(|&i| blocks[i].rigid)
+        .map(|i| 0.5 * first[i].norm_squared() * problem.operator.diagonal(i).trace())
+        .sum();
+    let allowed = if impact { 1e-13 } else { 0.02 } * scale;
+    if work(&first, &gamma_1) <= allowed {
+        return Capped {
+            report,
+            capped: false,
+        };
+    }
+    let mut plain = problem.clone();
+    let calm = |i: usize| {
+        if blocks[i].rigid {
+            Vec2::new(blocks[i].free.x.max(0.0), 0.0)
+        } else {
+            blocks[i].free
+        }
+    };
+    for (i, b) in plain.free.iter_mut().enumerate() {
+        *b += calm(i) - blocks[i].free;
+    }
+    let mut zero = vec![Vec2::zeros(); first.len()];
+    let second = solver.solve(&plain, &mut zero, tolerance);
+    let gamma_0 = end(&zero, &plain, &calm);
+    let at = |s: f64| {
+        let p: Vec<Vec2> = zero.iter().zip(&first).map(|(a, b)| a.lerp(b, s)).collect();
+        let g: Vec<Vec2> = gamma_0
+            .iter()
+            .zip(&gamma_1)
+            .map(|(a, b)| a.lerp(b, s))
+            .collect();
+        (work(&p, &g), p)
+    };
+    let share = largest_share([at(0.0).0, at(0.5).0, at(1.0).0]);
+    impulses.copy_from_slice(&at(share).1);
+    // the blend solves neither problem to the letter: it is as good as the worse of the two
+    let mut report = report.after(&second);
+    if !second.solved() {
+        report.status = second.status;
+        report.residual = second.residual;
+    }
+    Capped {
+        report,
+        capped: true,
+    }
+}
+
+/// Largest `s` in [0, 1] with `w(s) ≤ 0`, `w` the parabola through (0, ½, 1).
+fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
+    let curvature = 2.0 * (w0 + w1) - 4.0 * wh;
+    let slope = w1 - w0 - curvature;
+    if w1 <= 0.0 {
+        return 1.0;
+    }
+    if w0 >= 0.0 {
+        return 0.0;
+    }
+    // exactly one crossing in (0, 1): w0 < 0 < w1
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let s = 0.5 * (low + high);
+        if w0 + s * (slope + s * curvature) <= 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+    }
+    low
+}
+
+/// Whether a law is a rigid unilateral contact.
+pub(super) fn is_rigid(law: &Law) -> bool {
+    matches!(law, Law::Contact { compliance, .. } if *compliance == 0.0)
+}

@@ -1,0 +1,92 @@
+//! Groups of bodies that share contacts: each is a contact problem of its own.
+
+use crate::contact::{NO_BODY, Rows};
+
+/// Splits blocks of rows into islands of bodies connected by them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Islands {
+    parent: Vec<u32>,
+    /// Blocks grouped by island: `blocks[start[k]..start[k + 1]]`, ascending within an island.
+    blocks: Vec<u32>,
+    start: Vec<u32>,
+}
+
+impl Islands {
+    /// Groups `rows` over `bodies` bodies; islands come in the order of their first block.
+    pub fn build(&mut self, bodies: usize, rows: &[Rows]) {
+        self.parent.clear();
+        self.parent.extend(0..bodies as u32);
+        for block in rows {
+            let [a, b] = block.bodies;
+            if a != NO_BODY && b != NO_BODY {
+                let (a, b) = (self.find(a), self.find(b));
+                self.parent[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut number = vec![u32::MAX; bodies];
+        let mut count: Vec<u32> = Vec::new();
+        let mut of_block = Vec::with_capacity(rows.len());
+        for block in rows {
+            let [a, b] = block.bodies;
+            let root = self.find(if a != NO_BODY { a } else { b }) as usize;
+            if number[root] == u32::MAX {
+                number[root] = count.len() as u32;
+                count.push(0);
+            }
+            count[number[root] as usize] += 1;
+            of_block.push(number[root]);
+        }
+        self.start.clear();
+        self.start.push(0);
+        for &c in &count {
+            self.start.push(self.start[self.start.len() - 1] + c);
+        }
+        let mut next = self.start.clone();
+        self.blocks.clear();
+        self.blocks.resize(rows.len(), 0);
+        for (block, &island) in of_block.iter().enumerate() {
+            let slot = &mut next[island as usize];
+            self.blocks[*slot as usize] = block as u32;
+            *slot += 1;
+        }
+    }
+
+    /// Number of islands.
+    pub fn len(&self) -> usize {
+        self.start.len().saturating_sub(1)
+    }
+
+    /// The blocks of island `k`, ascending.
+    pub fn blocks(&self, k: usize) -> &[u32] {
+        &self.blocks[self.start[k] as usize..self.start[k + 1] as usize]
+    }
+
+    fn find(&mut self, mut body: u32) -> u32 {
+        while self.parent[body as usize] != body {
+            let up = self.parent[body as usize];
+            self.parent[body as usize] = self.parent[up as usize];
+            body = self.parent[body as usize];
+        }
+        body
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Vec3;
+
+    #[test]
+    fn fixed_supports_do_not_join_islands() {
+        let rows = |a, b| Rows {
+            bodies: [a, b],
+            jacobian: [[Vec3::zeros(); 2]; 2],
+        };
+        let mut islands = Islands::default();
+        let all = [rows(NO_BODY, 3), rows(0, 1), rows(NO_BODY, 1), rows(2, 3)];
+        islands.build(5, &all);
+        assert_eq!(islands.len(), 2);
+        assert_eq!(islands.blocks(0), &[0, 3]);
+        assert_eq!(islands.blocks(1), &[1, 2]);
+    }
+}

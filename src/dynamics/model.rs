@@ -1,0 +1,134 @@
+use crate::contact::{Rows, Vec2, Vec3};
+use thiserror::Error;
+
+/// Names a contact from step to step, so that impulses can be matched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ContactKey {
+    /// The two surfaces, as the model numbers them.
+    pub pair: u64,
+    /// The features of the two surfaces that touch.
+    pub feature: u64,
+}
+
+/// What carries the load along the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NormalLaw {
+    /// Rigid, with Newton's coefficient of restitution in [0, 1].
+    Rigid { restitution: f64 },
+    /// Kelvin-Voigt: stiffness `k` [N/m] and damping `c` [N s/m], implicit.
+    ViscoElastic { stiffness: f64, damping: f64 },
+    /// The normal force [N] is given; only friction is solved.
+    Load { force: f64 },
+}
+
+/// One contact at the configuration where it was detected. Signs as in [`crate::contact`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactPoint {
+    pub key: ContactKey,
+    /// Rows (n, t) over the model's velocity blocks.
+    pub rows: Rows,
+    /// The model's numbers of both bodies and of the cell, for the record.
+    pub bodies: [u32; 2],
+    /// The model's numbers of both surfaces: a body may have several.
+    pub surfaces: [u32; 2],
+    pub cell: u32,
+    /// Point [m], unit normal, gap [m].
+    pub position: Vec2,
+    pub normal: Vec2,
+    pub gap: f64,
+    /// What the gap cannot resolve [m]: smaller gaps count as zero.
+    pub gap_noise: f64,
+    pub friction: f64,
+    pub law: NormalLaw,
+    /// Tangential velocity that a moving surface adds to the relative velocity [m/s].
+    pub surface_velocity: f64,
+}
+
+/// What a joint row asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointKind {
+    /// Two rows that close `gap` [m].
+    Pin { gap: Vec2 },
+    /// One row driven to `speed` [rad/s or m/s] by at most `max_force` [N m or N].
+    Motor { speed: f64, max_force: f64 },
+}
+
+/// Rows of a joint or motor; a motor uses the first row only.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointRow {
+    pub key: ContactKey,
+    pub rows: Rows,
+    pub kind: JointKind,
+}
+
+/// Everything a model finds at one configuration, in a fixed order.
+#[derive(Debug, Clone, Default)]
+pub struct Detection {
+    pub contacts: Vec<ContactPoint>,
+    pub joints: Vec<JointRow>,
+}
+
+impl Detection {
+    pub(super) fn clear(&mut self) {
+        self.contacts.clear();
+        self.joints.clear();
+    }
+}
+
+/// What a model cannot go on with.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ModelError {
+    /// A thing in the user's world that is not supported, named.
+    #[error("{0}")]
+    Unsupported(String),
+    /// A thing in the user's world that cannot be simulated, named.
+    #[error("{0}")]
+    Invalid(String),
+}
+
+/// Bodies, their motion and their contacts: the seam between the stepper and any engine.
+///
+/// Velocities come in blocks of three, one a body; a model with fewer coordinates gives the
+/// missing ones an inverse mass of zero. A body that moves on its own (kinematic) has inverse
+/// mass zero and the velocity it has.
+pub trait MultibodyModel {
+    /// Called once at the start of a step of length `dt` [s]; the place to read what a user
+    /// changed since the last one.
+    ///
+    /// # Errors
+    /// [`ModelError`], before anything has moved.
+    fn begin_step(&mut self, _dt: f64) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// `u`, one block a body [m/s, m/s, rad/s].
+    fn velocities(&self) -> &[Vec3];
+
+    /// Replaces `u`.
+    fn set_velocities(&mut self, velocities: &[Vec3]);
+
+    /// Diagonal of `M⁻¹`, one block a body.
+    fn inverse_mass(&self) -> &[Vec3];
+
+    /// Generalised forces `h` [N, N, N m] at the present configuration and the velocities of the
+    /// start of the step; `out` holds zeros on entry.
+    fn forces(&self, time: f64, out: &mut [Vec3]);
+
+    /// `q ← q + u dt`.
+    fn advance(&mut self, dt: f64);
+
+    /// Contacts and joint rows at the present configuration. Every contact that may close within
+    /// `dt` must be there, in an order that does not depend on anything but the state.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError>;
+
+    /// Potential energy [J] of the present configuration; 0 where the model has none.
+    fn potential_energy(&self) -> f64 {
+        0.0
+    }
+
+    /// Called once at the end of a step.
+    fn end_step(&mut self) {}
+}

@@ -1,0 +1,170 @@
+use super::model::{
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel,
+    NormalLaw,
+};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+
+/// A contact of a rotor: constant levers, gap linear in the angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RotorContact {
+    /// `γ_N = w_N u`, `γ_T = w_T u` [m].
+    pub lever: Vec2,
+    /// Gap at the reference angle [m]; it changes by `w_N` per radian.
+    pub gap: f64,
+    pub friction: f64,
+    pub law: NormalLaw,
+    /// Where it lies in the rotor frame [m], for the record.
+    pub position: Vec2,
+}
+
+/// A motor that holds a rotor's speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RotorMotor {
+    /// [rad/s]
+    pub speed: f64,
+    /// [N m]
+    pub max_torque: f64,
+}
+
+/// A body on a fixed axle with one coordinate: `M u̇ = T + m g l_m sin ψ`-like moments and contacts.
+///
+/// ```text
+/// M u̇ = T − G cos θ + Σ (w_N P_N + w_T P_T) / Δt                             (1)
+/// ```
+///
+/// Model no more than a scene needs: where a full planar body on a revolute joint takes five
+/// unknowns, this takes one, and 26 contacts on it make a contact problem of rank one.
+///
+/// # Source
+/// Glocker & Studer (2005) for the step; the rotor is the thresher study's (section 2 of it).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rotor {
+    /// Moment of inertia about the axis [kg m²].
+    pub inertia: f64,
+    /// Applied torque [N m].
+    pub torque: f64,
+    /// Weight moment `m g l_m` [N m], acting as `−G cos θ`.
+    pub weight_moment: f64,
+    /// θ [rad] and the angle at which the gaps are given.
+    pub angle: f64,
+    pub reference_angle: f64,
+    pub contacts: Vec<RotorContact>,
+    pub motor: Option<RotorMotor>,
+    velocity: [Vec3; 1],
+    inverse: [Vec3; 1],
+}
+
+impl Rotor {
+    /// A rotor at `angle` [rad] turning with `speed` [rad/s], free of contacts.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] unless the inertia is finite and positive and the rest finite.
+    pub fn new(inertia: f64, angle: f64, speed: f64) -> Result<Rotor, ModelError> {
+        if !(inertia > 0.0 && inertia.is_finite()) {
+            return Err(ModelError::Invalid(format!(
+                "rotor: inertia is {inertia} kg m2, must be finite and above 0"
+            )));
+        }
+        if !angle.is_finite() || !speed.is_finite() {
+            return Err(ModelError::Invalid(format!(
+                "rotor: angle {angle} rad and speed {speed} rad/s must be finite"
+            )));
+        }
+        Ok(Rotor {
+            inertia,
+            torque: 0.0,
+            weight_moment: 0.0,
+            angle,
+            reference_angle: angle,
+            contacts: Vec::new(),
+            motor: None,
+            velocity: [Vec3::new(0.0, 0.0, speed)],
+            inverse: [Vec3::new(0.0, 0.0, 1.0 / inertia)],
+        })
+    }
+
+    /// `u` [rad/s].
+    pub fn speed(&self) -> f64 {
+        self.velocity[0].z
+    }
+
+    /// Sets `u` [rad/s].
+    pub fn set_speed(&mut self, speed: f64) {
+        self.velocity[0].z = speed;
+    }
+
+    fn rows(lever: Vec2) -> Rows {
+        let zero = [Vec3::zeros(); 2];
+        Rows {
+            bodies: [NO_BODY, 0],
+            jacobian: [
+                zero,
+                [Vec3::new(0.0, 0.0, lever.x), Vec3::new(0.0, 0.0, lever.y)],
+            ],
+        }
+    }
+}
+
+impl MultibodyModel for Rotor {
+    fn velocities(&self) -> &[Vec3] {
+        &self.velocity
+    }
+
+    fn set_velocities(&mut self, velocities: &[Vec3]) {
+        self.velocity.copy_from_slice(velocities);
+    }
+
+    fn inverse_mass(&self) -> &[Vec3] {
+        &self.inverse
+    }
+
+    fn forces(&self, _time: f64, out: &mut [Vec3]) {
+        out[0].z = self.torque - self.weight_moment * self.angle.cos();
+    }
+
+    fn advance(&mut self, dt: f64) {
+        self.angle += self.velocity[0].z * dt;
+    }
+
+    fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {
+        let turned = self.angle - self.reference_angle;
+        for (i, c) in self.contacts.iter().enumerate() {
+            out.contacts.push(ContactPoint {
+                key: ContactKey {
+                    pair: 0,
+                    feature: i as u64,
+                },
+                rows: Rotor::rows(c.lever),
+                bodies: [NO_BODY, 0],
+                surfaces: [1, 0],
+                cell: i as u32,
+                position: c.position,
+                normal: Vec2::y(),
+                gap: c.gap + c.lever.x * turned,
+                // the gap is one product and one sum of numbers of this size
+                gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + (c.lever.x * turned).abs()),
+                friction: c.friction,
+                law: c.law,
+                surface_velocity: 0.0,
+            });
+        }
+        if let Some(motor) = self.motor {
+            out.joints.push(JointRow {
+                key: ContactKey {
+                    pair: 1,
+                    feature: 0,
+                },
+                rows: Rotor::rows(Vec2::new(1.0, 0.0)),
+                kind: JointKind::Motor {
+                    speed: motor.speed,
+                    max_force: motor.max_torque,
+                },
+            });
+        }
+        Ok(())
+    }
+
+    fn potential_energy(&self) -> f64 {
+        self.weight_moment * self.angle.sin()
+    }
+}

@@ -1,0 +1,184 @@
+//! What each contact asks of the contact problem: activation, free term, law.
+
+use super::model::{ContactPoint, NormalLaw};
+use crate::contact::{Law, Vec2, Vec3};
+
+/// How contacts enter a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheme {
+    /// Gap-aware rules on positions staggered at midpoints: order 2 in persistent contact.
+    #[default]
+    Staggered,
+    /// Moreau's published rule: closed iff `g ≤ 0` at the midpoint, gaps never corrected.
+    Moreau,
+}
+
+impl Scheme {
+    /// All schemes by the name a user types.
+    pub const ALL: [(&'static str, Scheme); 2] =
+        [("staggered", Scheme::Staggered), ("moreau", Scheme::Moreau)];
+
+    /// The scheme of that name.
+    pub fn by_name(name: &str) -> Option<Scheme> {
+        Scheme::ALL
+            .iter()
+            .find_map(|&(known, scheme)| (known == name).then_some(scheme))
+    }
+}
+
+/// What is known of a contact when its rule is chosen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Situation {
+    pub dt: f64,
+    /// Relative velocity at the start, and as if no contact acted [m/s].
+    pub gamma_a: Vec2,
+    pub gamma_f: Vec2,
+    /// Reference acceleration [m/s²]: see [`reference_acceleration`].
+    pub acceleration: f64,
+    /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
+    pub carried: bool,
+    pub stuck: Option<f64>,
+}
+
+/// What a contact becomes in the contact problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rule {
+    pub free: Vec2,
+    pub law: Law,
+    /// A rebounding impact.
+    pub impact: bool,
+}
+
+/// The rule of one contact under `scheme`, or `None` if it takes no part in this step.
+///
+/// The free term returned is what is added to `γ_F`: `b = γ_F + free`.
+pub(super) fn rule(scheme: Scheme, contact: &ContactPoint, now: &Situation) -> Option<Rule> {
+    let g = contact.gap.signum() * (contact.gap.abs() - contact.gap_noise).max(0.0);
+    match contact.law {
+        NormalLaw::Rigid { restitution } => match scheme {
+            Scheme::Moreau => (contact.gap <= 0.0).then(|| Rule {
+                free: Vec2::new(restitution * now.gamma_a.x, 0.0),
+                law: rigid(contact),
+                impact: restitution > 0.0 && now.gamma_a.x < 0.0,
+            }),
+            Scheme::Staggered => staggered(contact, restitution, g, now),
+        },
+        NormalLaw::ViscoElastic { stiffness, damping } => {
+            visco_elastic(contact, stiffness, damping, now)
+        }
+        // only the friction row is left, bounded by what is given
+        NormalLaw::Load { force } => {
+            let bound = contact.friction * force * now.dt;
+            Some(Rule {
+                free: Vec2::zeros(),
+                law: Law::Bounded {
+                    lower: -bound,
+                    upper: bound,
+                },
+                impact: false,
+            })
+        }
+    }
+}
+
+fn rigid(contact: &ContactPoint) -> Law {
+    Law::Contact {
+        friction: contact.friction,
+        compliance: 0.0,
+    }
+}
+
+/// Rules 3 to 5 of the staggered scheme.
+///
+/// With `v_r = a_ref Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it carried an impulse
+/// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. The normal law is
+/// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
+///
+/// ```text
+/// smooth, g ≥ 0     b = g/Δt                        a linearised SHAKE
+/// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in
+/// rebounding        b = e γ_A, now iff g + Δt γ_F/2 ≤ 0
+/// ```
+///
+/// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
+fn staggered(contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Option<Rule> {
+    let (dt, closing) = (now.dt, -now.gamma_a.x);
+    let v_r = 0.5 * now.acceleration * dt;
+    let g_r = v_r * dt;
+    let smooth = (now.carried && g < g_r) || e * closing <= v_r;
+    let normal = if smooth {
+        if g >= 0.0 {
+            if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
+                return None;
+            }
+            g / dt
+        } else if e > 0.0 && closing < 0.0 {
+            -e * closing
+        } else {
+            -(-g / dt).min(closing.max(0.0))
+        }
+    } else if g + 0.5 * dt * now.gamma_f.x <= 0.0 {
+        -e * closing
+    } else {
+        return None;
+    };
+    let tangential = now
+        .stuck
+        .map_or(0.0, |previous| -0.5 * (previous - now.gamma_a.y));
+    Some(Rule {
+        free: Vec2::new(normal, tangential),
+        law: rigid(contact),
+        impact: !smooth,
+    })
+}
+
+/// Kelvin-Voigt contact, implicit in the velocity:
+/// `ξ_N = γ_NE + k g/(k Δt + c) + R P_N`, `R = 1/(Δt (k Δt + c))`.
+///
+/// Active iff `g ≤ 0` or `g + Δt γ_F ≤ 0`; damping acts only at `g ≤ 0`, else it would push
+/// before the surfaces touch. The gap is used as it is: a dead band would be a lost force.
+fn visco_elastic(
+    contact: &ContactPoint,
+    stiffness: f64,
+    damping: f64,
+    now: &Situation,
+) -> Option<Rule> {
+    let g = contact.gap;
+    if g > 0.0 && g + now.dt * now.gamma_f.x > 0.0 {
+        return None;
+    }
+    let damping = if g <= 0.0 { damping } else { 0.0 };
+    let gain = stiffness * now.dt + damping;
+    Some(Rule {
+        free: Vec2::new(stiffness * g / gain, 0.0),
+        law: Law::Contact {
+            friction: contact.friction,
+            compliance: 1.0 / (now.dt * gain),
+        },
+        impact: false,
+    })
+}
+
+/// `a_ref` [m/s²]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
+/// the contact point on a turning body, with a floor of 0.1 where both vanish.
+pub(super) fn reference_acceleration(
+    contact: &ContactPoint,
+    velocities: &[Vec3],
+    accelerations: &[Vec3],
+) -> f64 {
+    let mut a: f64 = 0.0;
+    for side in 0..2 {
+        let body = contact.rows.bodies[side];
+        if body == crate::contact::NO_BODY {
+            continue;
+        }
+        let [n, t] = contact.rows.jacobian[side];
+        let arm = n.z.hypot(t.z);
+        let free = accelerations[body as usize];
+        let omega = velocities[body as usize].z;
+        a = a
+            .max(free.xy().norm() + free.z.abs() * arm)
+            .max(omega * omega * arm);
+    }
+    if a > 0.0 { a } else { 0.1 }
+}

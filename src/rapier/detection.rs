@@ -1,0 +1,439 @@
+//! The reference drive: rapier finds the pairs, parry or our kernels the gaps.
+//!
+//! All poses are written to the world and rapier's `CollisionPipeline` runs on it. Pairs of balls
+//! and boxes get their gaps from `f64` kernels (1e-15 m); all others from parry in `f32`
+//! (3e-7 m for 1 m shapes at the origin, 2e-6 m at 10 m, 2e-5 m at 100 m), manifolds always fresh.
+//! Costs about what rapier's own detection does. Between steps the world's own query tree and
+//! contact graph stand at the last midpoint.
+
+use super::bodies::Bodies;
+use super::joints::OUTSIDE;
+use super::kernels::{Exact, Touch, touches};
+use super::pose::Pose64;
+use super::widen;
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{ContactKey, ContactPoint, Detection, ModelError, NormalLaw};
+use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
+use rapier2d::parry::query::TrackedContact;
+use rapier2d::parry::shape::TypedShape;
+use rapier2d::prelude::*;
+use std::collections::HashMap;
+
+/// The cell of a contact on a collider without cells.
+pub const NO_CELL: u32 = 0;
+
+/// What rapier's collider cannot say about a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceLaw {
+    /// Kelvin-Voigt stiffness [N/m] and damping [N s/m] of each contact point, in place of
+    /// rigidity and restitution. Two compliant surfaces act in series.
+    pub compliance: Option<(f64, f64)>,
+    /// Speed of the surface along (n_y, −n_x) of its outward normal n [m/s]: a belt whose top
+    /// runs to +x has a positive one.
+    pub speed: f64,
+    /// Keep only the deepest point a segment of this polyline: its segments are cells.
+    pub one_point_per_segment: bool,
+}
+
+/// A collider's facts in `f64`, kept while rapier's do not change.
+#[derive(Clone)]
+struct Known {
+    handle: ColliderHandle,
+    /// Kept alive, so that a new shape cannot come to lie at the same address.
+    shape: SharedShape,
+    local_seen: Option<Pose>,
+    material_seen: (f32, f32),
+    local: Pose64,
+    exact: Option<Exact>,
+    size: f64,
+    friction: f64,
+    restitution: f64,
+}
+
+/// The reference drive's memory.
+#[derive(Default)]
+pub(super) struct Detector {
+    known: Vec<Option<Known>>,
+    pub surfaces: HashMap<ColliderHandle, SurfaceLaw>,
+    touches: Vec<Touch>,
+    order: Vec<([u32; 4], ContactPoint)>,
+}
+
+impl Detector {
+    /// Finds all contacts at the present poses.
+    ///
+    /// # Errors
+    /// [`ModelError`] for colliders that use what is not supported.
+    pub fn detect(
+        &mut self,
+        world: &mut PhysicsWorld,
+        bodies: &Bodies,
+        dt: f64,
+        out: &mut Detection,
+    ) -> Result<(), ModelError> {
+        let fastest = (0..bodies.list.len())
+            .map(|k| speed_bound(bodies, k as u32))
+            .fold(0.0, f64::max);
+        let gravity = f64::from(world.gravity.length());
+        let drop = gravity * dt * dt;
+        let prediction = 2.0 * (fastest * dt + drop) + 1e-6;
+        world.collision_pipeline.step(
+            prediction as f32,
+            &mut world.islands,
+            &mut world.broad_phase,
+            &mut world.narrow_phase,
+            &mut world.bodies,
+            &mut world.colliders,
+            &(),
+            &(),
+        );
+        self.refresh(world)?;
+        self.order.clear();
+        let mut found = std::mem::take(&mut self.touches);
+        for pair in world.narrow_phase.contact_pairs() {
+            if !pair.manifolds().iter().any(live) || joined(world, pair) {
+                continue;
+            }
+            let (Some(k1), Some(k2)) = (self.look(pair.collider1), self.look(pair.collider2))
+            else {
+                continue;
+            };
+            let (c1, c2) = (
+                &world.colliders[pair.collider1],
+                &world.colliders[pair.collider2],
+            );
+            let numbers = [c1, c2].map(|c| {
+                c.parent()
+                    .and_then(|h| bodies.index_of(h))
+                    .unwrap_or(OUTSIDE)
+            });
+            let place = |k: usize, known: &Known| match numbers[k] {
+                OUTSIDE => known.local,
+                body => bodies.list[body as usize].pose.compose(&known.local),
+            };
+            let poses = [place(0, k1), place(1, k2)];
+            let speeds = numbers.map(|b| if b == OUTSIDE { 0.0 } else { speed_bound(bodies, b) });
+            // what these two can do in a step, or what a neighbour can do to them
+            let reach = (1.1 * (speeds[0] + speeds[1]) * dt + 2.0 * drop)
+                .max(prediction.min(k1.size.min(k2.size)));
+            let setting = Pair {
+                numbers,
+                surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
+                law: self.normal_law(pair, combine_restitution(c1, c2, k1, k2)),
+                friction: combine_friction(c1, c2, k1, k2),
+                belt: self.speed(pair.collider1) + self.speed(pair.collider2),
+                size: k1.size.min(k2.size),
+            };
+            if let (Some(s1), Some(s2)) = (k1.exact, k2.exact) {
+                touches(&poses[0], s1, &poses[1], s2, reach, &mut found);
+                for touch in &found {
+                    let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
+                    self.order.push(([0, 0, touch.feature, 0], point));
+                }
+            } else {
+                let one = [pair.collider1, pair.collider2].map(|h| {
+                    self.surfaces
+                        .get(&h)
+                        .is_some_and(|s| s.one_point_per_segment)
+                });
+                let from = self.order.len();
+                for manifold in pair.manifolds().iter().filter(|m| live(m)) {
+                    parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
+                        if self.order[from..]
+                            .iter()
+                            .any(|(_, p)| same_place(p, &touch, setting.size))
+                        {
+                            return;
+                        }
+                        let sub = [order[0], order[1]];
+                        let feature = mix(order);
+                        let point = setting.point(bodies, &touch, sub, feature, false);
+                        self.order.push((order, point));
+                    });
+                }
+            }
+        }
+        self.touches = found;
+        // rapier's graph order depends on history; a stored state must not
+        self.order.sort_by_key(|(order, p)| (p.surfaces, *order));
+        out.contacts.extend(self.order.iter().map(|(_, p)| *p));
+        Ok(())
+    }
+
+    fn look(&self, handle: ColliderHandle) -> Option<&Known> {
+        self.known
+            .get(handle.into_raw_parts().0 as usize)?
+            .as_ref()
+            .filter(|k| k.handle == handle)
+    }
+
+    fn speed(&self, handle: ColliderHandle) -> f64 {
+        self.surfaces.get(&handle).map_or(0.0, |s| s.speed)
+    }
+
+    fn normal_law(&self, pair: &ContactPair, restitution: f64) -> NormalLaw {
+        let of = |h| self.surfaces.get(&h).and_then(|s| s.compliance);
+        match (of(pair.collider1), of(pair.collider2)) {
+            (None, None) => NormalLaw::Rigid { restitution },
+            (Some((stiffness, damping)), None) | (None, Some((stiffness, damping))) => {
+                NormalLaw::ViscoElastic { stiffness, damping }
+            }
+            (Some((k1, c1)), Some((k2, c2))) => NormalLaw::ViscoElastic {
+                stiffness: k1 * k2 / (k1 + k2),
+                damping: if c1 + c2 > 0.0 {
+                    c1 * c2 / (c1 + c2)
+                } else {
+                    0.0
+                },
+            },
+        }
+    }
+
+    /// Takes over what changed about the colliders.
+    fn refresh(&mut self, world: &PhysicsWorld) -> Result<(), ModelError> {
+        for (handle, collider) in world.colliders.iter() {
+            let slot = handle.into_raw_parts().0 as usize;
+            if self.known.len() <= slot {
+                self.known.resize(slot + 1, None);
+            }
+            let shape = collider.shared_shape();
+            let local = match collider.parent() {
+                Some(_) => collider.position_wrt_parent().copied(),
+                None => Some(*collider.position()),
+            };
+            let material = (collider.friction(), collider.restitution());
+            if let Some(known) = &self.known[slot]
+                && known.handle == handle
+                && std::sync::Arc::ptr_eq(&known.shape.0, &shape.0)
+                && known.local_seen == local
+                && known.material_seen == material
+            {
+                continue;
+            }
+            refuse_unsupported(handle, collider)?;
+            self.known[slot] = Some(Known {
+                handle,
+                shape: shape.clone(),
+                local_seen: local,
+                material_seen: material,
+                local: local.map_or(Pose64::new(Vec2::zeros(), 0.0), |p| {
+                    Pose64::from_rapier(&p)
+                }),
+                exact: match collider.shape().as_typed_shape() {
+                    TypedShape::Ball(b) => Some(Exact::Ball(widen(b.radius))),
+                    TypedShape::Cuboid(c) => Some(Exact::Box(Vec2::new(
+                        widen(c.half_extents.x),
+                        widen(c.half_extents.y),
+                    ))),
+                    _ => None,
+                },
+                size: {
+                    let extents = collider.shape().compute_local_aabb().extents();
+                    f64::from(extents.x.max(extents.y))
+                },
+                friction: widen(material.0),
+                restitution: widen(material.1),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What all contacts of a pair of colliders share.
+struct Pair {
+    numbers: [u32; 2],
+    surfaces: [u32; 2],
+    law: NormalLaw,
+    friction: f64,
+    belt: f64,
+    size: f64,
+}
+
+impl Pair {
+    fn point(
+        &self,
+        bodies: &Bodies,
+        touch: &Touch,
+        segments: [u32; 2],
+        feature: u64,
+        exact: bool,
+    ) -> ContactPoint {
+        let (n, p) = (touch.normal, touch.point);
+        let t = Vec2::new(-n.y, n.x);
+        let mut coordinate = p.amax();
+        let mut jacobian = [[Vec3::zeros(); 2]; 2];
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            let number = self.numbers[side];
+            if number == NO_BODY {
+                continue;
+            }
+            let shadow = &bodies.list[number as usize];
+            coordinate = coordinate.max(shadow.pose.translation.amax());
+            let r = p - shadow.pose.apply(shadow.center);
+            let row = |d: Vec2| Vec3::new(sign * d.x, sign * d.y, sign * (r.x * d.y - r.y * d.x));
+            jacobian[side] = [row(n), row(t)];
+        }
+        // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
+        let (relative, ulp) = if exact {
+            (1e-12, f64::EPSILON)
+        } else {
+            (2e-6, f64::from(f32::EPSILON))
+        };
+        ContactPoint {
+            key: ContactKey {
+                pair: u64::from(self.surfaces[0]) << 32 | u64::from(self.surfaces[1]),
+                feature,
+            },
+            rows: Rows {
+                bodies: self.numbers,
+                jacobian,
+            },
+            bodies: self.numbers,
+            surfaces: self.surfaces,
+            cell: segments[0].max(segments[1]),
+            position: p,
+            normal: n,
+            gap: touch.gap,
+            gap_noise: (relative * self.size).max(4.0 * ulp * coordinate),
+            friction: self.friction,
+            law: self.law,
+            surface_velocity: self.belt,
+        }
+    }
+}
+
+fn live(manifold: &ContactManifold) -> bool {
+    !manifold.points.is_empty()
+        && manifold
+            .data
+            .solver_flags
+            .contains(SolverFlags::COMPUTE_RIGID_IMPULSES)
+}
+
+/// Whether a joint between the two bodies switches their contacts off.
+fn joined(world: &PhysicsWorld, pair: &ContactPair) -> bool {
+    let parent = |h: ColliderHandle| world.colliders.get(h).and_then(|c| c.parent());
+    let (Some(a), Some(b)) = (parent(pair.collider1), parent(pair.collider2)) else {
+        return false;
+    };
+    world
+        .impulse_joints
+        .joints_between(a, b)
+        .any(|(_, joint)| !joint.data.contacts_enabled)
+}
+
+fn speed_bound(bodies: &Bodies, k: u32) -> f64 {
+    let u = &bodies.velocities[k as usize];
+    u.xy().norm() + u.z.abs() * bodies.list[k as usize].radius
+}
+
+/// Points of a manifold as touches, nearer than `reach`.
+fn parry_points(
+    manifold: &ContactManifold,
+    poses: &[Pose64; 2],
+    reach: f64,
+    deepest_only: bool,
+    mut push: impl FnMut(Touch, [u32; 4]),
+) {
+    let part = |pose: &Pose64, sub: Option<&Pose>| match sub {
+        Some(sub) => pose.compose(&Pose64::from_rapier(sub)),
+        None => *pose,
+    };
+    let w1 = part(&poses[0], manifold.subshape_pos1());
+    let w2 = part(&poses[1], manifold.subshape_pos2());
+    let wide = |v: Vector| Vec2::new(f64::from(v.x), f64::from(v.y));
+    let normal = w1.rotate(wide(manifold.local_n1)).normalize();
+    if !normal.x.is_finite() {
+        return;
+    }
+    let mut give = |p: &TrackedContact<ContactData>, features: [u32; 2]| {
+        let gap = f64::from(p.dist);
+        if gap <= reach {
+            let touch = Touch {
+                normal,
+                point: 0.5 * (w1.apply(wide(p.local_p1)) + w2.apply(wide(p.local_p2))),
+                gap,
+                feature: 0,
+            };
+            let [f1, f2] = features;
+            push(touch, [manifold.subshape1, manifold.subshape2, f1, f2]);
+        }
+    };
+    if deepest_only {
+        let deepest = manifold
+            .points
+            .iter()
+            .min_by(|a, b| a.dist.total_cmp(&b.dist));
+        // one point a segment: its feature must not flicker between the two ends
+        deepest.iter().for_each(|p| give(p, [0, 0]));
+    } else {
+        for p in &manifold.points {
+            give(p, [p.fid1.0, p.fid2.0]);
+        }
+    }
+}
+
+/// Two segments of a polyline report their common end twice.
+fn same_place(known: &ContactPoint, touch: &Touch, size: f64) -> bool {
+    (known.position - touch.point).norm() < 1e-4 * size && known.normal.dot(&touch.normal) > 0.9999
+}
+
+fn mix(order: [u32; 4]) -> u64 {
+    order.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
+        (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+fn combine(c1: f64, c2: f64, rule: CoefficientCombineRule) -> f64 {
+    match rule {
+        CoefficientCombineRule::Average => 0.5 * (c1 + c2),
+        CoefficientCombineRule::Min => c1.min(c2),
+        CoefficientCombineRule::Multiply => c1 * c2,
+        CoefficientCombineRule::Max => c1.max(c2),
+        CoefficientCombineRule::ClampedSum => (c1 + c2).clamp(0.0, 1.0),
+        CoefficientCombineRule::GeometricMean => (c1 * c2).max(0.0).sqrt(),
+    }
+}
+
+fn combine_friction(c1: &Collider, c2: &Collider, k1: &Known, k2: &Known) -> f64 {
+    let rule = c1.friction_combine_rule().max(c2.friction_combine_rule());
+    combine(k1.friction, k2.friction, rule).max(0.0)
+}
+
+fn combine_restitution(c1: &Collider, c2: &Collider, k1: &Known, k2: &Known) -> f64 {
+    let rule = c1
+        .restitution_combine_rule()
+        .max(c2.restitution_combine_rule());
+    combine(k1.restitution, k2.restitution, rule).clamp(0.0, 1.0)
+}
+
+fn refuse_unsupported(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
+    let id = handle.into_raw_parts().0;
+    let refuse = |what: &str| {
+        Err(ModelError::Unsupported(format!(
+            "collider {id}: {what} not supported yet"
+        )))
+    };
+    if collider.contact_skin() > 0.0 {
+        return refuse("contact skin is");
+    }
+    if !collider.active_hooks().is_empty() {
+        return refuse("physics hooks are");
+    }
+    if !collider.active_events().is_empty() {
+        return refuse("collision and contact-force events are");
+    }
+    if !collider.friction().is_finite() || collider.friction() < 0.0 {
+        return Err(ModelError::Invalid(format!(
+            "collider {id}: friction is {}, must be finite and at least 0",
+            collider.friction()
+        )));
+    }
+    if !collider.restitution().is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "collider {id}: restitution is {}, must be finite",
+            collider.restitution()
+        )));
+    }
+    Ok(())
+}

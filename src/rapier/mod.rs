@@ -1,0 +1,20 @@
+//! The only place that names rapier2d, parry2d and `f32`.
+//!
+//! A [`rapier2d::prelude::PhysicsWorld`] keeps its bodies, colliders and joints; this module finds
+//! the contacts with it and steps it with [`crate::dynamics`] in place of rapier's own solver.
+//! Positions, velocities and masses live here in `f64`; rapier gets them rounded.
+
+mod bodies;
+mod detection;
+mod dispatcher;
+mod joints;
+mod kernels;
+mod pipeline;
+mod pose;
+mod widen;
+
+pub use bodies::ExactBody;
+pub use detection::{NO_CELL, SurfaceLaw};
+pub use pipeline::{MoreauPipeline, MoreauSettings};
+pub use pose::Pose64;
+pub use widen::widen;

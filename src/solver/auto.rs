@@ -1,0 +1,65 @@
+use super::{Direct, Enumeration, ImpulseSolver, SolveReport};
+use crate::contact::{ContactProblem, Vec2};
+
+/// Chooses the method by the size of the island, and falls back in a fixed order.
+///
+/// 1. One block: closed form. Up to four frictional contacts: [`Enumeration`].
+/// 2. Larger, or not solved by it: [`Direct`], which starts with a certificate of the last
+///    step's impulses and so costs next to nothing at rest.
+/// 3. Not solved and up to [`Auto::lemke_limit`] blocks: `lemke`.
+///
+/// The best impulses met are returned, flagged when nothing certified them.
+#[derive(Debug, Clone)]
+pub struct Auto {
+    /// Largest island, in blocks, that is handed to Lemke's dense tableau.
+    pub lemke_limit: usize,
+    enumeration: Enumeration,
+    direct: Direct,
+}
+
+impl Default for Auto {
+    fn default() -> Self {
+        Auto {
+            lemke_limit: 60,
+            enumeration: Enumeration::default(),
+            direct: Direct::default(),
+        }
+    }
+}
+
+impl ImpulseSolver for Auto {
+    fn name(&self) -> &'static str {
+        "auto"
+    }
+
+    fn solve(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+    ) -> SolveReport {
+        let small = problem.len() == 1
+            || Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
+        let mut report = if small {
+            let report = self.enumeration.solve(problem, impulses, tolerance);
+            if report.solved() {
+                return report;
+            }
+            let again = self.direct.solve(problem, impulses, tolerance);
+            again.after(&report)
+        } else {
+            self.direct.solve(problem, impulses, tolerance)
+        };
+        if !report.solved() && problem.len() <= self.lemke_limit {
+            let mut trial = impulses.to_vec();
+            let lemke = crate::solver::nsgs::Nsgs::default().solve(problem, &mut trial, tolerance);
+            if lemke.residual.relative < report.residual.relative {
+                impulses.copy_from_slice(&trial);
+                report = lemke.after(&report);
+            } else {
+                report.pivots += lemke.pivots;
+            }
+        }
+        report
+    }
+}

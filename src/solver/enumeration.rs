@@ -1,0 +1,246 @@
+use super::{ImpulseSolver, SolveReport};
+use crate::contact::{ContactProblem, Law, Vec2, solve_local};
+use nalgebra::{DMatrix, DVector};
+
+/// Exact solution of a small island by trying every combination of statuses.
+///
+/// A frictional contact is open, sticks, or slips either way; a frictionless one is open or
+/// closed; a bounded row is free or at a bound; a pin is always closed. Each combination is one
+/// linear system; the first whose impulses the judge certifies is taken.
+///
+/// # Which solution
+/// Where several exist: first the status of the impulses given (the last step's), then the order
+/// open, stick, slip+, slip− with the last block running fastest. Redundant rows share by minimum
+/// norm relative to the impulses given.
+///
+/// # Range
+/// Up to [`Enumeration::max_combinations`] combinations; a larger problem is left unsolved.
+#[derive(Debug, Clone)]
+pub struct Enumeration {
+    /// Most combinations that are tried: 256 is four frictional contacts.
+    pub max_combinations: usize,
+}
+
+impl Default for Enumeration {
+    fn default() -> Self {
+        Enumeration {
+            max_combinations: 256,
+        }
+    }
+}
+
+/// Tikhonov term of a singular system, relative to the mean diagonal; two refinements follow.
+const REGULARISATION: f64 = 1e-9;
+const REFINEMENTS: usize = 3;
+
+impl Enumeration {
+    /// Number of combinations, saturating.
+    pub fn combinations(laws: &[Law]) -> usize {
+        laws.iter()
+            .fold(1usize, |product, law| product.saturating_mul(choices(law)))
+    }
+}
+
+fn choices(law: &Law) -> usize {
+    match law {
+        Law::Contact { friction, .. } if *friction > 0.0 => 4,
+        Law::Contact { .. } => 2,
+        Law::Pin => 1,
+        Law::Bounded { .. } => 3,
+    }
+}
+
+/// What one choice means: directions whose impulse is unknown, and the known part.
+fn status(law: &Law, choice: usize) -> (Vec<(usize, Vec2)>, Vec2) {
+    let zero = Vec2::zeros();
+    match *law {
+        Law::Contact { friction, .. } => match choice {
+            0 => (vec![], zero),
+            1 if friction > 0.0 => (vec![(0, Vec2::x()), (1, Vec2::y())], zero),
+            1 => (vec![(0, Vec2::x())], zero),
+            // slip+ has ξ_T > 0 and therefore P_T = −μ P_N
+            2 => (vec![(0, Vec2::new(1.0, -friction))], zero),
+            _ => (vec![(0, Vec2::new(1.0, friction))], zero),
+        },
+        Law::Pin => (vec![(0, Vec2::x()), (1, Vec2::y())], zero),
+        Law::Bounded { lower, upper } => match choice {
+            0 => (vec![(0, Vec2::x())], zero),
+            1 => (vec![], Vec2::new(lower, 0.0)),
+            _ => (vec![], Vec2::new(upper, 0.0)),
+        },
+    }
+}
+
+fn choice_of(law: &Law, p: Vec2) -> usize {
+    match *law {
+        Law::Contact { friction, .. } => {
+            if p.x <= 0.0 {
+                0
+            } else if friction == 0.0 || p.y.abs() < friction * p.x * (1.0 - 1e-12) {
+                1
+            } else if p.y < 0.0 {
+                2
+            } else {
+                3
+            }
+        }
+        Law::Pin => 0,
+        Law::Bounded { lower, upper } => {
+            if p.x <= lower {
+                1
+            } else if p.x >= upper {
+                2
+            } else {
+                0
+            }
+        }
+    }
+}
+
+impl ImpulseSolver for Enumeration {
+    fn name(&self) -> &'static str {
+        "enumeration"
+    }
+
+    fn solve(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+    ) -> SolveReport {
+        let n = problem.len();
+        if n == 1 {
+            impulses[0] =
+                solve_local(&problem.operator.diagonal(0), problem.free[0], &problem.laws[0]);
+            return SolveReport::judged(problem, impulses, tolerance);
+        }
+        let mut best = SolveReport::judged(problem, impulses, tolerance);
+        let total = Enumeration::combinations(&problem.laws);
+        if total > self.max_combinations {
+            return best;
+        }
+        let all: Vec<Law> = problem
+            .laws
+            .iter()
+            .map(|_| Law::Pin) // two rows a block, whatever the law
+            .collect();
+        let (matrix, _) = problem.operator.assemble(&all);
+        let start = impulses.to_vec();
+        let guess: Vec<usize> = problem
+            .laws
+            .iter()
+            .zip(&start)
+            .map(|(law, &p)| choice_of(law, p))
+            .collect();
+        let mut choice = vec![0; n];
+        // the warm start's own statuses first, then all of them in order
+        for k in 0..=total {
+            if k == 0 {
+                choice.copy_from_slice(&guess);
+            } else {
+                let mut rest = k - 1;
+                for i in (0..n).rev() {
+                    choice[i] = rest % choices(&problem.laws[i]);
+                    rest /= choices(&problem.laws[i]);
+                }
+                if choice == guess {
+                    continue;
+                }
+            }
+            best.factorisations += 1;
+            let Some(trial) = candidate(problem, &matrix, &choice, &start) else {
+                continue;
+            };
+            let report = SolveReport::judged(problem, &trial, tolerance);
+            if report.residual.relative < best.residual.relative || report.solved() {
+                best = report.after(&SolveReport {
+                    sweeps: 0,
+                    pivots: 0,
+                    ..best
+                });
+                impulses.copy_from_slice(&trial);
+            }
+            if best.solved() {
+                break;
+            }
+        }
+        best
+    }
+}
+
+/// Impulses of one combination, or `None` if they leave the cone by more than round-off.
+fn candidate(
+    problem: &ContactProblem,
+    matrix: &DMatrix<f64>,
+    choice: &[usize],
+    start: &[Vec2],
+) -> Option<Vec<Vec2>> {
+    let n = problem.len();
+    let mut active: Vec<(usize, usize, Vec2)> = Vec::with_capacity(2 * n);
+    let mut impulses = vec![Vec2::zeros(); n];
+    for (i, law) in problem.laws.iter().enumerate() {
+        let (directions, known) = status(law, choice[i]);
+        impulses[i] = known;
+        active.extend(directions.into_iter().map(|(row, d)| (i, row, d)));
+    }
+    let m = active.len();
+    if m > 0 {
+        let g = |x: usize, y: usize| {
+            let ((i, row, _), (j, _, d)) = (active[x], active[y]);
+            let block = matrix.fixed_view::<2, 2>(2 * i, 2 * j);
+            let compliance = if i == j && row == 0 {
+                problem.laws[i].compliance()
+            } else {
+                0.0
+            };
+            block[(row, 0)] * d.x + block[(row, 1)] * d.y + compliance * d.x
+        };
+        let exact = DMatrix::from_fn(m, m, g);
+        let shift = REGULARISATION * exact.trace().abs() / m as f64;
+        let factor = (&exact + DMatrix::identity(m, m) * shift).lu();
+        let known = problem.operator.apply(&impulses);
+        let rhs = DVector::from_fn(m, |x, _| {
+            let (i, row, _) = active[x];
+            -(problem.free[i][row] + known[i][row])
+        });
+        // start from the impulses given, so that redundant rows stay near them
+        let mut p = DVector::from_fn(m, |x, _| {
+            let (i, row, _) = active[x];
+            if choice_of(&problem.laws[i], start[i]) == choice[i] {
+                start[i][row]
+            } else {
+                0.0
+            }
+        });
+        for _ in 0..REFINEMENTS {
+            p += factor.solve(&(&rhs - &exact * &p))?;
+        }
+        for (x, (i, _, d)) in active.iter().enumerate() {
+            impulses[*i] += d * p[x];
+        }
+    }
+    let scale = impulses.iter().fold(0.0f64, |s, p| s.max(p.amax()));
+    let slack = 1e-9 * scale;
+    for (p, law) in impulses.iter_mut().zip(&problem.laws) {
+        match *law {
+            Law::Contact { friction, .. } => {
+                if p.x < -slack || p.y.abs() > friction * p.x + slack {
+                    return None;
+                }
+                p.x = p.x.max(0.0);
+                p.y = p.y.clamp(-friction * p.x, friction * p.x);
+            }
+            Law::Bounded { lower, upper } => {
+                if p.x < lower - slack || p.x > upper + slack {
+                    return None;
+                }
+                p.x = p.x.clamp(lower, upper);
+            }
+            Law::Pin => {}
+        }
+    }
+    impulses
+        .iter()
+        .all(|p| p.x.is_finite() && p.y.is_finite())
+        .then_some(impulses)
+}
