@@ -90,17 +90,14 @@ pub(super) fn ticks(range: (f64, f64), scale: Scale, wanted: usize) -> Ticks {
 /// Multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks((low, high): (f64, f64), wanted: usize) -> Ticks {
     let raw = (high - low) / wanted.max(1) as f64;
-    let mut exponent = raw.log10().floor() as i32;
-    let mut mantissa = 10;
-    for candidate in [1, 2, 5] {
-        if raw <= f64::from(candidate) * 10f64.powi(exponent) * 1.0000001 {
-            mantissa = candidate;
-            break;
-        }
-    }
-    if mantissa == 10 {
-        (mantissa, exponent) = (1, exponent + 1);
-    }
+    let decade = raw.log10().floor() as i32;
+    // The nearest by ratio.
+    let (mantissa, exponent) = match raw / 10f64.powi(decade) {
+        m if m < 2f64.sqrt() => (1, decade),
+        m if m < 10f64.sqrt() => (2, decade),
+        m if m < 50f64.sqrt() => (5, decade),
+        _ => (1, decade + 1),
+    };
     // As an exact integer where possible: 3 × 0.1 is not 0.3.
     let value = |k: f64| {
         let units = k * f64::from(mantissa);
@@ -119,7 +116,7 @@ fn linear_ticks((low, high): (f64, f64), wanted: usize) -> Ticks {
     let label = |v: f64| {
         if v == 0.0 {
             "0".to_owned()
-        } else if largest >= 1e5 || largest < 1e-2 {
+        } else if !(1e-2..1e5).contains(&largest) {
             let own = v.abs().log10().floor() as i32;
             let decimals = (own - exponent).max(0) as usize;
             power_label(&format!("{v:.decimals$e}"))
@@ -138,9 +135,7 @@ fn log_ticks((low, high): (f64, f64), wanted: usize) -> Ticks {
     let (first, last) = (low.floor() as i32, high.ceil() as i32);
     let inside = |p: &f64| (low - 1e-9..=high + 1e-9).contains(p);
     let at = |m: u8, e: i32| f64::from(m).log10() + f64::from(e);
-    let decades: Vec<i32> = (first..=last)
-        .filter(|&e| inside(&f64::from(e)))
-        .collect();
+    let decades: Vec<i32> = (first..=last).filter(|&e| inside(&f64::from(e))).collect();
     let grid = |mantissas: &[u8]| -> Vec<(u8, i32)> {
         (first..=last)
             .flat_map(|e| mantissas.iter().map(move |&m| (m, e)))
@@ -156,9 +151,8 @@ fn log_ticks((low, high): (f64, f64), wanted: usize) -> Ticks {
             power_label(&format!("{m}e{e}"))
         }
     };
-    let minor = |mantissas: &[u8]| -> Vec<f64> {
-        grid(mantissas).iter().map(|&(m, e)| at(m, e)).collect()
-    };
+    let minor =
+        |mantissas: &[u8]| -> Vec<f64> { grid(mantissas).iter().map(|&(m, e)| at(m, e)).collect() };
     let all: [u8; 9] = [1, 2, 3, 4, 5, 6, 7, 8, 9];
     if decades.len() > 2 {
         let stride = decades.len().div_ceil(wanted.max(2)) as i32;
@@ -168,13 +162,16 @@ fn log_ticks((low, high): (f64, f64), wanted: usize) -> Ticks {
             .map(|&e| (f64::from(e), label((1, e))));
         return Ticks {
             major: major.collect(),
-            minor: if stride == 1 { minor(&all[1..]) } else { Vec::new() },
+            minor: minor(if stride == 1 { &all[1..] } else { &all[..1] }),
         };
     }
     let labelled = grid(&[1, 2, 5]);
     if labelled.len() > 2 {
         return Ticks {
-            major: labelled.iter().map(|&(m, e)| (at(m, e), label((m, e)))).collect(),
+            major: labelled
+                .iter()
+                .map(|&(m, e)| (at(m, e), label((m, e))))
+                .collect(),
             minor: minor(&all),
         };
     }
@@ -227,9 +224,12 @@ mod tests {
     fn linear_labels_are_round_and_carry_only_their_digits() {
         let linear = |a, b| labels((a, b), Scale::Linear).join(" ");
         assert_eq!(linear(0.0, 52.0), "0 10 20 30 40 50");
-        assert_eq!(linear(-0.1, 0.3), "−0.1 0 0.1 0.2 0.3");
-        assert_eq!(linear(0.0, 2.6e-9), "0 5×10⁻¹⁰ 1.0×10⁻⁹ 1.5×10⁻⁹ 2.0×10⁻⁹ 2.5×10⁻⁹");
-        assert_eq!(linear(0.0, 4e6), "0 10⁶ 2×10⁶ 3×10⁶ 4×10⁶");
+        assert_eq!(linear(-0.1, 0.5), "−0.1 0 0.1 0.2 0.3 0.4 0.5");
+        assert_eq!(
+            linear(0.0, 2.6e-9),
+            "0 5×10⁻¹⁰ 1.0×10⁻⁹ 1.5×10⁻⁹ 2.0×10⁻⁹ 2.5×10⁻⁹"
+        );
+        assert_eq!(linear(0.0, 4.4e6), "0 10⁶ 2×10⁶ 3×10⁶ 4×10⁶");
     }
 
     #[test]
@@ -250,7 +250,11 @@ mod tests {
         assert_eq!(padded(-f64::MAX, f64::MAX, Scale::Linear), None);
         for value in [5e-324, -1e-300, f64::MAX] {
             let range = padded(value, value, Scale::Linear);
-            for tick in range.map(|r| ticks(r, Scale::Linear, 6)).into_iter().flat_map(|t| t.major) {
+            for tick in range
+                .map(|r| ticks(r, Scale::Linear, 6))
+                .into_iter()
+                .flat_map(|t| t.major)
+            {
                 assert!(tick.0.is_finite(), "{value}");
             }
         }

@@ -30,9 +30,12 @@ pub enum Dash {
 /// Colour of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Colour {
-    /// The next of the palette.
+    /// The next of the palette, in the order of the series.
     #[default]
-    Palette,
+    Next,
+    /// This one of the palette (and of the marker shapes), starting over at the end: the same
+    /// engine in the same colour in every chart, or two series that belong together.
+    Palette(usize),
     /// Where in the sequential ramp, 0 light to 1 dark: for families of curves. Of a large family
     /// the legend shows a few.
     Ramp(f64),
@@ -58,7 +61,7 @@ impl Series {
             points,
             style,
             dash: Dash::Solid,
-            colour: Colour::Palette,
+            colour: Colour::Next,
         }
     }
 }
@@ -121,7 +124,10 @@ impl Chart {
         let points = self.series.iter().flat_map(|s| &s.points).copied();
         let marks = self.marks.iter().map(|m| (m.x, m.y));
         let lost = points.chain(marks).filter(|&p| self.place(p).is_none());
-        let lines = self.lines.iter().filter(|l| self.y.scale.place(l.value).is_none());
+        let lines = self
+            .lines
+            .iter()
+            .filter(|l| self.y.scale.place(l.value).is_none());
         lost.count() + lines.count()
     }
 
@@ -192,7 +198,11 @@ impl Chart {
                 xs.extend(mark.ends().iter().filter_map(|&e| self.x.scale.place(e)));
             }
         }
-        ys.extend(self.lines.iter().filter_map(|l| self.y.scale.place(l.value)));
+        ys.extend(
+            self.lines
+                .iter()
+                .filter_map(|l| self.y.scale.place(l.value)),
+        );
         let range = |values: &[f64], scale| {
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -218,7 +228,9 @@ mod tests {
 
     fn chart(points: Vec<(f64, f64)>) -> Chart {
         let mut chart = Chart::new("t", Axis::linear("x [s]"), Axis::linear("y [m]"));
-        chart.series.push(Series::new("a", Style::LinePoints, points));
+        chart
+            .series
+            .push(Series::new("a", Style::LinePoints, points));
         chart
     }
 
@@ -263,7 +275,10 @@ mod tests {
         }
         let mut log = chart(vec![(1.0, 0.0), (2.0, -1.0)]);
         log.y.scale = Scale::Log;
-        assert!(matches!(log.to_svg(), Err(ReportError::EmptyChart { skipped: 2, .. })));
+        assert!(matches!(
+            log.to_svg(),
+            Err(ReportError::EmptyChart { skipped: 2, .. })
+        ));
     }
 
     #[test]

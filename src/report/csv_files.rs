@@ -175,7 +175,7 @@ row! {
 }
 
 impl ContactRow {
-    /// The row of `contact` in the step that ends at `time` [s].
+    /// The row of `contact` in the step that ends at `time` in s.
     pub fn new(time: f64, contact: &ContactRecord) -> Self {
         ContactRow {
             time_s: time,
@@ -370,7 +370,7 @@ mod tests {
             f64::MIN_POSITIVE,
             1.0 / 3.0,
             1e23,
-            -2.2250738585072011e-308,
+            -f64::from_bits(0x000f_ffff_ffff_ffff),
             4e6,
         ];
         let rows: Vec<ProfileRow> = values
@@ -482,6 +482,9 @@ mod tests {
         let (_root, path) = written::<WearRow>(&[]);
         let error = read_rows::<ProfileRow>(&path).unwrap_err();
         assert!(matches!(error, ReportError::Header { .. }));
-        assert!(error.to_string().contains("cycles,hours,bar,node"), "{error}");
+        assert!(
+            error.to_string().contains("cycles,hours,bar,node"),
+            "{error}"
+        );
     }
 }

@@ -227,7 +227,10 @@ mod tests {
         folder.write("steps.csv", "new").unwrap();
         folder.write("bodies.csv", "new").unwrap();
         folder.commit().unwrap();
-        assert_eq!(listing(root.path()), ["bodies.csv", "notes.txt", "steps.csv"]);
+        assert_eq!(
+            listing(root.path()),
+            ["bodies.csv", "notes.txt", "steps.csv"]
+        );
         let read = |name| fs::read_to_string(root.path().join(name)).unwrap();
         assert_eq!(read("steps.csv"), "new");
         assert_eq!(read("notes.txt"), "mine");
@@ -243,7 +246,10 @@ mod tests {
             drop(folder);
             assert_eq!(listing(root.path()), ["steps.csv"]);
         }
-        assert_eq!(fs::read_to_string(root.path().join("steps.csv")).unwrap(), "old");
+        assert_eq!(
+            fs::read_to_string(root.path().join("steps.csv")).unwrap(),
+            "old"
+        );
     }
 
     #[test]
@@ -256,7 +262,10 @@ mod tests {
         folder.write("b.csv", "new").unwrap();
         let error = folder.commit().unwrap_err();
         assert!(matches!(error, ReportError::IsAFolder { .. }), "{error}");
-        assert_eq!(fs::read_to_string(root.path().join("a.csv")).unwrap(), "old");
+        assert_eq!(
+            fs::read_to_string(root.path().join("a.csv")).unwrap(),
+            "old"
+        );
         assert_eq!(listing(root.path()), ["a.csv", "b.csv"]);
     }
 
@@ -279,6 +288,9 @@ mod tests {
     fn an_unwritable_parent_is_named_before_the_run() {
         let error = OutputFolder::create("/proc/moreau2d/out").unwrap_err();
         assert!(matches!(error, ReportError::Io { .. }));
-        assert!(error.to_string().starts_with("/proc/moreau2d/out: "), "{error}");
+        assert!(
+            error.to_string().starts_with("/proc/moreau2d/out: "),
+            "{error}"
+        );
     }
 }

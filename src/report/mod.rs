@@ -4,10 +4,13 @@
 //! precision; millimetres and hours appear in charts and tables only.
 
 mod axis;
+mod canvas;
 mod chart;
 mod csv_files;
 mod drawing;
 mod folder;
+mod layout;
+mod legend;
 mod palette;
 mod progress;
 mod table;
@@ -22,7 +25,9 @@ pub use csv_files::{
 pub use folder::OutputFolder;
 pub use progress::Progress;
 pub use table::{Align, Table, number, quantity};
-pub use wear_charts::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
+pub use wear_charts::{
+    HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
+};
 
 use std::path::{Path, PathBuf};
 
@@ -52,7 +57,9 @@ pub enum ReportError {
         expected: String,
     },
     /// No point of the chart can be drawn.
-    #[error("chart \"{title}\": nothing to draw, {skipped} points are not finite (or not positive on a log axis)")]
+    #[error(
+        "chart \"{title}\": nothing to draw, {skipped} points are not finite (or not positive on a log axis)"
+    )]
     EmptyChart { title: String, skipped: usize },
     /// The chart's settings contradict each other or its data.
     #[error("chart \"{title}\": {reason}")]

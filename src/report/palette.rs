@@ -29,9 +29,9 @@ const RAMP: [(f64, f64, f64); 5] = [
     (68.0, 1.0, 84.0),
 ];
 
-/// Colour at `fraction` of the sequential ramp, light at 0 and dark at 1; clamped, NaN is 0.
+/// Colour at `fraction` of the sequential ramp, light at 0 and dark at 1; clamped.
 pub(super) fn ramp(fraction: f64) -> RGBColor {
-    let position = fraction.max(0.0).min(1.0) * (RAMP.len() - 1) as f64;
+    let position = fraction.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
     let below = (position as usize).min(RAMP.len() - 2);
     let (a, b, t) = (RAMP[below], RAMP[below + 1], position - below as f64);
     let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
