@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 pub mod contact;
-pub mod solver;
 pub mod dynamics;
 pub mod rapier;
+pub mod report;
+pub mod solver;
+pub mod wear;

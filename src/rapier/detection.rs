@@ -28,8 +28,8 @@ pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness [N/m] and damping [N s/m] of each contact point, in place of
     /// rigidity and restitution. Two compliant surfaces act in series.
     pub compliance: Option<(f64, f64)>,
-    /// Speed of the surface along (n_y, −n_x) of its outward normal n [m/s]: a belt whose top
-    /// runs to +x has a positive one.
+    /// Speed of the surface along itself [m/s], positive counter-clockwise round the collider:
+    /// a belt whose top runs to −x has a positive one.
     pub speed: f64,
     /// Keep only the deepest point a segment of this polyline: its segments are cells.
     pub one_point_per_segment: bool,
@@ -121,7 +121,8 @@ impl Detector {
                 surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
                 law: self.normal_law(pair, combine_restitution(c1, c2, k1, k2)),
                 friction: combine_friction(c1, c2, k1, k2),
-                belt: self.speed(pair.collider1) + self.speed(pair.collider2),
+                // on side 1 the surface runs along +t, on side 2 along −t
+                belt: -self.speed(pair.collider1) - self.speed(pair.collider2),
                 size: k1.size.min(k2.size),
             };
             if let (Some(s1), Some(s2)) = (k1.exact, k2.exact) {

@@ -1,0 +1,490 @@
+use std::borrow::Cow;
+use std::fs::File;
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::{OutputFolder, ReportError};
+use crate::dynamics::record::{ContactRecord, StepRecord};
+
+/// One row of one of the program's CSV files.
+pub trait Row: Serialize {
+    /// The file's name.
+    const FILE: &'static str;
+    /// The column names, which are the field names.
+    const HEADER: &'static [&'static str];
+}
+
+/// A row type whose header is its field names, so that the two cannot drift apart.
+macro_rules! row {
+    ($(#[$doc:meta])* $name:ident in $file:literal {
+        $($(#[$field_doc:meta])* $field:ident: $kind:ty,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: $kind,)*
+        }
+
+        impl Row for $name {
+            const FILE: &'static str = $file;
+            const HEADER: &'static [&'static str] = &[$(stringify!($field)),*];
+        }
+    };
+}
+
+row! {
+    /// Position and velocity of one body at one time.
+    BodyRow in "bodies.csv" {
+        time_s: f64,
+        /// The model's number of the body, as in `contacts.csv`.
+        body: u32,
+        x_m: f64,
+        y_m: f64,
+        angle_rad: f64,
+        vx_m_s: f64,
+        vy_m_s: f64,
+        omega_rad_s: f64,
+    }
+}
+
+row! {
+    /// One contact in one step: see [`ContactRecord`].
+    ContactRow in "contacts.csv" {
+        time_s: f64,
+        body_1: u32,
+        body_2: u32,
+        cell: u32,
+        x_m: f64,
+        y_m: f64,
+        nx: f64,
+        ny: f64,
+        gap_m: f64,
+        impulse_n_ns: f64,
+        impulse_t_ns: f64,
+        slip_m: f64,
+        load_slip_nm: f64,
+        friction_work_j: f64,
+        status: Cow<'static, str>,
+    }
+}
+
+row! {
+    /// One step: see [`StepRecord`].
+    StepRow in "steps.csv" {
+        time_s: f64,
+        dt_s: f64,
+        contacts: usize,
+        islands: usize,
+        sweeps: usize,
+        factorisations: usize,
+        pivots: usize,
+        residual: f64,
+        residual_velocity_m_s: f64,
+        unsolved: usize,
+        redundant: usize,
+        capped: usize,
+        relaxed: usize,
+        kinetic_j: f64,
+        potential_j: f64,
+        work_forces_j: f64,
+        work_contact_n_j: f64,
+        work_contact_t_j: f64,
+        work_joints_j: f64,
+        work_motors_j: f64,
+        imbalance_j: f64,
+        penetration_m: f64,
+    }
+}
+
+row! {
+    /// Wear of one cell after a number of cycles.
+    WearRow in "wear.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        cell: u32,
+        x_m: f64,
+        depth_m: f64,
+        load_slip_nm_per_cycle: f64,
+    }
+}
+
+row! {
+    /// One node of the worn profile after a number of cycles.
+    ProfileRow in "profile.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        node: u32,
+        x_m: f64,
+        y_m: f64,
+    }
+}
+
+row! {
+    /// When a limit is crossed, where, and how well that is known.
+    LifeRow in "life.csv" {
+        limit: String,
+        hours: f64,
+        cycles: f64,
+        error_hours: f64,
+        bar: u32,
+        cell: u32,
+    }
+}
+
+row! {
+    /// A published wear depth beside the computed one.
+    ComparisonRow in "comparison.csv" {
+        torque_nm: f64,
+        omega_rad_s: f64,
+        published_um: f64,
+        computed_um: f64,
+        relative_error: f64,
+        /// Whether a constant was fitted to this very point.
+        calibrated: bool,
+    }
+}
+
+row! {
+    /// One measure of one run: the table that compare, chart, bench and atlas are views of.
+    ResultRow in "results.csv" {
+        scene: String,
+        rung: String,
+        engine: String,
+        scheme: String,
+        solver: String,
+        setting: String,
+        dt_s: f64,
+        threads: usize,
+        precision: String,
+        measure: String,
+        /// NaN where the run failed.
+        value: f64,
+        unit: String,
+        reference: String,
+        /// Empty where nothing was timed.
+        seconds_per_simulated_second: Option<f64>,
+        spread: Option<f64>,
+        verdict: String,
+        mode: String,
+    }
+}
+
+impl ContactRow {
+    /// The row of `contact` in the step that ends at `time` in s.
+    pub fn new(time: f64, contact: &ContactRecord) -> Self {
+        ContactRow {
+            time_s: time,
+            body_1: contact.bodies[0],
+            body_2: contact.bodies[1],
+            cell: contact.cell,
+            x_m: contact.position.x,
+            y_m: contact.position.y,
+            nx: contact.normal.x,
+            ny: contact.normal.y,
+            gap_m: contact.gap,
+            impulse_n_ns: contact.impulse_n,
+            impulse_t_ns: contact.impulse_t,
+            slip_m: contact.slip,
+            load_slip_nm: contact.load_slip,
+            friction_work_j: contact.friction_work,
+            status: Cow::Borrowed(contact.status.word()),
+        }
+    }
+}
+
+impl From<&StepRecord> for StepRow {
+    fn from(step: &StepRecord) -> Self {
+        StepRow {
+            time_s: step.time,
+            dt_s: step.dt,
+            contacts: step.contacts.len(),
+            islands: step.islands,
+            sweeps: step.sweeps,
+            factorisations: step.factorisations,
+            pivots: step.pivots,
+            residual: step.residual,
+            residual_velocity_m_s: step.residual_velocity,
+            unsolved: step.unsolved,
+            redundant: step.redundant,
+            capped: step.capped,
+            relaxed: step.relaxed,
+            kinetic_j: step.energy.kinetic_end,
+            potential_j: step.energy.potential_end,
+            work_forces_j: step.energy.forces,
+            work_contact_n_j: step.energy.contact_n,
+            work_contact_t_j: step.energy.contact_t,
+            work_joints_j: step.energy.joints,
+            work_motors_j: step.energy.motors,
+            imbalance_j: step.energy.imbalance(),
+            penetration_m: step.penetration,
+        }
+    }
+}
+
+/// A CSV file written row by row; only a buffer of it is ever in memory.
+///
+/// Floats are the shortest text that reads back bit for bit; no comment rows.
+#[derive(Debug)]
+pub struct CsvFile<R> {
+    writer: csv::Writer<File>,
+    path: PathBuf,
+    row: PhantomData<fn(&R)>,
+}
+
+impl<R: Row> CsvFile<R> {
+    /// Starts `R::FILE` in `folder` with its header, which stands there even if no row follows.
+    ///
+    /// # Errors
+    /// `ReportError::Io`.
+    pub fn create(folder: &OutputFolder) -> Result<Self, ReportError> {
+        let path = folder.path(R::FILE);
+        let mut writer = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_path(&path)
+            .map_err(ReportError::csv(&path))?;
+        writer
+            .write_record(R::HEADER)
+            .map_err(ReportError::csv(&path))?;
+        Ok(CsvFile {
+            writer,
+            path,
+            row: PhantomData,
+        })
+    }
+
+    /// Appends a row.
+    ///
+    /// # Errors
+    /// `ReportError::Io`.
+    pub fn write(&mut self, row: &R) -> Result<(), ReportError> {
+        self.writer
+            .serialize(row)
+            .map_err(ReportError::csv(&self.path))
+    }
+
+    /// Writes out what is buffered. A file merely dropped is written too, but its errors are lost.
+    ///
+    /// # Errors
+    /// `ReportError::Io`, such as a full disk.
+    pub fn finish(mut self) -> Result<(), ReportError> {
+        self.writer.flush().map_err(ReportError::io(&self.path))
+    }
+}
+
+/// All rows of a CSV file that this program wrote, from which its charts are drawn.
+///
+/// # Errors
+/// `ReportError::Io`; `ReportError::Header` where the columns are not `R`'s, in order;
+/// `ReportError::Csv`, with the line, where a value is not of its column's kind.
+pub fn read_rows<R: Row + DeserializeOwned>(path: &Path) -> Result<Vec<R>, ReportError> {
+    let mut reader = csv::Reader::from_path(path).map_err(ReportError::csv(path))?;
+    let header = reader.headers().map_err(ReportError::csv(path))?;
+    if !header.iter().eq(R::HEADER.iter().copied()) {
+        return Err(ReportError::Header {
+            path: path.to_path_buf(),
+            found: header.iter().collect::<Vec<_>>().join(","),
+            expected: R::HEADER.join(","),
+        });
+    }
+    reader
+        .deserialize()
+        .collect::<Result<_, _>>()
+        .map_err(ReportError::csv(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Vec2;
+    use crate::dynamics::record::{ContactStatus, StepEnergy};
+    use std::fs;
+
+    fn written<R: Row>(rows: &[R]) -> (tempfile::TempDir, PathBuf) {
+        let root = tempfile::tempdir().unwrap();
+        let folder = OutputFolder::create(root.path()).unwrap();
+        let mut file = CsvFile::create(&folder).unwrap();
+        for row in rows {
+            file.write(row).unwrap();
+        }
+        file.finish().unwrap();
+        let path = folder.commit().unwrap().join(R::FILE);
+        (root, path)
+    }
+
+    fn header<R: Row>() -> String {
+        let (_root, path) = written::<R>(&[]);
+        fs::read_to_string(path).unwrap()
+    }
+
+    /// The headers as the interface document spells them; an empty file has one too.
+    #[test]
+    fn headers_are_those_of_the_interface() {
+        assert_eq!(
+            header::<BodyRow>(),
+            "time_s,body,x_m,y_m,angle_rad,vx_m_s,vy_m_s,omega_rad_s\n"
+        );
+        assert_eq!(
+            header::<ContactRow>(),
+            "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_ns,impulse_t_ns,slip_m,\
+             load_slip_nm,friction_work_j,status\n"
+        );
+        assert_eq!(
+            header::<StepRow>(),
+            "time_s,dt_s,contacts,islands,sweeps,factorisations,pivots,residual,\
+             residual_velocity_m_s,unsolved,redundant,capped,relaxed,kinetic_j,potential_j,\
+             work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
+             imbalance_j,penetration_m\n"
+        );
+        assert_eq!(
+            header::<WearRow>(),
+            "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle\n"
+        );
+        assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m\n");
+        assert_eq!(
+            header::<LifeRow>(),
+            "limit,hours,cycles,error_hours,bar,cell\n"
+        );
+        assert_eq!(
+            header::<ComparisonRow>(),
+            "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated\n"
+        );
+        assert_eq!(
+            header::<ResultRow>(),
+            "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,value,unit,\
+             reference,seconds_per_simulated_second,spread,verdict,mode\n"
+        );
+    }
+
+    #[test]
+    fn floats_read_back_bit_for_bit() {
+        let values = [
+            0.1 + 0.2,
+            -0.0,
+            5e-324,
+            f64::MAX,
+            f64::MIN_POSITIVE,
+            1.0 / 3.0,
+            1e23,
+            -f64::from_bits(0x000f_ffff_ffff_ffff),
+            4e6,
+        ];
+        let rows: Vec<ProfileRow> = values
+            .iter()
+            .map(|&v| ProfileRow {
+                cycles: v,
+                hours: -v,
+                bar: 1,
+                node: 2,
+                x_m: v,
+                y_m: v,
+            })
+            .collect();
+        let (_root, path) = written(&rows);
+        let back: Vec<ProfileRow> = read_rows(&path).unwrap();
+        assert_eq!(back.len(), values.len());
+        for (row, value) in back.iter().zip(values) {
+            assert_eq!(row.cycles.to_bits(), value.to_bits());
+            assert_eq!(row.hours.to_bits(), (-value).to_bits());
+        }
+    }
+
+    #[test]
+    fn a_failed_result_keeps_its_nan_and_its_commas() {
+        let row = ResultRow {
+            scene: "stack".into(),
+            rung: "10".into(),
+            engine: "rapier".into(),
+            scheme: String::new(),
+            solver: String::new(),
+            setting: "dt=1/60, substeps \"4\"".into(),
+            dt_s: 1.0 / 60.0,
+            threads: 1,
+            precision: "f32".into(),
+            measure: "drift".into(),
+            value: f64::NAN,
+            unit: "m".into(),
+            reference: "rest".into(),
+            seconds_per_simulated_second: None,
+            spread: None,
+            verdict: "fail".into(),
+            mode: "explodes".into(),
+        };
+        let (_root, path) = written(std::slice::from_ref(&row));
+        let back: Vec<ResultRow> = read_rows(&path).unwrap();
+        assert!(back[0].value.is_nan());
+        assert_eq!(back[0].setting, row.setting);
+        assert_eq!(back[0].spread, None);
+    }
+
+    #[test]
+    fn records_land_in_their_columns() {
+        let contact = ContactRecord {
+            bodies: [1, 2],
+            cell: 3,
+            position: Vec2::new(4.0, 5.0),
+            normal: Vec2::new(6.0, 7.0),
+            gap: 8.0,
+            impulse_n: 9.0,
+            impulse_t: 10.0,
+            slip: 11.0,
+            load_slip: 12.0,
+            friction_work: 13.0,
+            status: ContactStatus::SlipMinus,
+        };
+        let (_root, path) = written(&[ContactRow::new(0.5, &contact)]);
+        let text = fs::read_to_string(path).unwrap();
+        assert_eq!(
+            text.lines().nth(1).unwrap(),
+            "0.5,1,2,3,4.0,5.0,6.0,7.0,8.0,9.0,10.0,11.0,12.0,13.0,slip-"
+        );
+        let step = StepRecord {
+            time: 0.5,
+            dt: 0.25,
+            contacts: vec![contact],
+            islands: 2,
+            sweeps: 3,
+            factorisations: 4,
+            pivots: 5,
+            residual: 6.0,
+            residual_velocity: 7.0,
+            unsolved: 8,
+            redundant: 9,
+            capped: 10,
+            relaxed: 11,
+            energy: StepEnergy {
+                kinetic_start: 100.0,
+                kinetic_end: 12.0,
+                potential_end: 13.0,
+                forces: 14.0,
+                contact_n: 15.0,
+                contact_t: 16.0,
+                joints: 17.0,
+                motors: 18.0,
+            },
+            penetration: 20.0,
+        };
+        let (_root, path) = written(&[StepRow::from(&step)]);
+        let text = fs::read_to_string(path).unwrap();
+        // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
+        assert_eq!(
+            text.lines().nth(1).unwrap(),
+            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0"
+        );
+    }
+
+    #[test]
+    fn another_header_is_refused_by_name() {
+        let (_root, path) = written::<WearRow>(&[]);
+        let error = read_rows::<ProfileRow>(&path).unwrap_err();
+        assert!(matches!(error, ReportError::Header { .. }));
+        assert!(
+            error.to_string().contains("cycles,hours,bar,node"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,169 @@
+use super::axis::{Ticks, ticks};
+use super::canvas::Point;
+use super::chart::{Chart, Extent};
+use super::legend::Entry;
+
+/// Lengths in pixels.
+const PLOT_WIDTH: f64 = 560.0;
+const PLOT_HEIGHT: f64 = 340.0;
+pub(super) const MARGIN: f64 = 16.0;
+pub(super) const TITLE: f64 = 16.0;
+pub(super) const TEXT: f64 = 12.5;
+pub(super) const SMALL: f64 = 11.5;
+pub(super) const LEGEND_ROW: f64 = 20.0;
+
+/// Width in px to allow for a text: a generic sans-serif may turn out as wide as DejaVu Sans.
+fn width_of(text: &str, size: f64) -> f64 {
+    let em = text.chars().map(|c| match c {
+        '\u{2e80}'.. => 1.05,
+        c if c.is_uppercase() => 0.75,
+        _ => 0.62,
+    });
+    size * em.sum::<f64>()
+}
+
+/// Splits at spaces into lines no wider than `width` px; a longer word stays whole.
+fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if width_of(line, size) + width_of(word, size) + size < width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Lengths in pixels, from the top left of the picture.
+pub(super) struct Layout {
+    pub size: Point,
+    /// Left, top, right and bottom of the plot.
+    pub left: f64,
+    pub top: f64,
+    pub right: f64,
+    pub bottom: f64,
+    pub extent: Extent,
+    pub x: Ticks,
+    pub y: Ticks,
+    pub title: Vec<String>,
+    pub subtitle: Vec<String>,
+    /// Left edge of the legend.
+    pub legend: f64,
+    /// Labels of the reference lines, and how far below the top of the plot.
+    pub lines: Vec<(f64, String)>,
+}
+
+/// Close lines must not have their labels on top of each other.
+fn line_labels(chart: &Chart, range: (f64, f64), height: f64) -> Vec<(f64, String)> {
+    let down = |place: f64| (range.1 - place) / (range.1 - range.0) * height;
+    let mut labels: Vec<(f64, String)> = chart
+        .lines
+        .iter()
+        .filter_map(|l| Some((down(chart.y.scale.place(l.value)?), l.label.clone())))
+        .collect();
+    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut free = f64::NEG_INFINITY;
+    for (y, _) in &mut labels {
+        *y = y.max(free);
+        free = *y + 1.25 * SMALL;
+    }
+    labels
+}
+
+impl Layout {
+    pub(super) fn new(chart: &Chart, mut extent: Extent, legend: &[Entry]) -> Self {
+        // No axis is shorter than its label.
+        let least = (
+            width_of(&chart.x.label, TEXT),
+            width_of(&chart.y.label, TEXT),
+        );
+        let (mut width, mut height) = (PLOT_WIDTH.max(least.0), PLOT_HEIGHT.max(least.1));
+        if chart.equal_aspect {
+            let scale = |e: Extent| (e.x.1 - e.x.0, e.y.1 - e.y.0);
+            let (most_wide, most_high) = (width, 1.5 * height);
+            // Neither a ribbon nor a tower: widen the shorter range where the shape is extreme.
+            let (w, h) = scale(extent);
+            let grow = |range: (f64, f64), to: f64| {
+                let more = (to - (range.1 - range.0)).max(0.0) / 2.0;
+                (range.0 - more, range.1 + more)
+            };
+            extent.y = grow(extent.y, (least.1 / most_wide).max(0.2) * w);
+            extent.x = grow(extent.x, (least.0 / most_high).max(0.5) * h);
+            let (w, h) = scale(extent);
+            let per_unit = (most_wide / w).min(most_high / h);
+            (width, height) = (w * per_unit, h * per_unit);
+        }
+        let widest = |texts: &mut dyn Iterator<Item = &str>, size: f64| {
+            texts.map(|t| width_of(t, size)).fold(0.0, f64::max)
+        };
+        let mut wanted = (width / 70.0) as usize;
+        let x = loop {
+            let x = ticks(extent.x, chart.x.scale, wanted);
+            let label = widest(&mut x.major.iter().map(|t| t.1.as_str()), TEXT);
+            if wanted <= 2 || (label + TEXT) * x.major.len() as f64 <= width {
+                break x;
+            }
+            wanted -= 1;
+        };
+        let y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+        let y_labels = widest(&mut y.major.iter().map(|t| t.1.as_str()), TEXT);
+        let left = MARGIN + 1.6 * TEXT + y_labels + 14.0;
+        let right = left + width;
+        let last_tick = x.major.last().map_or(0.0, |t| width_of(&t.1, TEXT) / 2.0);
+        let names = widest(&mut legend.iter().map(|e| e.name.as_str()), TEXT);
+        let lines = line_labels(chart, extent.y, height);
+        let line_width = widest(&mut lines.iter().map(|l| l.1.as_str()), SMALL);
+        let legend_height = LEGEND_ROW * legend.len() as f64;
+        // The legend keeps clear of the labels of the lines: above them, else beside them.
+        let crossed = lines.iter().any(|l| l.0 - SMALL < legend_height);
+        let legend_left = right + 18.0 + if crossed { line_width + 10.0 } else { 0.0 };
+        let legend_right = if legend.is_empty() {
+            right
+        } else {
+            legend_left + 34.0 + names
+        };
+        let lines_right = right + 6.0 + line_width;
+        let total = legend_right.max(lines_right).max(right + last_tick) + MARGIN;
+        let title = wrapped(&chart.title, 1.1 * TITLE, total - left - MARGIN);
+        let subtitle = wrapped(&chart.subtitle, TEXT, total - left - MARGIN);
+        let top =
+            MARGIN + 1.35 * TITLE * title.len() as f64 + 1.4 * TEXT * subtitle.len() as f64 + 10.0;
+        let bottom = top + height;
+        let legend_bottom = top + legend_height;
+        let note = if chart.skipped() > 0 {
+            1.6 * SMALL
+        } else {
+            0.0
+        };
+        Layout {
+            size: (
+                total,
+                (bottom + 8.0 + 2.8 * TEXT + note).max(legend_bottom) + MARGIN,
+            ),
+            left,
+            top,
+            right,
+            bottom,
+            extent,
+            x,
+            y,
+            title,
+            subtitle,
+            legend: legend_left,
+            lines,
+        }
+    }
+
+    /// Pixel of a pair of places along the axes.
+    pub(super) fn pixel(&self, (x, y): Point) -> Point {
+        let e = self.extent;
+        let along = |v: f64, r: (f64, f64)| (v - r.0) / (r.1 - r.0);
+        (
+            self.left + along(x, e.x) * (self.right - self.left),
+            self.bottom - along(y, e.y) * (self.bottom - self.top),
+        )
+    }
+}

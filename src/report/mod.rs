@@ -1,0 +1,96 @@
+//! What leaves the program: CSV files, SVG charts, terminal tables, and the folder they go to.
+//!
+//! Everything here is drawn and written from records and rows alone. Files hold SI units at full
+//! precision; millimetres and hours appear in charts and tables only.
+
+mod axis;
+mod canvas;
+mod chart;
+mod csv_files;
+mod drawing;
+mod folder;
+mod layout;
+mod legend;
+mod palette;
+mod progress;
+mod table;
+mod wear_charts;
+
+pub use axis::{Axis, Scale};
+pub use chart::{Chart, Colour, Dash, HLine, Mark, Series, Style};
+pub use csv_files::{
+    BodyRow, ComparisonRow, ContactRow, CsvFile, LifeRow, ProfileRow, ResultRow, Row, StepRow,
+    WearRow, read_rows,
+};
+pub use folder::OutputFolder;
+pub use progress::Progress;
+pub use table::{Align, Table, number, quantity};
+pub use wear_charts::{
+    HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
+};
+
+use std::path::{Path, PathBuf};
+
+/// What can go wrong between a result and its file.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A file or folder cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// A folder is asked for where something else stands.
+    #[error("{}: exists and is not a folder", path.display())]
+    NotAFolder { path: PathBuf },
+    /// A file would replace a folder of the same name.
+    #[error("{}: is a folder, not replaced by a file", path.display())]
+    IsAFolder { path: PathBuf },
+    /// A CSV file does not hold the rows asked for.
+    #[error("{}: {source}", path.display())]
+    Csv { path: PathBuf, source: csv::Error },
+    /// A CSV file has another header.
+    #[error("{}: header is \"{found}\", expected \"{expected}\"", path.display())]
+    Header {
+        path: PathBuf,
+        found: String,
+        expected: String,
+    },
+    /// No point of the chart can be drawn.
+    #[error(
+        "chart \"{title}\": nothing to draw, {skipped} points are not finite (or not positive on a log axis)"
+    )]
+    EmptyChart { title: String, skipped: usize },
+    /// The chart's settings contradict each other or its data.
+    #[error("chart \"{title}\": {reason}")]
+    Chart { title: String, reason: String },
+}
+
+impl ReportError {
+    fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| ReportError::Io {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// I/O trouble inside the csv crate is I/O trouble to the user.
+    fn csv(path: &Path) -> impl FnOnce(csv::Error) -> Self + '_ {
+        move |error| {
+            let path = path.to_path_buf();
+            if !error.is_io_error() {
+                return ReportError::Csv {
+                    path,
+                    source: error,
+                };
+            }
+            match error.into_kind() {
+                csv::ErrorKind::Io(source) => ReportError::Io { path, source },
+                other => ReportError::Io {
+                    path,
+                    source: std::io::Error::other(format!("{other:?}")),
+                },
+            }
+        }
+    }
+}

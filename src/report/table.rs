@@ -1,0 +1,179 @@
+use std::fmt;
+
+/// Which edge of its column a cell keeps to: text left, numbers right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Align {
+    Left,
+    Right,
+}
+
+/// A plain aligned table for the terminal: a header, a rule, rows. Units belong in the header.
+#[derive(Debug, Clone)]
+pub struct Table {
+    columns: Vec<(String, Align)>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table with these column titles.
+    pub fn new<T: Into<String>>(columns: impl IntoIterator<Item = (T, Align)>) -> Self {
+        Table {
+            columns: columns.into_iter().map(|(t, a)| (t.into(), a)).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row. Missing cells stay blank; cells beyond the header get columns without a title.
+    pub fn push<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let titles: Vec<String> = self.columns.iter().map(|(t, _)| t.clone()).collect();
+        let lines = || std::iter::once(&titles).chain(&self.rows);
+        let count = lines().map(Vec::len).max().unwrap_or(0);
+        let mut widths = vec![0; count];
+        for line in lines() {
+            for (width, cell) in widths.iter_mut().zip(line) {
+                *width = cell.chars().count().max(*width);
+            }
+        }
+        for (i, line) in lines().enumerate() {
+            let mut text = String::new();
+            for (c, &width) in widths.iter().enumerate() {
+                let cell = line.get(c).map_or("", String::as_str);
+                let gap = if c == 0 { "" } else { "  " };
+                match self.columns.get(c).map_or(Align::Left, |column| column.1) {
+                    Align::Left => text += &format!("{gap}{cell:<width$}"),
+                    Align::Right => text += &format!("{gap}{cell:>width$}"),
+                }
+            }
+            writeln!(f, "{}", text.trim_end())?;
+            if i == 0 {
+                let rule: Vec<String> = widths.iter().map(|&w| "-".repeat(w)).collect();
+                writeln!(f, "{}", rule.join("  "))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `value` to `significant` digits as an engineer writes it: 7.62, 0.0031, 12800, 1.2e-9.
+///
+/// Plain from 1e-3 up to 1e6, where the digits before the point are never cut; with an exponent
+/// outside. NaN and the infinities are spelled out.
+pub fn number(value: f64, significant: usize) -> String {
+    let digits = significant.clamp(1, 17);
+    if !value.is_finite() {
+        return format!("{value}");
+    }
+    if value == 0.0 {
+        return "0".into();
+    }
+    // The exponent after rounding, so that 9.999 becomes 10.0 and not 10.00.
+    let scientific = format!("{value:.*e}", digits - 1);
+    let exponent: i32 = scientific
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
+    if (-3..6).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        scientific
+    }
+}
+
+/// `value` with an SI prefix before `unit`: `quantity(0.00762, "m", 3)` is "7.62 mm".
+///
+/// # Arguments
+/// - `value`: in `unit`, which carries no prefix itself (g, not kg) and no power.
+/// - `significant`: digits, as in [`number`].
+pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
+    const PREFIXES: [(i32, &str); 7] = [
+        (-9, "n"),
+        (-6, "µ"),
+        (-3, "m"),
+        (0, ""),
+        (3, "k"),
+        (6, "M"),
+        (9, "G"),
+    ];
+    let exponent = format!("{value:.*e}", significant.clamp(1, 17) - 1)
+        .split_once('e')
+        .and_then(|(_, e)| e.parse::<i32>().ok())
+        .unwrap_or(0);
+    let engineering = exponent.div_euclid(3) * 3;
+    match PREFIXES.iter().find(|(e, _)| *e == engineering) {
+        Some((e, prefix)) if value != 0.0 => {
+            // Division by an exact power keeps the last digit right.
+            let scaled = if *e < 0 {
+                value * 10f64.powi(-e)
+            } else {
+                value / 10f64.powi(*e)
+            };
+            format!("{} {prefix}{unit}", number(scaled, significant))
+        }
+        _ => format!("{} {unit}", number(value, significant)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up() {
+        let mut table = Table::new([("engine", Align::Left), ("depth [µm]", Align::Right)]);
+        table.push(["moreau", "7620"]);
+        table.push(["rapier-stiff", "17070"]);
+        table.push(["box2d"]);
+        table.push(["x", "1", "beyond"]);
+        let expected = "\
+engine        depth [µm]
+------------  ----------  ------
+moreau              7620
+rapier-stiff       17070
+box2d
+x                      1  beyond
+";
+        assert_eq!(table.to_string(), expected);
+    }
+
+    #[test]
+    fn numbers_as_engineers_write_them() {
+        for (value, digits, text) in [
+            (7.62, 3, "7.62"),
+            (1.2e-9, 2, "1.2e-9"),
+            (9.999, 3, "10.0"),
+            (0.0031, 2, "0.0031"),
+            (0.00099, 2, "9.9e-4"),
+            (12800.0, 3, "12800"),
+            (999_999.9, 3, "1.00e6"),
+            (-0.5, 1, "-0.5"),
+            (0.0, 3, "0"),
+            (f64::NAN, 3, "NaN"),
+            (f64::NEG_INFINITY, 3, "-inf"),
+        ] {
+            assert_eq!(number(value, digits), text);
+        }
+    }
+
+    #[test]
+    fn quantities_take_the_prefix_that_reads_best() {
+        for (value, text) in [
+            (0.00762, "7.62 mm"),
+            (0.0188, "18.8 mm"),
+            (0.25, "250 mm"),
+            (3.1e-7, "310 nm"),
+            (0.0009999, "1.00 mm"),
+            (1500.0, "1.50 km"),
+            (1e-15, "1.00e-15 m"),
+            (0.0, "0 m"),
+        ] {
+            assert_eq!(quantity(value, "m", 3), text);
+        }
+    }
+}

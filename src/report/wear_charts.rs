@@ -1,0 +1,366 @@
+use super::ReportError;
+use super::axis::Axis;
+use super::chart::{Chart, Colour, HLine, Mark, Series, Style};
+use super::csv_files::{LifeRow, ProfileRow, WearRow};
+use super::table::number;
+
+const MM: f64 = 1e3;
+/// Curves of the worn profile, and of the depth, at most.
+const PROFILES: usize = 12;
+const DEPTHS: usize = 6;
+
+/// Tooth height of one bar at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeightPoint {
+    pub hours: f64,
+    pub bar: u32,
+    /// In m.
+    pub height: f64,
+}
+
+/// A tooth height at which something must be done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightLimit {
+    /// As in [`LifeRow::limit`].
+    pub name: String,
+    /// In m.
+    pub height: f64,
+}
+
+/// The worn profile of one bar at up to 12 times, light to dark, on its base.
+///
+/// # Arguments
+/// - `rows`: any order of times; nodes in order within one.
+/// - `bar`: the bar drawn.
+/// - `base_depth`: height of the base under y = 0 in m, 0 for none.
+/// - `subtitle`: what scene and settings this is.
+///
+/// # Errors
+/// `ReportError::EmptyChart` where the bar has no rows; `ReportError::Chart` where a time is not
+/// finite.
+pub fn worn_profile(
+    rows: &[ProfileRow],
+    bar: u32,
+    base_depth: f64,
+    subtitle: &str,
+) -> Result<Chart, ReportError> {
+    let mut chart = Chart::new(
+        "Worn profile of the tooth",
+        Axis::linear("along the base [mm]"),
+        Axis::linear("height above the base [mm]"),
+    );
+    chart.subtitle = subtitle.into();
+    chart.equal_aspect = true;
+    let rows: Vec<&ProfileRow> = rows.iter().filter(|r| r.bar == bar).collect();
+    let times = times(rows.iter().map(|r| r.hours), PROFILES, &chart)?;
+    let low = rows.iter().map(|r| r.x_m).fold(f64::INFINITY, f64::min);
+    let high = rows.iter().map(|r| r.x_m).fold(f64::NEG_INFINITY, f64::max);
+    if base_depth > 0.0 && low < high {
+        let corners = [
+            (low, -base_depth),
+            (high, -base_depth),
+            (high, 0.0),
+            (low, 0.0),
+        ];
+        chart.series.push(Series::new(
+            "base",
+            Style::Body,
+            corners.map(|(x, y)| (MM * x, MM * y)).to_vec(),
+        ));
+    }
+    family(&mut chart, &times, Style::Line, |hours| {
+        let at = rows.iter().filter(|r| r.hours == hours);
+        at.map(|r| (MM * r.x_m, MM * r.y_m)).collect()
+    });
+    Ok(chart)
+}
+
+/// Worn depth over the cells of one bar at up to 6 times, light to dark.
+///
+/// # Arguments
+/// - `rows`: any order of times; cells in order within one.
+/// - `bar`: the bar drawn.
+/// - `subtitle`: what scene and settings this is.
+///
+/// # Errors
+/// As [`worn_profile`].
+pub fn depth_per_cell(rows: &[WearRow], bar: u32, subtitle: &str) -> Result<Chart, ReportError> {
+    let mut chart = Chart::new(
+        "Wear depth per cell",
+        Axis::linear("cell"),
+        Axis::linear("worn depth [mm]"),
+    );
+    chart.subtitle = subtitle.into();
+    let rows: Vec<&WearRow> = rows.iter().filter(|r| r.bar == bar).collect();
+    let times = times(rows.iter().map(|r| r.hours), DEPTHS, &chart)?;
+    family(&mut chart, &times, Style::LinePoints, |hours| {
+        let at = rows.iter().filter(|r| r.hours == hours);
+        at.map(|r| (f64::from(r.cell), MM * r.depth_m)).collect()
+    });
+    Ok(chart)
+}
+
+/// Tooth heights from profiles: the highest node of each bar at each time, in the order of the
+/// rows. Rows that are not finite are left out.
+pub fn heights(rows: &[ProfileRow]) -> Vec<HeightPoint> {
+    let mut points: Vec<HeightPoint> = Vec::new();
+    for row in rows
+        .iter()
+        .filter(|r| r.hours.is_finite() && r.y_m.is_finite())
+    {
+        // Rows come in blocks of one bar and time.
+        match points.last_mut() {
+            Some(p) if p.bar == row.bar && p.hours == row.hours => p.height = p.height.max(row.y_m),
+            _ => points.push(HeightPoint {
+                hours: row.hours,
+                bar: row.bar,
+                height: row.y_m,
+            }),
+        }
+    }
+    points
+}
+
+/// Tooth height against hours, with the limits and when they are crossed.
+///
+/// # Arguments
+/// - `points`: times ascending within a bar.
+/// - `limits`: drawn as lines, such as 6 mm, "unfit".
+/// - `life`: crossings, marked with their error bars on the limit of the same name; of each limit
+///   the first in time. Those of a limit not listed cannot be placed and are left out.
+/// - `subtitle`: what scene and settings this is.
+///
+/// The chart has no series, and so cannot be drawn, where `points` is empty.
+pub fn tooth_height(
+    points: &[HeightPoint],
+    limits: &[HeightLimit],
+    life: &[LifeRow],
+    subtitle: &str,
+) -> Chart {
+    let mut chart = Chart::new(
+        "Tooth height",
+        Axis::linear("operating time [h]"),
+        Axis::linear("tooth height [mm]"),
+    );
+    chart.subtitle = subtitle.into();
+    let mut bars: Vec<u32> = points.iter().map(|p| p.bar).collect();
+    bars.sort_unstable();
+    bars.dedup();
+    for &bar in &bars {
+        let own = points.iter().filter(|p| p.bar == bar);
+        let name = match bars.len() {
+            1 => "tooth height".to_owned(),
+            _ => format!("bar {bar}"),
+        };
+        let values = own.map(|p| (p.hours, MM * p.height)).collect();
+        chart.series.push(Series::new(name, Style::Line, values));
+    }
+    for limit in limits {
+        chart.lines.push(HLine {
+            value: MM * limit.height,
+            label: format!("{} mm: {}", trimmed(MM * limit.height), limit.name),
+        });
+        let crossings = life
+            .iter()
+            .filter(|r| r.limit == limit.name && r.hours.is_finite());
+        if let Some(first) = crossings.min_by(|a, b| a.hours.total_cmp(&b.hours)) {
+            chart.marks.push(Mark {
+                x: first.hours,
+                y: MM * limit.height,
+                x_error: first.error_hours,
+                label: match bars.len() {
+                    0 | 1 => crossing(first),
+                    _ => format!("{} (bar {})", crossing(first), first.bar),
+                },
+            });
+        }
+    }
+    chart
+}
+
+/// "unfit: 61.2 ± 0.8 h", the value to the last digit of its error.
+fn crossing(row: &LifeRow) -> String {
+    if row.error_hours > 0.0 && row.error_hours.is_finite() {
+        let error = number(row.error_hours, 2);
+        let decimals = error.split_once('.').map_or(0, |(_, d)| d.len());
+        // An error below a thousandth of an hour is not worth its digits.
+        if !error.contains('e') {
+            return format!("{}: {:.decimals$} ± {error} h", row.limit, row.hours);
+        }
+    }
+    format!("{}: {} h", row.limit, number(row.hours, 4))
+}
+
+/// A number without the zeros it does not need.
+fn trimmed(value: f64) -> String {
+    let text = number(value, 3);
+    match text.contains('.') && !text.contains('e') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// One curve a time, coloured along the ramp by its time.
+fn family(chart: &mut Chart, times: &[f64], style: Style, points: impl Fn(f64) -> Vec<(f64, f64)>) {
+    let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
+        return;
+    };
+    for &hours in times {
+        let name = match hours {
+            0.0 => "new".to_owned(),
+            _ => format!("{} h", number(hours, 3)),
+        };
+        let mut series = Series::new(name, style, points(hours));
+        let span = last - first;
+        series.colour = Colour::Ramp(if span > 0.0 {
+            (hours - first) / span
+        } else {
+            1.0
+        });
+        chart.series.push(series);
+    }
+}
+
+/// The distinct times, ascending, thinned to `most` as evenly in time as they allow.
+fn times(
+    hours: impl Iterator<Item = f64>,
+    most: usize,
+    chart: &Chart,
+) -> Result<Vec<f64>, ReportError> {
+    let mut times: Vec<f64> = hours.collect();
+    let refused = |error: fn(String) -> ReportError| error(chart.title.clone());
+    if times.is_empty() {
+        return Err(refused(|title| ReportError::EmptyChart {
+            title,
+            skipped: 0,
+        }));
+    }
+    if times.iter().any(|t| !t.is_finite()) {
+        return Err(refused(|title| ReportError::Chart {
+            title,
+            reason: "a row's hours are not finite".into(),
+        }));
+    }
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    if times.len() <= most {
+        return Ok(times);
+    }
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let mut kept: Vec<f64> = (0..most)
+        .map(|i| {
+            let wanted = first + (last - first) * i as f64 / (most - 1) as f64;
+            let next = times
+                .partition_point(|&t| t < wanted)
+                .clamp(1, times.len() - 1);
+            let (a, b) = (times[next - 1], times[next]);
+            if wanted - a <= b - wanted { a } else { b }
+        })
+        .collect();
+    kept.dedup();
+    Ok(kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 41 times of a tooth that loses its top and a scar, two bars.
+    fn profile() -> Vec<ProfileRow> {
+        let mut rows = Vec::new();
+        for (time, bar) in (0..=40).flat_map(|t| [(t, 1), (t, 2)]) {
+            for node in 0..26 {
+                let x = 0.002 * f64::from(node);
+                rows.push(ProfileRow {
+                    cycles: 1e5 * f64::from(time),
+                    hours: 1.7 * f64::from(time),
+                    bar,
+                    node: node + 1,
+                    x_m: x,
+                    y_m: 0.0188 - 0.1014 * x - 5.539 * x * x - 1e-4 * f64::from(time),
+                });
+            }
+        }
+        rows
+    }
+
+    #[test]
+    fn profile_is_in_millimetres_and_thinned_with_both_ends() {
+        let chart = worn_profile(&profile(), 2, 0.008, "").unwrap();
+        assert!(chart.equal_aspect);
+        let curves: Vec<&Series> = chart
+            .series
+            .iter()
+            .filter(|s| s.style == Style::Line)
+            .collect();
+        assert_eq!(curves.len(), PROFILES);
+        assert_eq!(
+            (curves[0].name.as_str(), curves[11].name.as_str()),
+            ("new", "68.0 h")
+        );
+        assert_eq!(curves[0].points.len(), 26);
+        // one rounding in the profile, one in the unit
+        assert!((curves[0].points[0].1 - 18.8).abs() < 1e-13);
+        assert_eq!(chart.series[0].points[0], (0.0, -8.0), "the base");
+        assert!(chart.to_svg().unwrap().contains("68.0 h"));
+    }
+
+    #[test]
+    fn crossing_is_marked_on_its_limit_with_its_error() {
+        let limits = [HeightLimit {
+            name: "unfit".into(),
+            height: 0.006,
+        }];
+        let life = |hours, error_hours| LifeRow {
+            limit: "unfit".into(),
+            hours,
+            cycles: 3e6,
+            error_hours,
+            bar: 1,
+            cell: 3,
+        };
+        let points = heights(&profile());
+        assert_eq!(points.len(), 82);
+        let rows = [life(70.0, 1.0), life(61.2345, 1.83), life(f64::NAN, 1.0)];
+        let chart = tooth_height(&points, &limits, &rows, "");
+        assert_eq!(chart.series.len(), 2);
+        assert_eq!(chart.lines[0].label, "6 mm: unfit");
+        let mark = &chart.marks[0];
+        assert_eq!((mark.x, mark.y, mark.x_error), (61.2345, 6.0, 1.83));
+        assert_eq!(mark.label, "unfit: 61.2 ± 1.8 h (bar 1)");
+        assert_eq!(crossing(&life(61.2345, 12.0)), "unfit: 61 ± 12 h");
+        assert_eq!(crossing(&life(61.2345, 0.0)), "unfit: 61.23 h");
+    }
+
+    #[test]
+    fn depth_needs_rows_of_the_bar_and_finite_hours() {
+        let row = |hours| WearRow {
+            cycles: 1.0,
+            hours,
+            bar: 1,
+            cell: 1,
+            x_m: 0.0,
+            depth_m: 0.00762,
+            load_slip_nm_per_cycle: 1.0,
+        };
+        let chart = depth_per_cell(&[row(2.0)], 1, "").unwrap();
+        assert_eq!(chart.series[0].points, [(1.0, 7.62)]);
+        assert!(matches!(
+            depth_per_cell(&[row(2.0)], 2, ""),
+            Err(ReportError::EmptyChart { .. })
+        ));
+        assert!(matches!(
+            depth_per_cell(&[row(f64::NAN)], 1, ""),
+            Err(ReportError::Chart { .. })
+        ));
+    }
+
+    /// Small jumps at the start of a life must not crowd the picture.
+    #[test]
+    fn times_are_even_in_time_not_in_number() {
+        let many = (0..100).map(|i| 0.01 * f64::from(i)).chain([50.0, 100.0]);
+        let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));
+        let kept = times(many, 5, &chart).unwrap();
+        assert_eq!(kept, [0.0, 0.99, 50.0, 100.0]);
+    }
+}
