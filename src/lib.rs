@@ -4,3 +4,4 @@
 pub mod contact;
 pub mod solver;
 pub mod dynamics;
+pub mod wear;
