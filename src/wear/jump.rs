@@ -1,0 +1,193 @@
+use super::update::deepest;
+use super::{WearError, all_finite, in_range, same_length};
+
+/// How many cycles the wear of one simulated cycle may be extrapolated over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JumpRule {
+    /// The fixed length asked for \[cycles\].
+    pub cycles: f64,
+    /// Deepest wear of one jump over the cell size: 0.1 where accuracy is asked, 0.3 at most.
+    pub fraction: f64,
+    /// Bound on `K k S` of one jump, below 2; at most 1 keeps the approach monotone.
+    pub stability: f64,
+}
+
+impl Default for JumpRule {
+    /// 1e6 cycles, a tenth of a cell, `K k S ≤ 1`.
+    fn default() -> Self {
+        JumpRule {
+            cycles: 1e6,
+            fraction: 0.1,
+            stability: 1.0,
+        }
+    }
+}
+
+/// What set the length of a jump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cap {
+    /// The length asked for.
+    Asked,
+    /// The depth at this node.
+    Depth { node: usize },
+    /// The stability bound.
+    Stability,
+}
+
+/// A jump to take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump {
+    /// Number of cycles, above 0; need not be whole.
+    pub cycles: f64,
+    pub cap: Cap,
+}
+
+impl JumpRule {
+    /// The next jump.
+    ///
+    /// ```text
+    /// N = min( N_asked,  fraction · size / max_i r_i,  stability / (K k s) )              (1)
+    /// ```
+    ///
+    /// The last bound is that of explicit wear on a Winkler foundation of stiffness `k` [Pa/m]
+    /// over a sliding distance `S = N s`: a deviation is multiplied by `1 − K k S` in every jump,
+    /// so it decays for `K k S < 2`, without changing sign below 1.
+    ///
+    /// # Arguments
+    /// - `rates`: `r_i ≥ 0`, depth per cycle \[m\], one a node.
+    /// - `size`: cell size \[m\].
+    /// - `feedback`: `K k s` of one cycle, by how much a node's rate falls when it is worn by 1 m
+    ///   [1/cycle]; 0 where the rate does not depend on the depth.
+    ///
+    /// # Errors
+    /// [`WearError::NonFinite`]; [`WearError::Range`] for a negative rate, a size, length or
+    /// fraction not above 0 (fraction at most 0.3), a stability bound outside (0, 2), or a negative
+    /// `feedback`.
+    ///
+    /// # Source
+    /// Põdra & Andersson (1999) for explicit wear steps; the bound is the linear one of the
+    /// explicit Euler rule.
+    pub fn next(&self, rates: &[f64], size: f64, feedback: f64) -> Result<Jump, WearError> {
+        all_finite("rate of node", rates)?;
+        for &r in rates {
+            in_range("depth per cycle [m]", r, r >= 0.0, "at least 0")?;
+        }
+        let above =
+            |what, v: f64| in_range(what, v, v > 0.0 && v.is_finite(), "finite and above 0");
+        above("jump length [cycles]", self.cycles)?;
+        above("cell size [m]", size)?;
+        let inside = self.fraction > 0.0 && self.fraction <= 0.3;
+        in_range("jump fraction", self.fraction, inside, "in (0, 0.3]")?;
+        let inside = self.stability > 0.0 && self.stability < 2.0;
+        in_range("jump stability K k S", self.stability, inside, "in (0, 2)")?;
+        let inside = feedback >= 0.0 && feedback.is_finite();
+        in_range("feedback K k s", feedback, inside, "finite and at least 0")?;
+
+        let mut jump = Jump {
+            cycles: self.cycles,
+            cap: Cap::Asked,
+        };
+        let node = deepest(rates);
+        // a rate or feedback of 0 gives infinity, which never caps
+        let by_depth = rates
+            .get(node)
+            .map_or(f64::INFINITY, |r| self.fraction * size / r);
+        for (cycles, cap) in [
+            (by_depth, Cap::Depth { node }),
+            (self.stability / feedback, Cap::Stability),
+        ] {
+            if cycles < jump.cycles {
+                jump = Jump { cycles, cap };
+            }
+        }
+        Ok(jump)
+    }
+}
+
+/// Signed error of an Euler jump, from the rate found at its end.
+///
+/// `e_i = ½ N (r_i,end − r_i,start)`                                                  (1)
+///
+/// the trapezoidal rule minus Euler's: second order in `N`, so that the sum over a life is first
+/// order.
+///
+/// # Arguments
+/// - `start`, `end`: depth per cycle \[m\] before and after; `cycles`: `N`.
+///
+/// # Errors
+/// [`WearError::Length`], [`WearError::NonFinite`].
+pub fn trapezoid_error(start: &[f64], end: &[f64], cycles: f64) -> Result<Vec<f64>, WearError> {
+    same_length("rates at the end", end.len(), start.len())?;
+    let errors: Vec<f64> = start
+        .iter()
+        .zip(end)
+        .map(|(a, b)| 0.5 * cycles * (b - a))
+        .collect();
+    all_finite("jump error of cell", &errors)?;
+    Ok(errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tightest_bound_wins() {
+        let rule = JumpRule {
+            cycles: 100.0,
+            fraction: 0.25,
+            stability: 1.0,
+        };
+        let cap = |rates: &[f64], feedback| rule.next(rates, 2e-3, feedback).unwrap();
+        let free = cap(&[0.0, 0.0], 0.0);
+        assert_eq!((free.cycles, free.cap), (100.0, Cap::Asked));
+        let deep = cap(&[1e-6, 1e-4], 0.0);
+        assert_eq!(deep.cap, Cap::Depth { node: 1 });
+        // one rounding each of three operations
+        assert!((deep.cycles - 5.0).abs() < 1e-14);
+        let stiff = cap(&[1e-6, 1e-4], 0.5);
+        assert_eq!((stiff.cycles, stiff.cap), (2.0, Cap::Stability));
+    }
+
+    #[test]
+    fn bounds_outside_their_range_are_refused() {
+        let refused = |rule: JumpRule, rates: &[f64], feedback| {
+            assert!(rule.next(rates, 1.0, feedback).is_err());
+        };
+        let rule = JumpRule::default();
+        refused(
+            JumpRule {
+                fraction: 0.31,
+                ..rule
+            },
+            &[1.0],
+            0.0,
+        );
+        refused(
+            JumpRule {
+                stability: 2.0,
+                ..rule
+            },
+            &[1.0],
+            0.0,
+        );
+        refused(
+            JumpRule {
+                cycles: f64::INFINITY,
+                ..rule
+            },
+            &[1.0],
+            0.0,
+        );
+        refused(rule, &[f64::NAN], 0.0);
+        refused(rule, &[-1.0], 0.0);
+        refused(rule, &[1.0], f64::NAN);
+    }
+
+    #[test]
+    fn the_estimate_is_exact_for_a_linear_rate() {
+        // r = 3 − 2 c: Euler over 0.5 cycles gives 1.5, the truth is 1.25
+        assert_eq!(trapezoid_error(&[3.0], &[2.0], 0.5), Ok(vec![-0.25]));
+        assert!(trapezoid_error(&[3.0], &[], 0.5).is_err());
+    }
+}

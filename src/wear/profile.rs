@@ -1,0 +1,283 @@
+use super::polygon::{check_nodes, check_polygon, crossing};
+use super::{WearError, in_range};
+use crate::contact::Vec2;
+
+/// The worn surface: an open polyline of nodes in the frame of the part.
+///
+/// It runs from the tall end to the toe with the solid on its right, see [`crate::wear`]. Its two
+/// ends lie on upright faces of the part: wear moves them straight down, never sideways.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    nodes: Vec<Vec2>,
+}
+
+impl Profile {
+    /// A profile through the given nodes \[m\].
+    ///
+    /// # Errors
+    /// [`WearError::TooFewNodes`] below 3; [`WearError::NonFinite`]; [`WearError::ZeroEdge`];
+    /// [`WearError::Crossing`]; [`WearError::Winding`] if the last node is not to the right of the
+    /// first.
+    pub fn new(nodes: Vec<Vec2>) -> Result<Self, WearError> {
+        let profile = Self::unchecked(nodes)?;
+        match crossing(&profile.nodes, |_, _| false) {
+            Some((first, second)) => Err(WearError::Crossing { first, second }),
+            None => Ok(profile),
+        }
+    }
+
+    /// Like [`Profile::new`], but a crossing is let through, to be clipped.
+    pub(super) fn unchecked(nodes: Vec<Vec2>) -> Result<Self, WearError> {
+        if nodes.len() < 3 {
+            return Err(WearError::TooFewNodes {
+                given: nodes.len(),
+                needed: 3,
+            });
+        }
+        check_nodes(&nodes)?;
+        let measure = nodes[nodes.len() - 1].x - nodes[0].x;
+        if measure > 0.0 {
+            Ok(Profile { nodes })
+        } else {
+            Err(WearError::Winding { measure })
+        }
+    }
+
+    /// `y = α x² + β x + γ` at equal stations `x_i = i · width / (nodes − 1)`.
+    ///
+    /// The study's tooth is α = −5.539 1/m, β = −0.1014, γ = 0.0188 m, width 0.05 m, 26 nodes.
+    ///
+    /// # Errors
+    /// [`WearError::Range`] unless `width` is finite and above 0; those of [`Profile::new`].
+    pub fn quadratic(
+        alpha: f64,
+        beta: f64,
+        gamma: f64,
+        width: f64,
+        nodes: usize,
+    ) -> Result<Self, WearError> {
+        let inside = width > 0.0 && width.is_finite();
+        in_range("profile width [m]", width, inside, "finite and above 0")?;
+        if nodes < 3 {
+            return Err(WearError::TooFewNodes {
+                given: nodes,
+                needed: 3,
+            });
+        }
+        let last = (nodes - 1) as f64;
+        let at = |i: usize| {
+            let x = width * (i as f64 / last);
+            Vec2::new(x, (alpha * x + beta) * x + gamma)
+        };
+        Self::new((0..nodes).map(at).collect())
+    }
+
+    /// The profile with every node below `floor` \[m\] raised to it, `y = max(y, floor)`.
+    ///
+    /// For a new part only: the study's quadratic dips 0.12 mm below its base line at the toe,
+    /// where the steel does not. Wear may later take the nodes below the floor.
+    ///
+    /// # Errors
+    /// Those of [`Profile::new`].
+    pub fn raised_to(&self, floor: f64) -> Result<Self, WearError> {
+        let raise = |p: &Vec2| Vec2::new(p.x, if p.y < floor { floor } else { p.y });
+        Self::new(self.nodes.iter().map(raise).collect())
+    }
+
+    /// Nodes \[m\], tall end first.
+    pub fn nodes(&self) -> &[Vec2] {
+        &self.nodes
+    }
+
+    /// Number of nodes, at least 3.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Length of every edge \[m\], one fewer than nodes.
+    pub fn edges(&self) -> Vec<f64> {
+        self.nodes
+            .windows(2)
+            .map(|e| (e[1] - e[0]).norm())
+            .collect()
+    }
+
+    /// Length of the shortest edge \[m\].
+    pub fn shortest_edge(&self) -> f64 {
+        self.edges().into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Area vector of every node \[m\], `N_i = ½ J (x_{i+1} − x_{i−1})` with `J` the turn by +90
+    /// degrees and a missing neighbour replaced by the node itself.                    (1)
+    ///
+    /// The gradient of the area under the profile: moving node `i` by `δ` changes it by `N_i · δ`,
+    /// exactly. Its direction is the outward normal, its length the tributary width.
+    pub fn area_vectors(&self) -> Vec<Vec2> {
+        let last = self.nodes.len() - 1;
+        (0..=last)
+            .map(|i| {
+                let chord = self.nodes[(i + 1).min(last)] - self.nodes[i.saturating_sub(1)];
+                0.5 * Vec2::new(-chord.y, chord.x)
+            })
+            .collect()
+    }
+
+    /// Unit outward normal of every node, along equation (1) of [`Profile::area_vectors`].
+    pub fn normals(&self) -> Vec<Vec2> {
+        // a chord of length 0 is a spike of no width; up is as good as any direction there
+        let unit = |v: Vec2| v.try_normalize(0.0).unwrap_or(Vec2::y());
+        self.area_vectors().into_iter().map(unit).collect()
+    }
+
+    /// Tributary width of every node along the surface \[m\], `w_i = |N_i|`: for depths along the
+    /// normal. On a flat of 2 mm edges: 2 mm, and 1 mm at both ends.
+    pub fn widths(&self) -> Vec<f64> {
+        self.area_vectors().iter().map(|v| v.norm()).collect()
+    }
+
+    /// Tributary width of every node along `x` \[m\]: for depths taken vertically.
+    pub fn spans(&self) -> Vec<f64> {
+        self.area_vectors().iter().map(|v| v.y).collect()
+    }
+
+    /// The node nearest along the profile to the foot of `point` \[m\] on it; `None` for a point
+    /// that is not finite. Where two feet are equally near, the first along the profile.
+    pub fn nearest(&self, point: Vec2) -> Option<usize> {
+        let mut best = None;
+        let mut least = f64::INFINITY;
+        for (i, e) in self.nodes.windows(2).enumerate() {
+            let edge = e[1] - e[0];
+            let t = ((point - e[0]).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+            let distance = (point - e[0] - t * edge).norm_squared();
+            if distance < least {
+                least = distance;
+                best = Some(if t <= 0.5 { i } else { i + 1 });
+            }
+        }
+        best
+    }
+
+    /// The highest node and its height `max y` \[m\].
+    pub fn highest(&self) -> (usize, f64) {
+        let mut best = (0, self.nodes[0].y);
+        for (i, p) in self.nodes.iter().enumerate() {
+            if p.y > best.1 {
+                best = (i, p.y);
+            }
+        }
+        best
+    }
+
+    /// Height above the base line, `max y` \[m\].
+    pub fn height(&self) -> f64 {
+        self.highest().1
+    }
+
+    /// Area between the profile and the line `y = level` \[m²\], negative below it.
+    pub fn area_above(&self, level: f64) -> f64 {
+        let strip = |e: &[Vec2]| 0.5 * (e[1].x - e[0].x) * (e[0].y + e[1].y - 2.0 * level);
+        self.nodes.windows(2).map(strip).sum()
+    }
+
+    /// Closed counter-clockwise outline \[m\] of the part: the profile on a base `base` \[m\] thick,
+    /// whose underside is `y = −base`.
+    ///
+    /// # Returns
+    /// Underside from left to right, then the profile from toe to tall end.
+    ///
+    /// # Errors
+    /// [`WearError::WornThrough`] if a node has reached the underside; [`WearError::Crossing`];
+    /// [`WearError::Winding`]; [`WearError::Range`] unless `base` is finite and above 0.
+    pub fn outline(&self, base: f64) -> Result<Vec<Vec2>, WearError> {
+        let inside = base > 0.0 && base.is_finite();
+        in_range("base thickness [m]", base, inside, "finite and above 0")?;
+        if let Some(node) = self.nodes.iter().position(|p| p.y <= -base) {
+            let y = self.nodes[node].y;
+            return Err(WearError::WornThrough { node, y, base });
+        }
+        let (first, last) = (self.nodes[0], self.nodes[self.nodes.len() - 1]);
+        let mut polygon = vec![Vec2::new(first.x, -base), Vec2::new(last.x, -base)];
+        polygon.extend(self.nodes.iter().rev());
+        check_polygon(&polygon)?;
+        Ok(polygon)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wear::signed_area;
+
+    fn tooth() -> Profile {
+        Profile::quadratic(-5.539, -0.1014, 0.0188, 0.05, 26).unwrap()
+    }
+
+    #[test]
+    fn the_tooth_of_the_study() {
+        let tooth = tooth();
+        assert_eq!(tooth.highest(), (0, 0.0188));
+        // spans are 2 mm and 1 mm at the ends, to the round-off of 0.05
+        for (i, span) in tooth.spans().into_iter().enumerate() {
+            let expected = if i == 0 || i == 25 { 1e-3 } else { 2e-3 };
+            assert!((span - expected).abs() < 1e-17);
+        }
+        // the normal turns with the slope y' = 2 α x + β: exact for a quadratic inside
+        let slope = 2.0 * -5.539 * 0.02 - 0.1014;
+        let n = tooth.normals()[10];
+        assert!((n - Vec2::new(-slope, 1.0).normalize()).norm() < 1e-13);
+        // it dips 0.12 mm below the base line at the toe, and the outline does not
+        assert!((tooth.nodes()[25].y + 1.175e-4).abs() < 1e-9);
+        let raised = tooth.raised_to(0.0).unwrap();
+        assert_eq!(raised.nodes()[25].y, 0.0);
+        assert_eq!(raised.nodes()[..25], tooth.nodes()[..25]);
+    }
+
+    #[test]
+    fn the_outline_is_counter_clockwise_and_holds_base_and_tooth() {
+        let tooth = tooth().raised_to(0.0).unwrap();
+        let outline = tooth.outline(8e-3).unwrap();
+        assert_eq!(outline.len(), 28);
+        // two sums of the same 1e-3 m²: a few ulp
+        let expected = tooth.area_above(0.0) + 0.05 * 8e-3;
+        assert!((signed_area(&outline) - expected).abs() < 1e-17);
+        let low: Vec<_> = tooth.nodes().iter().map(|p| p - 9e-3 * Vec2::y()).collect();
+        assert!(matches!(
+            Profile::new(low).unwrap().outline(8e-3),
+            Err(WearError::WornThrough { node: 25, .. })
+        ));
+    }
+
+    #[test]
+    fn a_contact_belongs_to_the_nearest_node_along_the_profile() {
+        let flat = Profile::quadratic(0.0, 0.0, 0.0, 4.0, 5).unwrap();
+        assert_eq!(flat.nearest(Vec2::new(1.4, 7.0)), Some(1));
+        assert_eq!(flat.nearest(Vec2::new(1.6, -7.0)), Some(2));
+        assert_eq!(flat.nearest(Vec2::new(-9.0, 0.0)), Some(0));
+        assert_eq!(flat.nearest(Vec2::new(f64::NAN, 0.0)), None);
+    }
+
+    #[test]
+    fn bad_profiles_are_refused() {
+        let p =
+            |xy: &[(f64, f64)]| Profile::new(xy.iter().map(|&(x, y)| Vec2::new(x, y)).collect());
+        assert!(matches!(
+            p(&[(1.0, 0.0), (0.5, 0.0), (0.0, 0.0)]),
+            Err(WearError::Winding { .. })
+        ));
+        assert!(matches!(
+            p(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, -1.0), (2.0, 0.0)]),
+            Err(WearError::Crossing {
+                first: 0,
+                second: 2
+            })
+        ));
+        assert!(matches!(
+            p(&[(0.0, 0.0), (1.0, 0.0)]),
+            Err(WearError::TooFewNodes { .. })
+        ));
+        assert!(matches!(
+            Profile::quadratic(f64::NAN, 0.0, 0.0, 1.0, 5),
+            Err(WearError::NonFinite { .. })
+        ));
+    }
+}

@@ -1,0 +1,310 @@
+use super::polygon::crossing;
+use super::{Profile, WearError, in_range, same_length, signed_area};
+use crate::contact::Vec2;
+
+/// Shortest and longest edge allowed, in cell sizes.
+const EDGE_RANGE: [f64; 2] = [0.5, 1.5];
+
+/// Brings every edge into [0.5, 1.5] of the cell size without changing the area.
+///
+/// - **Merge.** The shortest edge (a, b) between p and q becomes one node
+///   `m = m₀ + τ n`, `τ = 2 (A(p, m₀, q) − A(p, a, b, q)) / |q − p|`                   (1)
+///   with `m₀` its midpoint, `n` the normal of the chord p q and `A` the signed area: the area
+///   under p a b q and under p m q is the same. At an end, whose node must stay, the next edge is
+///   merged into its far node instead.
+/// - **Split.** An edge longer than 1.5 cells is cut into equal parts of 0.75 to 1.25 cells, on
+///   itself.
+///
+/// # Arguments
+/// - `profile`: free of crossings; `cell_size` \[m\].
+///
+/// # Returns
+/// The new profile, or `None` if every edge is in range already.
+///
+/// # Errors
+/// [`WearError::Range`] unless `cell_size` is finite and above 0; [`WearError::TooFewNodes`] if the
+/// profile is too short for its cells; [`WearError::Crossing`] if a merge makes it cross itself.
+pub fn remesh(profile: &Profile, cell_size: f64) -> Result<Option<Profile>, WearError> {
+    let inside = cell_size > 0.0 && cell_size.is_finite();
+    in_range("cell size [m]", cell_size, inside, "finite and above 0")?;
+    let [low, high] = EDGE_RANGE.map(|r| r * cell_size);
+    let fits = |length: &f64| (low..=high).contains(length);
+    if profile.edges().iter().all(fits) {
+        return Ok(None);
+    }
+    let mut nodes = profile.nodes().to_vec();
+    while let Some(edge) = shortest_below(&nodes, low) {
+        merge(&mut nodes, edge)?;
+    }
+    let mut split = vec![nodes[0]];
+    for e in nodes.windows(2) {
+        let length = (e[1] - e[0]).norm();
+        if length > high {
+            let parts = (length / cell_size).round();
+            let inner = 1..parts as usize;
+            split.extend(inner.map(|k| e[0] + (k as f64 / parts) * (e[1] - e[0])));
+        }
+        split.push(e[1]);
+    }
+    Profile::new(split).map(Some)
+}
+
+/// The shortest edge, if it is below `low`.
+fn shortest_below(nodes: &[Vec2], low: f64) -> Option<usize> {
+    let mut best = None;
+    let mut least = low;
+    for (i, e) in nodes.windows(2).enumerate() {
+        let length = (e[1] - e[0]).norm();
+        if length < least {
+            (best, least) = (Some(i), length);
+        }
+    }
+    best
+}
+
+/// Merges an edge by equation (1) of [`remesh`]; the ends stay.
+fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<(), WearError> {
+    let edges = nodes.len() - 1;
+    if edges < 3 {
+        return Err(WearError::TooFewNodes {
+            given: nodes.len(),
+            needed: 4,
+        });
+    }
+    let (a, start) = match edge {
+        0 => (1, nodes[2]),
+        e if e == edges - 1 => (e - 1, nodes[e - 1]),
+        e => (e, 0.5 * (nodes[e] + nodes[e + 1])),
+    };
+    let quad = [nodes[a - 1], nodes[a], nodes[a + 1], nodes[a + 2]];
+    let chord = quad[3] - quad[0];
+    let Some(unit) = chord.try_normalize(0.0) else {
+        return Err(WearError::Crossing {
+            first: a - 1,
+            second: a + 1,
+        });
+    };
+    let excess = signed_area(&[quad[0], start, quad[3]]) - signed_area(&quad);
+    let shift = 2.0 * excess / chord.norm();
+    nodes[a] = start + shift * Vec2::new(-unit.y, unit.x);
+    nodes.remove(a + 1);
+    Ok(())
+}
+
+/// Cuts the loops off a profile that crosses itself.
+///
+/// Where edges `i < j` cross at a point, the nodes between are replaced by that point: the loop is
+/// steel that wear from both sides has eaten twice. Ends stay.
+///
+/// # Returns
+/// The simple profile and the area \[m²\] by which it lies higher than before (signed); the profile
+/// itself and exactly 0 where nothing crosses.
+///
+/// # Errors
+/// [`WearError::TooFewNodes`] if fewer than 3 nodes remain; [`WearError::ZeroEdge`].
+pub fn clip_loops(profile: &Profile) -> Result<(Profile, f64), WearError> {
+    let mut nodes = profile.nodes().to_vec();
+    let mut clipped = false;
+    while let Some((i, j)) = crossing(&nodes, |_, _| false) {
+        clipped = true;
+        if j == i + 1 {
+            // a fold straight back: a spike of no area
+            nodes.remove(j);
+        } else {
+            let (a, b) = (nodes[i], nodes[i + 1]);
+            let (c, d) = (nodes[j], nodes[j + 1]);
+            let denominator = (d - c).perp(&(b - a));
+            // collinear edges overlap at c
+            let t = if denominator == 0.0 {
+                1.0
+            } else {
+                (a - c).perp(&(b - a)) / denominator
+            };
+            let point = if denominator == 0.0 {
+                c
+            } else {
+                c + t.clamp(0.0, 1.0) * (d - c)
+            };
+            nodes.splice(i + 1..=j, [point]);
+        }
+        nodes.dedup();
+    }
+    if !clipped {
+        return Ok((profile.clone(), 0.0));
+    }
+    let simple = Profile::new(nodes)?;
+    let change = simple.area_above(0.0) - profile.area_above(0.0);
+    Ok((simple, change))
+}
+
+/// Which cell of the first mesh every node of the current one reports to: the nearest station.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellMap {
+    stations: Vec<f64>,
+    of_node: Vec<usize>,
+}
+
+impl CellMap {
+    /// The map of a first mesh onto itself; its nodes' `x` are the stations, in growing order.
+    pub fn new(first: &Profile) -> Self {
+        let mut stations: Vec<f64> = first.nodes().iter().map(|p| p.x).collect();
+        stations.sort_by(f64::total_cmp);
+        let mut map = CellMap {
+            stations,
+            of_node: Vec::new(),
+        };
+        map.renew(first);
+        map
+    }
+
+    /// Maps the nodes of a new mesh; a node halfway between two stations goes to the first.
+    pub fn renew(&mut self, profile: &Profile) {
+        let nearest = |x: f64| {
+            let above = self.stations.partition_point(|s| *s < x);
+            match above {
+                0 => 0,
+                n if n == self.stations.len() => n - 1,
+                n if x - self.stations[n - 1] <= self.stations[n] - x => n - 1,
+                n => n,
+            }
+        };
+        self.of_node = profile.nodes().iter().map(|p| nearest(p.x)).collect();
+    }
+
+    /// Stations `x` \[m\], one a cell.
+    pub fn stations(&self) -> &[f64] {
+        &self.stations
+    }
+
+    /// Cell of every node.
+    pub fn of_node(&self) -> &[usize] {
+        &self.of_node
+    }
+
+    /// Sum of a quantity of the nodes over every cell, for what adds up (`load_slip`).
+    ///
+    /// # Errors
+    /// [`WearError::Length`].
+    pub fn sum(&self, values: &[f64]) -> Result<Vec<f64>, WearError> {
+        same_length("node values", values.len(), self.of_node.len())?;
+        let mut sums = vec![0.0; self.stations.len()];
+        for (&cell, value) in self.of_node.iter().zip(values) {
+            sums[cell] += value;
+        }
+        Ok(sums)
+    }
+
+    /// Mean depth of every cell \[m\], `Σ h_i w_i / Σ w_i` over its nodes; a cell without a node
+    /// takes the straight line between its neighbours that have one.
+    ///
+    /// # Errors
+    /// [`WearError::Length`].
+    pub fn mean(&self, depths: &[f64], widths: &[f64]) -> Result<Vec<f64>, WearError> {
+        same_length("depths", depths.len(), widths.len())?;
+        let areas: Vec<f64> = depths.iter().zip(widths).map(|(h, w)| h * w).collect();
+        let (area, width) = (self.sum(&areas)?, self.sum(widths)?);
+        let full: Vec<usize> = (0..width.len()).filter(|&c| width[c] > 0.0).collect();
+        let mut nodes_of = vec![0usize; width.len()];
+        let mut only = vec![0usize; width.len()];
+        for (node, &cell) in self.of_node.iter().enumerate() {
+            nodes_of[cell] += 1;
+            only[cell] = node;
+        }
+        // one node: its own depth to the last digit, not (h w) / w
+        let mean = |c: usize| match nodes_of[c] {
+            1 => depths[only[c]],
+            _ => area[c] / width[c],
+        };
+        Ok((0..width.len())
+            .map(|c| {
+                let next = full.partition_point(|&f| f < c);
+                match (next.checked_sub(1).map(|n| full[n]), full.get(next)) {
+                    (_, Some(&b)) if b == c => mean(c),
+                    (Some(a), Some(&b)) => {
+                        let x = &self.stations;
+                        let t = (x[c] - x[a]) / (x[b] - x[a]);
+                        mean(a) + t * (mean(b) - mean(a))
+                    }
+                    (None, Some(&b)) => mean(b),
+                    (Some(a), None) => mean(a),
+                    (None, None) => 0.0,
+                }
+            })
+            .collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn profile(xy: &[(f64, f64)]) -> Profile {
+        Profile::unchecked(xy.iter().map(|&(x, y)| Vec2::new(x, y)).collect()).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn edges_come_into_range_and_the_area_stays(
+            steps in prop::collection::vec((0.02f64..3.0, -0.4f64..0.4), 8..30),
+        ) {
+            let mut p = Vec2::new(0.0, 5.0);
+            let mut nodes = vec![p];
+            for (dx, slope) in steps {
+                p += Vec2::new(dx, slope * dx);
+                nodes.push(p);
+            }
+            let old = Profile::new(nodes).unwrap();
+            let new = remesh(&old, 1.0).unwrap().unwrap_or(old.clone());
+            prop_assert!(new.edges().iter().all(|l| (0.5..=1.5).contains(l)));
+            // round-off of an area of a few hundred
+            prop_assert!((new.area_above(0.0) - old.area_above(0.0)).abs() < 1e-11);
+            prop_assert_eq!(new.nodes()[0], old.nodes()[0]);
+            prop_assert_eq!(new.nodes().last(), old.nodes().last());
+        }
+    }
+
+    #[test]
+    fn a_mesh_in_range_is_left_alone_and_one_too_short_is_refused() {
+        let p = profile(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.2, 0.0)]);
+        assert_eq!(remesh(&p, 1.0), Ok(None));
+        assert!(matches!(
+            remesh(&p, 20.0),
+            Err(WearError::TooFewNodes { .. })
+        ));
+        assert!(matches!(remesh(&p, f64::NAN), Err(WearError::Range { .. })));
+    }
+
+    #[test]
+    fn a_loop_is_found_and_cut_off() {
+        // a swallow-tail: the edges after nodes 1 and 3 cross at (2, 1)
+        let tail = profile(&[
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (3.0, 2.0),
+            (1.0, 2.0),
+            (3.0, 0.0),
+            (4.0, 0.0),
+        ]);
+        let (simple, change) = clip_loops(&tail).unwrap();
+        let expected = profile(&[(0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (3.0, 0.0), (4.0, 0.0)]);
+        assert_eq!(simple, expected);
+        // the loop (2,1) (3,2) (1,2) runs against the sense of steel above: area −1 under it
+        assert_eq!(change, 1.0);
+        assert_eq!(clip_loops(&simple), Ok((expected, 0.0)));
+    }
+
+    #[test]
+    fn cells_keep_their_depth_when_the_mesh_changes() {
+        let first = profile(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]);
+        let mut map = CellMap::new(&first);
+        assert_eq!(map.of_node(), [0, 1, 2, 3]);
+        // cell 1 has lost its node, cell 2 has two
+        let next = profile(&[(0.0, 0.0), (1.6, 0.0), (2.2, 0.0), (3.0, 0.0)]);
+        map.renew(&next);
+        assert_eq!(map.of_node(), [0, 2, 2, 3]);
+        let depth = map.mean(&[1.0, 2.0, 4.0, 7.0], &[0.5, 1.0, 1.0, 0.5]);
+        assert_eq!(depth, Ok(vec![1.0, 2.0, 3.0, 7.0]));
+        assert_eq!(map.sum(&[1.0, 2.0, 4.0, 7.0]), Ok(vec![1.0, 0.0, 6.0, 7.0]));
+    }
+}

@@ -1,0 +1,241 @@
+use super::life::JumpTaken;
+use super::update::deepest;
+use super::{
+    Archard, CellMap, Jump, JumpRule, Life, Profile, Update, WearError, clip_loops, in_range,
+    refit_quadratic, remesh, smooth_depths, wear_normal,
+};
+
+/// Deepest wear of one jump over the shortest edge that the mesh can follow.
+const JUMP_LIMIT: f64 = 0.3;
+
+/// How a part wears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearSettings {
+    pub law: Archard,
+    pub update: Update,
+    /// ν of [`smooth_depths`], one pass a jump; 0 is none.
+    pub smoothing: f64,
+    /// Duration of one load cycle \[s\]: `2π / ω` of a rotor.
+    pub cycle_seconds: f64,
+}
+
+/// What one jump did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WearStep {
+    /// Depth worn in this jump \[m\], one a cell.
+    pub depth: Vec<f64>,
+    /// Area to remove, `Σ h_i w_i` \[m²\], and area removed, measured on the profiles before and
+    /// after. With [`Update::Normal`] they differ by round-off and by `clipped_area`.
+    pub asked_area: f64,
+    pub removed_area: f64,
+    /// Relative imbalance before the correction, see [`wear_normal`]; 0 for [`Update::Quadratic`].
+    pub correction: f64,
+    /// Area that cutting off loops gave back \[m²\]; exactly 0 where nothing crossed.
+    pub clipped_area: f64,
+    /// Whether nodes were merged, split or cut off: the collider needs more than moved vertices.
+    pub remeshed: bool,
+}
+
+/// A surface that wears: its profile, its depth per cell, and its history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WearState {
+    settings: WearSettings,
+    profile: Profile,
+    cells: CellMap,
+    cell_size: f64,
+    life: Life,
+}
+
+impl WearState {
+    /// A new part. Its mesh sets the cells; the cell size is its mean edge.
+    ///
+    /// # Errors
+    /// [`WearError::Range`] for a smoothing outside [0, 1/4] or a cycle not above 0 s.
+    pub fn new(profile: Profile, settings: WearSettings) -> Result<Self, WearError> {
+        let inside = (0.0..=0.25).contains(&settings.smoothing);
+        in_range(
+            "smoothing ν",
+            settings.smoothing,
+            inside,
+            "between 0 and 0.25",
+        )?;
+        let t = settings.cycle_seconds;
+        in_range(
+            "cycle [s]",
+            t,
+            t > 0.0 && t.is_finite(),
+            "finite and above 0",
+        )?;
+        let cells = CellMap::new(&profile);
+        let edges = profile.edges();
+        let cell_size = edges.iter().sum::<f64>() / edges.len() as f64;
+        let (node, height) = profile.highest();
+        let life = Life::new(cells.stations().len(), height, cells.of_node()[node]);
+        Ok(WearState {
+            settings,
+            profile,
+            cells,
+            cell_size,
+            life,
+        })
+    }
+
+    /// The present profile; `load_slip` is taken on its nodes.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Nodes to cells, and the cells' stations.
+    pub fn cells(&self) -> &CellMap {
+        &self.cells
+    }
+
+    /// Mean edge of the first mesh \[m\].
+    pub fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
+    /// Worn depth of every cell \[m\]: the sum of the law's depths, whatever the update did to them.
+    pub fn depth(&self) -> &[f64] {
+        &self.life.last().depth
+    }
+
+    /// History and limits.
+    pub fn life(&self) -> &Life {
+        &self.life
+    }
+
+    /// Depth per cycle of every node \[m\], after smoothing, by [`Archard::depths`] and
+    /// [`smooth_depths`].
+    ///
+    /// # Errors
+    /// Those of the two.
+    pub fn rates(&self, load_slip: &[f64]) -> Result<Vec<f64>, WearError> {
+        let widths = self.widths();
+        let mut rates = self.settings.law.depths(load_slip, &widths)?;
+        if self.settings.smoothing > 0.0 {
+            smooth_depths(&mut rates, &widths, self.settings.smoothing, 1)?;
+        }
+        Ok(rates)
+    }
+
+    /// The next jump by a rule, from the `load_slip` of one cycle [N m], one a node.
+    ///
+    /// With [`Update::Normal`] it is also one that [`WearState::advance`] accepts: the size is
+    /// that of a cell, or less where the mesh has a shorter edge.
+    ///
+    /// # Errors
+    /// Those of [`WearState::rates`] and [`JumpRule::next`].
+    pub fn next_jump(
+        &self,
+        rule: &JumpRule,
+        load_slip: &[f64],
+        feedback: f64,
+    ) -> Result<Jump, WearError> {
+        let size = match self.settings.update {
+            Update::Normal => self.cell_size.min(self.profile.shortest_edge()),
+            Update::Quadratic => self.cell_size,
+        };
+        rule.next(&self.rates(load_slip)?, size, feedback)
+    }
+
+    /// Wears the part by one jump. On an error nothing has changed.
+    ///
+    /// ```text
+    /// h_i = N K S_i / A_i  →  smoothing  →  update  →  loops cut off  →  re-mesh
+    /// ```
+    ///
+    /// # Arguments
+    /// - `load_slip`: `S_i` of one cycle [N m], one a node of the present profile.
+    /// - `cycles`: `N`, above 0.
+    /// - `rate_error`: relative standard error of the rates from sampling few cycles; 0 if none.
+    ///
+    /// # Errors
+    /// Those of [`WearState::rates`] and of the update; [`WearError::Range`];
+    /// [`WearError::JumpTooLong`] if, with [`Update::Normal`], a node wears by more than 0.3 of the
+    /// shortest edge. The quadratic refit keeps its stations, cannot fold, and has no such limit.
+    pub fn advance(
+        &mut self,
+        load_slip: &[f64],
+        cycles: f64,
+        rate_error: f64,
+    ) -> Result<WearStep, WearError> {
+        let inside = cycles > 0.0 && cycles.is_finite();
+        in_range("jump length [cycles]", cycles, inside, "finite and above 0")?;
+        let inside = rate_error >= 0.0 && rate_error.is_finite();
+        in_range("rate error", rate_error, inside, "finite and at least 0")?;
+        let rates = self.rates(load_slip)?;
+        let widths = self.widths();
+        let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
+
+        let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
+        let profile = match self.settings.update {
+            Update::Quadratic => refit_quadratic(&self.profile, &depths)?,
+            Update::Normal => {
+                self.check_jump(&depths)?;
+                let (worn, imbalance) = wear_normal(&self.profile, &depths)?;
+                correction = imbalance;
+                let (simple, area) = clip_loops(&worn)?;
+                clipped_area = area;
+                let meshed = remesh(&simple, self.cell_size)?;
+                remeshed = meshed.is_some() || simple != worn;
+                meshed.unwrap_or(simple)
+            }
+        };
+        let mut cells = self.cells.clone();
+        cells.renew(&profile);
+        let (node, height) = profile.highest();
+        let rate = self.cells.mean(&rates, &widths)?;
+        self.life.add(JumpTaken {
+            cycles,
+            cycle_seconds: self.settings.cycle_seconds,
+            rate: &rate,
+            rate_error,
+            load_slip: &self.cells.sum(load_slip)?,
+            height,
+            highest: cells.of_node()[node],
+        })?;
+        let step = WearStep {
+            depth: rate.iter().map(|r| r * cycles).collect(),
+            asked_area: depths.iter().zip(&widths).map(|(h, w)| h * w).sum(),
+            removed_area: self.profile.area_above(0.0) - profile.area_above(0.0),
+            correction,
+            clipped_area,
+            remeshed,
+        };
+        self.profile = profile;
+        self.cells = cells;
+        Ok(step)
+    }
+
+    /// Gives the rate at the end of the last jump, which settles its error; nothing wears.
+    ///
+    /// # Errors
+    /// Those of [`WearState::rates`].
+    pub fn close(&mut self, load_slip: &[f64]) -> Result<(), WearError> {
+        let rates = self.rates(load_slip)?;
+        self.life.close(&self.cells.mean(&rates, &self.widths())?)
+    }
+
+    /// Tributary widths square to the direction in which the update takes depth \[m\].
+    fn widths(&self) -> Vec<f64> {
+        match self.settings.update {
+            Update::Normal => self.profile.widths(),
+            Update::Quadratic => self.profile.spans(),
+        }
+    }
+
+    fn check_jump(&self, depths: &[f64]) -> Result<(), WearError> {
+        let limit = JUMP_LIMIT * self.profile.shortest_edge();
+        let node = deepest(depths);
+        // a jump capped at the limit itself may exceed it by a rounding
+        if depths[node] > limit * (1.0 + 1e-12) {
+            return Err(WearError::JumpTooLong {
+                node,
+                depth: depths[node],
+                limit,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,320 @@
+use super::{Profile, WearError, all_finite, in_range, same_length};
+use crate::contact::Vec2;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// How worn depth changes the profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Update {
+    /// Along the local normal, with area balance: [`wear_normal`].
+    #[default]
+    Normal,
+    /// The study's: depth taken vertically, then one quadratic fitted: [`refit_quadratic`].
+    Quadratic,
+}
+
+/// Wears a profile along its local normals and balances the area.
+///
+/// Node `i` moves by `c m_i`, where `m_i = −h_i n_i` inside and, at the two ends, straight down by
+/// `h_i / n_y`, so that the surface recedes by `h_i` and the end stays on its face. The area swept
+/// by the polyline is
+///
+/// ```text
+/// removed(c) = c L + c² Q,  L = −½ Σ e_i × (m_i + m_{i+1}),  Q = ½ Σ m_i × m_{i+1}    (1)
+/// ```
+///
+/// over the edges `e_i`. With the area vectors of [`Profile::area_vectors`] `L = Σ h_i w_i` is the
+/// area asked for; `Q` is what a curved surface adds or spares. The one `c` that solves
+/// `removed(c) = Σ h_i w_i` balances the area to round-off.
+///
+/// # Arguments
+/// - `depths`: `h_i ≥ 0` \[m\], one a node.
+///
+/// # Returns
+/// The worn profile, which may cross itself (see [`crate::wear::clip_loops`]), and `c − 1`, the
+/// relative imbalance before the correction.
+///
+/// # Errors
+/// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
+/// [`WearError::Unbalanced`] if no `c` between 0.5 and 2 balances the area, or a worn end node
+/// does not look up.
+pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), WearError> {
+    check_depths(profile, depths)?;
+    let nodes = profile.nodes();
+    let last = nodes.len() - 1;
+    let mut moves = Vec::with_capacity(nodes.len());
+    for (i, (n, &h)) in profile.normals().into_iter().zip(depths).enumerate() {
+        moves.push(if i != 0 && i != last {
+            -h * n
+        } else if h == 0.0 {
+            Vec2::zeros()
+        } else if n.y > 0.0 {
+            Vec2::new(0.0, -h / n.y)
+        } else {
+            return Err(WearError::Unbalanced { node: i });
+        });
+    }
+    let (mut linear, mut quadratic) = (0.0, 0.0);
+    for (e, m) in nodes.windows(2).zip(moves.windows(2)) {
+        linear -= 0.5 * (e[1] - e[0]).perp(&(m[0] + m[1]));
+        quadratic += 0.5 * m[0].perp(&m[1]);
+    }
+    let asked: f64 = depths
+        .iter()
+        .zip(profile.widths())
+        .map(|(h, w)| h * w)
+        .sum();
+    if asked == 0.0 {
+        return Ok((profile.clone(), 0.0));
+    }
+    let root = (linear * linear + 4.0 * quadratic * asked).sqrt();
+    // NaN where no real c exists; outside a factor of two the jump made no sense
+    let c = 2.0 * asked / (linear + root);
+    if !(0.5..=2.0).contains(&c) {
+        return Err(WearError::Unbalanced {
+            node: deepest(depths),
+        });
+    }
+    let worn = nodes.iter().zip(&moves).map(|(p, m)| p + c * m).collect();
+    Ok((Profile::unchecked(worn)?, c - 1.0))
+}
+
+/// The study's update: `y_i − h_i`, fitted by one quadratic in the least-squares sense.
+///
+/// Every node counts the same and keeps its station `x_i`, so that the sum of `y_i` is kept and
+/// the area under the profile nearly so. A local scar is spread over the whole tooth, and steel
+/// grows beside it: for the rebuild of the study only.
+///
+/// # Errors
+/// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
+/// [`WearError::Winding`] unless `x` grows from node to node.
+pub fn refit_quadratic(profile: &Profile, depths: &[f64]) -> Result<Profile, WearError> {
+    check_depths(profile, depths)?;
+    let worn: Vec<Vec2> = profile
+        .nodes()
+        .iter()
+        .zip(depths)
+        .map(|(p, &h)| Vec2::new(p.x, p.y - h))
+        .collect();
+    let [alpha, beta, gamma] = Profile::unchecked(worn)?.fit_quadratic()?;
+    let fitted = |p: &Vec2| Vec2::new(p.x, (alpha * p.x + beta) * p.x + gamma);
+    Profile::new(profile.nodes().iter().map(fitted).collect())
+}
+
+impl Profile {
+    /// Least-squares quadratic through the nodes, `[α, β, γ]` of `y = α x² + β x + γ` in
+    /// [1/m, –, m].
+    ///
+    /// # Errors
+    /// [`WearError::Winding`] unless `x` grows from node to node.
+    pub fn fit_quadratic(&self) -> Result<[f64; 3], WearError> {
+        let nodes = self.nodes();
+        for e in nodes.windows(2) {
+            if e[1].x <= e[0].x {
+                return Err(WearError::Winding {
+                    measure: e[1].x - e[0].x,
+                });
+            }
+        }
+        // in t ∈ [−1, 1] the normal equations have a condition of about 10
+        let (a, b) = (nodes[0].x, nodes[nodes.len() - 1].x);
+        let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
+        let mut matrix = Matrix3::zeros();
+        let mut right = Vector3::zeros();
+        for p in nodes {
+            let t = (p.x - centre) / half;
+            let row = Vector3::new(t * t, t, 1.0);
+            matrix += row * row.transpose();
+            right += row * p.y;
+        }
+        let fit = matrix.cholesky().map(|c| c.solve(&right));
+        let Some(fit) = fit.filter(|f| f.iter().all(|v| v.is_finite())) else {
+            return Err(WearError::NonFinite {
+                what: "quadratic fit, coefficient",
+                index: 0,
+            });
+        };
+        let (alpha, slope) = (fit.x / (half * half), fit.y / half);
+        let beta = slope - 2.0 * alpha * centre;
+        let gamma = fit.z - slope * centre + alpha * centre * centre;
+        Ok([alpha, beta, gamma])
+    }
+}
+
+/// Evens out depths by diffusion in flux form.
+///
+/// ```text
+/// f_i = ν min(w_i, w_{i+1}) (h_{i+1} − h_i),   h_i += (f_i − f_{i−1}) / w_i            (1)
+/// ```
+///
+/// with no flux through the ends. On equal cells this is `h_i += ν (h_{i+1} − 2 h_i + h_{i−1})`.
+/// What leaves one cell enters the next: `Σ h_i w_i` is kept to round-off, and with `ν ≤ 1/4` no
+/// new extreme appears and the saw-tooth mode decays without changing sign.
+///
+/// # Arguments
+/// - `depths`: `h_i` \[m\], changed in place; `widths`: `w_i > 0` \[m\], one a node.
+/// - `nu`: ν in [0, 1/4]; `passes`: how many times (1) is applied.
+///
+/// # Errors
+/// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`]; nothing is changed then.
+pub fn smooth_depths(
+    depths: &mut [f64],
+    widths: &[f64],
+    nu: f64,
+    passes: usize,
+) -> Result<(), WearError> {
+    same_length("widths", widths.len(), depths.len())?;
+    all_finite("depth of node", depths)?;
+    all_finite("width of node", widths)?;
+    let inside = (0.0..=0.25).contains(&nu);
+    in_range("smoothing ν", nu, inside, "between 0 and 0.25")?;
+    for &w in widths {
+        in_range("tributary width [m]", w, w > 0.0, "above 0")?;
+    }
+    for _ in 0..passes {
+        let flux: Vec<f64> = (1..depths.len())
+            .map(|i| nu * widths[i - 1].min(widths[i]) * (depths[i] - depths[i - 1]))
+            .collect();
+        for (i, f) in flux.into_iter().enumerate() {
+            depths[i] += f / widths[i];
+            depths[i + 1] -= f / widths[i + 1];
+        }
+    }
+    Ok(())
+}
+
+fn check_depths(profile: &Profile, depths: &[f64]) -> Result<(), WearError> {
+    same_length("depths", depths.len(), profile.node_count())?;
+    all_finite("depth of node", depths)?;
+    for &h in depths {
+        in_range("depth [m]", h, h >= 0.0, "at least 0")?;
+    }
+    Ok(())
+}
+
+/// The first of the deepest nodes.
+pub(super) fn deepest(depths: &[f64]) -> usize {
+    let mut best = 0;
+    for (i, h) in depths.iter().enumerate() {
+        if *h > depths[best] {
+            best = i;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn tooth() -> Profile {
+        Profile::quadratic(-5.539, -0.1014, 0.0188, 0.05, 26).unwrap()
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn the_area_removed_is_the_area_asked_for(
+            depths in prop::collection::vec(0.0f64..5e-4, 26),
+        ) {
+            let old = tooth();
+            let asked = dot(&depths, &old.widths());
+            let (new, correction) = wear_normal(&old, &depths).unwrap();
+            let removed = old.area_above(0.0) - new.area_above(0.0);
+            // round-off of the area itself, 6e-4 m²
+            prop_assert!((removed - asked).abs() < 1e-17);
+            // Q / L is of the order depth / edge for a rough field: 0.5 mm on 2 mm
+            prop_assert!(correction.abs() < 0.1);
+            // both ends stay on their faces
+            prop_assert_eq!(new.nodes()[0].x, 0.0);
+            prop_assert_eq!(new.nodes()[25].x, old.nodes()[25].x);
+        }
+
+        #[test]
+        fn smoothing_keeps_the_area_and_makes_no_new_extreme(
+            start in prop::collection::vec(0.0f64..1.0, 12),
+            widths in prop::collection::vec(0.1f64..1.0, 12),
+            nu in 0.0f64..0.25,
+        ) {
+            let mut h = start.clone();
+            smooth_depths(&mut h, &widths, nu, 20).unwrap();
+            // 20 passes of 24 roundings of numbers of order 1
+            prop_assert!((dot(&h, &widths) - dot(&start, &widths)).abs() < 1e-13);
+            let (low, high) = (start.iter().copied().fold(1.0, f64::min), start.iter().copied().fold(0.0, f64::max));
+            prop_assert!(h.iter().all(|v| (low - 1e-14..=high + 1e-14).contains(v)));
+        }
+    }
+
+    #[test]
+    fn smoothing_on_equal_cells_is_the_three_point_formula() {
+        let mut h = vec![0.0, 0.0, 1.0, 0.0];
+        smooth_depths(&mut h, &[2.0; 4], 0.25, 1).unwrap();
+        assert_eq!(h, [0.0, 0.25, 0.5, 0.25]);
+        assert!(matches!(
+            smooth_depths(&mut h, &[2.0; 4], 0.26, 1),
+            Err(WearError::Range { .. })
+        ));
+    }
+
+    #[test]
+    fn uncorrected_imbalance_falls_with_the_depth() {
+        // even wear of a convex arc of curvature κ: Q / L = −κ h / 2 along the surface, first order
+        let correction = |h: f64| wear_normal(&tooth(), &[h; 26]).unwrap().1;
+        let ratio = correction(2e-4) / correction(1e-4);
+        assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
+    }
+
+    #[test]
+    fn the_refit_flattens_a_scar_as_documented() {
+        // a 2 mm scar at cell 6 comes out 1.15 mm deep, and 206 µm of steel grow elsewhere
+        let old = tooth();
+        let scar = |p: &Vec2| 2e-3 * (-((p.x - 0.01) / 0.006).powi(2)).exp();
+        let depths: Vec<f64> = old.nodes().iter().map(scar).collect();
+        let new = refit_quadratic(&old, &depths).unwrap();
+        let change: Vec<f64> = old
+            .nodes()
+            .iter()
+            .zip(new.nodes())
+            .map(|(a, b)| a.y - b.y)
+            .collect();
+        let deepest = change.iter().copied().fold(f64::MIN, f64::max);
+        let growth = -change.iter().copied().fold(f64::MAX, f64::min);
+        // documented to three digits
+        assert!((deepest - 1.15e-3).abs() < 5e-6, "{deepest}");
+        assert!((growth - 206e-6).abs() < 1e-6, "{growth}");
+        // least squares with a constant keeps the sum: round-off of 26 numbers of 0.02
+        assert!((change.iter().sum::<f64>() - depths.iter().sum::<f64>()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_fit_gives_back_a_quadratic() {
+        let [alpha, beta, gamma] = tooth().fit_quadratic().unwrap();
+        // ulp of y = 0.0188 over x² = 0.0025, times the condition of about 10
+        assert!((alpha + 5.539).abs() < 1e-12);
+        assert!((beta + 0.1014).abs() < 1e-13);
+        assert!((gamma - 0.0188).abs() < 1e-15);
+    }
+
+    #[test]
+    fn bad_depths_are_refused() {
+        let bad = |i: usize, v: f64| {
+            let mut h = [0.0; 26];
+            h[i] = v;
+            wear_normal(&tooth(), &h)
+        };
+        assert!(matches!(
+            bad(3, f64::NAN),
+            Err(WearError::NonFinite { index: 3, .. })
+        ));
+        assert!(matches!(bad(3, -1.0), Err(WearError::Range { .. })));
+        assert!(matches!(
+            wear_normal(&tooth(), &[0.0; 5]),
+            Err(WearError::Length { .. })
+        ));
+    }
+}
