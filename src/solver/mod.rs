@@ -3,8 +3,10 @@
 //! Every result is judged by [`crate::contact::natural_map`] from the problem and the impulses
 //! alone; a solver's own word is never reported.
 
+mod lemke;
 mod nsgs;
 
+pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, solve_lcp};
 pub use nsgs::Nsgs;
 
 use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
@@ -84,12 +86,13 @@ pub trait ImpulseSolver: Send {
 }
 
 /// Names of all solvers, in the order the help shows them.
-pub const SOLVERS: [&str; 1] = ["nsgs"];
+pub const SOLVERS: [&str; 2] = ["nsgs", "lemke"];
 
 /// The solver of that name, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
     Some(match name {
         "nsgs" => Box::new(Nsgs::default()),
+        "lemke" => Box::new(Lemke::default()),
         _ => return None,
     })
 }
