@@ -2,5 +2,5 @@
 #![forbid(unsafe_code)]
 
 pub mod contact;
-pub mod dynamics;
 pub mod solver;
+pub mod dynamics;

@@ -17,8 +17,8 @@ const RANK_TOLERANCE: f64 = 1e-12;
 /// The rows of a contact problem in scaled units, with the bilateral ones eliminated.
 ///
 /// Every block is scaled so that its diagonal has mean 1, `P = d P̃`, `ξ̃ = d ξ`,
-/// `d² = 2 / (tr G_ii + 2 R_i)`: one factor a block keeps μ. With F the rows that stay and B the
-/// bilateral ones,
+/// `d² = 2 / (tr G_ii + R_i)` for two rows, `1 / (G_ii + R_i)` for one: one factor a block keeps μ.
+/// With F the rows that stay and B the bilateral ones,
 ///
 /// ```text
 /// P_B = −G_BB⁺ (G_BF P_F + b_B),  G' = G_FF − G_FB G_BB⁺ G_BF,  b' = b_F − G_FB G_BB⁺ b_B   (1)
@@ -80,19 +80,14 @@ impl<'a> Rows<'a> {
                 row_scale[row + r] = d;
                 free[row + r] = d * problem.free[i][r];
             }
-            let (lower, upper) = bounds(law, d);
-            let fixes = matches!(law, Law::Pin)
-                || (matches!(law, Law::Bounded { .. })
-                    && lower.is_infinite()
-                    && upper.is_infinite());
-            if fixes { &mut bilateral } else { &mut kept }.extend(row..row + rows);
+            let side = if is_bilateral(law, d) {
+                &mut bilateral
+            } else {
+                &mut kept
+            };
+            side.extend(row..row + rows);
         }
-        for ((r, c), x) in (0..size)
-            .flat_map(|c| (0..size).map(move |r| (r, c)))
-            .zip(operator.iter_mut())
-        {
-            *x *= row_scale[r] * row_scale[c];
-        }
+        operator.component_mul_assign(&(&row_scale * row_scale.transpose()));
         let inverse = pseudo_inverse(operator.select_rows(&bilateral).select_columns(&bilateral));
         let coupling = operator.select_rows(&kept).select_columns(&bilateral);
         let push = &coupling * &inverse;
@@ -171,11 +166,11 @@ impl<'a> Rows<'a> {
                     row += law.rows();
                 }
                 Law::Bounded { .. } => {
-                    let (lower, upper) = bounds(law, self.scale[i]);
-                    if lower.is_infinite() && upper.is_infinite() {
+                    if is_bilateral(law, self.scale[i]) {
                         continue;
                     }
-                    let anchor = 0.0f64.clamp(lower, upper);
+                    let (lower, upper) = bounds(law, self.scale[i]);
+                    let anchor = lower.max(0.0).min(upper);
                     start[row] = anchor;
                     for (sign, width) in [(1.0, upper - anchor), (-1.0, anchor - lower)] {
                         if width <= 0.0 {
@@ -261,6 +256,12 @@ fn bounds(law: &Law, scale: f64) -> (f64, f64) {
     }
 }
 
+fn is_bilateral(law: &Law, scale: f64) -> bool {
+    let (lower, upper) = bounds(law, scale);
+    !matches!(law, Law::Contact { .. }) && lower.is_infinite() && upper.is_infinite()
+}
+
+/// A multiplier: `w` is the distance to a limit.
 fn bound(others: Vec<(usize, f64)>, constant: f64) -> Pair {
     Pair {
         impulse: vec![],
@@ -270,36 +271,33 @@ fn bound(others: Vec<(usize, f64)>, constant: f64) -> Pair {
     }
 }
 
-/// Removes what round-off leaves outside the law's set.
+/// Removes what round-off leaves outside the law's set. Not `clamp`, which panics on an overflow.
 fn clip(law: &Law, p: Vec2) -> Vec2 {
     match *law {
         Law::Contact { friction, .. } => {
             let n = p.x.max(0.0);
-            Vec2::new(n, p.y.clamp(-friction * n, friction * n))
+            Vec2::new(n, p.y.max(-friction * n).min(friction * n))
         }
         Law::Pin => p,
-        Law::Bounded { lower, upper } => Vec2::new(p.x.clamp(lower, upper), 0.0),
+        Law::Bounded { lower, upper } => Vec2::new(p.x.max(lower).min(upper), 0.0),
     }
 }
 
-/// Moore-Penrose inverse of a symmetric positive semidefinite matrix.
+/// Moore-Penrose inverse of a symmetric positive semidefinite matrix; 0 where that fails, which
+/// the judge then sees.
 fn pseudo_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
     if matrix.is_empty() {
         return matrix;
     }
-    let eigen = SymmetricEigen::new(matrix);
+    let n = matrix.nrows();
+    let most_iterations = 100 * (n + 1);
+    let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, most_iterations) else {
+        return DMatrix::zeros(n, n);
+    };
     let cut = RANK_TOLERANCE * eigen.eigenvalues.amax();
-    let scaled = DMatrix::from_fn(
-        eigen.eigenvectors.nrows(),
-        eigen.eigenvalues.len(),
-        |i, j| {
-            let value = eigen.eigenvalues[j];
-            if value > cut {
-                eigen.eigenvectors[(i, j)] / value
-            } else {
-                0.0
-            }
-        },
-    );
+    let mut scaled = eigen.eigenvectors.clone();
+    for (mut column, &value) in scaled.column_iter_mut().zip(eigen.eigenvalues.iter()) {
+        column *= if value > cut { 1.0 / value } else { 0.0 };
+    }
     scaled * eigen.eigenvectors.transpose()
 }
