@@ -99,7 +99,7 @@ impl Delassus {
     /// # Panics
     /// If the matrix is not square with an even number of rows.
     pub fn dense(matrix: DMatrix<f64>) -> Self {
-        assert!(matrix.is_square() && matrix.nrows() % 2 == 0);
+        assert!(matrix.is_square() && matrix.nrows().is_multiple_of(2));
         Delassus::Dense(matrix)
     }
 

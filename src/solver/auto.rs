@@ -52,7 +52,7 @@ impl ImpulseSolver for Auto {
         };
         if !report.solved() && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();
-            let lemke = crate::solver::nsgs::Nsgs::default().solve(problem, &mut trial, tolerance);
+            let lemke = super::Lemke::default().solve(problem, &mut trial, tolerance);
             if lemke.residual.relative < report.residual.relative {
                 impulses.copy_from_slice(&trial);
                 report = lemke.after(&report);

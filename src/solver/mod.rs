@@ -6,12 +6,14 @@
 mod auto;
 mod direct;
 mod enumeration;
+mod lemke;
 mod nsgs;
 mod sparse;
 
 pub use auto::Auto;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
+pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, solve_lcp};
 pub use nsgs::Nsgs;
 
 use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
@@ -91,7 +93,7 @@ pub trait ImpulseSolver: Send {
 }
 
 /// Names of all solvers, in the order the help shows them.
-pub const SOLVERS: [&str; 4] = ["auto", "enumeration", "nsgs", "direct"];
+pub const SOLVERS: [&str; 5] = ["auto", "enumeration", "nsgs", "direct", "lemke"];
 
 /// The solver of that name, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
@@ -100,6 +102,7 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "enumeration" => Box::new(Enumeration::default()),
         "direct" => Box::new(Direct::default()),
         "nsgs" => Box::new(Nsgs::default()),
+        "lemke" => Box::new(Lemke::default()),
         _ => return None,
     })
 }
