@@ -2,6 +2,6 @@
 #![forbid(unsafe_code)]
 
 pub mod contact;
-pub mod dynamics;
 pub mod scene;
 pub mod solver;
+pub mod dynamics;

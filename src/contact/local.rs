@@ -130,10 +130,7 @@ mod tests {
             friction: 2.0,
             compliance: 0.0,
         };
-        assert_eq!(
-            solve_local(&block, Vec2::new(0.05, -3.0), &law),
-            Vec2::zeros()
-        );
+        assert_eq!(solve_local(&block, Vec2::new(0.05, -3.0), &law), Vec2::zeros());
     }
 
     #[test]

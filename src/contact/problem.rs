@@ -132,11 +132,7 @@ impl ContactProblem {
                 }
                 Law::Pin => {}
             }
-            let trace = if rows == 2 {
-                block.trace()
-            } else {
-                block[(0, 0)]
-            };
+            let trace = if rows == 2 { block.trace() } else { block[(0, 0)] };
             if trace + law.compliance() <= 0.0 {
                 return Err(ContactError::Immovable { contact });
             }

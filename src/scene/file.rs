@@ -54,7 +54,7 @@ pub struct Gravity {
     pub y: Option<f64>,
     /// Magnitude [m/s²], default 9.81.
     pub magnitude: Option<f64>,
-    /// Angle from straight down [rad], positive towards +x: an incline without inclined bodies.
+    /// Angle from straight down \[rad\], positive towards +x: an incline without inclined bodies.
     pub angle: Option<f64>,
     /// Tangent of that angle.
     pub slope: Option<f64>,
@@ -82,9 +82,9 @@ impl Gravity {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
-    /// Step [s], default 1/60.
+    /// Step \[s\], default 1/60.
     pub dt: f64,
-    /// Simulated time [s], default 10.
+    /// Simulated time \[s\], default 10.
     pub time: f64,
     /// Default `staggered`.
     pub scheme: Scheme,
@@ -188,30 +188,30 @@ pub struct BodyEntry {
     pub name: String,
     #[serde(default)]
     pub kind: BodyKind,
-    /// Radius [m].
+    /// Radius \[m\].
     pub disc: Option<f64>,
-    /// Width and height [m].
+    /// Width and height \[m\].
     #[serde(rename = "box")]
     pub rectangle: Option<[f64; 2]>,
-    /// Length between the centres of the round ends, along the body's x axis, and radius [m].
+    /// Length between the centres of the round ends, along the body's x axis, and radius \[m\].
     pub capsule: Option<[f64; 2]>,
-    /// Corners [m] of a convex polygon, counter-clockwise.
+    /// Corners \[m\] of a convex polygon, counter-clockwise.
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Points [m] of a one-sided chain, the solid on the left of its direction.
+    /// Points \[m\] of a one-sided chain, the solid on the left of its direction.
     pub polyline: Option<Vec<[f64; 2]>>,
     /// Whether the polyline's last point is joined to its first, default false.
     /// Counter-clockwise encloses the solid, clockwise a hollow.
     pub closed: Option<bool>,
     /// Mass per area [kg/m²], of a slice one metre deep; default 1000 where no `mass` is given.
     pub density: Option<f64>,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: Option<f64>,
     /// Moment of inertia about the centre of mass [kg m²]; default: that of `mass` spread evenly.
     pub inertia: Option<f64>,
-    /// Place of the body's origin [m], default (0, 0).
+    /// Place of the body's origin \[m\], default (0, 0).
     #[serde(default)]
     pub position: [f64; 2],
-    /// Angle [rad], default 0.
+    /// Angle \[rad\], default 0.
     #[serde(default)]
     pub angle: f64,
     /// Velocity [m/s], default (0, 0).
@@ -289,7 +289,7 @@ pub struct JointEntry {
     pub kind: JointKind,
     /// Names of two bodies; one may be `world`.
     pub bodies: [String; 2],
-    /// The joint's place in the world at the start [m].
+    /// The joint's place in the world at the start \[m\].
     pub at: [f64; 2],
     pub motor: Option<Motor>,
 }
@@ -318,13 +318,13 @@ pub struct RepeatEntry {
     pub name: Option<String>,
     /// Number of copies along each step: `[n]` or `[columns, rows]`.
     pub count: Option<Vec<u32>>,
-    /// One displacement [m] for each number in `count`.
+    /// One displacement \[m\] for each number in `count`.
     pub step: Option<Vec<[f64; 2]>>,
     /// Each row has this many copies fewer than the one before and starts half as many column
     /// steps later: 1 makes a pyramid. Default 0.
     pub shrink: Option<u32>,
     pub ring: Option<Ring>,
-    /// Largest random displacement along x and y [m], default 0.
+    /// Largest random displacement along x and y \[m\], default 0.
     #[serde(default)]
     pub jitter: f64,
     /// Discs only: radii spread evenly over `r (1 ± radius_spread)`, default 0.
@@ -338,9 +338,9 @@ pub struct RepeatEntry {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
-    /// Centre [m].
+    /// Centre \[m\].
     pub centre: [f64; 2],
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
     pub count: u32,
 }

@@ -85,7 +85,7 @@ pub struct Body {
     pub shape: Shape,
     /// `None` unless the body is dynamic.
     pub mass: Option<Mass>,
-    /// Of the body's origin [m], and its angle [rad].
+    /// Of the body's origin \[m\], and its angle \[rad\].
     pub position: [f64; 2],
     pub angle: f64,
     /// [m/s] and [rad/s]; constant for a kinematic body.
@@ -100,15 +100,15 @@ pub struct Body {
 /// A shape in the body's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Radius [m].
+    /// Radius \[m\].
     Disc { radius: f64 },
-    /// Full width and height [m].
+    /// Full width and height \[m\].
     Box { width: f64, height: f64 },
-    /// Length [m] between the centres of the round ends, along x.
+    /// Length \[m\] between the centres of the round ends, along x.
     Capsule { length: f64, radius: f64 },
-    /// Convex, counter-clockwise [m].
+    /// Convex, counter-clockwise \[m\].
     Polygon { points: Vec<[f64; 2]> },
-    /// One-sided, the solid on the left of its direction [m].
+    /// One-sided, the solid on the left of its direction \[m\].
     Polyline { points: Vec<[f64; 2]>, closed: bool },
 }
 
@@ -117,7 +117,7 @@ pub enum Shape {
 pub enum Mass {
     /// Mass per area [kg/m²].
     Density(f64),
-    /// Mass [kg] and moment of inertia about the centre of mass [kg m²]; without the latter the
+    /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²]; without the latter the
     /// mass is spread evenly.
     Given { mass: f64, inertia: Option<f64> },
 }
@@ -128,7 +128,7 @@ pub struct Joint {
     pub kind: JointKind,
     /// Indices into [`Scene::bodies`]; `None` is the world.
     pub bodies: [Option<usize>; 2],
-    /// Place in the world at the start [m].
+    /// Place in the world at the start \[m\].
     pub at: [f64; 2],
     pub motor: Option<Motor>,
 }

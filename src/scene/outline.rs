@@ -1,9 +1,9 @@
 //! Whether a list of points is the outline of something.
 
-/// A corner [m].
+/// A corner \[m\].
 type Point = [f64; 2];
 
-/// Shortest edge [m] told from a repeated point: the smallest shape allowed.
+/// Shortest edge \[m\] told from a repeated point: the smallest shape allowed.
 const SHORTEST_EDGE: f64 = 1e-6;
 
 /// Most points of one outline; the search for crossings looks at every pair of edges.

@@ -14,13 +14,13 @@ pub struct Tooth {
     pub alpha: f64,
     /// `β`, default -0.1014.
     pub beta: f64,
-    /// `γ` [m], the height of the new tooth, default 0.0188.
+    /// `γ` \[m\], the height of the new tooth, default 0.0188.
     pub gamma: f64,
-    /// Width [m], default 0.05.
+    /// Width \[m\], default 0.05.
     pub width: f64,
     /// Number of surface points, evenly spaced, cell 1 at the tall end; default 26.
     pub cells: u32,
-    /// Thickness of the base under the tooth [m], default 0.008.
+    /// Thickness of the base under the tooth \[m\], default 0.008.
     pub base: f64,
 }
 
@@ -38,7 +38,7 @@ impl Default for Tooth {
 }
 
 impl Tooth {
-    /// Height `y(x)` [m] above the base line.
+    /// Height `y(x)` \[m\] above the base line.
     pub fn height(&self, x: f64) -> f64 {
         (self.alpha * x + self.beta) * x + self.gamma
     }
@@ -60,7 +60,7 @@ pub struct Wear {
     pub revolutions: u32,
     /// `ν` of the flux smoothing of depth, in [0, 1/4]; default 0, none.
     pub smoothing: f64,
-    /// The life is followed no further than this [h], default 1000.
+    /// The life is followed no further than this \[h\], default 1000.
     pub max_hours: f64,
 }
 
@@ -95,7 +95,7 @@ pub enum Update {
 #[serde(deny_unknown_fields)]
 pub struct Limit {
     pub name: String,
-    /// Height above the base line [m]; below zero the wear has eaten into the base.
+    /// Height above the base line \[m\]; below zero the wear has eaten into the base.
     pub height: f64,
 }
 
@@ -109,19 +109,19 @@ pub struct Study {
     pub reading: Reading,
     /// How cells share the load of the torque-balanced reading, default `winkler`.
     pub shares: Shares,
-    /// `l` [m] from the axis to the tooth's base line, default 0.25 (assumed).
+    /// `l` \[m\] from the axis to the tooth's base line, default 0.25 (assumed).
     pub axis_distance: f64,
     /// Default 0.3 (assumed: the speed study does not say).
     pub friction: f64,
     /// Moment of inertia about the axis [kg m²], default 5.186444e-4.
     pub inertia: f64,
-    /// Lever of the weight `l_m` [m], default 0.0387, from `J = m l_m²`.
+    /// Lever of the weight `l_m` \[m\], default 0.0387, from `J = m l_m²`.
     pub lever: f64,
-    /// Mass of the bar [kg], default 0.346.
+    /// Mass of the bar \[kg\], default 0.346.
     pub mass: f64,
-    /// Start angle `ψ` [degrees], default 15.
+    /// Start angle `ψ` \[degrees\], default 15.
     pub start_angle_deg: f64,
-    /// Thickness of the crop's tape [m] over which the overlap is counted, default 0.008.
+    /// Thickness of the crop's tape \[m\] over which the overlap is counted, default 0.008.
     pub tape_thickness: f64,
     /// Cylinder speeds [rad/s], default 70 to 120 by 10.
     pub speeds: Vec<f64>,
@@ -188,7 +188,7 @@ pub struct Calibration {
     pub torque: f64,
     /// Cylinder speed [rad/s], default 70.
     pub speed: f64,
-    /// Largest depth [m], default 7.62e-3.
+    /// Largest depth \[m\], default 7.62e-3.
     pub depth: f64,
     /// Load cycles after which it was reached, default 4e6.
     pub cycles: f64,

@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Thresher {
-    /// Radius of the tooth tips [m], default 0.25 (assumed).
+    /// Radius of the tooth tips \[m\], default 0.25 (assumed).
     pub tip_radius: f64,
     /// Toothed bars, evenly spaced, default 8.
     pub bars: u32,
     /// Moment of inertia of the cylinder about its axle [kg m²], machine total, default 2
     /// (assumed).
     pub inertia: f64,
-    /// Width of the machine [m], default 1.3 (assumed).
+    /// Width of the machine \[m\], default 1.3 (assumed).
     pub machine_width: f64,
     /// Wanted speed of the cylinder [rad/s], default 70.
     pub speed: f64,
@@ -33,11 +33,11 @@ pub struct Thresher {
     pub feed_rate: f64,
     /// Speed of the crop at the inlet [m/s], default 4 (assumed).
     pub entry_speed: f64,
-    /// Thickness of the crop strip [m], default 0.016: it fills the inlet.
+    /// Thickness of the crop strip \[m\], default 0.016: it fills the inlet.
     pub crop_thickness: f64,
-    /// Length of one segment of the strip [m], default 0.02.
+    /// Length of one segment of the strip \[m\], default 0.02.
     pub segment_length: f64,
-    /// Segments leave this far behind the outlet, along the arc [m]; default 0.2.
+    /// Segments leave this far behind the outlet, along the arc \[m\]; default 0.2.
     pub exit_distance: f64,
     /// Contact stiffness [N/m] of the crop per metre of width, before scaling to the operating
     /// torque; default 1e5.
@@ -48,13 +48,13 @@ pub struct Thresher {
     pub friction_steel: f64,
     /// Crop on concave, default 0.4 (assumed).
     pub friction_concave: f64,
-    /// Start of the concave arc at the inlet [degrees], counter-clockwise from +x; default 215.
+    /// Start of the concave arc at the inlet \[degrees\], counter-clockwise from +x; default 215.
     pub concave_start_deg: f64,
-    /// Its end at the outlet [degrees], default 325: an arc of 110 degrees, bottom centred.
+    /// Its end at the outlet \[degrees\], default 325: an arc of 110 degrees, bottom centred.
     pub concave_end_deg: f64,
-    /// Clearance between tips and concave at the inlet [m], default 0.016.
+    /// Clearance between tips and concave at the inlet \[m\], default 0.016.
     pub clearance_inlet: f64,
-    /// At the outlet [m], default 0.008; linear in the angle between.
+    /// At the outlet \[m\], default 0.008; linear in the angle between.
     pub clearance_outlet: f64,
     /// The published depth that `K/dΩ` is fitted to; left out, `[wear]` is used as it stands.
     pub calibrate: Option<Calibration>,

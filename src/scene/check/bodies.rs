@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 /// Most bodies a scene may place, a polygon or polyline counted by its points: beyond it a slip
 /// of a zero in `count` would fill the memory.
-const MOST_BODIES: u64 = 1_000_000;
+const MOST_BODIES: u64 = 100_000;
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");

@@ -206,11 +206,16 @@ fn header(at: &At<'_>, header: &Header) -> Result<(), SceneError> {
 }
 
 fn gravity(at: &At<'_>, gravity: &Gravity) -> Result<(), SceneError> {
-    let by_components = gravity.x.is_some() || gravity.y.is_some();
-    let by_magnitude =
-        gravity.magnitude.is_some() || gravity.angle.is_some() || gravity.slope.is_some();
-    if by_components && by_magnitude {
-        return Err(at.conflict("give either x, y or magnitude with angle or slope, not both"));
+    let polar = [
+        ("magnitude", gravity.magnitude),
+        ("angle", gravity.angle),
+        ("slope", gravity.slope),
+    ];
+    let components = gravity.x.is_some() || gravity.y.is_some();
+    let given = polar.iter().find(|(_, value)| value.is_some());
+    if let (true, Some((key, _))) = (components, given) {
+        let problem = "give either x, y or magnitude with angle or slope, not both";
+        return Err(at.key(key).conflict(problem));
     }
     if gravity.angle.is_some() && gravity.slope.is_some() {
         return Err(at.key("slope").conflict("give angle or slope, not both"));
