@@ -5,5 +5,6 @@ pub mod contact;
 pub mod dynamics;
 pub mod rapier;
 pub mod report;
+pub mod scene;
 pub mod solver;
 pub mod wear;

@@ -1,0 +1,93 @@
+//! The scenes that come with the program, embedded in it.
+
+use super::Scene;
+use super::error::{Hint, SceneError};
+use std::path::Path;
+
+/// Name and text of every embedded scene, in the order the catalogue shows them.
+const EMBEDDED: [(&str, &str); 12] = [
+    (
+        "sliding-block",
+        include_str!("../../scenes/sliding-block.toml"),
+    ),
+    ("incline", include_str!("../../scenes/incline.toml")),
+    (
+        "spinning-disc",
+        include_str!("../../scenes/spinning-disc.toml"),
+    ),
+    (
+        "bouncing-ball",
+        include_str!("../../scenes/bouncing-ball.toml"),
+    ),
+    ("two-balls", include_str!("../../scenes/two-balls.toml")),
+    ("cradle", include_str!("../../scenes/cradle.toml")),
+    ("beam", include_str!("../../scenes/beam.toml")),
+    ("pyramid", include_str!("../../scenes/pyramid.toml")),
+    ("tower", include_str!("../../scenes/tower.toml")),
+    ("drum", include_str!("../../scenes/drum.toml")),
+    (
+        "thresher-study",
+        include_str!("../../scenes/thresher-study.toml"),
+    ),
+    ("thresher", include_str!("../../scenes/thresher.toml")),
+];
+
+/// One line of the catalogue.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listing {
+    pub name: &'static str,
+    /// What the scene shows.
+    pub title: String,
+}
+
+/// The catalogue, in the order it is shown.
+///
+/// # Errors
+/// Those of [`Scene::parse`], if an embedded scene is broken; a test loads them all.
+pub fn scenes() -> Result<Vec<Listing>, SceneError> {
+    EMBEDDED
+        .iter()
+        .map(|&(name, text)| {
+            let title = Scene::parse(&file_of(name), text, &[])?.title;
+            Ok(Listing { name, title })
+        })
+        .collect()
+}
+
+/// Loads a scene by its name in the catalogue, or from a file.
+///
+/// A name of the catalogue comes first; anything else that ends in `.toml` or is a file is read.
+///
+/// # Arguments
+/// - `flags`: `key=value`, applied in order before anything is checked, see
+///   [`Scene::parse`].
+///
+/// # Errors
+/// [`SceneError::UnknownScene`] with the nearest name, [`SceneError::Read`], and those of
+/// [`Scene::parse`].
+pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
+    if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == name_or_path) {
+        return Scene::parse(&file_of(name), text, flags);
+    }
+    let path = Path::new(name_or_path);
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "toml")
+        || path.is_file()
+    {
+        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
+            path: name_or_path.to_owned(),
+            source,
+        })?;
+        return Scene::parse(name_or_path, &text, flags);
+    }
+    Err(SceneError::UnknownScene {
+        name: name_or_path.to_owned(),
+        hint: Hint::new(name_or_path, EMBEDDED.iter().map(|(name, _)| name)),
+    })
+}
+
+/// What errors call an embedded scene.
+fn file_of(name: &str) -> String {
+    format!("scenes/{name}.toml")
+}

@@ -1,0 +1,226 @@
+//! A TOML document whose every value knows where it was written.
+//!
+//! The document is kept after parsing, so that a range check made later still names the line,
+//! and a value set on the command line names its flag.
+
+use super::error::{Origin, Place, SceneError};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// One step of a path of keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Segment {
+    Key(String),
+    Index(usize),
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub origin: Origin,
+    pub value: Value,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Table(Vec<Entry>),
+    Array(Vec<Node>),
+    String(String),
+    Integer(i64),
+    Float(f64),
+    Boolean(bool),
+    Datetime,
+}
+
+/// A key of a table with its value; `origin` is the key's.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    pub key: String,
+    pub origin: Origin,
+    pub node: Node,
+}
+
+impl Node {
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|e| e.key == key),
+            _ => None,
+        }
+    }
+
+    /// The string under `name`, by which an element of an array of tables is addressed.
+    pub fn name(&self) -> Option<&str> {
+        match &self.entry("name")?.node.value {
+            Value::String(name) => Some(name),
+            _ => None,
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Document {
+    pub file: String,
+    pub root: Node,
+}
+
+impl Document {
+    /// Parses `text`; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] with the line and the key before the fault.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let lines = Lines::new(text);
+        let table = DeTable::parse(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            SceneError::Syntax {
+                at: Box::new(Place {
+                    file: file.to_owned(),
+                    origin: lines.origin(offset),
+                    path: lines.key_at(offset),
+                }),
+                problem: error.message().to_owned(),
+            }
+        })?;
+        let root = Node {
+            origin: lines.origin(0),
+            value: Value::Table(entries(table.get_ref(), &lines)),
+        };
+        Ok(Document {
+            file: file.to_owned(),
+            root,
+        })
+    }
+
+    /// Where the value at `path` was written; the nearest ancestor for one that was not.
+    ///
+    /// Elements of arrays of tables are called by their `name` where they have one.
+    pub fn place(&self, path: &[Segment]) -> Box<Place> {
+        let mut node = Some(&self.root);
+        let mut origin = &self.root.origin;
+        let mut words = Vec::new();
+        for segment in path {
+            let mut word = None;
+            node = match (segment, node) {
+                (Segment::Key(key), Some(table)) => table.entry(key).map(|entry| {
+                    origin = &entry.origin;
+                    &entry.node
+                }),
+                (
+                    Segment::Index(index),
+                    Some(Node {
+                        value: Value::Array(items),
+                        ..
+                    }),
+                ) => items.get(*index).inspect(|item| {
+                    origin = &item.origin;
+                    word = item.name();
+                }),
+                _ => None,
+            };
+            words.push(match (word, segment) {
+                (Some(name), _) => name.to_owned(),
+                (None, Segment::Key(key)) => key.clone(),
+                (None, Segment::Index(index)) => index.to_string(),
+            });
+        }
+        Box::new(Place {
+            file: self.file.clone(),
+            origin: origin.clone(),
+            path: words.join("."),
+        })
+    }
+}
+
+/// Parses one TOML value typed on the command line; anything else is taken as a plain string.
+pub(super) fn flag_value(text: &str, origin: &Origin) -> Node {
+    let document = format!("v = {text}");
+    let parsed = DeTable::parse(&document).ok().and_then(|table| {
+        // A line break in the text could smuggle in further keys: then it is a string.
+        let table = table.into_inner();
+        (table.len() == 1).then(|| table.into_iter().next().map(|(_, value)| value))?
+    });
+    match parsed {
+        Some(value) => node(&value, &|_| origin.clone()),
+        None => Node {
+            origin: origin.clone(),
+            value: Value::String(text.to_owned()),
+        },
+    }
+}
+
+fn entries(table: &DeTable<'_>, lines: &Lines<'_>) -> Vec<Entry> {
+    table_entries(table, &|offset| lines.origin(offset))
+}
+
+fn table_entries(table: &DeTable<'_>, origin: &dyn Fn(usize) -> Origin) -> Vec<Entry> {
+    table
+        .iter()
+        .map(|(key, value)| Entry {
+            key: key.get_ref().to_string(),
+            origin: origin(key.span().start),
+            node: node(value, origin),
+        })
+        .collect()
+}
+
+/// Depth is bounded by the parser's own recursion limit.
+fn node(value: &Spanned<DeValue<'_>>, origin: &dyn Fn(usize) -> Origin) -> Node {
+    let kind = match value.get_ref() {
+        DeValue::String(text) => Value::String(text.to_string()),
+        DeValue::Integer(number) => {
+            match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(integer) => Value::Integer(integer),
+                // Too long for 64 bits: a large real number, which the range checks then judge.
+                Err(_) => Value::Float(number.as_str().parse().unwrap_or(f64::INFINITY)),
+            }
+        }
+        DeValue::Float(number) => Value::Float(number.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Value::Boolean(*flag),
+        DeValue::Datetime(_) => Value::Datetime,
+        DeValue::Array(items) => Value::Array(items.iter().map(|v| node(v, origin)).collect()),
+        DeValue::Table(table) => Value::Table(table_entries(table, origin)),
+    };
+    Node {
+        origin: origin(value.span().start),
+        value: kind,
+    }
+}
+
+/// Byte offsets to lines and columns.
+struct Lines<'a> {
+    text: &'a str,
+    /// Offset of the first byte of every line.
+    starts: Vec<usize>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let starts = std::iter::once(0)
+            .chain(breaks.map(|(at, _)| at + 1))
+            .collect();
+        Lines { text, starts }
+    }
+
+    /// The line's number from 0 and its text up to `offset`.
+    fn before(&self, offset: usize) -> (usize, &'a str) {
+        let line = self.starts.partition_point(|start| *start <= offset) - 1;
+        let bytes = self.starts[line]..offset.min(self.text.len());
+        (line, self.text.get(bytes).unwrap_or(""))
+    }
+
+    fn origin(&self, offset: usize) -> Origin {
+        let (line, before) = self.before(offset);
+        Origin::Line {
+            line: line + 1,
+            column: before.chars().count() + 1,
+        }
+    }
+
+    /// The key on the line of `offset`, as far as broken TOML has one.
+    fn key_at(&self, offset: usize) -> String {
+        let (line, _) = self.before(offset);
+        let text = self.text[self.starts[line]..].lines().next().unwrap_or("");
+        let key = text.split(['=', '#']).next().unwrap_or("").trim();
+        key.chars().take(60).collect()
+    }
+}

@@ -1,0 +1,164 @@
+//! What can be wrong with a scene, said with file, line, key, value, range and nearest name.
+
+use std::fmt;
+use thiserror::Error;
+
+/// Where a value was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Line and column in the file, both from 1; columns count characters.
+    Line { line: usize, column: usize },
+    /// The argument of `--set`, as typed.
+    Flag(String),
+}
+
+/// A value's address: the file, where in it, and the dotted path of keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    pub file: String,
+    pub origin: Origin,
+    /// For example `body.ball.position.0`; empty at the top of the file.
+    pub path: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.origin {
+            Origin::Line { line, column } => write!(f, "{}:{line}:{column}", self.file)?,
+            Origin::Flag(flag) => write!(f, "{} with --set {flag}", self.file)?,
+        }
+        if !self.path.is_empty() {
+            write!(f, ": {}", self.path)?;
+        }
+        Ok(())
+    }
+}
+
+/// The known names next to one that is not known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hint {
+    /// The nearest known name, when one is near enough to be meant.
+    pub nearest: Option<String>,
+    pub known: Vec<String>,
+}
+
+impl Hint {
+    /// Ranks `known` by Jaro-Winkler similarity to `name`.
+    ///
+    /// A name counts as meant from a similarity of 0.7 on: one slip in a word of three letters
+    /// still reaches it (0.78), two unrelated words of the schema rarely do.
+    pub fn new<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Self {
+        let known: Vec<String> = known.into_iter().map(|k| k.as_ref().to_owned()).collect();
+        let nearest = known
+            .iter()
+            .map(|k| (strsim::jaro_winkler(name, k), k))
+            .filter(|(similarity, _)| *similarity >= 0.7)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, k)| k.clone());
+        Hint { nearest, known }
+    }
+}
+
+impl fmt::Display for Hint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 30;
+        if let Some(nearest) = &self.nearest {
+            return write!(f, "; did you mean `{nearest}`?");
+        }
+        if self.known.is_empty() {
+            return write!(f, "; there are none");
+        }
+        let more = if self.known.len() > SHOWN {
+            ", ..."
+        } else {
+            ""
+        };
+        let shown = &self.known[..self.known.len().min(SHOWN)];
+        write!(f, "; known: {}{more}", shown.join(", "))
+    }
+}
+
+/// Why a scene cannot be used. Every variant that has a [`Place`] names file, line (or flag) and
+/// path of keys.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// Neither a name of the catalogue nor a file.
+    #[error("unknown scene `{name}`{hint}")]
+    UnknownScene { name: String, hint: Hint },
+    /// The file cannot be read, or is not UTF-8.
+    #[error("{path}: cannot read the scene: {source}")]
+    Read {
+        path: String,
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{at}: malformed TOML: {problem}")]
+    Syntax { at: Box<Place>, problem: String },
+    /// A key that the schema does not have.
+    #[error("{at}: unknown key `{key}`{hint}")]
+    UnknownKey {
+        at: Box<Place>,
+        key: String,
+        hint: Hint,
+    },
+    /// A value of another type than the key's.
+    #[error("{at}: expected {expected}, found {found}")]
+    WrongType {
+        at: Box<Place>,
+        expected: String,
+        found: String,
+    },
+    /// A key without which the scene says nothing.
+    #[error("{at}: missing key `{key}`")]
+    Missing { at: Box<Place>, key: String },
+    /// A number outside its range, NaN and infinity included.
+    #[error("{at} = {value}: allowed is {allowed}")]
+    OutOfRange {
+        at: Box<Place>,
+        value: String,
+        allowed: String,
+    },
+    /// A word or a reference (material, body, scheme, solver, ...) that names nothing.
+    #[error("{at}: unknown {what} `{name}`{hint}")]
+    UnknownName {
+        at: Box<Place>,
+        what: String,
+        name: String,
+        hint: Hint,
+    },
+    /// Two things of one kind share a name.
+    #[error("{at}: there is already a {what} named `{name}`")]
+    Duplicate {
+        at: Box<Place>,
+        what: &'static str,
+        name: String,
+    },
+    /// An outline that encloses nothing, crosses itself, is not convex or is wound the wrong way.
+    #[error("{at}: {problem}")]
+    Outline { at: Box<Place>, problem: String },
+    /// Keys that contradict each other, or that would have no effect.
+    #[error("{at}: {problem}")]
+    Conflict { at: Box<Place>, problem: String },
+    /// Known to the field, not to this version.
+    #[error("{at}: {what} is not supported yet; supported: {supported}")]
+    Unsupported {
+        at: Box<Place>,
+        what: String,
+        supported: &'static str,
+    },
+    /// A scene in which nothing can happen.
+    #[error(
+        "{file}: the scene has no bodies: give at least one [[body]], a [study] or a [thresher]"
+    )]
+    NoBodies { file: String },
+    /// A `--set` argument that is not `key=value`.
+    #[error("--set {flag}: expected key=value, for example step.dt=0.01")]
+    FlagForm { flag: String },
+    /// A bare key that several blocks have.
+    #[error("--set {flag}: `{key}` could be any of {}; write the whole path", .paths.join(", "))]
+    AmbiguousKey {
+        flag: String,
+        key: String,
+        paths: Vec<String>,
+    },
+}

@@ -1,0 +1,139 @@
+//! From the checked file to a flat list of placed bodies.
+
+use super::file::{BodyEntry, RepeatEntry};
+
+/// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
+/// by repeat.
+///
+/// The result depends on the file alone: random displacements come from SplitMix64 started at
+/// the repeat's seed, three draws a copy in the order of the copies, whichever are used.
+///
+/// # Arguments
+/// - `bodies`, `repeats`: checked, so that the number of [`copies`] is bounded.
+pub(super) fn expand(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<BodyEntry> {
+    let mut placed = Vec::new();
+    for body in bodies {
+        let mut of = repeats
+            .iter()
+            .filter(|repeat| repeat.of == body.name)
+            .peekable();
+        if of.peek().is_none() {
+            placed.push(body.clone());
+        }
+        for repeat in of {
+            placed.extend(place(body, repeat));
+        }
+    }
+    placed
+}
+
+/// Number of copies that a repeat makes; 0 when it says neither `count` nor `ring`.
+pub(super) fn copies(repeat: &RepeatEntry) -> u64 {
+    if let Some(ring) = &repeat.ring {
+        return u64::from(ring.count);
+    }
+    let (columns, rows) = grid(repeat);
+    let shrink = u64::from(repeat.shrink.unwrap_or(0));
+    let (columns, rows) = (u64::from(columns), u64::from(rows));
+    if shrink == 0 || columns == 0 {
+        return columns * rows;
+    }
+    // An arithmetic series that ends with the last row that has a copy.
+    let rows = rows.min((columns - 1) / shrink + 1);
+    rows * columns - shrink * (rows * rows.saturating_sub(1) / 2)
+}
+
+/// Columns and rows of a grid.
+fn grid(repeat: &RepeatEntry) -> (u32, u32) {
+    let count = repeat.count.as_deref().unwrap_or(&[]);
+    match count {
+        [] => (0, 0),
+        [columns] => (*columns, 1),
+        [columns, rows, ..] => (*columns, *rows),
+    }
+}
+
+fn place(template: &BodyEntry, repeat: &RepeatEntry) -> Vec<BodyEntry> {
+    let mut random = SplitMix64(u64::from(repeat.seed.unwrap_or(0)));
+    let base = repeat.name.as_deref().unwrap_or(&template.name);
+    let mut copy = |label: String, position: [f64; 2], turn: f64| {
+        let draws = [random.symmetric(), random.symmetric(), random.symmetric()];
+        BodyEntry {
+            name: format!("{base}[{label}]"),
+            position: [
+                position[0] + repeat.jitter * draws[0],
+                position[1] + repeat.jitter * draws[1],
+            ],
+            angle: template.angle + turn,
+            disc: template
+                .disc
+                .map(|r| r * (1.0 + repeat.radius_spread * draws[2])),
+            ..template.clone()
+        }
+    };
+    if let Some(ring) = &repeat.ring {
+        return (0..ring.count)
+            .map(|k| {
+                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(ring.count);
+                let at = [
+                    ring.centre[0] + ring.radius * angle.cos(),
+                    ring.centre[1] + ring.radius * angle.sin(),
+                ];
+                copy(k.to_string(), at, angle)
+            })
+            .collect();
+    }
+    let (columns, rows) = grid(repeat);
+    let steps = repeat.step.as_deref().unwrap_or(&[]);
+    let step = |k: usize| steps.get(k).copied().unwrap_or([0.0; 2]);
+    let shrink = repeat.shrink.unwrap_or(0);
+    let one_row = repeat.count.as_ref().is_some_and(|count| count.len() == 1);
+    let mut placed = Vec::new();
+    for row in 0..rows {
+        let less = shrink.saturating_mul(row);
+        for column in 0..columns.saturating_sub(less) {
+            let along = f64::from(column) + 0.5 * f64::from(less);
+            let at = std::array::from_fn(|k| {
+                template.position[k] + along * step(0)[k] + f64::from(row) * step(1)[k]
+            });
+            let label = if one_row {
+                column.to_string()
+            } else {
+                format!("{column},{row}")
+            };
+            placed.push(copy(label, at, 0.0));
+        }
+    }
+    placed
+}
+
+/// Steele, Lea & Flood (2014): a 64-bit counter through a mixing function.
+struct SplitMix64(u64);
+
+impl SplitMix64 {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly over [-1, 1), from the upper 53 bits.
+    fn symmetric(&mut self) -> f64 {
+        (self.next() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn split_mix_gives_the_published_sequence() {
+        // First numbers from seed 1234567, as in the reference implementation's test vector.
+        let mut random = SplitMix64(1_234_567);
+        assert_eq!(random.next(), 6_457_827_717_110_365_317);
+        assert_eq!(random.next(), 3_203_168_211_198_807_973);
+    }
+}

@@ -1,0 +1,366 @@
+//! The schema of a scene file: one struct a block, its keys, units and defaults.
+//!
+//! A file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Keys left out
+//! take the default given at the field; unknown keys are refused.
+
+use super::Shape;
+use super::study::{Study, Tooth, Wear};
+use super::thresher::Thresher;
+use serde::{Deserialize, Serialize};
+
+/// A whole file, as written and with its defaults filled in; not yet checked.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    pub scene: Header,
+    #[serde(default)]
+    pub gravity: Gravity,
+    #[serde(default)]
+    pub step: Step,
+    #[serde(default)]
+    pub material: Vec<Material>,
+    #[serde(default)]
+    pub body: Vec<BodyEntry>,
+    #[serde(default)]
+    pub joint: Vec<JointEntry>,
+    #[serde(default)]
+    pub repeat: Vec<RepeatEntry>,
+    pub tooth: Option<Tooth>,
+    pub wear: Option<Wear>,
+    pub study: Option<Study>,
+    pub thresher: Option<Thresher>,
+    pub reference: Option<Reference>,
+}
+
+/// `[scene]`: what the file is called and what it shows.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Letters, digits, `-` and `_`; names the output folder.
+    pub name: String,
+    /// One line: what the scene shows.
+    pub title: String,
+    /// Anything a reader of the results must know.
+    #[serde(default)]
+    pub notes: String,
+}
+
+/// `[gravity]`: either `x`, `y`, or `magnitude` with `angle` or `slope`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gravity {
+    /// Components [m/s²], default 0 and -9.81.
+    pub x: Option<f64>,
+    pub y: Option<f64>,
+    /// Magnitude [m/s²], default 9.81.
+    pub magnitude: Option<f64>,
+    /// Angle from straight down \[rad\], positive towards +x: an incline without inclined bodies.
+    pub angle: Option<f64>,
+    /// Tangent of that angle.
+    pub slope: Option<f64>,
+}
+
+impl Gravity {
+    /// Standard magnitude [m/s²].
+    pub const STANDARD: f64 = 9.81;
+
+    /// The vector [m/s²]: `(x, y)`, or `g (sin φ, −cos φ)`.
+    pub fn vector(&self) -> [f64; 2] {
+        let g = self.magnitude.unwrap_or(Self::STANDARD);
+        if let Some(slope) = self.slope {
+            let scale = g / slope.hypot(1.0);
+            return [scale * slope, -scale];
+        }
+        if let Some(angle) = self.angle {
+            return [g * angle.sin(), -g * angle.cos()];
+        }
+        [self.x.unwrap_or(0.0), self.y.unwrap_or(-g)]
+    }
+}
+
+/// `[step]`: how long, how finely and by what method.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Step {
+    /// Step \[s\], default 1/60.
+    pub dt: f64,
+    /// Simulated time \[s\], default 10.
+    pub time: f64,
+    /// Default `staggered`.
+    pub scheme: Scheme,
+    /// A name of [`crate::solver::SOLVERS`], or `auto`, the default.
+    pub solver: String,
+    /// Relative natural-map residual asked of every solve, default 1e-8.
+    pub tolerance: f64,
+}
+
+impl Default for Step {
+    fn default() -> Self {
+        Step {
+            dt: 1.0 / 60.0,
+            time: 10.0,
+            scheme: Scheme::default(),
+            solver: AUTO.to_owned(),
+            tolerance: 1e-8,
+        }
+    }
+}
+
+/// The solver name that leaves the choice to the program.
+pub const AUTO: &str = "auto";
+
+/// A time-stepping scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    #[default]
+    Staggered,
+    /// Moreau's midpoint rule, as published.
+    Moreau,
+}
+
+/// `[[material]]`: what the surface of a body is like.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    pub name: String,
+    /// Coulomb's coefficient, default 0.5. Two materials combine by the mean, rapier's default.
+    #[serde(default = "Material::default_friction")]
+    pub friction: f64,
+    /// Newton's coefficient in [0, 1], default 0.
+    #[serde(default)]
+    pub restitution: f64,
+    /// Makes the contact visco-elastic: stiffness [N/m] of each contact. Default: rigid.
+    pub stiffness: Option<f64>,
+    /// Damping [N s/m] of each contact, default 0; needs `stiffness`.
+    pub damping: Option<f64>,
+    /// Instead of `damping`: the restitution coefficient in (0, 1] that the damping is fitted to.
+    pub damping_restitution: Option<f64>,
+}
+
+impl Material {
+    fn default_friction() -> f64 {
+        0.5
+    }
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Material {
+            name: "default".to_owned(),
+            friction: Self::default_friction(),
+            restitution: 0.0,
+            stiffness: None,
+            damping: None,
+            damping_restitution: None,
+        }
+    }
+}
+
+/// What moves a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodyKind {
+    /// Forces and impulses.
+    #[default]
+    Dynamic,
+    /// Nothing.
+    Fixed,
+    /// Its own constant `velocity` and `spin`, whatever it meets.
+    Kinematic,
+}
+
+impl BodyKind {
+    /// The word of the file.
+    pub fn word(self) -> &'static str {
+        match self {
+            BodyKind::Dynamic => "dynamic",
+            BodyKind::Fixed => "fixed",
+            BodyKind::Kinematic => "kinematic",
+        }
+    }
+}
+
+/// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `polyline` gives its shape.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyEntry {
+    pub name: String,
+    #[serde(default)]
+    pub kind: BodyKind,
+    /// Radius \[m\].
+    pub disc: Option<f64>,
+    /// Width and height \[m\].
+    #[serde(rename = "box")]
+    pub rectangle: Option<[f64; 2]>,
+    /// Length between the centres of the round ends, along the body's x axis, and radius \[m\].
+    pub capsule: Option<[f64; 2]>,
+    /// Corners \[m\] of a convex polygon, counter-clockwise.
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// Points \[m\] of a one-sided chain, the solid on the left of its direction.
+    pub polyline: Option<Vec<[f64; 2]>>,
+    /// Whether the polyline's last point is joined to its first, default false.
+    /// Counter-clockwise encloses the solid, clockwise a hollow.
+    pub closed: Option<bool>,
+    /// Mass per area [kg/m²], of a slice one metre deep; default 1000 where no `mass` is given.
+    pub density: Option<f64>,
+    /// Mass \[kg\].
+    pub mass: Option<f64>,
+    /// Moment of inertia about the centre of mass [kg m²]; default: that of `mass` spread evenly.
+    pub inertia: Option<f64>,
+    /// Place of the body's origin \[m\], default (0, 0).
+    #[serde(default)]
+    pub position: [f64; 2],
+    /// Angle \[rad\], default 0.
+    #[serde(default)]
+    pub angle: f64,
+    /// Velocity [m/s], default (0, 0).
+    #[serde(default)]
+    pub velocity: [f64; 2],
+    /// Angular velocity [rad/s], default 0.
+    #[serde(default)]
+    pub spin: f64,
+    /// Name of a `[[material]]`; default the first one, and where the file has none,
+    /// [`Material::default`].
+    pub material: Option<String>,
+    /// Speed of the surface along its own direction [m/s], as of a belt, default 0. Positive runs
+    /// counter-clockwise round the body: towards -x on its top.
+    #[serde(default)]
+    pub surface_velocity: f64,
+}
+
+impl BodyEntry {
+    /// The shape given, the first of several; `None` without one.
+    pub fn shape(&self) -> Option<Shape> {
+        let rectangle = |[width, height]: [f64; 2]| Shape::Box { width, height };
+        let capsule = |[length, radius]: [f64; 2]| Shape::Capsule { length, radius };
+        let polygon = |points: &Vec<_>| Shape::Polygon {
+            points: points.clone(),
+        };
+        let polyline = |points: &Vec<_>| Shape::Polyline {
+            points: points.clone(),
+            closed: self.closed.unwrap_or(false),
+        };
+        self.disc
+            .map(|radius| Shape::Disc { radius })
+            .or_else(|| self.rectangle.map(rectangle))
+            .or_else(|| self.capsule.map(capsule))
+            .or_else(|| self.polygon.as_ref().map(polygon))
+            .or_else(|| self.polyline.as_ref().map(polyline))
+    }
+}
+
+/// Mass per area [kg/m²] of a body that states neither density nor mass.
+pub const DEFAULT_DENSITY: f64 = 1000.0;
+
+/// What joints call the fixed ground.
+pub const WORLD: &str = "world";
+
+/// The joints of the field; those not supported yet are refused by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JointKind {
+    Revolute,
+    Prismatic,
+    Fixed,
+    Rope,
+    Spring,
+    PinSlot,
+}
+
+impl JointKind {
+    /// The word of the file.
+    pub fn word(self) -> &'static str {
+        match self {
+            JointKind::Revolute => "revolute",
+            JointKind::Prismatic => "prismatic",
+            JointKind::Fixed => "fixed",
+            JointKind::Rope => "rope",
+            JointKind::Spring => "spring",
+            JointKind::PinSlot => "pin-slot",
+        }
+    }
+}
+
+/// `[[joint]]`
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointEntry {
+    pub kind: JointKind,
+    /// Names of two bodies; one may be `world`.
+    pub bodies: [String; 2],
+    /// The joint's place in the world at the start \[m\].
+    pub at: [f64; 2],
+    pub motor: Option<Motor>,
+}
+
+/// A velocity motor on a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    /// Wanted angular velocity of the second body relative to the first [rad/s].
+    pub speed: f64,
+    /// Largest torque [N m] of a slice one metre deep.
+    pub max_torque: f64,
+}
+
+/// `[[repeat]]`: copies of a body in a grid (`count`, `step`) or on a `ring`.
+///
+/// The body `of` becomes a template: it is not placed itself. Copies of a grid are placed from
+/// the template's position on.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RepeatEntry {
+    /// Name of the template.
+    pub of: String,
+    /// What copies are called, default the template's name: `box[3,2]` is column 3 of row 2,
+    /// `box[3]` copy 3 of a row or ring, both from 0.
+    pub name: Option<String>,
+    /// Number of copies along each step: `[n]` or `[columns, rows]`.
+    pub count: Option<Vec<u32>>,
+    /// One displacement \[m\] for each number in `count`.
+    pub step: Option<Vec<[f64; 2]>>,
+    /// Each row has this many copies fewer than the one before and starts half as many column
+    /// steps later: 1 makes a pyramid. Default 0.
+    pub shrink: Option<u32>,
+    pub ring: Option<Ring>,
+    /// Largest random displacement along x and y \[m\], default 0.
+    #[serde(default)]
+    pub jitter: f64,
+    /// Discs only: radii spread evenly over `r (1 ± radius_spread)`, default 0.
+    #[serde(default)]
+    pub radius_spread: f64,
+    /// Start of the random sequence; required with `jitter` or `radius_spread`.
+    pub seed: Option<u32>,
+}
+
+/// Copies evenly spaced on a circle, the first at angle 0, each turned with its place.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ring {
+    /// Centre \[m\].
+    pub centre: [f64; 2],
+    /// Radius \[m\].
+    pub radius: f64,
+    pub count: u32,
+}
+
+/// `[reference]`: what the result is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    pub closed_form: ClosedForm,
+}
+
+/// The closed forms known to the code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClosedForm {
+    SlidingBlock,
+    Incline,
+    BouncingBall,
+    SpinningDisc,
+    TwoBalls,
+    Cradle,
+    Beam,
+}

@@ -1,0 +1,176 @@
+//! `--set key=value`: changes a scene's document before it is read.
+
+use super::document::{Document, Entry, Node, Value, flag_value};
+use super::error::{Hint, Origin, Place, SceneError};
+use super::file::SceneFile;
+use super::reader;
+use serde_json::Value as Json;
+
+/// Applies every flag in order.
+///
+/// A flag is `key=value`. The key is a dotted path (`step.dt`, `body.ball.position.0`; elements
+/// of arrays of tables by their name, or by number from 0), or a bare key that only one block
+/// has. The value is TOML; text that is not TOML is taken as a string.
+///
+/// # Errors
+/// [`SceneError::FlagForm`] without `=`; [`SceneError::UnknownKey`] and
+/// [`SceneError::AmbiguousKey`] for a bare key; [`SceneError::UnknownName`] for an element that
+/// does not exist; [`SceneError::WrongType`] for a path through a plain value. Keys that the
+/// schema does not have are found when the document is read, under the flag's name.
+pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), SceneError> {
+    for flag in flags {
+        let (key, text) = flag
+            .split_once('=')
+            .map(|(key, text)| (key.trim(), text.trim()))
+            .filter(|(key, _)| !key.is_empty())
+            .ok_or_else(|| SceneError::FlagForm { flag: flag.clone() })?;
+        let origin = Origin::Flag(flag.clone());
+        let path = if key.contains('.') {
+            key.split('.').map(str::to_owned).collect()
+        } else {
+            full_path(document, flag, key)?
+        };
+        let value = flag_value(text, &origin);
+        set(document, &path, &origin, value)?;
+    }
+    Ok(())
+}
+
+/// The path of a bare key: itself at the top of the file, or the only block that has it.
+fn full_path(document: &Document, flag: &str, key: &str) -> Result<Vec<String>, SceneError> {
+    let file: SceneFile = reader::read(document)?;
+    // Keys at their default are settable too, so they are looked up in the file as read. A number
+    // that is finite and a key that is a string always have a JSON form.
+    let all = serde_json::to_value(&file).unwrap_or(Json::Null);
+    if all.get(key).is_some() {
+        return Ok(vec![key.to_owned()]);
+    }
+    let mut paths = Vec::new();
+    collect(&all, &mut Vec::new(), &mut paths);
+    let last = |path: &Vec<String>| path.last().cloned().unwrap_or_default();
+    let mut found: Vec<_> = paths
+        .iter()
+        .filter(|path| last(path) == key)
+        .cloned()
+        .collect();
+    match (found.pop(), found.len()) {
+        (Some(path), 0) => Ok(path),
+        (Some(path), _) => {
+            found.push(path);
+            Err(SceneError::AmbiguousKey {
+                flag: flag.to_owned(),
+                key: key.to_owned(),
+                paths: found.iter().map(|path| path.join(".")).collect(),
+            })
+        }
+        (None, _) => {
+            let mut known: Vec<String> = paths.iter().map(last).collect();
+            known.sort();
+            known.dedup();
+            Err(SceneError::UnknownKey {
+                at: Box::new(Place {
+                    file: document.file.clone(),
+                    origin: Origin::Flag(flag.to_owned()),
+                    path: String::new(),
+                }),
+                key: key.to_owned(),
+                hint: Hint::new(key, known),
+            })
+        }
+    }
+}
+
+/// Paths of all keys that hold no table.
+fn collect(json: &Json, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
+    let mut descend = |word: String, value: &Json| {
+        path.push(word);
+        collect(value, path, paths);
+        path.pop();
+    };
+    match json {
+        Json::Object(table) => table
+            .iter()
+            .for_each(|(key, value)| descend(key.clone(), value)),
+        Json::Array(items) if items.iter().any(Json::is_object) => {
+            for (index, item) in items.iter().enumerate() {
+                let name = item.get("name").and_then(Json::as_str);
+                descend(name.map_or(index.to_string(), str::to_owned), item);
+            }
+        }
+        _ => paths.push(path.clone()),
+    }
+}
+
+fn set(
+    document: &mut Document,
+    path: &[String],
+    origin: &Origin,
+    value: Node,
+) -> Result<(), SceneError> {
+    let file = document.file.clone();
+    let place = |depth: usize| {
+        Box::new(Place {
+            file: file.clone(),
+            origin: origin.clone(),
+            path: path[..depth].join("."),
+        })
+    };
+    let mut node = &mut document.root;
+    for (depth, word) in path.iter().enumerate() {
+        node = match &mut node.value {
+            Value::Table(entries) => child(entries, word, origin, depth + 1 == path.len()),
+            Value::Array(items) => {
+                let names: Vec<String> = items
+                    .iter()
+                    .enumerate()
+                    .map(|(index, item)| item.name().map_or(index.to_string(), str::to_owned))
+                    .collect();
+                let number = word.parse().ok().filter(|index| *index < items.len());
+                let index = names.iter().position(|name| name == word).or(number);
+                match index {
+                    Some(index) => &mut items[index],
+                    None => {
+                        return Err(SceneError::UnknownName {
+                            at: place(depth),
+                            what: "element".to_owned(),
+                            name: word.clone(),
+                            hint: Hint::new(word, names),
+                        });
+                    }
+                }
+            }
+            _ => {
+                return Err(SceneError::WrongType {
+                    at: place(depth),
+                    expected: format!("a table with the key `{word}`"),
+                    found: "a plain value".to_owned(),
+                });
+            }
+        };
+    }
+    *node = value;
+    Ok(())
+}
+
+/// The value of `key`, made as an empty table where it is missing. The last key of a path takes
+/// the flag as its origin: that is what errors show.
+fn child<'a>(entries: &'a mut Vec<Entry>, key: &str, origin: &Origin, last: bool) -> &'a mut Node {
+    let index = match entries.iter().position(|entry| entry.key == key) {
+        Some(index) => index,
+        None => {
+            entries.push(Entry {
+                key: key.to_owned(),
+                origin: origin.clone(),
+                node: Node {
+                    origin: origin.clone(),
+                    value: Value::Table(Vec::new()),
+                },
+            });
+            entries.len() - 1
+        }
+    };
+    if last {
+        entries[index].origin = origin.clone();
+    }
+    &mut entries[index].node
+}

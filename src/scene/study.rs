@@ -1,0 +1,206 @@
+//! The blocks of the published study: `[tooth]`, `[wear]` and `[study]`.
+//!
+//! Source: Ibrahim, Shash & Abboud, *Dynamic simulation of abrasive wear in grain threshing
+//! units*, DYSONA - Applied Science 6(1), 2025, doi 10.30493/das.2024.485466. Defaults are the
+//! study's numbers unless said otherwise.
+
+use serde::{Deserialize, Serialize};
+
+/// `[tooth]`: the profile `y = α x² + β x + γ` over `x` in [0, width], on a base.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Tooth {
+    /// `α` [1/m], default -5.539.
+    pub alpha: f64,
+    /// `β`, default -0.1014.
+    pub beta: f64,
+    /// `γ` \[m\], the height of the new tooth, default 0.0188.
+    pub gamma: f64,
+    /// Width \[m\], default 0.05.
+    pub width: f64,
+    /// Number of surface points, evenly spaced, cell 1 at the tall end; default 26.
+    pub cells: u32,
+    /// Thickness of the base under the tooth \[m\], default 0.008.
+    pub base: f64,
+}
+
+impl Default for Tooth {
+    fn default() -> Self {
+        Tooth {
+            alpha: -5.539,
+            beta: -0.1014,
+            gamma: 0.0188,
+            width: 0.05,
+            cells: 26,
+            base: 0.008,
+        }
+    }
+}
+
+impl Tooth {
+    /// Height `y(x)` \[m\] above the base line.
+    pub fn height(&self, x: f64) -> f64 {
+        (self.alpha * x + self.beta) * x + self.gamma
+    }
+}
+
+/// `[wear]`: Archard's law `h = K/dΩ Σ load_slip` and how it is carried over a life.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Wear {
+    /// `K/dΩ` [1/N], default 5e-17 m²/N over 3e-8 m². Depth data cannot separate the two.
+    pub coefficient_over_area: f64,
+    /// How depth changes the profile, default `normal`.
+    pub update: Update,
+    /// Heights whose crossing is reported; default none.
+    pub limits: Vec<Limit>,
+    /// Largest depth of one cycle jump, as a fraction of the cell size; default 0.1.
+    pub jump: f64,
+    /// Simulated revolutions that stand for one jump, default 1.
+    pub revolutions: u32,
+    /// `ν` of the flux smoothing of depth, in [0, 1/4]; default 0, none.
+    pub smoothing: f64,
+    /// The life is followed no further than this \[h\], default 1000.
+    pub max_hours: f64,
+}
+
+impl Default for Wear {
+    fn default() -> Self {
+        Wear {
+            coefficient_over_area: 5e-17 / 3e-8,
+            update: Update::default(),
+            limits: Vec::new(),
+            jump: 0.1,
+            revolutions: 1,
+            smoothing: 0.0,
+            max_hours: 1000.0,
+        }
+    }
+}
+
+/// How the worn depth is taken off the profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Update {
+    /// Along the local normal, cell by cell, with the area balanced.
+    #[default]
+    Normal,
+    /// Vertically, then refitted to a quadratic by least squares: the study's way. It flattens a
+    /// local scar and grows steel elsewhere.
+    Quadratic,
+}
+
+/// A tooth height that matters.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limit {
+    pub name: String,
+    /// Height above the base line \[m\]; below zero the wear has eaten into the base.
+    pub height: f64,
+}
+
+/// `[study]`: the study's rotor with one degree of freedom, under a named reading.
+///
+/// The step is `[step] dt`, the contact time of one load cycle `[step] time`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Study {
+    /// Default `torque-balanced`.
+    pub reading: Reading,
+    /// How cells share the load of the torque-balanced reading, default `winkler`.
+    pub shares: Shares,
+    /// `l` \[m\] from the axis to the tooth's base line, default 0.25 (assumed).
+    pub axis_distance: f64,
+    /// Default 0.3 (assumed: the speed study does not say).
+    pub friction: f64,
+    /// Moment of inertia about the axis [kg m²], default 5.186444e-4.
+    pub inertia: f64,
+    /// Lever of the weight `l_m` \[m\], default 0.0387, from `J = m l_m²`.
+    pub lever: f64,
+    /// Mass of the bar \[kg\], default 0.346.
+    pub mass: f64,
+    /// Start angle `ψ` \[degrees\], default 15.
+    pub start_angle_deg: f64,
+    /// Thickness of the crop's tape \[m\] over which the overlap is counted, default 0.008.
+    pub tape_thickness: f64,
+    /// Cylinder speeds [rad/s], default 70 to 120 by 10.
+    pub speeds: Vec<f64>,
+    /// Operating torques [N m], default 146.39 and 20.87: those with published depths.
+    pub torques: Vec<f64>,
+    /// Load cycles, default 4e6; one is one revolution.
+    pub cycles: f64,
+    /// Profile updates over those cycles, default 4.
+    pub batches: u32,
+    /// The published point that fixes the contact time of the torque-balanced reading.
+    pub calibrate: Calibration,
+}
+
+impl Default for Study {
+    fn default() -> Self {
+        Study {
+            reading: Reading::default(),
+            shares: Shares::default(),
+            axis_distance: 0.25,
+            friction: 0.3,
+            inertia: 5.186444e-4,
+            lever: 0.0387,
+            mass: 0.346,
+            start_angle_deg: 15.0,
+            tape_thickness: 0.008,
+            speeds: vec![70.0, 80.0, 90.0, 100.0, 110.0, 120.0],
+            torques: vec![146.39, 20.87],
+            cycles: 4e6,
+            batches: 4,
+            calibrate: Calibration::default(),
+        }
+    }
+}
+
+/// What the study's text is taken to mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reading {
+    /// The free rotor against a rigid crop, as printed: it stalls in one step.
+    Literal,
+    /// The rotor held at speed, sliding through a compliant tape that resists with the torque.
+    #[default]
+    TorqueBalanced,
+}
+
+/// How the cells share the load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shares {
+    /// In proportion to the overlap with the tape.
+    #[default]
+    Winkler,
+    /// The same normal load on each cell.
+    Equal,
+    /// The same torque on each cell.
+    Lever,
+}
+
+/// One published depth, to which one constant is fitted and which is shown as calibrated.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Calibration {
+    /// Operating torque [N m] of the machine, default 146.39.
+    pub torque: f64,
+    /// Cylinder speed [rad/s], default 70.
+    pub speed: f64,
+    /// Largest depth \[m\], default 7.62e-3.
+    pub depth: f64,
+    /// Load cycles after which it was reached, default 4e6.
+    pub cycles: f64,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Calibration {
+            torque: 146.39,
+            speed: 70.0,
+            depth: 7.62e-3,
+            cycles: 4e6,
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! What a good file becomes, and what the catalogue holds.
+
+use super::*;
+use std::collections::BTreeSet;
+
+#[test]
+fn repeats_place_grids_pyramids_and_rings() {
+    let names = |scene: &Scene| {
+        scene
+            .bodies
+            .iter()
+            .map(|b| b.name.clone())
+            .collect::<Vec<_>>()
+    };
+    let repeat = |keys: &str| parse(&format!("{BALL}[[repeat]]\nof = \"ball\"\n{keys}\n"), &[]);
+
+    let scene = repeat("count = [3, 2]\nstep = [[2, 0], [0, 1]]\nshrink = 1").unwrap();
+    let expected = [
+        "floor",
+        "ball[0,0]",
+        "ball[1,0]",
+        "ball[2,0]",
+        "ball[0,1]",
+        "ball[1,1]",
+    ];
+    assert_eq!(names(&scene), expected);
+    assert_eq!(scene.bodies[3].position, [4.0, 1.0]);
+    // The second row starts half a step to the right, on top of the first.
+    assert_eq!(scene.bodies[4].position, [1.0, 2.0]);
+
+    let scene = repeat("name = \"r\"\nring = { centre = [1, 0], radius = 2, count = 4 }").unwrap();
+    assert_eq!(names(&scene)[1..], ["r[0]", "r[1]", "r[2]", "r[3]"]);
+    let second = &scene.bodies[2];
+    // Round-off of a cosine at 90 degrees, times the radius.
+    assert!((second.position[0] - 1.0).abs() < 1e-15 && second.position[1] == 2.0);
+    assert_eq!(second.angle, std::f64::consts::FRAC_PI_2);
+
+    let random = "count = [40]\nstep = [[1, 0]]\njitter = 0.1\nradius_spread = 0.2\nseed = ";
+    let scene = repeat(&format!("{random}7")).unwrap();
+    assert_eq!(scene, repeat(&format!("{random}7")).unwrap());
+    assert_ne!(scene, repeat(&format!("{random}8")).unwrap());
+    for (k, body) in scene.bodies[1..].iter().enumerate() {
+        let Shape::Disc { radius } = body.shape else {
+            panic!("{:?}", body.shape)
+        };
+        assert!((0.4..=0.6).contains(&radius));
+        assert!((body.position[0] - k as f64).abs() <= 0.1);
+    }
+}
+
+#[test]
+fn joints_reach_copies_by_name() {
+    let text = format!(
+        "{BALL}[[repeat]]\nof = \"ball\"\ncount = [2]\nstep = [[2, 0]]\n\
+         [[joint]]\nkind = \"revolute\"\nat = [2, 1]\nbodies = [\"ball[1]\", \"world\"]\n\
+         motor = {{ speed = 3, max_torque = 2 }}\n"
+    );
+    let scene = parse(&text, &[]).unwrap();
+    assert_eq!(scene.joints[0].bodies, [Some(2), None]);
+    assert_eq!(scene.joints[0].motor.unwrap().speed, 3.0);
+}
+
+#[test]
+fn flags_change_the_scene_before_it_is_checked() {
+    let broken = BALL.replacen("dt = 0.01", "dt = -1", 1);
+    let scene = parse(
+        &broken,
+        &["step.dt=0.5", "body.ball.position=[3, 4]", "body.1.disc=2"],
+    )
+    .unwrap();
+    assert_eq!(scene.step.dt, 0.5);
+    assert_eq!(scene.bodies[1].position, [3.0, 4.0]);
+    assert_eq!(scene.bodies[1].shape, Shape::Disc { radius: 2.0 });
+
+    // A bare key that one block has, at its default in the file; text falls back to a string.
+    let scene = parse(
+        BALL,
+        &["scheme=moreau", "gravity.y=0", "material.0.friction = 0.1"],
+    )
+    .unwrap();
+    assert_eq!(scene.step.scheme, Scheme::Moreau);
+    assert_eq!(scene.gravity, [0.0, 0.0]);
+    assert_eq!(scene.materials[0].friction, 0.1);
+    assert_eq!(
+        parse(BALL, &["body.ball.position.0=7"]).unwrap().bodies[1].position,
+        [7.0, 1.0]
+    );
+    let study = load("thresher-study", &["reading=literal".to_owned()]).unwrap();
+    assert_eq!(study.study.unwrap().reading, Reading::Literal);
+}
+
+#[test]
+fn gravity_turns_towards_positive_x() {
+    let gravity = |keys: &str| {
+        let text = BALL.replacen("[step]", &format!("[gravity]\n{keys}\n[step]"), 1);
+        parse(&text, &[]).unwrap().gravity
+    };
+    assert_eq!(parse(BALL, &[]).unwrap().gravity, [0.0, -9.81]);
+    assert_eq!(gravity("x = 1"), [1.0, -9.81]);
+    let [x, y] = gravity("magnitude = 10\nslope = 0.75");
+    // 3-4-5 triangle; a few roundings of numbers of size 10.
+    assert!((x - 6.0).abs() < 1e-14 && (y + 8.0).abs() < 1e-14);
+    let [x, y] = gravity("magnitude = 10\nangle = 0.6435011087932844");
+    assert!((x - 6.0).abs() < 1e-14 && (y + 8.0).abs() < 1e-14);
+}
+
+#[test]
+fn the_catalogue_holds_every_file_and_loads_it() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+    let files: BTreeSet<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|file| {
+            file.unwrap()
+                .path()
+                .file_stem()
+                .unwrap()
+                .to_str()
+                .unwrap()
+                .to_owned()
+        })
+        .collect();
+    let listed: BTreeSet<String> = scenes()
+        .unwrap()
+        .iter()
+        .map(|s| s.name.to_owned())
+        .collect();
+    assert_eq!(files, listed);
+    let mut hashes = BTreeSet::new();
+    for name in &listed {
+        let scene = load(name, &[]).unwrap();
+        assert_eq!(scene.name, *name, "the file and its scene share a name");
+        assert_eq!(
+            scene.hash,
+            load(&format!("{folder}/{name}.toml"), &[]).unwrap().hash
+        );
+        assert!(hashes.insert(scene.hash), "{name}");
+    }
+}
+
+#[test]
+fn catalogue_scenes_hold_what_their_titles_say() {
+    let bodies = |name: &str| load(name, &[]).unwrap().bodies.len();
+    assert_eq!(bodies("pyramid"), 1 + 55);
+    assert_eq!(bodies("tower"), 1 + 10);
+    assert_eq!(bodies("cradle"), 5);
+    assert_eq!(bodies("drum"), 1 + 200);
+    let incline = load("incline", &[]).unwrap();
+    // tan of the slope over the friction coefficient, two roundings.
+    let ratio = incline.gravity[0] / -incline.gravity[1] / incline.materials[0].friction;
+    assert!((ratio - 1.001).abs() < 1e-15);
+    let thresher = load("thresher", &[]).unwrap().thresher.unwrap();
+    // The bulk density that fills the inlet, exact but for roundings.
+    assert!((thresher.crop_density() - 62.5).abs() < 1e-12);
+}
+
+#[test]
+fn drum_grains_start_apart_and_inside() {
+    let scene = load("drum", &[]).unwrap();
+    let grains: Vec<_> = scene.bodies[1..]
+        .iter()
+        .map(|body| match body.shape {
+            Shape::Disc { radius } => (body.position, radius),
+            _ => panic!("{:?}", body.shape),
+        })
+        .collect();
+    // The sides of a 32-gon are this far from its centre.
+    let inside = (std::f64::consts::PI / 32.0).cos();
+    for (i, (p, r)) in grains.iter().enumerate() {
+        assert!(p[0].hypot(p[1]) + r < inside);
+        for (q, s) in &grains[..i] {
+            assert!((p[0] - q[0]).hypot(p[1] - q[1]) > r + s);
+        }
+    }
+}
+
+#[test]
+fn the_hash_sees_values_and_not_their_spelling() {
+    let hash = |text: &str, flags: &[&str]| parse(text, flags).unwrap().hash;
+    let same = BALL
+        .replacen("dt = 0.01", "# as before\ntime = 10.0\ndt = 1e-2", 1)
+        .replacen("A ball on a floor", "Another title", 1);
+    assert_eq!(hash(BALL, &[]), hash(&same, &[]));
+    assert_ne!(hash(BALL, &[]), hash(BALL, &["step.dt=0.02"]));
+}

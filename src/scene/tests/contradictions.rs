@@ -1,0 +1,162 @@
+//! Files that can be read but make no sense.
+
+use super::*;
+
+#[test]
+fn contradictions_and_bad_outlines_are_told() {
+    let disc = "disc = 0.5";
+    let cases = [
+        (
+            disc,
+            "polygon = [[0, 0], [0, 1], [1, 0]]",
+            "14:1: body.ball.polygon: the polygon is wound clockwise (a tooth wound the wrong way)",
+        ),
+        (
+            disc,
+            "polygon = [[0, 0], [1, 1], [1, 0], [0, 1]]",
+            "edges 0 and 2",
+        ),
+        (disc, "polygon = [[0, 0], [1, 0]]", "2 points: allowed is 3"),
+        (
+            disc,
+            "disc = 0.5\nbox = [1, 1]",
+            "15:1: body.ball.box: a body has one shape; `disc` is given already",
+        ),
+        (
+            disc,
+            "disc = 0.5\nclosed = true",
+            "closed is a property of a polyline",
+        ),
+        (
+            disc,
+            "disc = 0.5\nmass = 1\ndensity = 1",
+            "give density or mass",
+        ),
+        (disc, "disc = 0.5\ninertia = 1", "inertia needs a mass"),
+        (
+            disc,
+            "polyline = [[0, 0], [1, 0]]",
+            "missing key `mass and inertia",
+        ),
+        (
+            "box = [10, 1]",
+            "box = [10, 1]\nmass = 1",
+            "12:1: body.floor.mass: mass has no effect on a fixed body",
+        ),
+        (
+            "box = [10, 1]",
+            "box = [10, 1]\nspin = 1",
+            "a fixed body does not move",
+        ),
+        (
+            "name = \"ball\"\ndisc",
+            "name = \"floor\"\ndisc",
+            "13:1: body.floor.name: there is already a body named `floor`",
+        ),
+        (
+            "name = \"ball\"\ndisc",
+            "name = \"world\"\ndisc",
+            "`world` is what joints call",
+        ),
+        (
+            "name = \"steel\"",
+            "name = \"steel\"\n[[material]]\nname = \"steel\"",
+            "9:1: material.steel.name: there is already a material",
+        ),
+        (
+            "name = \"steel\"",
+            "name = \"steel\"\ndamping = 1",
+            "damping needs a stiffness",
+        ),
+        (
+            "name = \"steel\"",
+            "name = \"steel\"\nstiffness = 1\nrestitution = 0.5",
+            "use damping_restitution",
+        ),
+        (
+            "[step]",
+            "[gravity]\nx = 1\nslope = 1\n[step]",
+            "6:1: gravity.slope: give either x, y or magnitude",
+        ),
+        (
+            "[step]",
+            "[wear]\n[step]",
+            "4:2: wear: [wear] needs a [study] or a [thresher]",
+        ),
+        (
+            "[step]",
+            "[study]\n[step]",
+            "body: [study] makes its own bodies",
+        ),
+        ("[step]", "[study]\n[thresher]\n[step]", "not both"),
+    ];
+    for (old, new, expected) in cases {
+        assert_error(old, new, &[expected]);
+    }
+    let joint = |kind: &str, bodies: &str| {
+        let text = format!("{BALL}[[joint]]\nkind = \"{kind}\"\nat = [0, 0]\nbodies = {bodies}\n");
+        error_of(&text, &[])
+    };
+    let error = joint("rope", "[\"ball\", \"floor\"]");
+    assert!(
+        error
+            .contains("17:1: joint.0.kind: a rope joint is not supported yet; supported: revolute"),
+        "{error}"
+    );
+    assert!(joint("revolute", "[\"ball\", \"ball\"]").contains("ties `ball` to itself"));
+    assert!(joint("revolute", "[\"floor\", \"world\"]").contains("neither body is dynamic"));
+    let empty = "[scene]\nname = \"a\"\ntitle = \"b\"\n";
+    assert!(error_of(empty, &[]).contains("t.toml: the scene has no bodies"));
+}
+
+#[test]
+fn repeats_are_checked() {
+    let repeat = |keys: &str| format!("{BALL}[[repeat]]\nof = \"ball\"\n{keys}\n");
+    let cases = [
+        ("count = [3]", "missing key `step (or ring)`"),
+        ("count = [3, 3]\nstep = [[1, 0]]", "step: expected 2 pairs"),
+        (
+            "count = [0]\nstep = [[1, 0]]",
+            "count.0 = 0: allowed is 1 to",
+        ),
+        (
+            "count = [-1]\nstep = [[1, 0]]",
+            "count.0: expected a whole number from 0 to 4294967295, found -1",
+        ),
+        (
+            "count = [4000000000, 4000000000]\nstep = [[1, 0], [0, 1]]",
+            "repeat.0.count = 16000000000000000000 copies: allowed is 100000 in",
+        ),
+        (
+            "count = [3, 4]\nstep = [[1, 0], [0, 1]]\nshrink = 1",
+            "shrink = 1: allowed is 0 to 0",
+        ),
+        (
+            "count = [3]\nstep = [[1, 0]]\njitter = 0.1",
+            "missing key `seed`",
+        ),
+        (
+            "count = [3]\nstep = [[1, 0]]\nseed = 1",
+            "a seed has no effect",
+        ),
+        (
+            "count = [3]\nring = { centre = [0, 0], radius = 1, count = 3 }",
+            "a grid or a ring, not both",
+        ),
+        (
+            "ring = { centre = [0, 0], radius = -1, count = 3 }",
+            "ring.radius = -1.0: allowed is 0 to 1e6 m",
+        ),
+        (
+            "count = [1]\nstep = [[1, 0]]\n[[repeat]]\nof = \"ball\"\ncount = [1]\nstep = [[0, 1]]",
+            "already a repeat named `ball`",
+        ),
+    ];
+    for (keys, expected) in cases {
+        let error = error_of(&repeat(keys), &[]);
+        assert!(
+            error.contains(expected),
+            "{keys}\n  {error}\n  lacks {expected}"
+        );
+    }
+}

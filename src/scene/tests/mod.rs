@@ -1,0 +1,48 @@
+//! What the tests of scenes share.
+
+mod content;
+mod contradictions;
+mod errors;
+mod mangled;
+
+use super::*;
+
+const BALL: &str = r#"[scene]
+name = "ball"
+title = "A ball on a floor"
+[step]
+dt = 0.01
+[[material]]
+name = "steel"
+[[body]]
+name = "floor"
+kind = "fixed"
+box = [10, 1]
+[[body]]
+name = "ball"
+disc = 0.5
+position = [0, 1]
+"#;
+
+fn parse(text: &str, flags: &[&str]) -> Result<Scene, SceneError> {
+    let flags: Vec<String> = flags.iter().map(|flag| (*flag).to_owned()).collect();
+    Scene::parse("t.toml", text, &flags)
+}
+
+fn error_of(text: &str, flags: &[&str]) -> String {
+    match parse(text, flags) {
+        Ok(_) => panic!("accepted: {flags:?}\n{text}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Asserts that the error of `BALL` with `old` replaced by `new` holds all of `expected`.
+#[track_caller]
+fn assert_error(old: &str, new: &str, expected: &[&str]) {
+    assert!(BALL.contains(old), "{old}");
+    let text = BALL.replacen(old, new, 1);
+    let error = error_of(&text, &[]);
+    for part in expected {
+        assert!(error.contains(part), "{new}\n  {error}\n  lacks {part}");
+    }
+}

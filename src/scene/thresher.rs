@@ -1,0 +1,102 @@
+//! The block `[thresher]`: a cylinder of toothed bars, its concave and the crop between them.
+//!
+//! Machine totals (inertia, torques, feed) are given as on the machine; a 2D scene is a slice
+//! one metre deep, so the builder divides them by `machine_width` and outputs multiply back.
+//!
+//! Sources: the study named in [`super::study`] for feed, torque, clearances and the tooth;
+//! straw on steel: Agriculture 15:1686 (2025); the rest assumed or from combine manuals.
+
+use super::study::Calibration;
+use serde::{Deserialize, Serialize};
+
+/// `[thresher]`
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Thresher {
+    /// Radius of the tooth tips \[m\], default 0.25 (assumed).
+    pub tip_radius: f64,
+    /// Toothed bars, evenly spaced, default 8.
+    pub bars: u32,
+    /// Moment of inertia of the cylinder about its axle [kg m²], machine total, default 2
+    /// (assumed).
+    pub inertia: f64,
+    /// Width of the machine \[m\], default 1.3 (assumed).
+    pub machine_width: f64,
+    /// Wanted speed of the cylinder [rad/s], default 70.
+    pub speed: f64,
+    /// Operating torque [N m], machine total, default 146.39: the mean that the crop's stiffness
+    /// is scaled to.
+    pub operating_torque: f64,
+    /// Torque limit of the drive over the operating torque, default 2 (assumed).
+    pub drive_torque_factor: f64,
+    /// Crop fed [kg/s], machine total, default 5.2.
+    pub feed_rate: f64,
+    /// Speed of the crop at the inlet [m/s], default 4 (assumed).
+    pub entry_speed: f64,
+    /// Thickness of the crop strip \[m\], default 0.016: it fills the inlet.
+    pub crop_thickness: f64,
+    /// Length of one segment of the strip \[m\], default 0.02.
+    pub segment_length: f64,
+    /// Segments leave this far behind the outlet, along the arc \[m\]; default 0.2.
+    pub exit_distance: f64,
+    /// Contact stiffness [N/m] of the crop per metre of width, before scaling to the operating
+    /// torque; default 1e5.
+    pub crop_stiffness: f64,
+    /// Restitution that the crop's damping is fitted to, default 0.482.
+    pub crop_restitution: f64,
+    /// Crop on teeth, default 0.271.
+    pub friction_steel: f64,
+    /// Crop on concave, default 0.4 (assumed).
+    pub friction_concave: f64,
+    /// Start of the concave arc at the inlet \[degrees\], counter-clockwise from +x; default 215.
+    pub concave_start_deg: f64,
+    /// Its end at the outlet \[degrees\], default 325: an arc of 110 degrees, bottom centred.
+    pub concave_end_deg: f64,
+    /// Clearance between tips and concave at the inlet \[m\], default 0.016.
+    pub clearance_inlet: f64,
+    /// At the outlet \[m\], default 0.008; linear in the angle between.
+    pub clearance_outlet: f64,
+    /// The published depth that `K/dΩ` is fitted to; left out, `[wear]` is used as it stands.
+    pub calibrate: Option<Calibration>,
+}
+
+impl Default for Thresher {
+    fn default() -> Self {
+        Thresher {
+            tip_radius: 0.25,
+            bars: 8,
+            inertia: 2.0,
+            machine_width: 1.3,
+            speed: 70.0,
+            operating_torque: 146.39,
+            drive_torque_factor: 2.0,
+            feed_rate: 5.2,
+            entry_speed: 4.0,
+            crop_thickness: 0.016,
+            segment_length: 0.02,
+            exit_distance: 0.2,
+            crop_stiffness: 1e5,
+            crop_restitution: 0.482,
+            friction_steel: 0.271,
+            friction_concave: 0.4,
+            concave_start_deg: 215.0,
+            concave_end_deg: 325.0,
+            clearance_inlet: 0.016,
+            clearance_outlet: 0.008,
+            calibrate: None,
+        }
+    }
+}
+
+impl Thresher {
+    /// Bulk density of the strip [kg/m³]: what carries the feed at the entry speed,
+    /// `ρ = feed / (width · speed · thickness)`. The defaults give 62.5.
+    pub fn crop_density(&self) -> f64 {
+        self.feed_rate / (self.machine_width * self.entry_speed * self.crop_thickness)
+    }
+
+    /// A machine total (torque, inertia, feed) per metre of width.
+    pub fn per_metre(&self, total: f64) -> f64 {
+        total / self.machine_width
+    }
+}
