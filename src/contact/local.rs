@@ -16,7 +16,7 @@ use super::{Law, Mat2, Vec2};
 ///
 /// # Arguments
 /// - `block`: `G_ii` [1/kg], symmetric; only `G_NN` is read for a one-row law.
-/// - `free`: `b_i` [m/s].
+/// - `free`: `b_i` \[m/s\].
 ///
 /// # Source
 /// Jean & Moreau (1992); Acary & Brogliato (2008), §13.7.
@@ -130,7 +130,10 @@ mod tests {
             friction: 2.0,
             compliance: 0.0,
         };
-        assert_eq!(solve_local(&block, Vec2::new(0.05, -3.0), &law), Vec2::zeros());
+        assert_eq!(
+            solve_local(&block, Vec2::new(0.05, -3.0), &law),
+            Vec2::zeros()
+        );
     }
 
     #[test]

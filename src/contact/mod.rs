@@ -9,7 +9,7 @@
 //!
 //! # The problem
 //!
-//! With the Delassus operator `G = W^T M⁻¹ W` [1/kg] and the free term `b` [m/s],
+//! With the Delassus operator `G = W^T M⁻¹ W` [1/kg] and the free term `b` \[m/s\],
 //!
 //! ```text
 //! ξ = G P + b (+ R P_N on compliant rows)                                    (1)

@@ -11,12 +11,12 @@ pub const NO_BODY: u32 = u32::MAX;
 pub struct Rows {
     /// Index of the body of each side, or [`NO_BODY`].
     pub bodies: [u32; 2],
-    /// `jacobian[side][row]`, rows (n, t).
+    /// `jacobian\[side\]\[row\]`, rows (n, t).
     pub jacobian: [[Vec3; 2]; 2],
 }
 
 impl Rows {
-    /// `γ` [m/s] at the given generalised velocities.
+    /// `γ` \[m/s\] at the given generalised velocities.
     #[inline]
     pub fn velocity(&self, velocities: &[Vec3]) -> Vec2 {
         let mut gamma = Vec2::zeros();
@@ -124,7 +124,7 @@ impl Delassus {
         }
     }
 
-    /// `G P` [m/s].
+    /// `G P` \[m/s\].
     pub fn apply(&self, impulses: &[Vec2]) -> Vec<Vec2> {
         let state = self.start(impulses);
         (0..self.blocks()).map(|i| self.read(i, &state)).collect()

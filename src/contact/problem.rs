@@ -42,7 +42,7 @@ impl Law {
 pub struct ContactProblem {
     /// Delassus operator `G` [1/kg], n blocks by n blocks.
     pub operator: Delassus,
-    /// Free term `b` [m/s], one pair a block; the second number of a one-row block is ignored.
+    /// Free term `b` \[m/s\], one pair a block; the second number of a one-row block is ignored.
     pub free: Vec<Vec2>,
     /// One law a block.
     pub laws: Vec<Law>,
@@ -132,7 +132,11 @@ impl ContactProblem {
                 }
                 Law::Pin => {}
             }
-            let trace = if rows == 2 { block.trace() } else { block[(0, 0)] };
+            let trace = if rows == 2 {
+                block.trace()
+            } else {
+                block[(0, 0)]
+            };
             if trace + law.compliance() <= 0.0 {
                 return Err(ContactError::Immovable { contact });
             }
@@ -140,7 +144,7 @@ impl ContactProblem {
         Ok(())
     }
 
-    /// `ξ = G P + b + (R P_N, 0)` [m/s] of every block; the tangential number of a one-row block
+    /// `ξ = G P + b + (R P_N, 0)` \[m/s\] of every block; the tangential number of a one-row block
     /// is 0.
     pub fn local_velocity(&self, impulses: &[Vec2]) -> Vec<Vec2> {
         let mut xi = self.operator.apply(impulses);

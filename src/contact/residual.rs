@@ -7,9 +7,9 @@ pub struct Residual {
     pub absolute: f64,
     /// `max_i |F_i| / max_i max(|P_i|, ρ_i |b_i|)`, no unit; 0 where both are 0.
     pub relative: f64,
-    /// `max_i |F_i| / ρ_i` [m/s], which sees light bodies next to heavy ones.
+    /// `max_i |F_i| / ρ_i` \[m/s\], which sees light bodies next to heavy ones.
     pub velocity: f64,
-    /// The island's own velocity, `max_i max(|b_i|, |P_i| / ρ_i)` [m/s].
+    /// The island's own velocity, `max_i max(|b_i|, |P_i| / ρ_i)` \[m/s\].
     pub velocity_scale: f64,
 }
 
@@ -28,12 +28,12 @@ impl Residual {
 /// F_i(P) = P_i − Π_K(P_i − ρ_i û_i) = 0   for every block i                  (1)
 /// ```
 ///
-/// where `ρ_i = 2 / (tr(G_ii) + 2 R_i)` [kg] for two rows, `1 / (G_ii + R_i)` for one, turns
+/// where `ρ_i = 2 / (tr(G_ii) + 2 R_i)` \[kg\] for two rows, `1 / (G_ii + R_i)` for one, turns
 /// velocity into impulse. `K` is the friction cone of a contact, the plane of a pin, the interval
 /// of a bounded row.
 ///
 /// # Arguments
-/// - `problem`: n blocks; `G` symmetric positive semidefinite [1/kg]; `b` [m/s].
+/// - `problem`: n blocks; `G` symmetric positive semidefinite [1/kg]; `b` \[m/s\].
 /// - `impulses`: n pairs [N s], (n, t); need not lie in the cone.
 ///
 /// # Returns

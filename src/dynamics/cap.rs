@@ -13,7 +13,7 @@ pub(super) struct Capped {
 /// One block of the island as the cap sees it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CapBlock {
-    /// Relative velocity at the start of the step [m/s].
+    /// Relative velocity at the start of the step \[m/s\].
     pub gamma_a: Vec2,
     /// What the rule added to `γ_F`: `b = γ_F + free`.
     pub free: Vec2,

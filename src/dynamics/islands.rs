@@ -6,7 +6,7 @@ use crate::contact::{NO_BODY, Rows};
 #[derive(Debug, Clone, Default)]
 pub(super) struct Islands {
     parent: Vec<u32>,
-    /// Blocks grouped by island: `blocks[start[k]..start[k + 1]]`, ascending within an island.
+    /// Blocks grouped by island: `blocks[start\[k\]..start[k + 1]]`, ascending within an island.
     blocks: Vec<u32>,
     start: Vec<u32>,
 }

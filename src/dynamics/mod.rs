@@ -21,8 +21,7 @@ mod rules;
 mod stepper;
 
 pub use model::{
-    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel,
-    NormalLaw,
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::Scheme;

@@ -15,9 +15,9 @@ pub struct ContactKey {
 pub enum NormalLaw {
     /// Rigid, with Newton's coefficient of restitution in [0, 1].
     Rigid { restitution: f64 },
-    /// Kelvin-Voigt: stiffness `k` [N/m] and damping `c` [N s/m], implicit.
+    /// Kelvin-Voigt: stiffness `k` \[N/m\] and damping `c` [N s/m], implicit.
     ViscoElastic { stiffness: f64, damping: f64 },
-    /// The normal force [N] is given; only friction is solved.
+    /// The normal force \[N\] is given; only friction is solved.
     Load { force: f64 },
 }
 
@@ -32,22 +32,22 @@ pub struct ContactPoint {
     /// The model's numbers of both surfaces: a body may have several.
     pub surfaces: [u32; 2],
     pub cell: u32,
-    /// Point [m], unit normal, gap [m].
+    /// Point \[m\], unit normal, gap \[m\].
     pub position: Vec2,
     pub normal: Vec2,
     pub gap: f64,
-    /// What the gap cannot resolve [m]: smaller gaps count as zero.
+    /// What the gap cannot resolve \[m\]: smaller gaps count as zero.
     pub gap_noise: f64,
     pub friction: f64,
     pub law: NormalLaw,
-    /// Tangential velocity that a moving surface adds to the relative velocity [m/s].
+    /// Tangential velocity that a moving surface adds to the relative velocity \[m/s\].
     pub surface_velocity: f64,
 }
 
 /// What a joint row asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointKind {
-    /// Two rows that close `gap` [m].
+    /// Two rows that close `gap` \[m\].
     Pin { gap: Vec2 },
     /// One row driven to `speed` [rad/s or m/s] by at most `max_force` [N m or N].
     Motor { speed: f64, max_force: f64 },
@@ -92,7 +92,7 @@ pub enum ModelError {
 /// missing ones an inverse mass of zero. A body that moves on its own (kinematic) has inverse
 /// mass zero and the velocity it has.
 pub trait MultibodyModel {
-    /// Called once at the start of a step of length `dt` [s]; the place to read what a user
+    /// Called once at the start of a step of length `dt` \[s\]; the place to read what a user
     /// changed since the last one.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ pub trait MultibodyModel {
     /// [`ModelError`].
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError>;
 
-    /// Potential energy [J] of the present configuration; 0 where the model has none.
+    /// Potential energy \[J\] of the present configuration; 0 where the model has none.
     fn potential_energy(&self) -> f64 {
         0.0
     }

@@ -37,24 +37,24 @@ pub struct ContactRecord {
     pub surfaces: [u32; 2],
     /// Where on the surface the contact lies: the model's cell number (0 where it has none).
     pub cell: u32,
-    /// Contact point [m] and unit normal, at the configuration where it was detected.
+    /// Contact point \[m\] and unit normal, at the configuration where it was detected.
     pub position: Vec2,
     pub normal: Vec2,
-    /// `g_N` [m] there; positive is open.
+    /// `g_N` \[m\] there; positive is open.
     pub gap: f64,
     /// `P_N`, `P_T` [N s].
     pub impulse_n: f64,
     pub impulse_t: f64,
-    /// `Δt γ̄_T` [m], `γ̄ = (γ_A + γ_E)/2`; exactly 0 for a contact that sticks now and stuck before.
+    /// `Δt γ̄_T` \[m\], `γ̄ = (γ_A + γ_E)/2`; exactly 0 for a contact that sticks now and stuck before.
     pub slip: f64,
     /// `P_N |γ̄_T|` [N m], what Archard's law eats.
     pub load_slip: f64,
-    /// `−P_T γ̄_T` [J], energy taken by friction.
+    /// `−P_T γ̄_T` \[J\], energy taken by friction.
     pub friction_work: f64,
     pub status: ContactStatus,
 }
 
-/// Energy that the impulses of a step gave to the bodies, by source [J].
+/// Energy that the impulses of a step gave to the bodies, by source \[J\].
 ///
 /// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is the change of kinetic energy
 /// exactly (see [`StepEnergy::imbalance`]).
@@ -77,7 +77,7 @@ pub struct StepEnergy {
 }
 
 impl StepEnergy {
-    /// `ΔT − Σ work` [J]: round-off, whatever the scene.
+    /// `ΔT − Σ work` \[J\]: round-off, whatever the scene.
     pub fn imbalance(&self) -> f64 {
         (self.kinetic_end - self.kinetic_start)
             - (self.forces + self.contact_n + self.contact_t + self.joints + self.motors)
@@ -87,7 +87,7 @@ impl StepEnergy {
 /// One step of a simulation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepRecord {
-    /// Time at the end of the step [s] and its length [s].
+    /// Time at the end of the step \[s\] and its length \[s\].
     pub time: f64,
     pub dt: f64,
     /// Every active contact, in the model's order.
@@ -108,15 +108,15 @@ pub struct StepRecord {
     pub capped: usize,
     pub relaxed: usize,
     pub energy: StepEnergy,
-    /// Worst penetration [m] at the end of the step, carried there from the midpoint with the
+    /// Worst penetration \[m\] at the end of the step, carried there from the midpoint with the
     /// end velocity, contacts in an impact left out.
     pub penetration: f64,
-    /// Worst penetration [m] at which an impact was noticed.
+    /// Worst penetration \[m\] at which an impact was noticed.
     pub penetration_impact: f64,
 }
 
 impl StepRecord {
-    /// Sum of `friction_work` over the contacts [J].
+    /// Sum of `friction_work` over the contacts \[J\].
     pub fn friction_work(&self) -> f64 {
         self.contacts.iter().map(|c| c.friction_work).sum()
     }

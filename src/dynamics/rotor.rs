@@ -1,26 +1,25 @@
 use super::model::{
-    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel,
-    NormalLaw,
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
 /// A contact of a rotor: constant levers, gap linear in the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotorContact {
-    /// `γ_N = w_N u`, `γ_T = w_T u` [m].
+    /// `γ_N = w_N u`, `γ_T = w_T u` \[m\].
     pub lever: Vec2,
-    /// Gap at the reference angle [m]; it changes by `w_N` per radian.
+    /// Gap at the reference angle \[m\]; it changes by `w_N` per radian.
     pub gap: f64,
     pub friction: f64,
     pub law: NormalLaw,
-    /// Where it lies in the rotor frame [m], for the record.
+    /// Where it lies in the rotor frame \[m\], for the record.
     pub position: Vec2,
 }
 
 /// A motor that holds a rotor's speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotorMotor {
-    /// [rad/s]
+    /// \[rad/s\]
     pub speed: f64,
     /// [N m]
     pub max_torque: f64,
@@ -45,7 +44,7 @@ pub struct Rotor {
     pub torque: f64,
     /// Weight moment `m g l_m` [N m], acting as `−G cos θ`.
     pub weight_moment: f64,
-    /// θ [rad] and the angle at which the gaps are given.
+    /// θ \[rad\] and the angle at which the gaps are given.
     pub angle: f64,
     pub reference_angle: f64,
     pub contacts: Vec<RotorContact>,
@@ -55,7 +54,7 @@ pub struct Rotor {
 }
 
 impl Rotor {
-    /// A rotor at `angle` [rad] turning with `speed` [rad/s], free of contacts.
+    /// A rotor at `angle` \[rad\] turning with `speed` \[rad/s\], free of contacts.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] unless the inertia is finite and positive and the rest finite.
@@ -83,12 +82,12 @@ impl Rotor {
         })
     }
 
-    /// `u` [rad/s].
+    /// `u` \[rad/s\].
     pub fn speed(&self) -> f64 {
         self.velocity[0].z
     }
 
-    /// Sets `u` [rad/s].
+    /// Sets `u` \[rad/s\].
     pub fn set_speed(&mut self, speed: f64) {
         self.velocity[0].z = speed;
     }

@@ -30,10 +30,10 @@ impl Scheme {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Situation {
     pub dt: f64,
-    /// Relative velocity at the start, and as if no contact acted [m/s].
+    /// Relative velocity at the start, and as if no contact acted \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// Reference acceleration [m/s²]: see [`reference_acceleration`].
+    /// Reference acceleration \[m/s²\]: see [`reference_acceleration`].
     pub acceleration: f64,
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
@@ -159,7 +159,7 @@ fn visco_elastic(
     })
 }
 
-/// `a_ref` [m/s²]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
+/// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
 /// the contact point on a turning body, with a floor of 0.1 where both vanish.
 pub(super) fn reference_acceleration(
     contact: &ContactPoint,

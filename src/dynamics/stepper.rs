@@ -128,7 +128,7 @@ impl MoreauStepper {
         })
     }
 
-    /// Time at the end of the last step [s].
+    /// Time at the end of the last step \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -143,7 +143,7 @@ impl MoreauStepper {
         self.memory.clear();
     }
 
-    /// Advances `model` by `dt` [s].
+    /// Advances `model` by `dt` \[s\].
     ///
     /// # Errors
     /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`].
@@ -217,8 +217,7 @@ impl MoreauStepper {
                 carried: memory.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: memory.and_then(|m| m.stuck),
             };
-            let Some(Rule { free, law, impact }) = rule(self.settings.scheme, contact, &now)
-            else {
+            let Some(Rule { free, law, impact }) = rule(self.settings.scheme, contact, &now) else {
                 continue;
             };
             let mut rows = contact.rows;
@@ -257,7 +256,9 @@ impl MoreauStepper {
                     (Law::Pin, if staggered { gap / dt } else { Vec2::zeros() })
                 }
                 JointKind::Motor { speed, max_force } => {
-                    rows.jacobian.iter_mut().for_each(|side| side[1] = Vec3::zeros());
+                    rows.jacobian
+                        .iter_mut()
+                        .for_each(|side| side[1] = Vec3::zeros());
                     let bound = max_force * dt;
                     let law = Law::Bounded {
                         lower: -bound,
@@ -358,7 +359,12 @@ impl MoreauStepper {
         let energy = &mut record.energy;
         energy.kinetic_start = kinetic(&s.start, inverse_mass);
         energy.kinetic_end = kinetic(&s.end, inverse_mass);
-        let mean: Vec<Vec3> = s.start.iter().zip(&s.end).map(|(a, e)| 0.5 * (a + e)).collect();
+        let mean: Vec<Vec3> = s
+            .start
+            .iter()
+            .zip(&s.end)
+            .map(|(a, e)| 0.5 * (a + e))
+            .collect();
         energy.forces = forces_work(&s.forces, &mean, inverse_mass, dt);
         self.memory_next.clear();
         for (i, (block, &p)) in s.blocks.iter().zip(&s.impulses).enumerate() {
@@ -370,7 +376,14 @@ impl MoreauStepper {
                         JointKind::Pin { .. } => energy.joints += p.dot(&own),
                         JointKind::Motor { .. } => energy.motors += p.x * own.x,
                     }
-                    self.memory_next.insert(joint.key, Memory { impulse: p, dt, stuck: None });
+                    self.memory_next.insert(
+                        joint.key,
+                        Memory {
+                            impulse: p,
+                            dt,
+                            stuck: None,
+                        },
+                    );
                 }
                 Source::Contact(index) => {
                     let contact = &self.detection.contacts[index];
@@ -403,7 +416,13 @@ impl MoreauStepper {
                             dt * gamma_mean.y
                         };
                         record.contacts.push(contact_record(
-                            contact, impulse, slip, dt, sticks, block.impact, gamma_e.y,
+                            contact,
+                            impulse,
+                            slip,
+                            dt,
+                            sticks,
+                            block.impact,
+                            gamma_e.y,
                         ));
                     }
                     if !block.impact {
@@ -466,8 +485,12 @@ fn free_velocities<M: MultibodyModel + ?Sized>(
             .map(|(f, w)| f.component_mul(w)),
     );
     s.free.clear();
-    s.free
-        .extend(s.start.iter().zip(&s.accelerations).map(|(u, a)| u + a * dt));
+    s.free.extend(
+        s.start
+            .iter()
+            .zip(&s.accelerations)
+            .map(|(u, a)| u + a * dt),
+    );
     for contact in &detection.contacts {
         if let NormalLaw::Load { force } = contact.law {
             let impulse = Vec2::new(force * dt, 0.0);
@@ -537,7 +560,10 @@ fn redundant(problem: &ContactProblem, impulses: &[Vec2]) -> bool {
         .iter()
         .zip(impulses)
         .map(|(law, p)| match *law {
-            Law::Contact { compliance, friction } => {
+            Law::Contact {
+                compliance,
+                friction,
+            } => {
                 let sticks = p.y.abs() < friction * p.x * (1.0 - 1e-12);
                 usize::from(p.x > 0.0 && compliance == 0.0) + usize::from(p.x > 0.0 && sticks)
             }

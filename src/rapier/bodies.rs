@@ -5,7 +5,7 @@ use crate::dynamics::ModelError;
 use rapier2d::prelude::*;
 use std::collections::HashMap;
 
-/// Mass [kg] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
+/// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
 /// `f32` ones are not good enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExactBody {
@@ -18,9 +18,9 @@ pub struct ExactBody {
 pub(super) struct Shadow {
     pub handle: RigidBodyHandle,
     pub pose: Pose64,
-    /// Centre of mass in the body frame [m].
+    /// Centre of mass in the body frame \[m\].
     pub center: Vec2,
-    /// Farthest collider point from it [m].
+    /// Farthest collider point from it \[m\].
     pub radius: f64,
     pub kind: RigidBodyType,
     /// What rapier was last given; anything else found there was put there by the user.
@@ -87,7 +87,8 @@ impl Bodies {
             self.velocities.push(u);
         }
         self.inverse_mass = vec![Vec3::zeros(); self.list.len()];
-        self.exact.retain(|handle, _| self.index.contains_key(handle));
+        self.exact
+            .retain(|handle, _| self.index.contains_key(handle));
     }
 
     fn sync_one(&mut self, world: &PhysicsWorld, k: usize, dt: f64) -> Result<(), ModelError> {
@@ -115,11 +116,8 @@ impl Bodies {
                     name()
                 )));
             }
-            self.velocities[k] = Vec3::new(
-                widen(velocity.0.x),
-                widen(velocity.0.y),
-                widen(velocity.1),
-            );
+            self.velocities[k] =
+                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
             shadow.written_velocity = velocity;
         }
         let local = &body.mass_properties().local_mprops;
@@ -144,7 +142,9 @@ impl Bodies {
                 }
             };
             let free = !seen.3.contains(LockedAxes::TRANSLATION_LOCKED);
-            if body.is_dynamic() && free && self.inverse_mass[k].x.max(self.inverse_mass[k].y) <= 0.0
+            if body.is_dynamic()
+                && free
+                && self.inverse_mass[k].x.max(self.inverse_mass[k].y) <= 0.0
             {
                 return Err(ModelError::Invalid(format!(
                     "{} is dynamic but has no mass: give it a collider with a density or a mass",

@@ -25,10 +25,10 @@ pub const NO_CELL: u32 = 0;
 /// What rapier's collider cannot say about a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SurfaceLaw {
-    /// Kelvin-Voigt stiffness [N/m] and damping [N s/m] of each contact point, in place of
+    /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
     /// rigidity and restitution. Two compliant surfaces act in series.
     pub compliance: Option<(f64, f64)>,
-    /// Speed of the surface along itself [m/s], positive counter-clockwise round the collider:
+    /// Speed of the surface along itself \[m/s\], positive counter-clockwise round the collider:
     /// a belt whose top runs to −x has a positive one.
     pub speed: f64,
     /// Keep only the deepest point a segment of this polyline: its segments are cells.
@@ -112,7 +112,13 @@ impl Detector {
                 body => bodies.list[body as usize].pose.compose(&known.local),
             };
             let poses = [place(0, k1), place(1, k2)];
-            let speeds = numbers.map(|b| if b == OUTSIDE { 0.0 } else { speed_bound(bodies, b) });
+            let speeds = numbers.map(|b| {
+                if b == OUTSIDE {
+                    0.0
+                } else {
+                    speed_bound(bodies, b)
+                }
+            });
             // what these two can do in a step, or what a neighbour can do to them
             let reach = (1.1 * (speeds[0] + speeds[1]) * dt + 2.0 * drop)
                 .max(prediction.min(k1.size.min(k2.size)));
@@ -217,9 +223,7 @@ impl Detector {
                 shape: shape.clone(),
                 local_seen: local,
                 material_seen: material,
-                local: local.map_or(Pose64::new(Vec2::zeros(), 0.0), |p| {
-                    Pose64::from_rapier(&p)
-                }),
+                local: local.map_or(Pose64::new(Vec2::zeros(), 0.0), |p| Pose64::from_rapier(&p)),
                 exact: match collider.shape().as_typed_shape() {
                     TypedShape::Ball(b) => Some(Exact::Ball(widen(b.radius))),
                     TypedShape::Cuboid(c) => Some(Exact::Box(Vec2::new(
@@ -380,9 +384,11 @@ fn same_place(known: &ContactPoint, touch: &Touch, size: f64) -> bool {
 }
 
 fn mix(order: [u32; 4]) -> u64 {
-    order.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
-        (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
+    order
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
+            (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3)
+        })
 }
 
 fn combine(c1: f64, c2: f64, rule: CoefficientCombineRule) -> f64 {

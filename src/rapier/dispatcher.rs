@@ -2,9 +2,9 @@ use rapier2d::geometry::{ContactData, ContactManifold, ContactManifoldData};
 use rapier2d::math::{Pose, Vector};
 use rapier2d::parry::query::details::NormalConstraints;
 use rapier2d::parry::query::{
-    ClosestPoints, Contact, ContactManifoldsWorkspace, DefaultQueryDispatcher, NonlinearRigidMotion,
-    PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit, ShapeCastOptions, ShapeDistance,
-    ShapeIntersection, Unsupported,
+    ClosestPoints, Contact, ContactManifoldsWorkspace, DefaultQueryDispatcher,
+    NonlinearRigidMotion, PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit,
+    ShapeCastOptions, ShapeDistance, ShapeIntersection, Unsupported,
 };
 use rapier2d::parry::shape::Shape;
 

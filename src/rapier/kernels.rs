@@ -6,9 +6,9 @@ use crate::contact::Vec2;
 /// A shape with a closed-form gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Exact {
-    /// Radius [m].
+    /// Radius \[m\].
     Ball(f64),
-    /// Half extents [m].
+    /// Half extents \[m\].
     Box(Vec2),
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Touch {
     pub feature: u32,
 }
 
-/// Contacts of shape 1 with shape 2 that are nearer than `reach` [m], at most two.
+/// Contacts of shape 1 with shape 2 that are nearer than `reach` \[m\], at most two.
 pub(super) fn touches(
     pose1: &Pose64,
     shape1: Exact,
@@ -37,7 +37,11 @@ pub(super) fn touches(
             let d = pose2.translation - pose1.translation;
             let distance = d.norm();
             // concentric balls have no normal of their own: push upwards, by rule
-            let normal = if distance > 0.0 { d / distance } else { Vec2::y() };
+            let normal = if distance > 0.0 {
+                d / distance
+            } else {
+                Vec2::y()
+            };
             let gap = distance - r1 - r2;
             out.push(Touch {
                 normal,
@@ -71,7 +75,11 @@ fn box_ball(pose: &Pose64, half: Vec2, center: Vec2, radius: f64) -> Touch {
     } else {
         // the centre lies inside: out by the nearest face
         let depth = half - c.abs();
-        let axis = if depth.x < depth.y { Vec2::x() } else { Vec2::y() };
+        let axis = if depth.x < depth.y {
+            Vec2::x()
+        } else {
+            Vec2::y()
+        };
         let side = if c.dot(&axis) < 0.0 { -1.0 } else { 1.0 };
         (axis * side, -depth.x.min(depth.y))
     };

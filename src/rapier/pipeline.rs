@@ -15,9 +15,9 @@ use rapier2d::prelude::*;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MoreauSettings {
     pub stepper: StepperSettings,
-    /// Gravity in `f64` [m/s²]; the world's own where `None`.
+    /// Gravity in `f64` \[m/s²\]; the world's own where `None`.
     pub gravity: Option<Vec2>,
-    /// Step length in `f64` [s]; the world's own where `None`.
+    /// Step length in `f64` \[s\]; the world's own where `None`.
     pub dt: Option<f64>,
 }
 
@@ -90,7 +90,7 @@ impl MoreauPipeline {
         self.step_by(world, dt)
     }
 
-    /// One step of length `dt` [s], whatever the settings say.
+    /// One step of length `dt` \[s\], whatever the settings say.
     ///
     /// # Errors
     /// As [`MoreauPipeline::step`].
@@ -99,9 +99,10 @@ impl MoreauPipeline {
             world.narrow_phase.set_query_dispatcher(FreshManifolds);
             self.dispatcher_set = true;
         }
-        let gravity = self.settings.gravity.unwrap_or_else(|| {
-            Vec2::new(widen(world.gravity.x), widen(world.gravity.y))
-        });
+        let gravity = self
+            .settings
+            .gravity
+            .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y)));
         let mut model = RapierModel {
             world,
             bodies: &mut self.bodies,
@@ -115,7 +116,7 @@ impl MoreauPipeline {
         result
     }
 
-    /// Time at the end of the last step [s].
+    /// Time at the end of the last step \[s\].
     pub fn time(&self) -> f64 {
         self.stepper.time()
     }
@@ -178,7 +179,7 @@ impl MoreauPipeline {
         Some(self.bodies.list[k as usize].pose)
     }
 
-    /// `f64` velocity of a body: (v_x, v_y) of its centre of mass [m/s] and spin [rad/s].
+    /// `f64` velocity of a body: (v_x, v_y) of its centre of mass \[m/s\] and spin \[rad/s\].
     pub fn velocity(&self, body: RigidBodyHandle) -> Option<Vec3> {
         let k = self.bodies.index_of(body)?;
         Some(self.bodies.velocities[k as usize])

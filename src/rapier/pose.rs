@@ -1,7 +1,7 @@
 use crate::contact::{Vec2, Vec3};
 use rapier2d::math::{Pose, Rotation, Vector};
 
-/// A planar rigid motion in `f64`: rotation by (cos, sin), then translation [m].
+/// A planar rigid motion in `f64`: rotation by (cos, sin), then translation \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose64 {
     pub translation: Vec2,
@@ -10,7 +10,7 @@ pub struct Pose64 {
 }
 
 impl Pose64 {
-    /// From a position [m] and an angle [rad].
+    /// From a position \[m\] and an angle \[rad\].
     pub fn new(translation: Vec2, angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
         Pose64 {
@@ -42,7 +42,7 @@ impl Pose64 {
         )
     }
 
-    /// Angle in (−π, π] [rad].
+    /// Angle in (−π, π] \[rad\].
     pub fn angle(&self) -> f64 {
         self.sin.atan2(self.cos)
     }
@@ -82,7 +82,10 @@ impl Pose64 {
     pub(super) fn advance(&mut self, u: &Vec3, center: Vec2, dt: f64) {
         let world = self.apply(center) + u.xy() * dt;
         let (sin, cos) = (u.z * dt).sin_cos();
-        let (c, s) = (self.cos * cos - self.sin * sin, self.sin * cos + self.cos * sin);
+        let (c, s) = (
+            self.cos * cos - self.sin * sin,
+            self.sin * cos + self.cos * sin,
+        );
         // one Newton step keeps the rotation a unit over millions of steps
         let scale = 1.5 - 0.5 * (c * c + s * s);
         (self.cos, self.sin) = (c * scale, s * scale);

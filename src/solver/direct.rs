@@ -105,7 +105,8 @@ impl Direct {
                 } else {
                     1.0 / (block[(0, 0)] + law.compliance())
                 };
-                self.statuses.push(Status::of(law, current[i] - rho * xi[i]));
+                self.statuses
+                    .push(Status::of(law, current[i] - rho * xi[i]));
             }
             if history.iter().filter(|s| **s == self.statuses).count() >= 2 {
                 return;
@@ -177,7 +178,12 @@ impl Direct {
         for (i, rows) in op.rows.iter().enumerate() {
             let gain = Gain::of(problem, i, self.statuses[i], impulses[i]);
             for row in 0..2 {
-                let Some(Row { direction, rate, known }) = gain.rows[row] else {
+                let Some(Row {
+                    direction,
+                    rate,
+                    known,
+                }) = gain.rows[row]
+                else {
                     continue;
                 };
                 for a in 0..2 {
@@ -311,10 +317,7 @@ impl Gain {
             ],
             Status::Normal => [Some(normal(0.0)), None],
             Status::Slip(ratio) => [Some(normal(ratio)), None],
-            Status::Both => [
-                Some(normal(0.0)),
-                Some(row(Vec2::y(), center.y, b.y, 0.0)),
-            ],
+            Status::Both => [Some(normal(0.0)), Some(row(Vec2::y(), center.y, b.y, 0.0))],
         };
         Gain { rows }
     }

@@ -110,8 +110,11 @@ impl ImpulseSolver for Enumeration {
     ) -> SolveReport {
         let n = problem.len();
         if n == 1 {
-            impulses[0] =
-                solve_local(&problem.operator.diagonal(0), problem.free[0], &problem.laws[0]);
+            impulses[0] = solve_local(
+                &problem.operator.diagonal(0),
+                problem.free[0],
+                &problem.laws[0],
+            );
             return SolveReport::judged(problem, impulses, tolerance);
         }
         let mut best = SolveReport::judged(problem, impulses, tolerance);

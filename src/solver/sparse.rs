@@ -26,7 +26,7 @@ pub struct BlockLdu {
     /// Elimination position of each node, and the reverse.
     position: Vec<usize>,
     node: Vec<usize>,
-    /// Column k holds entries `start[k]..start[k + 1]`, their rows `row` ascending.
+    /// Column k holds entries `start\[k\]..start[k + 1]`, their rows `row` ascending.
     start: Vec<usize>,
     row: Vec<usize>,
     /// For column k: the entry that each update (a, b), a < b, of its structure lands on.
