@@ -1,8 +1,10 @@
 //! Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
 #![forbid(unsafe_code)]
 
+pub mod cli;
 pub mod contact;
 pub mod dynamics;
+pub mod experiment;
 pub mod rapier;
 pub mod report;
 pub mod scene;

@@ -19,6 +19,7 @@ pub mod record;
 mod rotor;
 mod rules;
 mod stepper;
+mod visco_elastic;
 
 pub use model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
@@ -26,3 +27,4 @@ pub use model::{
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::Scheme;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
+pub use visco_elastic::damping_for_restitution;

@@ -18,6 +18,14 @@ impl Scheme {
     pub const ALL: [(&'static str, Scheme); 2] =
         [("staggered", Scheme::Staggered), ("moreau", Scheme::Moreau)];
 
+    /// The name a user types.
+    pub fn name(self) -> &'static str {
+        match self {
+            Scheme::Staggered => "staggered",
+            Scheme::Moreau => "moreau",
+        }
+    }
+
     /// The scheme of that name.
     pub fn by_name(name: &str) -> Option<Scheme> {
         Scheme::ALL

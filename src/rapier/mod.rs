@@ -4,17 +4,24 @@
 //! the contacts with it and steps it with [`crate::dynamics`] in place of rapier's own solver.
 //! Positions, velocities and masses live here in `f64`; rapier gets them rounded.
 
+mod baseline;
 mod bodies;
 mod detection;
 mod dispatcher;
 mod joints;
 mod kernels;
+mod mass;
 mod pipeline;
 mod pose;
+mod simulation;
 mod widen;
 
+pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use pose::Pose64;
+pub use simulation::{
+    BodyId, ColliderId, FrictionRule, MassSpec, Motion, MotorSpec, ShapeSpec, Simulation, Surface,
+};
 pub use widen::widen;

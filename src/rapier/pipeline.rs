@@ -126,6 +126,11 @@ impl MoreauPipeline {
         self.detector.surfaces.insert(collider, law);
     }
 
+    /// Forgets a collider that was removed.
+    pub(super) fn forget_surface(&mut self, collider: ColliderHandle) {
+        self.detector.surfaces.remove(&collider);
+    }
+
     /// Gives a body mass and inertia in `f64`.
     ///
     /// # Errors

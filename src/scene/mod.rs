@@ -26,6 +26,7 @@
 //! # Ok::<(), moreau2d::scene::SceneError>(())
 //! ```
 
+mod build;
 mod catalogue;
 mod check;
 mod document;
@@ -39,6 +40,7 @@ mod reader;
 pub mod study;
 pub mod thresher;
 
+pub use build::Built;
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
 pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Scheme, Step};

@@ -1,0 +1,202 @@
+//! The program: parse, call, print.
+
+mod compare;
+mod run;
+mod run_study;
+mod summary;
+
+use crate::experiment::{Engine, RunError};
+use crate::scene::{self, Scene, SceneError};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
+#[derive(Parser)]
+#[command(name = "moreau2d", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// List the scenes that come with the program.
+    Scenes,
+    /// Simulate a scene; wear it if the scene has any.
+    Run(RunArgs),
+    /// Step a scene with our solver and with rapier's, and compare.
+    Compare(CompareArgs),
+}
+
+/// Flags that every command with a scene takes.
+#[derive(Args, Clone)]
+struct Common {
+    /// A scene of the catalogue (see `moreau2d scenes`), or a path to a TOML file.
+    scene: String,
+    /// Folder for the results [default: out/NAME].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Step length [s].
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    dt: Option<String>,
+    /// Simulated time [s]; of a wear scene the contact time of one load cycle.
+    #[arg(long, value_name = "S", allow_hyphen_values = true, conflicts_with = "steps")]
+    time: Option<String>,
+    /// Number of steps, in place of a time.
+    #[arg(long, value_name = "N")]
+    steps: Option<usize>,
+    /// Change any key of the scene; repeatable.
+    #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
+    set: Vec<String>,
+    /// Time-stepping scheme: staggered or moreau.
+    #[arg(long, value_name = "NAME")]
+    scheme: Option<String>,
+    /// Impulse solver: auto, enumeration, nsgs, direct or lemke.
+    #[arg(long, value_name = "NAME")]
+    solver: Option<String>,
+    /// Relative natural-map residual at which an island counts as solved.
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    tolerance: Option<String>,
+    /// Threads to use; results do not depend on it. One is used so far.
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    threads: u32,
+    /// No progress bar, no tables.
+    #[arg(long)]
+    quiet: bool,
+    /// Print summary.json in place of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Who steps: moreau, rapier or rapier-stiff.
+    #[arg(long, value_name = "NAME", default_value = "moreau", value_parser = engine)]
+    engine: Engine,
+    /// Keep every N-th step in bodies.csv, contacts.csv and steps.csv [default: 1, more where the
+    /// files would hold over 100 000 body rows].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    every: Option<u32>,
+}
+
+#[derive(Args)]
+struct CompareArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Runs of each engine, interleaved; times are medians.
+    #[arg(long, value_name = "N", default_value_t = 3,
+          value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeats: u32,
+}
+
+fn engine(name: &str) -> Result<Engine, String> {
+    Engine::ALL
+        .iter()
+        .find_map(|&(known, engine)| (known == name).then_some(engine))
+        .ok_or_else(|| {
+            let known: Vec<&str> = Engine::ALL.iter().map(|(name, _)| *name).collect();
+            let nearest = known
+                .iter()
+                .max_by(|a, b| strsim::jaro(a, name).total_cmp(&strsim::jaro(b, name)));
+            format!(
+                "known: {}; did you mean {}?",
+                known.join(", "),
+                nearest.unwrap_or(&"moreau")
+            )
+        })
+}
+
+impl Common {
+    /// The scene with all flags applied.
+    fn load(&self) -> Result<Scene, SceneError> {
+        let mut flags = self.set.clone();
+        let named = [
+            ("step.dt", &self.dt),
+            ("step.time", &self.time),
+            ("step.tolerance", &self.tolerance),
+        ];
+        for (key, value) in named {
+            if let Some(value) = value {
+                flags.push(format!("{key}={value}"));
+            }
+        }
+        for (key, value) in [("step.scheme", &self.scheme), ("step.solver", &self.solver)] {
+            if let Some(value) = value {
+                flags.push(format!("{key}=\"{}\"", value.escape_default()));
+            }
+        }
+        scene::load(&self.scene, &flags)
+    }
+
+    /// Number of steps of the run.
+    fn step_count(&self, scene: &Scene) -> usize {
+        self.steps
+            // a time that is a whole number of steps up to rounding is that many steps
+            .unwrap_or_else(|| (scene.step.time / scene.step.dt * (1.0 - 1e-12)).ceil() as usize)
+    }
+
+    fn folder(&self, scene: &Scene) -> PathBuf {
+        self.out
+            .clone()
+            .unwrap_or_else(|| PathBuf::from("out").join(&scene.name))
+    }
+}
+
+/// Runs the program.
+///
+/// # Returns
+/// 0 done; 1 bad input or I/O, with nothing half-written; 2 it ran, but something is unsolved.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // help and version are no errors
+            let code = u8::from(error.use_stderr());
+            // a closed pipe leaves nobody to tell
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let result = match &cli.command {
+        Command::Scenes => list_scenes(),
+        Command::Run(args) => run::run(args),
+        Command::Compare(args) => compare::compare(args),
+    };
+    match result {
+        Ok(outcome) => ExitCode::from(match outcome {
+            Outcome::Done => 0,
+            Outcome::Unsolved => 2,
+        }),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// How a command ended.
+enum Outcome {
+    Done,
+    Unsolved,
+}
+
+fn list_scenes() -> Result<Outcome, RunError> {
+    let scenes = scene::scenes()?;
+    let width = scenes.iter().map(|s| s.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for s in &scenes {
+        text.push_str(&format!("{:width$}  {}\n", s.name, s.title));
+    }
+    print_out(&text);
+    Ok(Outcome::Done)
+}
+
+/// Prints to standard output; a closed pipe (`| head`) ends quietly.
+fn print_out(text: &str) {
+    use std::io::Write;
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}

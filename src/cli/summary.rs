@@ -1,0 +1,133 @@
+//! `summary.json`, and the lines of it that go to the terminal.
+
+use crate::experiment::Totals;
+use crate::report::{OutputFolder, ReportError, number, quantity};
+use crate::scene::Scene;
+use serde_json::{Value, json};
+
+/// A float as JSON has it: NaN and the infinities as null.
+pub(super) fn float(x: f64) -> Value {
+    serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+/// What every summary holds: program, scene, settings.
+pub(super) fn header(command: &str, scene: &Scene) -> Value {
+    json!({
+        "program": "moreau2d",
+        "version": env!("CARGO_PKG_VERSION"),
+        "command": command,
+        "scene": scene.name,
+        "title": scene.title,
+        "scene_hash": format!("{:016x}", scene.hash),
+        "settings": {
+            "dt_s": float(scene.step.dt),
+            "time_s": float(scene.step.time),
+            "scheme": scene.step.stepper().scheme.name(),
+            "solver": scene.step.solver,
+            "tolerance": float(scene.step.tolerance),
+        },
+    })
+}
+
+pub(super) fn totals(t: &Totals) -> Value {
+    json!({
+        "steps": t.steps,
+        "time_s": float(t.time),
+        "contacts": t.contacts,
+        "most_contacts": t.most_contacts,
+        "sweeps": t.sweeps,
+        "factorisations": t.factorisations,
+        "pivots": t.pivots,
+        "unsolved_islands": t.unsolved_islands,
+        "unsolved_steps": t.unsolved_steps,
+        "redundant_steps": t.redundant_steps,
+        "capped_islands": t.capped,
+        "relaxed_islands": t.relaxed,
+        "worst_residual": float(t.residual),
+        "worst_residual_velocity_m_s": float(t.residual_velocity),
+        "worst_penetration_m": float(t.penetration),
+        "worst_penetration_impact_m": float(t.penetration_impact),
+        "worst_imbalance_j": float(t.imbalance),
+        "energy_start_j": float(t.energy_start),
+        "energy_end_j": float(t.energy_end),
+        "energy_rise_j": float(t.energy_rise),
+        "work_forces_j": float(t.work_forces),
+        "work_contact_n_j": float(t.work_contact_n),
+        "work_contact_t_j": float(t.work_contact_t),
+        "work_joints_j": float(t.work_joints),
+        "work_motors_j": float(t.work_motors),
+        "friction_work_j": float(t.friction_work),
+    })
+}
+
+/// Steps, solver work and quality, for a person.
+pub(super) fn describe(t: &Totals) -> String {
+    let mut text = format!(
+        "{} steps, {} simulated, {} contacts at most; {} per step\n",
+        t.steps,
+        quantity(t.time, "s", 4),
+        t.most_contacts,
+        quantity(t.wall / t.steps.max(1) as f64, "s", 3),
+    );
+    text.push_str(&format!(
+        "solver: {} sweeps, {} factorisations, {} pivots; worst residual {} (relative), {} m/s\n",
+        t.sweeps,
+        t.factorisations,
+        t.pivots,
+        number(t.residual, 2),
+        number(t.residual_velocity, 2),
+    ));
+    text.push_str(&format!(
+        "penetration {} m; energy balance closes to {} J\n",
+        number(t.penetration, 2),
+        number(t.imbalance, 2),
+    ));
+    for warning in warnings(t) {
+        text.push_str(&format!("note: {warning}\n"));
+    }
+    text
+}
+
+/// What a reader of the results must know.
+pub(super) fn warnings(t: &Totals) -> Vec<String> {
+    let mut out = Vec::new();
+    if t.unsolved_islands > 0 {
+        out.push(format!(
+            "{} islands in {} steps were not solved to the tolerance (worst residual {})",
+            t.unsolved_islands,
+            t.unsolved_steps,
+            number(t.residual, 2)
+        ));
+    }
+    if t.redundant_steps > 0 {
+        out.push(format!(
+            "in {} steps more contacts carry load than there are coordinates: the motion is \
+             unique, the shares of single contacts are not",
+            t.redundant_steps
+        ));
+    }
+    if t.capped > 0 {
+        out.push(format!(
+            "restitution was capped {} times so that impacts add no energy",
+            t.capped
+        ));
+    }
+    if t.relaxed > 0 {
+        out.push(format!(
+            "{} times penetrations could not be pushed out without contradiction",
+            t.relaxed
+        ));
+    }
+    out
+}
+
+/// Writes `summary.json` and gives its text.
+pub(super) fn write(folder: &OutputFolder, mut summary: Value, more: Value) -> Result<String, ReportError> {
+    if let (Value::Object(summary), Value::Object(more)) = (&mut summary, more) {
+        summary.extend(more);
+    }
+    let mut text = format!("{summary:#}");
+    text.push('\n');
+    folder.write("summary.json", &text)?;
+    Ok(text)
+}

@@ -1,0 +1,184 @@
+use crate::contact::Vec3;
+use crate::dynamics::StepError;
+use crate::dynamics::record::StepRecord;
+use crate::rapier::{BaselineSettings, BodyId, Pose64};
+use crate::report::ReportError;
+use crate::scene::{Built, SceneError};
+use crate::wear::WearError;
+use std::time::Instant;
+use thiserror::Error;
+
+/// Who steps the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Engine {
+    Moreau,
+    /// rapier's own solver as it comes.
+    Rapier,
+    /// rapier's own solver, 500 Hz contacts and 40 iterations.
+    RapierStiff,
+}
+
+impl Engine {
+    /// All engines by the name a user types.
+    pub const ALL: [(&'static str, Engine); 3] = [
+        ("moreau", Engine::Moreau),
+        ("rapier", Engine::Rapier),
+        ("rapier-stiff", Engine::RapierStiff),
+    ];
+
+    /// The name a user types.
+    pub fn name(self) -> &'static str {
+        match self {
+            Engine::Moreau => "moreau",
+            Engine::Rapier => "rapier",
+            Engine::RapierStiff => "rapier-stiff",
+        }
+    }
+
+    /// Takes its settings in a world that has not been stepped.
+    pub fn prepare(self, built: &mut Built) {
+        match self {
+            Engine::Moreau => {}
+            Engine::Rapier => built.simulation.set_baseline(&BaselineSettings::DEFAULT),
+            Engine::RapierStiff => built.simulation.set_baseline(&BaselineSettings::STIFF),
+        }
+    }
+
+    /// One step.
+    ///
+    /// # Errors
+    /// [`StepError`]; rapier has none of its own.
+    pub fn step(self, built: &mut Built) -> Result<StepRecord, StepError> {
+        match self {
+            Engine::Moreau => built.simulation.step(),
+            _ => Ok(built.simulation.step_with_rapier()),
+        }
+    }
+
+    /// Pose and velocity of a body at the precision the engine has.
+    pub fn state(self, built: &Built, body: BodyId) -> Option<(Pose64, Vec3)> {
+        let s = &built.simulation;
+        match self {
+            Engine::Moreau => Some((s.pose(body)?, s.velocity(body)?)),
+            _ => Some((s.rapier_pose(body)?, s.rapier_velocity(body)?)),
+        }
+    }
+}
+
+/// What can stop a run.
+#[derive(Debug, Error)]
+pub enum RunError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Step(#[from] StepError),
+    #[error(transparent)]
+    Wear(#[from] WearError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// The scene does not hold what the command needs.
+    #[error("{0}")]
+    Unfit(String),
+}
+
+/// Sums and worst values over a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Totals {
+    pub steps: usize,
+    /// Simulated time \[s\].
+    pub time: f64,
+    pub contacts: usize,
+    pub most_contacts: usize,
+    pub sweeps: usize,
+    pub factorisations: usize,
+    pub pivots: usize,
+    /// Islands that no solve certified, and steps in which there was one.
+    pub unsolved_islands: usize,
+    pub unsolved_steps: usize,
+    /// Steps with loads whose shares are not unique.
+    pub redundant_steps: usize,
+    pub capped: usize,
+    pub relaxed: usize,
+    /// Worst of all steps.
+    pub residual: f64,
+    pub residual_velocity: f64,
+    pub penetration: f64,
+    pub penetration_impact: f64,
+    /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy it compares with.
+    pub imbalance: f64,
+    pub kinetic_most: f64,
+    /// Largest rise of the total energy above its start \[J\].
+    pub energy_rise: f64,
+    pub energy_start: f64,
+    pub energy_end: f64,
+    /// Work of each kind of impulse \[J\].
+    pub work_forces: f64,
+    pub work_contact_n: f64,
+    pub work_contact_t: f64,
+    pub work_joints: f64,
+    pub work_motors: f64,
+    pub friction_work: f64,
+    /// Wall-clock time of the steps alone \[s\].
+    pub wall: f64,
+}
+
+impl Totals {
+    /// Takes in one step.
+    pub fn add(&mut self, record: &StepRecord) {
+        let energy = &record.energy;
+        let total = energy.kinetic_end + energy.potential_end;
+        if self.steps == 0 {
+            // the potential at the start: what the first step's forces did is its change
+            self.energy_start =
+                energy.kinetic_start + energy.potential_end + energy.forces;
+        }
+        self.steps += 1;
+        self.time = record.time;
+        self.contacts += record.contacts.len();
+        self.most_contacts = self.most_contacts.max(record.contacts.len());
+        self.sweeps += record.sweeps;
+        self.factorisations += record.factorisations;
+        self.pivots += record.pivots;
+        self.unsolved_islands += record.unsolved;
+        self.unsolved_steps += usize::from(record.unsolved > 0);
+        self.redundant_steps += usize::from(record.redundant > 0);
+        self.capped += record.capped;
+        self.relaxed += record.relaxed;
+        self.residual = self.residual.max(record.residual);
+        self.residual_velocity = self.residual_velocity.max(record.residual_velocity);
+        self.penetration = self.penetration.max(record.penetration);
+        self.penetration_impact = self.penetration_impact.max(record.penetration_impact);
+        self.imbalance = self.imbalance.max(energy.imbalance().abs());
+        self.kinetic_most = self.kinetic_most.max(energy.kinetic_end);
+        self.energy_end = total;
+        self.energy_rise = self.energy_rise.max(total - self.energy_start);
+        self.work_forces += energy.forces;
+        self.work_contact_n += energy.contact_n;
+        self.work_contact_t += energy.contact_t;
+        self.work_joints += energy.joints;
+        self.work_motors += energy.motors;
+        self.friction_work += record.friction_work();
+    }
+}
+
+/// Steps `built` with `engine`, `steps` times, and shows every record to `observe`.
+///
+/// # Errors
+/// [`StepError`] of a step, or whatever `observe` returns; the steps before it stand.
+pub fn simulate(
+    built: &mut Built,
+    engine: Engine,
+    steps: usize,
+    mut observe: impl FnMut(usize, &StepRecord, &Built) -> Result<(), RunError>,
+) -> Result<Totals, RunError> {
+    let mut totals = Totals::default();
+    engine.prepare(built);
+    for k in 0..steps {
+        let start = Instant::now();
+        let record = engine.step(built)?;
+        totals.wall += start.elapsed().as_secs_f64();
+        totals.add(&record);
+        observe(k, &record, built)?;
+    }
+    Ok(totals)
+}

@@ -1,0 +1,171 @@
+//! rapier's own solver on the same world, told in the same record.
+
+use super::pose::Pose64;
+use super::simulation::{BodyId, Simulation};
+use super::widen;
+use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
+use rapier2d::prelude::*;
+
+/// rapier's settings where they differ from its default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BaselineSettings {
+    /// Natural frequency of the contacts \[Hz\]; rapier's default where `None`.
+    pub contact_frequency: Option<f64>,
+    /// Solver iterations; rapier's default where `None`.
+    pub iterations: Option<usize>,
+}
+
+impl BaselineSettings {
+    /// rapier as it comes.
+    pub const DEFAULT: BaselineSettings = BaselineSettings {
+        contact_frequency: None,
+        iterations: None,
+    };
+    /// The best stiff setting measured: 500 Hz, 40 iterations.
+    pub const STIFF: BaselineSettings = BaselineSettings {
+        contact_frequency: Some(500.0),
+        iterations: Some(40),
+    };
+}
+
+impl Simulation {
+    /// Applies rapier's solver settings to the world.
+    pub fn set_baseline(&mut self, settings: &BaselineSettings) {
+        let parameters = &mut self.world.integration_parameters;
+        // gaps are read after the step, so they must be of the step
+        parameters.contact_recycling = false;
+        if let Some(frequency) = settings.contact_frequency {
+            parameters.contact_softness.natural_frequency = frequency as f32;
+        }
+        if let Some(iterations) = settings.iterations {
+            parameters.num_solver_iterations = iterations;
+        }
+    }
+
+    /// One step of rapier's own solver.
+    ///
+    /// Contacts carry rapier's impulses; their slip is `Δt γ_T` at the end of the step, for want
+    /// of the velocity at its start.
+    pub fn step_with_rapier(&mut self) -> StepRecord {
+        let dt = widen(self.world.integration_parameters.dt);
+        let kinetic_start = kinetic(&self.world);
+        self.world.step();
+        self.rapier_time += dt;
+        let mut record = StepRecord {
+            time: self.rapier_time,
+            dt,
+            energy: StepEnergy {
+                kinetic_start,
+                kinetic_end: kinetic(&self.world),
+                potential_end: potential(&self.world),
+                ..StepEnergy::default()
+            },
+            // rapier certifies nothing
+            residual: f64::NAN,
+            residual_velocity: f64::NAN,
+            ..StepRecord::default()
+        };
+        for pair in self.world.narrow_phase.contact_pairs() {
+            for manifold in pair.solver_manifolds() {
+                contacts(&self.world, pair, manifold, dt, &mut record);
+            }
+        }
+        record
+    }
+
+    /// Pose of a body's frame as rapier holds it.
+    pub fn rapier_pose(&self, body: BodyId) -> Option<Pose64> {
+        let body = self.world.bodies.get(body.0)?;
+        Some(Pose64::from_rapier(body.position()))
+    }
+
+    /// Velocity of a body's centre of mass as rapier holds it.
+    pub fn rapier_velocity(&self, body: BodyId) -> Option<Vec3> {
+        let body = self.world.bodies.get(body.0)?;
+        let v = body.linvel();
+        Some(Vec3::new(v.x.into(), v.y.into(), body.angvel().into()))
+    }
+}
+
+fn contacts(
+    world: &PhysicsWorld,
+    pair: &rapier2d::geometry::ContactPair,
+    manifold: &rapier2d::geometry::ContactManifold,
+    dt: f64,
+    record: &mut StepRecord,
+) {
+    let (c1, c2) = (
+        &world.colliders[pair.collider1],
+        &world.colliders[pair.collider2],
+    );
+    let wide = |v: Vector| Vec2::new(v.x.into(), v.y.into());
+    let normal = wide(manifold.data.normal);
+    let tangent = Vec2::new(-normal.y, normal.x);
+    let number = |c: &Collider| {
+        c.parent()
+            .map_or(NO_BODY, |handle| handle.into_raw_parts().0)
+    };
+    for point in &manifold.points {
+        let gap = f64::from(point.dist);
+        record.penetration = record.penetration.max(-gap);
+        let impulse_n = f64::from(point.data.impulse);
+        if impulse_n <= 0.0 && gap > 0.0 {
+            continue;
+        }
+        let place = c1.position() * point.local_p1;
+        let speed = |c: &Collider| {
+            c.parent()
+                .map_or(Vec2::zeros(), |h| wide(world.bodies[h].velocity_at_point(place)))
+        };
+        let slip_velocity = (speed(c2) - speed(c1)).dot(&tangent);
+        // rapier's friction always opposes the slip; its own sign is of its own tangent
+        let size = f64::from(point.data.tangent_impulse.x).abs();
+        let impulse_t = -slip_velocity.signum() * size;
+        let slides = size >= 0.999 * f64::from(manifold.data.friction) * impulse_n;
+        record.contacts.push(ContactRecord {
+            bodies: [number(c1), number(c2)],
+            surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
+            cell: manifold.subshape1.max(manifold.subshape2),
+            position: wide(place),
+            normal,
+            gap,
+            impulse_n,
+            impulse_t,
+            slip: dt * slip_velocity,
+            load_slip: impulse_n * slip_velocity.abs(),
+            friction_work: -impulse_t * slip_velocity,
+            status: if impulse_n <= 0.0 {
+                ContactStatus::Open
+            } else if !slides {
+                ContactStatus::Stick
+            } else if slip_velocity > 0.0 {
+                ContactStatus::SlipPlus
+            } else {
+                ContactStatus::SlipMinus
+            },
+        });
+    }
+}
+
+fn kinetic(world: &PhysicsWorld) -> f64 {
+    let moving = |(_, b): &(RigidBodyHandle, &RigidBody)| b.is_dynamic();
+    world
+        .bodies
+        .iter()
+        .filter(moving)
+        .map(|(_, b)| f64::from(b.kinetic_energy()))
+        .sum()
+}
+
+fn potential(world: &PhysicsWorld) -> f64 {
+    world
+        .bodies
+        .iter()
+        .filter(|(_, b)| b.is_dynamic())
+        .map(|(_, b)| {
+            -f64::from(b.mass()) * f64::from(b.gravity_scale())
+                * f64::from(world.gravity.dot(b.center_of_mass()))
+        })
+        .sum()
+}

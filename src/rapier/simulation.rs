@@ -1,0 +1,393 @@
+use super::bodies::ExactBody;
+use super::detection::SurfaceLaw;
+use super::mass::area_moments;
+use super::pipeline::{MoreauPipeline, MoreauSettings};
+use super::pose::Pose64;
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::{ModelError, StepError};
+use rapier2d::prelude::*;
+
+/// What moves a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    Dynamic,
+    Fixed,
+    /// Its own constant velocity, whatever it meets.
+    Kinematic,
+}
+
+/// A shape in the body's frame \[m\].
+#[derive(Debug, Clone, PartialEq)]
+pub enum ShapeSpec {
+    Ball {
+        radius: f64,
+    },
+    Box {
+        half: Vec2,
+    },
+    /// Along x, `half_length` from the centre to the centres of the round ends.
+    Capsule {
+        half_length: f64,
+        radius: f64,
+    },
+    /// Convex, counter-clockwise.
+    Polygon {
+        points: Vec<Vec2>,
+    },
+    /// One-sided, the solid on the left of its direction.
+    Chain {
+        points: Vec<Vec2>,
+        closed: bool,
+    },
+}
+
+impl ShapeSpec {
+    /// Area \[m²\]; 0 for a chain that encloses no solid.
+    pub fn area(&self) -> f64 {
+        area_moments(self).map_or(0.0, |m| m.area)
+    }
+}
+
+/// The surface of a collider.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    pub friction: f64,
+    pub restitution: f64,
+    pub law: SurfaceLaw,
+    /// Collision groups as bits: what it is, and what it touches.
+    pub groups: (u32, u32),
+    /// How its friction combines with the other's: the mean, or the larger of the two.
+    pub friction_rule: FrictionRule,
+}
+
+/// How two friction coefficients make one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FrictionRule {
+    /// The mean, rapier's default.
+    #[default]
+    Mean,
+    /// The larger one: for a surface that carries the pair's coefficient by itself.
+    Larger,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Surface {
+            friction: 0.5,
+            restitution: 0.0,
+            law: SurfaceLaw::default(),
+            groups: (u32::MAX, u32::MAX),
+            friction_rule: FrictionRule::Mean,
+        }
+    }
+}
+
+/// Where a dynamic body's inertia comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MassSpec {
+    /// Mass per area \[kg/m²\] of its one shape.
+    Density(f64),
+    /// Mass \[kg\], spread evenly over its one shape.
+    Spread(f64),
+    /// Mass \[kg\] and moment of inertia about the body's origin \[kg m²\], which is its centre.
+    Given { mass: f64, inertia: f64 },
+}
+
+/// A body of a [`Simulation`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct BodyId(pub(super) RigidBodyHandle);
+
+/// A collider of a [`Simulation`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ColliderId(pub(super) ColliderHandle);
+
+impl ColliderId {
+    /// The number that records use for this surface.
+    pub fn number(self) -> u32 {
+        self.0.into_raw_parts().0
+    }
+}
+
+/// A velocity motor on a revolute joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorSpec {
+    /// Wanted spin of the second body relative to the first \[rad/s\].
+    pub speed: f64,
+    /// \[N m\]
+    pub max_torque: f64,
+}
+
+/// A rapier world and our pipeline on it, described in `f64`.
+///
+/// Everything lives in `world` as ordinary rapier bodies and colliders, so that rapier's own
+/// solver can step the very same scene ([`Simulation::step_with_rapier`]).
+pub struct Simulation {
+    pub world: PhysicsWorld,
+    pub pipeline: MoreauPipeline,
+    /// Bodies that stand still, for joints with the world.
+    ground: Option<RigidBodyHandle>,
+    pub(super) rapier_time: f64,
+}
+
+impl Simulation {
+    /// An empty world. `gravity` \[m/s²\], `dt` \[s\].
+    ///
+    /// # Errors
+    /// Those of [`MoreauPipeline::new`].
+    pub fn new(
+        stepper: crate::dynamics::StepperSettings,
+        gravity: Vec2,
+        dt: f64,
+    ) -> Result<Self, StepError> {
+        let mut world = PhysicsWorld::new();
+        world.gravity = vector(gravity);
+        world.integration_parameters.dt = dt as f32;
+        Ok(Simulation {
+            world,
+            pipeline: MoreauPipeline::new(MoreauSettings {
+                stepper,
+                gravity: Some(gravity),
+                dt: Some(dt),
+            })?,
+            ground: None,
+            rapier_time: 0.0,
+        })
+    }
+
+    /// Adds a body with its first collider.
+    ///
+    /// `velocity` is that of the centre of mass and the spin.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a mass that is not positive or a shape without area where the
+    /// mass is to be spread.
+    pub fn add_body(
+        &mut self,
+        motion: Motion,
+        pose: Pose64,
+        velocity: Vec3,
+        shape: &ShapeSpec,
+        surface: &Surface,
+        mass: Option<MassSpec>,
+    ) -> Result<(BodyId, ColliderId), ModelError> {
+        let builder = match motion {
+            Motion::Dynamic => RigidBodyBuilder::dynamic(),
+            Motion::Fixed => RigidBodyBuilder::fixed(),
+            Motion::Kinematic => RigidBodyBuilder::kinematic_velocity_based(),
+        };
+        let mut builder = builder.can_sleep(false);
+        let mut exact = None;
+        if motion == Motion::Dynamic {
+            let (body, centre) = exact_mass(shape, mass)?;
+            let properties =
+                MassProperties::new(vector(centre), body.mass as f32, body.inertia as f32);
+            builder = builder.additional_mass_properties(properties);
+            exact = Some(body);
+        }
+        let handle = self.world.bodies.insert(builder);
+        let collider = self.add_collider(BodyId(handle), shape, surface)?;
+        if let Some(exact) = exact {
+            self.pipeline.set_exact_mass(handle, exact)?;
+        }
+        self.pipeline
+            .place(&mut self.world, handle, pose, velocity)?;
+        Ok((BodyId(handle), collider))
+    }
+
+    /// Adds a massless collider to a body, in the body's frame.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, or an unknown body.
+    pub fn add_collider(
+        &mut self,
+        body: BodyId,
+        shape: &ShapeSpec,
+        surface: &Surface,
+    ) -> Result<ColliderId, ModelError> {
+        if !self.world.bodies.contains(body.0) {
+            return Err(ModelError::Invalid("the body is not in the world".into()));
+        }
+        let groups = InteractionGroups::new(
+            Group::from_bits_truncate(surface.groups.0),
+            Group::from_bits_truncate(surface.groups.1),
+            InteractionTestMode::And,
+        );
+        let collider = collider(shape)?
+            .density(0.0)
+            .friction(surface.friction as f32)
+            .friction_combine_rule(match surface.friction_rule {
+                FrictionRule::Mean => CoefficientCombineRule::Average,
+                FrictionRule::Larger => CoefficientCombineRule::Max,
+            })
+            .restitution(surface.restitution as f32)
+            .collision_groups(groups);
+        let handle = self.world.insert_collider(collider, Some(body.0));
+        self.pipeline.set_surface(handle, surface.law);
+        Ok(ColliderId(handle))
+    }
+
+    /// Removes a collider and adds another in its place, so that rapier keeps no stale contacts.
+    ///
+    /// # Errors
+    /// As [`Simulation::add_collider`]; the old collider then stays.
+    pub fn replace_collider(
+        &mut self,
+        old: ColliderId,
+        body: BodyId,
+        shape: &ShapeSpec,
+        surface: &Surface,
+    ) -> Result<ColliderId, ModelError> {
+        let new = self.add_collider(body, shape, surface)?;
+        self.world.remove_collider(old.0);
+        self.pipeline.forget_surface(old.0);
+        Ok(new)
+    }
+
+    /// Removes a body, its colliders and joints.
+    pub fn remove_body(&mut self, body: BodyId) {
+        if let Some(body) = self.world.bodies.get(body.0) {
+            for &handle in body.colliders() {
+                self.pipeline.forget_surface(handle);
+            }
+        }
+        self.world.remove_body(body.0);
+    }
+
+    /// Makes a kinematic body dynamic with the velocity it has.
+    ///
+    /// # Errors
+    /// As [`Simulation::add_body`].
+    pub fn release(
+        &mut self,
+        body: BodyId,
+        shape: &ShapeSpec,
+        mass: MassSpec,
+    ) -> Result<(), ModelError> {
+        let (exact, centre) = exact_mass(shape, Some(mass))?;
+        self.pipeline.set_exact_mass(body.0, exact)?;
+        if let Some(body) = self.world.bodies.get_mut(body.0) {
+            let properties =
+                MassProperties::new(vector(centre), exact.mass as f32, exact.inertia as f32);
+            body.set_additional_mass_properties(properties, false);
+            body.set_body_type(RigidBodyType::Dynamic, false);
+            body.recompute_mass_properties_from_colliders(&self.world.colliders);
+        }
+        Ok(())
+    }
+
+    /// Pins two bodies (`None` is the fixed world) at a point of each body's frame, no contacts
+    /// between them.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] if a body is unknown.
+    pub fn add_revolute(
+        &mut self,
+        bodies: [Option<BodyId>; 2],
+        anchors: [Vec2; 2],
+        motor: Option<MotorSpec>,
+    ) -> Result<(), ModelError> {
+        let mut handles = [RigidBodyHandle::invalid(); 2];
+        for (handle, body) in handles.iter_mut().zip(bodies) {
+            *handle = match body {
+                Some(body) if self.world.bodies.contains(body.0) => body.0,
+                Some(_) => {
+                    return Err(ModelError::Invalid("the body is not in the world".into()));
+                }
+                None => *self
+                    .ground
+                    .get_or_insert_with(|| self.world.bodies.insert(RigidBodyBuilder::fixed())),
+            };
+        }
+        let mut joint = RevoluteJointBuilder::new()
+            .local_anchor1(vector(anchors[0]))
+            .local_anchor2(vector(anchors[1]))
+            .contacts_enabled(false);
+        if let Some(motor) = motor {
+            // rapier's motor is a damper; ours takes any gain as exact
+            joint = joint
+                .motor_velocity(motor.speed as f32, 1.0e6)
+                .motor_max_force(motor.max_torque.min(f64::from(Real::MAX)) as f32);
+        }
+        self.world
+            .impulse_joints
+            .insert(handles[0], handles[1], joint, true);
+        Ok(())
+    }
+
+    /// One nonsmooth step.
+    ///
+    /// # Errors
+    /// [`StepError`].
+    pub fn step(&mut self) -> Result<StepRecord, StepError> {
+        self.pipeline.step(&mut self.world)
+    }
+
+    /// `f64` pose of a body's frame.
+    pub fn pose(&self, body: BodyId) -> Option<Pose64> {
+        self.pipeline.pose(body.0)
+    }
+
+    /// `f64` velocity of a body's centre of mass, and its spin.
+    pub fn velocity(&self, body: BodyId) -> Option<Vec3> {
+        self.pipeline.velocity(body.0)
+    }
+
+    /// The number that records use for a body.
+    pub fn number(&self, body: BodyId) -> Option<u32> {
+        self.pipeline.number(body.0)
+    }
+}
+
+fn vector(v: Vec2) -> Vector {
+    Vector::new(v.x as f32, v.y as f32)
+}
+
+fn exact_mass(
+    shape: &ShapeSpec,
+    mass: Option<MassSpec>,
+) -> Result<(ExactBody, Vec2), ModelError> {
+    let invalid = |what: &str| ModelError::Invalid(format!("a dynamic body {what}"));
+    let moments = area_moments(shape);
+    let spread = |mass: f64| {
+        let m = moments.ok_or_else(|| invalid("whose shape has no area needs an inertia"))?;
+        let body = ExactBody {
+            mass,
+            inertia: mass * m.polar / m.area,
+        };
+        Ok((body, m.centroid))
+    };
+    match mass {
+        None => Err(invalid("needs a mass or a density")),
+        Some(MassSpec::Given { mass, inertia }) => {
+            Ok((ExactBody { mass, inertia }, Vec2::zeros()))
+        }
+        Some(MassSpec::Spread(mass)) => spread(mass),
+        Some(MassSpec::Density(density)) => spread(density * moments.map_or(0.0, |m| m.area)),
+    }
+}
+
+fn collider(shape: &ShapeSpec) -> Result<ColliderBuilder, ModelError> {
+    Ok(match shape {
+        ShapeSpec::Ball { radius } => ColliderBuilder::ball(*radius as f32),
+        ShapeSpec::Box { half } => ColliderBuilder::cuboid(half.x as f32, half.y as f32),
+        ShapeSpec::Capsule {
+            half_length,
+            radius,
+        } => ColliderBuilder::capsule_x(*half_length as f32, *radius as f32),
+        ShapeSpec::Polygon { points } => {
+            ColliderBuilder::convex_polyline(points.iter().map(|&p| vector(p)).collect())
+                .ok_or_else(|| ModelError::Invalid("a polygon is degenerate".into()))?
+        }
+        ShapeSpec::Chain { points, closed } => {
+            let n = points.len() as u32;
+            let last = if *closed { n } else { n.saturating_sub(1) };
+            let edges: Vec<[u32; 2]> = (0..last).map(|i| [i, (i + 1) % n]).collect();
+            if edges.is_empty() {
+                return Err(ModelError::Invalid("a chain needs two points".into()));
+            }
+            let points = points.iter().map(|&p| vector(p)).collect();
+            ColliderBuilder::oriented_polyline(points, Some(edges))
+        }
+    })
+}

@@ -1,0 +1,157 @@
+//! From a scene file to a world that can be stepped.
+
+use super::file::Scheme as FileScheme;
+use super::{Body, BodyKind, Mass, Scene, Shape, Step};
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::{ModelError, Scheme, StepError, StepperSettings};
+use crate::rapier::{
+    BodyId, MassSpec, Motion, MotorSpec, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
+};
+
+/// A scene's world, its bodies in the scene's order.
+pub struct Built {
+    pub simulation: Simulation,
+    pub bodies: Vec<BodyId>,
+}
+
+impl Step {
+    /// The stepper that `[step]` asks for.
+    pub fn stepper(&self) -> StepperSettings {
+        StepperSettings {
+            scheme: match self.scheme {
+                FileScheme::Staggered => Scheme::Staggered,
+                FileScheme::Moreau => Scheme::Moreau,
+            },
+            solver: self.solver.clone(),
+            tolerance: self.tolerance,
+        }
+    }
+}
+
+impl Scene {
+    /// Builds the world of a scene of bodies and joints.
+    ///
+    /// # Errors
+    /// [`StepError`] if rapier cannot hold what the file asks for; a scene that passed its checks
+    /// fails here only on shapes that `f32` cannot tell from degenerate ones.
+    pub fn build(&self) -> Result<Built, StepError> {
+        let gravity = Vec2::from(self.gravity);
+        let mut simulation = Simulation::new(self.step.stepper(), gravity, self.step.dt)?;
+        let mut bodies = Vec::with_capacity(self.bodies.len());
+        for body in &self.bodies {
+            let (id, _) = simulation
+                .add_body(
+                    motion(body.kind),
+                    Pose64::new(Vec2::from(body.position), body.angle),
+                    Vec3::new(body.velocity[0], body.velocity[1], body.spin),
+                    &shape(&body.shape),
+                    &self.surface(body),
+                    mass(body),
+                )
+                .map_err(|error| named(error, &body.name))?;
+            bodies.push(id);
+        }
+        for joint in &self.joints {
+            let at = Vec2::from(joint.at);
+            let anchor = |body: Option<usize>| match body {
+                Some(k) => {
+                    let b = &self.bodies[k];
+                    Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+                }
+                None => at,
+            };
+            let motor = joint.motor.map(|m| MotorSpec {
+                speed: m.speed,
+                max_torque: m.max_torque,
+            });
+            simulation.add_revolute(
+                joint.bodies.map(|b| b.map(|k| bodies[k])),
+                joint.bodies.map(anchor),
+                motor,
+            )?;
+        }
+        Ok(Built { simulation, bodies })
+    }
+
+    fn surface(&self, body: &Body) -> Surface {
+        let material = &self.materials[body.material];
+        let compliance = material.stiffness.map(|stiffness| {
+            let damping = match (material.damping, material.damping_restitution) {
+                (Some(damping), _) => damping,
+                (None, Some(e)) => {
+                    let m = body_mass(body);
+                    crate::dynamics::damping_for_restitution(e, stiffness, m)
+                }
+                (None, None) => 0.0,
+            };
+            (stiffness, damping)
+        });
+        Surface {
+            friction: material.friction,
+            restitution: material.restitution,
+            law: SurfaceLaw {
+                compliance,
+                speed: body.surface_velocity,
+                one_point_per_segment: false,
+            },
+            ..Surface::default()
+        }
+    }
+}
+
+fn named(error: ModelError, name: &str) -> ModelError {
+    match error {
+        ModelError::Invalid(what) => ModelError::Invalid(format!("body {name}: {what}")),
+        ModelError::Unsupported(what) => ModelError::Unsupported(format!("body {name}: {what}")),
+    }
+}
+
+fn motion(kind: BodyKind) -> Motion {
+    match kind {
+        BodyKind::Dynamic => Motion::Dynamic,
+        BodyKind::Fixed => Motion::Fixed,
+        BodyKind::Kinematic => Motion::Kinematic,
+    }
+}
+
+fn shape(shape: &Shape) -> ShapeSpec {
+    let points = |p: &[[f64; 2]]| p.iter().map(|&p| Vec2::from(p)).collect();
+    match shape {
+        Shape::Disc { radius } => ShapeSpec::Ball { radius: *radius },
+        Shape::Box { width, height } => ShapeSpec::Box {
+            half: Vec2::new(0.5 * width, 0.5 * height),
+        },
+        Shape::Capsule { length, radius } => ShapeSpec::Capsule {
+            half_length: 0.5 * length,
+            radius: *radius,
+        },
+        Shape::Polygon { points: p } => ShapeSpec::Polygon { points: points(p) },
+        Shape::Polyline { points: p, closed } => ShapeSpec::Chain {
+            points: points(p),
+            closed: *closed,
+        },
+    }
+}
+
+fn mass(body: &Body) -> Option<MassSpec> {
+    body.mass.map(|mass| match mass {
+        Mass::Density(density) => MassSpec::Density(density),
+        Mass::Given {
+            mass,
+            inertia: Some(inertia),
+        } => MassSpec::Given { mass, inertia },
+        Mass::Given {
+            mass,
+            inertia: None,
+        } => MassSpec::Spread(mass),
+    })
+}
+
+/// Mass \[kg\] of a body for the damping of its contacts; a fixed one counts as the other's.
+fn body_mass(body: &Body) -> f64 {
+    match body.mass {
+        Some(Mass::Given { mass, .. }) => mass,
+        Some(Mass::Density(density)) => density * shape(&body.shape).area(),
+        None => 1.0,
+    }
+}
