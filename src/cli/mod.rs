@@ -41,7 +41,12 @@ struct Common {
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     dt: Option<String>,
     /// Simulated time [s]; of a wear scene the contact time of one load cycle.
-    #[arg(long, value_name = "S", allow_hyphen_values = true, conflicts_with = "steps")]
+    #[arg(
+        long,
+        value_name = "S",
+        allow_hyphen_values = true,
+        conflicts_with = "steps"
+    )]
     time: Option<String>,
     /// Number of steps, in place of a time.
     #[arg(long, value_name = "N")]

@@ -37,7 +37,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         if (k + 1) % every == 0 {
             files.steps.write(&StepRow::from(record))?;
             for contact in &record.contacts {
-                files.contacts.write(&ContactRow::new(record.time, contact))?;
+                files
+                    .contacts
+                    .write(&ContactRow::new(record.time, contact))?;
             }
             files.bodies(record.time, built, args.engine)?;
         }
@@ -156,7 +158,9 @@ fn measure_table(found: &[Measure]) -> String {
             m.name.to_owned(),
             number(m.computed, 8),
             number(m.exact, 8),
-            format!("{} {unit}", number(m.error, 2)).trim_end().to_owned(),
+            format!("{} {unit}", number(m.error, 2))
+                .trim_end()
+                .to_owned(),
         ]);
     }
     format!("{table}")

@@ -9,7 +9,10 @@ use serde_json::{Value, json};
 
 pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let Some(study) = &scene.study else {
-        return Err(RunError::Unfit(format!("scene {} has no study", scene.name)));
+        return Err(RunError::Unfit(format!(
+            "scene {} has no study",
+            scene.name
+        )));
     };
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let points = (study.torques.len() * study.speeds.len()) as u64;
@@ -75,7 +78,10 @@ pub(super) fn write_wear(
     history.wear.iter().try_for_each(|row| wear.write(row))?;
     wear.finish()?;
     let mut profile = CsvFile::create(folder)?;
-    history.profile.iter().try_for_each(|row| profile.write(row))?;
+    history
+        .profile
+        .iter()
+        .try_for_each(|row| profile.write(row))?;
     profile.finish()?;
     let mut life = CsvFile::create(folder)?;
     history.life.iter().try_for_each(|row| life.write(row))?;
@@ -220,7 +226,11 @@ fn describe(study: &Study, outcome: &StudyOutcome) -> String {
     out.push_str(&format!(
         "{} steps, {} per step; worst residual {}\n",
         outcome.totals.steps,
-        quantity(outcome.totals.wall / outcome.totals.steps.max(1) as f64, "s", 3),
+        quantity(
+            outcome.totals.wall / outcome.totals.steps.max(1) as f64,
+            "s",
+            3
+        ),
         number(outcome.totals.residual, 2)
     ));
     out

@@ -122,7 +122,11 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
 }
 
 /// Writes `summary.json` and gives its text.
-pub(super) fn write(folder: &OutputFolder, mut summary: Value, more: Value) -> Result<String, ReportError> {
+pub(super) fn write(
+    folder: &OutputFolder,
+    mut summary: Value,
+    more: Value,
+) -> Result<String, ReportError> {
     if let (Value::Object(summary), Value::Object(more)) = (&mut summary, more) {
         summary.extend(more);
     }

@@ -188,7 +188,8 @@ fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let top = scene.bodies[floor].position[1] + 0.5 * height + radius;
     let h = scene.bodies[ball].position[1] - top;
     let mut out = Vec::new();
-    let energy_height = |(pose, u): &(Pose64, Vec3)| pose.translation.y - top + u.y * u.y / (2.0 * g);
+    let energy_height =
+        |(pose, u): &(Pose64, Vec3)| pose.translation.y - top + u.y * u.y / (2.0 * g);
     let mut bounces = 0;
     for k in 1..s.states.len() {
         let (before, after) = (s.states[k - 1][ball].1.y, s.states[k][ball].1.y);
@@ -229,8 +230,8 @@ fn spinning_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let end = s.time[s.time.len() - 1];
     let speed = (2.0 * v - w * r) / 3.0;
     let (pose, u) = s.last()[disc];
-    let place = body.position[0] + v * rolling - 0.5 * mu * g * rolling * rolling
-        + speed * (end - rolling);
+    let place =
+        body.position[0] + v * rolling - 0.5 * mu * g * rolling * rolling + speed * (end - rolling);
     let mut out = Vec::new();
     if let Some(time) = s.first_stick(mu) {
         out.push(Measure::relative("rolling-time", time, rolling));

@@ -129,8 +129,7 @@ impl Totals {
         let total = energy.kinetic_end + energy.potential_end;
         if self.steps == 0 {
             // the potential at the start: what the first step's forces did is its change
-            self.energy_start =
-                energy.kinetic_start + energy.potential_end + energy.forces;
+            self.energy_start = energy.kinetic_start + energy.potential_end + energy.forces;
         }
         self.steps += 1;
         self.time = record.time;

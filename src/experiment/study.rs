@@ -125,7 +125,8 @@ impl Levers {
 /// `Σ F_i (max(a_i, 0) + μ b_i) = T`.
 fn balanced_forces(study: &Study, levers: &Levers, torque: f64) -> Vec<f64> {
     let most = levers.radius.iter().copied().fold(0.0, f64::max);
-    let resisting = |i: usize| levers.closing[i].max(0.0) + study.friction * levers.sliding[i].abs();
+    let resisting =
+        |i: usize| levers.closing[i].max(0.0) + study.friction * levers.sliding[i].abs();
     let weights: Vec<f64> = (0..levers.closing.len())
         .map(|i| match study.shares {
             Shares::Winkler => (study.tape_thickness - (most - levers.radius[i])).max(0.0),
@@ -170,17 +171,14 @@ fn rotor(
 ) -> Result<Rotor, RunError> {
     let levers = Levers::of(profile, study.axis_distance, quadratic)?;
     let angle = study.start_angle_deg.to_radians() + FRAC_PI_2;
-    let mut rotor = Rotor::new(study.inertia, angle, speed)
-        .map_err(crate::dynamics::StepError::from)?;
+    let mut rotor =
+        Rotor::new(study.inertia, angle, speed).map_err(crate::dynamics::StepError::from)?;
     rotor.weight_moment = study.mass * GRAVITY * study.lever;
     let forces = balanced_forces(study, &levers, torque);
     for (i, p) in profile.nodes().iter().enumerate() {
         let (a, b) = (levers.closing[i], levers.sliding[i]);
         let (lever, law) = match study.reading {
-            Reading::Literal => (
-                Vec2::new(-a, b),
-                NormalLaw::Rigid { restitution: 0.0 },
-            ),
+            Reading::Literal => (Vec2::new(-a, b), NormalLaw::Rigid { restitution: 0.0 }),
             Reading::TorqueBalanced => (
                 Vec2::new(-a.max(0.0), b),
                 NormalLaw::Load { force: forces[i] },
@@ -333,11 +331,25 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
                     oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
                 }
             }
-            comparison.push(compare_point(study, torque, speed, deepest(&state), calibrated));
+            comparison.push(compare_point(
+                study,
+                torque,
+                speed,
+                deepest(&state),
+                calibrated,
+            ));
             progress.advance();
         }
     }
-    let history = follow_life(scene, study, tooth, wear, quadratic, contact_time, &mut totals)?;
+    let history = follow_life(
+        scene,
+        study,
+        tooth,
+        wear,
+        quadratic,
+        contact_time,
+        &mut totals,
+    )?;
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let stall = match study.reading {
         Reading::TorqueBalanced => None,
@@ -390,12 +402,7 @@ fn compare_point(
 }
 
 /// The contact time with which the algebra reaches the calibration depth, to 1e-13.
-fn calibrate(
-    study: &Study,
-    tooth: &Tooth,
-    wear: &Wear,
-    quadratic: bool,
-) -> Result<f64, RunError> {
+fn calibrate(study: &Study, tooth: &Tooth, wear: &Wear, quadratic: bool) -> Result<f64, RunError> {
     let target = &study.calibrate;
     let batches = f64::from(study.batches);
     let depth = |time: f64| -> Result<f64, WearError> {

@@ -50,7 +50,9 @@ impl WearHistory {
                 name: limit.name.clone(),
                 height: limit.height,
             });
-            let crossing = state.life().crossing(&Limit::height(&limit.name, limit.height))?;
+            let crossing = state
+                .life()
+                .crossing(&Limit::height(&limit.name, limit.height))?;
             self.life.push(LifeRow {
                 limit: limit.name.clone(),
                 hours: crossing.hours.unwrap_or(f64::NAN),

@@ -115,8 +115,9 @@ fn contacts(
         }
         let place = c1.position() * point.local_p1;
         let speed = |c: &Collider| {
-            c.parent()
-                .map_or(Vec2::zeros(), |h| wide(world.bodies[h].velocity_at_point(place)))
+            c.parent().map_or(Vec2::zeros(), |h| {
+                wide(world.bodies[h].velocity_at_point(place))
+            })
         };
         let slip_velocity = (speed(c2) - speed(c1)).dot(&tangent);
         // rapier's friction always opposes the slip; its own sign is of its own tangent
@@ -164,7 +165,8 @@ fn potential(world: &PhysicsWorld) -> f64 {
         .iter()
         .filter(|(_, b)| b.is_dynamic())
         .map(|(_, b)| {
-            -f64::from(b.mass()) * f64::from(b.gravity_scale())
+            -f64::from(b.mass())
+                * f64::from(b.gravity_scale())
                 * f64::from(world.gravity.dot(b.center_of_mass()))
         })
         .sum()

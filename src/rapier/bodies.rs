@@ -67,26 +67,26 @@ impl Bodies {
     }
 
     fn rebuild(&mut self, world: &mut PhysicsWorld, handles: &[RigidBodyHandle]) {
-        let mut old: HashMap<RigidBodyHandle, (Shadow, Vec3)> = self
+        let mut old: HashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
             .list
             .drain(..)
-            .zip(self.velocities.drain(..))
-            .map(|(shadow, u)| (shadow.handle, (shadow, u)))
+            .zip(self.velocities.drain(..).zip(self.inverse_mass.drain(..)))
+            .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
         self.index.clear();
         for &handle in handles {
             self.index.insert(handle, self.list.len() as u32);
-            let (shadow, u) = old.remove(&handle).unwrap_or_else(|| {
+            let (shadow, u, w) = old.remove(&handle).unwrap_or_else(|| {
                 // a new body: rapier computes its mass only when it steps
                 if let Some(body) = world.bodies.get_mut(handle) {
                     body.recompute_mass_properties_from_colliders(&world.colliders);
                 }
-                (Shadow::unseen(handle), Vec3::zeros())
+                (Shadow::unseen(handle), Vec3::zeros(), Vec3::zeros())
             });
             self.list.push(shadow);
             self.velocities.push(u);
+            self.inverse_mass.push(w);
         }
-        self.inverse_mass = vec![Vec3::zeros(); self.list.len()];
         self.exact
             .retain(|handle, _| self.index.contains_key(handle));
     }

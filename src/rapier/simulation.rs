@@ -343,10 +343,7 @@ fn vector(v: Vec2) -> Vector {
     Vector::new(v.x as f32, v.y as f32)
 }
 
-fn exact_mass(
-    shape: &ShapeSpec,
-    mass: Option<MassSpec>,
-) -> Result<(ExactBody, Vec2), ModelError> {
+fn exact_mass(shape: &ShapeSpec, mass: Option<MassSpec>) -> Result<(ExactBody, Vec2), ModelError> {
     let invalid = |what: &str| ModelError::Invalid(format!("a dynamic body {what}"));
     let moments = area_moments(shape);
     let spread = |mass: f64| {
@@ -359,9 +356,7 @@ fn exact_mass(
     };
     match mass {
         None => Err(invalid("needs a mass or a density")),
-        Some(MassSpec::Given { mass, inertia }) => {
-            Ok((ExactBody { mass, inertia }, Vec2::zeros()))
-        }
+        Some(MassSpec::Given { mass, inertia }) => Ok((ExactBody { mass, inertia }, Vec2::zeros())),
         Some(MassSpec::Spread(mass)) => spread(mass),
         Some(MassSpec::Density(density)) => spread(density * moments.map_or(0.0, |m| m.area)),
     }
