@@ -3,6 +3,7 @@
 mod compare;
 mod run;
 mod run_study;
+mod run_threshing;
 mod summary;
 
 use crate::experiment::{Engine, RunError};

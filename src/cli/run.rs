@@ -1,4 +1,4 @@
-use super::{Outcome, RunArgs, print_out, run_study, summary};
+use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
 use crate::report::{
     Align, BodyRow, ContactRow, CsvFile, OutputFolder, Progress, StepRow, Table, number,
@@ -17,7 +17,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     }
     if scene.thresher.is_some() {
         only_moreau(args, &scene)?;
-        return Err(RunError::Unfit("threshing".into()));
+        return run_threshing::run(args, &scene);
     }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let steps = args.common.step_count(&scene);

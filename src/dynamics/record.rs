@@ -51,6 +51,8 @@ pub struct ContactRecord {
     pub load_slip: f64,
     /// `−P_T γ̄_T` \[J\], energy taken by friction.
     pub friction_work: f64,
+    /// `P_N γ̄_N` \[J\], energy given by the normal impulse; negative in a loss.
+    pub normal_work: f64,
     pub status: ContactStatus,
 }
 

@@ -1,7 +1,7 @@
 use super::cap::{CapBlock, cap, is_rigid};
 use super::islands::Islands;
 use super::model::{
-    ContactKey, ContactPoint, Detection, JointKind, ModelError, MultibodyModel, NormalLaw,
+    ContactKey, Detection, JointKind, ModelError, MultibodyModel, NormalLaw,
 };
 use super::record::{ContactRecord, ContactStatus, StepRecord};
 use super::rules::{Rule, Scheme, Situation, reference_acceleration, rule};
@@ -415,15 +415,22 @@ impl MoreauStepper {
                         } else {
                             dt * gamma_mean.y
                         };
-                        record.contacts.push(contact_record(
-                            contact,
-                            impulse,
+                        let slip_velocity = slip / dt;
+                        record.contacts.push(ContactRecord {
+                            bodies: contact.bodies,
+                            surfaces: contact.surfaces,
+                            cell: contact.cell,
+                            position: contact.position,
+                            normal: contact.normal,
+                            gap: contact.gap,
+                            impulse_n: impulse.x,
+                            impulse_t: impulse.y,
                             slip,
-                            dt,
-                            sticks,
-                            block.impact,
-                            gamma_e.y,
-                        ));
+                            load_slip: impulse.x * slip_velocity.abs(),
+                            friction_work: -impulse.y * slip_velocity,
+                            normal_work: impulse.x * gamma_mean.x,
+                            status: status(impulse.x, block.impact, sticks, gamma_e.y),
+                        });
                     }
                     if !block.impact {
                         let end_gap = contact.gap + 0.5 * dt * gamma_e.x;
@@ -622,38 +629,16 @@ fn mobile_velocity(rows: &Rows, mean: &[Vec3], inverse_mass: &[Vec3]) -> Vec2 {
     gamma
 }
 
-fn contact_record(
-    contact: &ContactPoint,
-    impulse: Vec2,
-    slip: f64,
-    dt: f64,
-    sticks: bool,
-    impact: bool,
-    end_velocity: f64,
-) -> ContactRecord {
-    let mean_slip_velocity = slip / dt;
-    ContactRecord {
-        bodies: contact.bodies,
-        surfaces: contact.surfaces,
-        cell: contact.cell,
-        position: contact.position,
-        normal: contact.normal,
-        gap: contact.gap,
-        impulse_n: impulse.x,
-        impulse_t: impulse.y,
-        slip,
-        load_slip: impulse.x * mean_slip_velocity.abs(),
-        friction_work: -impulse.y * mean_slip_velocity,
-        status: if impulse.x <= 0.0 {
-            ContactStatus::Open
-        } else if impact {
-            ContactStatus::Impact
-        } else if sticks {
-            ContactStatus::Stick
-        } else if end_velocity < 0.0 {
-            ContactStatus::SlipMinus
-        } else {
-            ContactStatus::SlipPlus
-        },
+fn status(impulse_n: f64, impact: bool, sticks: bool, end_velocity: f64) -> ContactStatus {
+    if impulse_n <= 0.0 {
+        ContactStatus::Open
+    } else if impact {
+        ContactStatus::Impact
+    } else if sticks {
+        ContactStatus::Stick
+    } else if end_velocity < 0.0 {
+        ContactStatus::SlipMinus
+    } else {
+        ContactStatus::SlipPlus
     }
 }

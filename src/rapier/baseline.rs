@@ -136,6 +136,7 @@ fn contacts(
             slip: dt * slip_velocity,
             load_slip: impulse_n * slip_velocity.abs(),
             friction_work: -impulse_t * slip_velocity,
+            normal_work: impulse_n * (speed(c2) - speed(c1)).dot(&normal),
             status: if impulse_n <= 0.0 {
                 ContactStatus::Open
             } else if !slides {

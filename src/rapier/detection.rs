@@ -26,7 +26,8 @@ pub const NO_CELL: u32 = 0;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
-    /// rigidity and restitution. Two compliant surfaces act in series.
+    /// rigidity and restitution. Two compliant surfaces act in series. With
+    /// `one_point_per_segment` both are per metre of segment length: a Winkler foundation.
     pub compliance: Option<(f64, f64)>,
     /// Speed of the surface along itself \[m/s\], positive counter-clockwise round the collider:
     /// a belt whose top runs to −x has a positive one.
@@ -145,6 +146,11 @@ impl Detector {
                 });
                 let from = self.order.len();
                 for manifold in pair.manifolds().iter().filter(|m| live(m)) {
+                    let setting = match (one[0], one[1]) {
+                        (true, _) => setting.over(segment_length(c1, manifold.subshape1)),
+                        (_, true) => setting.over(segment_length(c2, manifold.subshape2)),
+                        _ => setting,
+                    };
                     parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
                         if self.order[from..]
                             .iter()
@@ -245,6 +251,7 @@ impl Detector {
 }
 
 /// What all contacts of a pair of colliders share.
+#[derive(Clone, Copy)]
 struct Pair {
     numbers: [u32; 2],
     surfaces: [u32; 2],
@@ -255,6 +262,15 @@ struct Pair {
 }
 
 impl Pair {
+    /// The law of a foundation over `length` \[m\] of surface.
+    fn over(mut self, length: f64) -> Pair {
+        if let NormalLaw::ViscoElastic { stiffness, damping } = &mut self.law {
+            *stiffness *= length;
+            *damping *= length;
+        }
+        self
+    }
+
     fn point(
         &self,
         bodies: &Bodies,
@@ -313,6 +329,16 @@ fn live(manifold: &ContactManifold) -> bool {
             .data
             .solver_flags
             .contains(SolverFlags::COMPUTE_RIGID_IMPULSES)
+}
+
+/// Length \[m\] of a polyline's segment; 1 for any other shape.
+fn segment_length(collider: &Collider, segment: u32) -> f64 {
+    match collider.shape().as_polyline() {
+        Some(polyline) if (segment as usize) < polyline.num_segments() => {
+            f64::from(polyline.segment(segment).length())
+        }
+        _ => 1.0,
+    }
 }
 
 /// Whether a joint between the two bodies switches their contacts off.

@@ -22,6 +22,6 @@ pub use detection::{NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use pose::Pose64;
 pub use simulation::{
-    BodyId, ColliderId, FrictionRule, MassSpec, Motion, MotorSpec, ShapeSpec, Simulation, Surface,
+    BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
 pub use widen::widen;

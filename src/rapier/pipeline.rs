@@ -1,7 +1,7 @@
 use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{Detector, SurfaceLaw};
 use super::dispatcher::FreshManifolds;
-use super::joints::joint_rows;
+use super::joints::{joint_rows, spring_torques};
 use super::pose::Pose64;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
@@ -44,7 +44,7 @@ pub struct MoreauSettings {
 ///
 /// # What it takes
 /// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, any collider
-/// parry has, groups, revolute joints with a velocity motor. Anything else is refused by name.
+/// parry has, groups, revolute joints with a velocity motor or a force-based spring. Anything else is refused by name.
 /// Sleeping is ignored: every body is stepped.
 ///
 /// # Precision
@@ -248,6 +248,7 @@ impl MultibodyModel for RapierModel<'_> {
                 h.z = widen(torque) - widen(body.angular_damping()) * u.z / w.z;
             }
         }
+        spring_torques(self.world, self.bodies, out);
     }
 
     fn advance(&mut self, dt: f64) {
@@ -257,7 +258,7 @@ impl MultibodyModel for RapierModel<'_> {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         self.bodies.write(self.world, false);
         self.detector.detect(self.world, self.bodies, dt, out)?;
-        joint_rows(self.world, self.bodies, out)
+        joint_rows(self.world, self.bodies, dt, out)
     }
 
     fn potential_energy(&self) -> f64 {

@@ -109,13 +109,13 @@ impl ColliderId {
     }
 }
 
-/// A velocity motor on a revolute joint.
+/// What drives or holds a revolute joint, on the spin of the second body relative to the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorSpec {
-    /// Wanted spin of the second body relative to the first \[rad/s\].
-    pub speed: f64,
-    /// \[N m\]
-    pub max_torque: f64,
+pub enum JointDrive {
+    /// Holds `speed` \[rad/s\] with at most `max_torque` \[N m\].
+    Motor { speed: f64, max_torque: f64 },
+    /// Turns back to the angle of no rotation with `stiffness` [N m/rad], `damping` [N m s/rad].
+    Spring { stiffness: f64, damping: f64 },
 }
 
 /// A rapier world and our pipeline on it, described in `f64`.
@@ -285,7 +285,7 @@ impl Simulation {
         &mut self,
         bodies: [Option<BodyId>; 2],
         anchors: [Vec2; 2],
-        motor: Option<MotorSpec>,
+        drive: Option<JointDrive>,
     ) -> Result<(), ModelError> {
         let mut handles = [RigidBodyHandle::invalid(); 2];
         for (handle, body) in handles.iter_mut().zip(bodies) {
@@ -303,11 +303,19 @@ impl Simulation {
             .local_anchor1(vector(anchors[0]))
             .local_anchor2(vector(anchors[1]))
             .contacts_enabled(false);
-        if let Some(motor) = motor {
-            // rapier's motor is a damper; ours takes any gain as exact
-            joint = joint
-                .motor_velocity(motor.speed as f32, 1.0e6)
-                .motor_max_force(motor.max_torque.min(f64::from(Real::MAX)) as f32);
+        match drive {
+            None => {}
+            Some(JointDrive::Motor { speed, max_torque }) => {
+                // rapier's motor is a damper; ours takes any gain as exact
+                joint = joint
+                    .motor_velocity(speed as f32, 1.0e6)
+                    .motor_max_force(max_torque.min(f64::from(Real::MAX)) as f32);
+            }
+            Some(JointDrive::Spring { stiffness, damping }) => {
+                joint = joint
+                    .motor_model(MotorModel::ForceBased)
+                    .motor_position(0.0, stiffness as f32, damping as f32);
+            }
         }
         self.world
             .impulse_joints

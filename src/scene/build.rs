@@ -5,7 +5,7 @@ use super::{Body, BodyKind, Mass, Scene, Shape, Step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, Scheme, StepError, StepperSettings};
 use crate::rapier::{
-    BodyId, MassSpec, Motion, MotorSpec, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
+    BodyId, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
 
 /// A scene's world, its bodies in the scene's order.
@@ -60,7 +60,7 @@ impl Scene {
                 }
                 None => at,
             };
-            let motor = joint.motor.map(|m| MotorSpec {
+            let motor = joint.motor.map(|m| JointDrive::Motor {
                 speed: m.speed,
                 max_torque: m.max_torque,
             });

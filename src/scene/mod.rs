@@ -39,6 +39,7 @@ mod overrides;
 mod reader;
 pub mod study;
 pub mod thresher;
+pub mod threshing;
 
 pub use build::Built;
 pub use catalogue::{Listing, load, scenes};

@@ -39,11 +39,13 @@ pub struct Thresher {
     pub segment_length: f64,
     /// Segments leave this far behind the outlet, along the arc \[m\]; default 0.2.
     pub exit_distance: f64,
-    /// Contact stiffness [N/m] of the crop per metre of width, before scaling to the operating
-    /// torque; default 1e5.
+    /// Winkler modulus of the crop [Pa/m], before scaling to the operating torque; default 1e7.
     pub crop_stiffness: f64,
     /// Restitution that the crop's damping is fitted to, default 0.482.
     pub crop_restitution: f64,
+    /// Bending stiffness of the strip at every pin [N m/rad] per metre of width, default 15
+    /// (assumed): a mat of stalks is a beam, and a strip without stiffness folds between the bars.
+    pub crop_bending_stiffness: f64,
     /// Crop on teeth, default 0.271.
     pub friction_steel: f64,
     /// Crop on concave, default 0.4 (assumed).
@@ -75,8 +77,9 @@ impl Default for Thresher {
             crop_thickness: 0.016,
             segment_length: 0.02,
             exit_distance: 0.2,
-            crop_stiffness: 1e5,
+            crop_stiffness: 1e7,
             crop_restitution: 0.482,
+            crop_bending_stiffness: 15.0,
             friction_steel: 0.271,
             friction_concave: 0.4,
             concave_start_deg: 215.0,

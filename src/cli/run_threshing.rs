@@ -1,0 +1,159 @@
+use super::run_study::{describe_life, life_json, write_wear};
+use super::{Outcome, RunArgs, print_out, summary};
+use crate::experiment::{PowerBudget, RunError, ThreshingOutcome, run_threshing};
+use crate::report::{Align, OutputFolder, Progress, Table, number, quantity};
+use crate::scene::{Scene, Thresher, Tooth};
+use serde_json::{Value, json};
+
+pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
+    let (Some(p), Some(tooth)) = (&scene.thresher, &scene.tooth) else {
+        return Err(RunError::Unfit(format!("scene {} has no thresher", scene.name)));
+    };
+    let folder = OutputFolder::create(args.common.folder(scene))?;
+    let quiet = args.common.quiet;
+    let outcome = run_threshing(scene, |label, total| Progress::new(label, total, quiet))?;
+    let subtitle = format!("{} N m, {} rad/s, all bars equal", p.operating_torque, p.speed);
+    write_wear(&folder, &outcome.history, &subtitle, tooth.base)?;
+    let text = summary::write(&folder, summary::header("run", scene), details(p, &outcome))?;
+    let target = folder.commit()?;
+    if args.common.json {
+        print_out(&text);
+    } else if !quiet {
+        let mut out = format!("{}: {}\n\n", scene.name, scene.title);
+        out.push_str(&describe(p, tooth, &outcome));
+        out.push_str(&format!("\nresults in {}\n", target.display()));
+        print_out(&out);
+    }
+    Ok(if outcome.totals.unsolved_islands > 0 {
+        Outcome::Unsolved
+    } else {
+        Outcome::Done
+    })
+}
+
+fn details(p: &Thresher, outcome: &ThreshingOutcome) -> Value {
+    json!({
+        "machine_width_m": summary::float(p.machine_width),
+        "calibrated": {
+            "crop_stiffness_pa_m": summary::float(outcome.stiffness),
+            "operating_torque_nm": summary::float(p.operating_torque),
+            "depth_at_calibration_m": outcome.calibration.map(|(_, d)| summary::float(d)),
+        },
+        "torque_new_nm": summary::float(outcome.torque_new),
+        "torque_worn_nm": summary::float(outcome.torque_worn),
+        "speed_new_rad_s": summary::float(outcome.speed_new),
+        "power_new_w": power_json(&outcome.power_new),
+        "power_worn_w": power_json(&outcome.power_worn),
+        "revolutions": summary::float(outcome.revolutions),
+        "jumps": outcome.jumps,
+        "steel_lost_kg": summary::float(outcome.steel_lost),
+        "sampling_error": summary::float(outcome.sampling),
+        "life": life_json(&outcome.history),
+        "totals": summary::totals(&outcome.totals),
+        "warnings": summary::warnings(&outcome.totals),
+    })
+}
+
+/// Every term of the budget with its name, in the order of the table.
+fn terms(p: &PowerBudget) -> [(&'static str, f64); 9] {
+    [
+        ("drive", p.drive),
+        ("feeder", p.feeder),
+        ("gravity", p.gravity),
+        ("friction on the teeth", -p.friction_teeth),
+        ("friction on the concave", -p.friction_concave),
+        ("normal losses on the teeth", -p.normal_teeth),
+        ("normal losses on the concave", -p.normal_concave),
+        ("carried away by the crop", -p.crop),
+        ("stored in the machine", -p.stored),
+    ]
+}
+
+fn power_json(p: &PowerBudget) -> Value {
+    let mut map = serde_json::Map::new();
+    for (name, value) in terms(p) {
+        map.insert(name.replace(' ', "_"), summary::float(value));
+    }
+    map.insert("sum".to_owned(), summary::float(p.imbalance()));
+    Value::Object(map)
+}
+
+fn describe(p: &Thresher, tooth: &Tooth, outcome: &ThreshingOutcome) -> String {
+    let mut out = format!(
+        "hours to each limit at {} N m, {} rad/s:\n{}",
+        p.operating_torque,
+        p.speed,
+        describe_life(&outcome.history)
+    );
+    let height = outcome.history.profile.iter().rev();
+    let last = height
+        .take_while(|row| row.cycles == outcome.history.cycles)
+        .map(|row| row.y_m)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let worn = tooth.gamma - last;
+    out.push_str(&format!(
+        "  steel lost {} on all {} bars; clearance grown by {}: set the concave closer by as much\n",
+        quantity(1e3 * outcome.steel_lost, "g", 3),
+        p.bars,
+        quantity(worn, "m", 3)
+    ));
+    out.push_str(&format!(
+        "  torque {} N m with new teeth, {} N m at the end\n\n",
+        number(outcome.torque_new, 4),
+        number(outcome.torque_worn, 4)
+    ));
+    out.push_str(&format!(
+        "calibrated: crop stiffness {} Pa/m, so that new teeth take the operating torque; the wear \
+         coefficient",
+        number(outcome.stiffness, 3)
+    ));
+    match &outcome.calibration {
+        Some((target, depth)) => out.push_str(&format!(
+            ",\n  to one published depth: {} after {:.0} revolutions; this run gives {}\n",
+            quantity(target.depth, "m", 3),
+            target.cycles,
+            quantity(*depth, "m", 3)
+        )),
+        None => out.push_str(", at the study's operating point (not this one)\n"),
+    }
+    out.push_str(
+        "assumed: tip radius, number of bars, inertia, width, drive, entry speed, concave friction\n\n",
+    );
+    out.push_str(&budget(&outcome.power_new, &outcome.power_worn));
+    out.push_str(&format!(
+        "\n{} revolutions in {} steps, {} jumps; {} per step; worst residual {}; sampling error \
+         of a cycle up to {} %\n",
+        number(outcome.revolutions, 4),
+        outcome.totals.steps,
+        outcome.jumps,
+        quantity(outcome.totals.wall / outcome.totals.steps.max(1) as f64, "s", 3),
+        number(outcome.totals.residual, 2),
+        number(100.0 * outcome.sampling, 2),
+    ));
+    out.push_str(&format!(
+        "in every step kinetic energy changes by the work of all impulses to {} J of {} J\n",
+        number(outcome.totals.imbalance, 2),
+        number(outcome.totals.kinetic_most, 3)
+    ));
+    for warning in summary::warnings(&outcome.totals) {
+        out.push_str(&format!("note: {warning}\n"));
+    }
+    out
+}
+
+fn budget(new: &PowerBudget, worn: &PowerBudget) -> String {
+    let mut table = Table::new([
+        ("power, whole machine", Align::Left),
+        ("new teeth [W]", Align::Right),
+        ("worn teeth [W]", Align::Right),
+    ]);
+    for ((name, a), (_, b)) in terms(new).into_iter().zip(terms(worn)) {
+        table.push([name.to_owned(), format!("{a:.0}"), format!("{b:.0}")]);
+    }
+    table.push([
+        "sum".to_owned(),
+        number(new.imbalance(), 2),
+        number(worn.imbalance(), 2),
+    ]);
+    format!("{table}")
+}

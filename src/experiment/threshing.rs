@@ -1,0 +1,401 @@
+//! The thresher's life: revolutions simulated, wear measured, cycles jumped.
+
+use super::simulate::{RunError, Totals};
+use super::wear_history::WearHistory;
+use crate::dynamics::record::StepRecord;
+use crate::report::Progress;
+use crate::scene::threshing::{Part, ThreshingError, ThreshingWorld};
+use crate::scene::{Calibration, Scene, Thresher, Tooth, Update as SceneUpdate, Wear};
+use crate::wear::{
+    Archard, CellArea, JumpRule, LoadSlip, Profile, Update, WearError, WearSettings, WearState,
+};
+use std::f64::consts::TAU;
+
+/// Revolutions that fill the machine before anything is measured.
+const FILLING: f64 = 2.0;
+/// Revolutions between a new profile and its measurement.
+const SETTLING: f64 = 0.25;
+/// The stiffness is scaled until the mean torque is this near the operating torque.
+const TORQUE_TOLERANCE: f64 = 0.02;
+const CALIBRATIONS: usize = 8;
+
+/// Where the power went over a measured time \[W\], machine totals.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PowerBudget {
+    /// Given by the drive, and by the feeder that holds the strip at its speed.
+    pub drive: f64,
+    pub feeder: f64,
+    pub gravity: f64,
+    /// Taken by friction on the teeth and on the concave.
+    pub friction_teeth: f64,
+    pub friction_concave: f64,
+    /// Taken by the damping of the crop, and stored in its compression.
+    pub normal_teeth: f64,
+    pub normal_concave: f64,
+    /// Carried away by the crop beyond what it brought.
+    pub crop: f64,
+    /// Gained by the cylinder and the crop in the machine.
+    pub stored: f64,
+}
+
+impl PowerBudget {
+    /// What the sum leaves open \[W\].
+    pub fn imbalance(&self) -> f64 {
+        self.drive + self.feeder + self.gravity
+            - self.friction_teeth
+            - self.friction_concave
+            - self.normal_teeth
+            - self.normal_concave
+            - self.crop
+            - self.stored
+    }
+}
+
+/// One measured cycle.
+#[derive(Debug, Clone)]
+struct Cycle {
+    /// `load_slip` per node and revolution \[N m\] of the slice, mean over the bars.
+    load_slip: Vec<f64>,
+    /// Relative standard error of the most loaded node's mean over the bars.
+    sampling: f64,
+    /// Mean torque of the drive \[N m\], machine total.
+    torque: f64,
+    speed: f64,
+    power: PowerBudget,
+}
+
+/// What a run of the thresher found.
+#[derive(Debug, Clone)]
+pub struct ThreshingOutcome {
+    pub history: WearHistory,
+    pub totals: Totals,
+    /// Winkler modulus of the crop \[Pa/m\], scaled to the operating torque of a new tooth.
+    pub stiffness: f64,
+    /// Mean torque of a new tooth and of the last cycle \[N m\], machine totals, and mean speeds.
+    pub torque_new: f64,
+    pub torque_worn: f64,
+    pub speed_new: f64,
+    /// Power with a new tooth, and with the last.
+    pub power_new: PowerBudget,
+    pub power_worn: PowerBudget,
+    /// Simulated revolutions and cycle jumps.
+    pub revolutions: f64,
+    pub jumps: usize,
+    /// Steel lost by all bars \[kg\], machine total.
+    pub steel_lost: f64,
+    /// Depth \[m\] at the calibration point, where this is its operating point.
+    pub calibration: Option<(Calibration, f64)>,
+    /// Relative standard error of the most loaded cell's wear in a cycle, largest of all.
+    pub sampling: f64,
+    pub segments: usize,
+}
+
+/// Density of steel \[kg/m³\].
+const STEEL: f64 = 7850.0;
+
+/// A machine with the measurement of its cycles.
+struct Threshing<'a> {
+    parameters: &'a Thresher,
+    world: ThreshingWorld,
+    totals: Totals,
+    revolution: f64,
+    dt: f64,
+}
+
+impl Threshing<'_> {
+    fn steps(&self, revolutions: f64) -> usize {
+        (revolutions * self.revolution / self.dt).ceil() as usize
+    }
+
+    fn step(&mut self) -> Result<StepRecord, RunError> {
+        let start = std::time::Instant::now();
+        let record = self.world.step()?;
+        self.totals.wall += start.elapsed().as_secs_f64();
+        self.totals.add(&record);
+        Ok(record)
+    }
+
+    /// Steps without measuring.
+    fn run(&mut self, revolutions: f64, progress: &Progress) -> Result<(), RunError> {
+        for _ in 0..self.steps(revolutions) {
+            self.step()?;
+            progress.advance();
+        }
+        self.world.take_exchanged_energy();
+        Ok(())
+    }
+
+    /// Steps `revolutions` and measures wear, torque and power.
+    fn measure(
+        &mut self,
+        profile: &Profile,
+        revolutions: u32,
+        progress: &Progress,
+    ) -> Result<Cycle, RunError> {
+        let bars = self.parameters.bars as usize;
+        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
+        let steps = self.steps(f64::from(revolutions));
+        let mut power = PowerBudget::default();
+        let (mut angle, mut motor) = (0.0, 0.0);
+        let mut last = self.world.speed();
+        self.world.take_exchanged_energy();
+        for _ in 0..steps {
+            let record = self.step()?;
+            progress.advance();
+            self.add_wear(&record, profile, &mut sums)?;
+            self.add_power(&record, &mut power);
+            motor += record.energy.motors;
+            angle += 0.5 * (self.world.speed() + last) * self.dt;
+            last = self.world.speed();
+            power.stored += record.energy.kinetic_end - record.energy.kinetic_start;
+        }
+        // what the crop gained on its way has left with it or is still there
+        let (entered, left) = self.world.take_exchanged_energy();
+        power.crop = left - entered;
+        power.stored -= power.crop;
+        let time = steps as f64 * self.dt;
+        let scale = self.parameters.machine_width / time;
+        for term in [
+            &mut power.drive,
+            &mut power.feeder,
+            &mut power.gravity,
+            &mut power.friction_teeth,
+            &mut power.friction_concave,
+            &mut power.normal_teeth,
+            &mut power.normal_concave,
+            &mut power.crop,
+            &mut power.stored,
+        ] {
+            *term *= scale;
+        }
+        let per_bar = f64::from(revolutions);
+        let nodes = profile.node_count();
+        let mean: Vec<f64> = (0..nodes)
+            .map(|i| sums.iter().map(|s| s.sums()[i]).sum::<f64>() / bars as f64 / per_bar)
+            .collect();
+        Ok(Cycle {
+            sampling: sampling_error(&sums, &mean, per_bar),
+            load_slip: mean,
+            torque: motor / angle * self.parameters.machine_width,
+            speed: angle / time,
+            power,
+        })
+    }
+
+    fn add_wear(
+        &self,
+        record: &StepRecord,
+        profile: &Profile,
+        sums: &mut [LoadSlip],
+    ) -> Result<(), WearError> {
+        for (bar, sum) in sums.iter_mut().enumerate() {
+            sum.add(&record.contacts, |contact| {
+                if contact.load_slip == 0.0 || self.world.part(contact) != Some(Part::Tooth(bar)) {
+                    return None;
+                }
+                profile.nearest(self.world.in_tooth_frame(bar, contact.position))
+            })?;
+        }
+        Ok(())
+    }
+
+    fn add_power(&self, record: &StepRecord, power: &mut PowerBudget) {
+        power.drive += record.energy.motors;
+        power.feeder += record.energy.joints;
+        power.gravity += record.energy.forces;
+        for contact in &record.contacts {
+            let (friction, normal) = match self.world.part(contact) {
+                Some(Part::Tooth(_)) => (&mut power.friction_teeth, &mut power.normal_teeth),
+                _ => (&mut power.friction_concave, &mut power.normal_concave),
+            };
+            *friction += contact.friction_work;
+            *normal -= contact.normal_work;
+        }
+    }
+}
+
+/// Relative standard error of the most loaded node's mean over the bars.
+fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
+    let Some(node) = (0..mean.len()).max_by(|&a, &b| mean[a].total_cmp(&mean[b])) else {
+        return 0.0;
+    };
+    let n = sums.len() as f64;
+    if n < 2.0 || mean[node] <= 0.0 {
+        return 0.0;
+    }
+    let variance: f64 = sums
+        .iter()
+        .map(|s| (s.sums()[node] / revolutions - mean[node]).powi(2))
+        .sum::<f64>()
+        / (n - 1.0);
+    (variance / n).sqrt() / mean[node]
+}
+
+/// Runs the thresher over its life.
+///
+/// 1. The strip fills the machine; the crop's stiffness is scaled until the mean torque of a new
+///    tooth is the operating torque.
+/// 2. A few revolutions are simulated; `load_slip` a node, mean over the equal bars, wears the
+///    one profile that stands for all of them; the cycles until the depth is a fraction of a cell
+///    are jumped.
+/// 3. All bars get the worn profile, and 2 again, until the last limit or the longest time.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run_threshing(
+    scene: &Scene,
+    progress: impl Fn(&str, u64) -> Progress,
+) -> Result<ThreshingOutcome, RunError> {
+    let (Some(parameters), Some(tooth)) = (&scene.thresher, &scene.tooth) else {
+        return Err(RunError::Unfit(format!(
+            "scene {}: has no [thresher] block",
+            scene.name
+        )));
+    };
+    let default_wear = Wear::default();
+    let wear = scene.wear.as_ref().unwrap_or(&default_wear);
+    let mut state = new_tooth(tooth, wear, parameters)?;
+    let mut stiffness = parameters.crop_stiffness;
+    let world = ThreshingWorld::new(scene, parameters, tooth, state.profile(), stiffness)?;
+    let mut machine = Threshing {
+        parameters,
+        world,
+        totals: Totals::default(),
+        revolution: TAU / parameters.speed,
+        dt: scene.step.dt,
+    };
+    let one = machine.steps(1.0) as u64;
+    let bar = progress("filling the machine", one * 4);
+    machine.run(FILLING, &bar)?;
+    let mut cycle = machine.measure(state.profile(), 1, &bar)?;
+    for _ in 0..CALIBRATIONS {
+        let ratio = cycle.torque / parameters.operating_torque;
+        if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
+            break;
+        }
+        // torque grows a little slower than the stiffness: a plain ratio converges from below
+        stiffness /= ratio.clamp(0.2, 5.0);
+        machine.world.set_stiffness(stiffness, state.profile())?;
+        machine.run(1.0, &bar)?;
+        cycle = machine.measure(state.profile(), 1, &bar)?;
+    }
+    drop(bar);
+
+    let mut history = WearHistory::default();
+    history.add_profile(1, &state);
+    let (torque_new, speed_new, power_new) = (cycle.torque, cycle.speed, cycle.power);
+    let rule = JumpRule {
+        cycles: 1e12,
+        fraction: wear.jump,
+        stability: 1.0,
+    };
+    let lowest = wear
+        .limits
+        .iter()
+        .map(|l| l.height)
+        .fold(f64::INFINITY, f64::min);
+    let area_new = state.profile().area_above(-tooth.base);
+    let mut jumps = 0;
+    let mut sampling: f64 = 0.0;
+    let start = state.profile().height();
+    let bar = progress("wearing the teeth", 1000);
+    let hidden = Progress::new("", 1, true);
+    loop {
+        let now = state.life().last();
+        let share = if lowest.is_finite() {
+            (start - now.height) / (start - lowest)
+        } else {
+            now.hours / wear.max_hours
+        };
+        bar.set((1000.0 * share) as u64);
+        bar.message(format!("{:.0} h, {:.1} mm", now.hours, 1e3 * now.height));
+        if now.height <= lowest || now.hours >= wear.max_hours {
+            break;
+        }
+        sampling = sampling.max(cycle.sampling);
+        let jump = state.next_jump(&rule, &cycle.load_slip, 0.0)?;
+        let left = (wear.max_hours - now.hours) * 3600.0 / machine.revolution;
+        let cycles = jump.cycles.min(left);
+        if !cycles.is_finite() || cycle.load_slip.iter().all(|s| *s == 0.0) {
+            break;
+        }
+        state.advance(&cycle.load_slip, cycles, cycle.sampling)?;
+        jumps += 1;
+        history.add_profile(1, &state);
+        machine.world.set_profile(state.profile())?;
+        machine.run(SETTLING, &hidden)?;
+        cycle = machine.measure(state.profile(), wear.revolutions, &hidden)?;
+    }
+    state.close(&cycle.load_slip)?;
+    drop(bar);
+    history.close(1, &state, &wear.limits)?;
+    let lost = area_new - state.profile().area_above(-tooth.base);
+    Ok(ThreshingOutcome {
+        calibration: calibration(parameters, &state),
+        history,
+        stiffness,
+        torque_new,
+        torque_worn: cycle.torque,
+        speed_new,
+        power_new,
+        power_worn: cycle.power,
+        revolutions: machine.totals.time / machine.revolution,
+        jumps,
+        steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
+        sampling,
+        segments: machine.world.segments(),
+        totals: machine.totals,
+    })
+}
+
+fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, WearError> {
+    let profile = Profile::quadratic(
+        tooth.alpha,
+        tooth.beta,
+        tooth.gamma,
+        tooth.width,
+        tooth.cells as usize,
+    )?
+    .raised_to(0.0)?;
+    let cell = tooth.width / f64::from(tooth.cells - 1);
+    WearState::new(
+        profile,
+        WearSettings {
+            // K/dΩ is per cell of one cell's width by one metre
+            law: Archard {
+                coefficient: wear.coefficient_over_area * cell,
+                area: CellArea::Tributary,
+            },
+            update: match wear.update {
+                SceneUpdate::Normal => Update::Normal,
+                SceneUpdate::Quadratic => Update::Quadratic,
+            },
+            smoothing: wear.smoothing,
+            cycle_seconds: TAU / p.speed,
+        },
+    )
+}
+
+/// Largest depth after the calibration's cycles, where this run is at its operating point.
+fn calibration(p: &Thresher, state: &WearState) -> Option<(Calibration, f64)> {
+    let target = p.calibrate?;
+    if target.speed != p.speed || target.torque != p.operating_torque {
+        return None;
+    }
+    let points = state.life().points();
+    let most = |depth: &[f64]| depth.iter().copied().fold(0.0, f64::max);
+    let k = points.iter().position(|q| q.cycles >= target.cycles)?;
+    let (a, b) = (&points[k.checked_sub(1)?], &points[k]);
+    let s = (target.cycles - a.cycles) / (b.cycles - a.cycles);
+    let depth = most(&a.depth) + s * (most(&b.depth) - most(&a.depth));
+    Some((target, depth))
+}
+
+impl From<ThreshingError> for RunError {
+    fn from(error: ThreshingError) -> Self {
+        match error {
+            ThreshingError::Step(error) => error.into(),
+            ThreshingError::Wear(error) => error.into(),
+        }
+    }
+}

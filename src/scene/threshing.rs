@@ -1,0 +1,487 @@
+//! The threshing cylinder as rapier bodies: bars, concave, and a strip of crop fed through them.
+//!
+//! A slice one metre deep; machine totals are divided by the machine's width here and nowhere
+//! else. The cylinder turns counter-clockwise about the origin. The tooth frame of bar k has its x
+//! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
+//! the ramp (toe, large x) leads.
+
+use super::{Scene, Thresher, Tooth};
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::record::{ContactRecord, StepRecord};
+use crate::dynamics::{ModelError, StepError, damping_for_restitution};
+use crate::rapier::{
+    BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation,
+    Surface, SurfaceLaw,
+};
+use crate::wear::{Profile, WearError};
+use std::collections::VecDeque;
+use std::f64::consts::TAU;
+
+/// Collision groups: crop meets steel, and nothing else meets anything.
+const CROP: u32 = 1;
+const STEEL: u32 = 2;
+/// Length of one segment of the concave \[m\].
+const CONCAVE_SEGMENT: f64 = 0.005;
+/// Straight table before the concave \[m\]: the strip enters along its tangent.
+const TABLE: f64 = 0.2;
+/// New segments appear this far before the inlet \[m\].
+const SPAWN: f64 = 0.06;
+/// Radius of gyration \[m\] that gives the cylinder a mass; its axle carries it, so any will do.
+const AXLE_RADIUS: f64 = 0.2;
+
+/// What stops the threshing cylinder from being built or stepped.
+#[derive(Debug, thiserror::Error)]
+pub enum ThreshingError {
+    #[error(transparent)]
+    Step(#[from] StepError),
+    #[error(transparent)]
+    Wear(#[from] WearError),
+}
+
+impl From<ModelError> for ThreshingError {
+    fn from(error: ModelError) -> Self {
+        ThreshingError::Step(error.into())
+    }
+}
+
+/// The machine in motion.
+pub struct ThreshingWorld {
+    pub simulation: Simulation,
+    parameters: Thresher,
+    tooth: Tooth,
+    /// Winkler modulus of the crop \[Pa/m\] in force.
+    stiffness: f64,
+    cylinder: BodyId,
+    bars: Vec<ColliderId>,
+    concave: ColliderId,
+    concave_body: BodyId,
+    /// From the feeder (newest) to the tip.
+    strip: VecDeque<BodyId>,
+    /// Kinetic energy \[J\] that segments brought in and took away since it was last read.
+    entered: f64,
+    left: f64,
+}
+
+/// Which steel a contact is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Of which bar, from 0.
+    Tooth(usize),
+    Concave,
+}
+
+impl ThreshingWorld {
+    /// The machine with its teeth as in `profiles` (one for all bars, or one a bar), the strip's
+    /// first segment at the inlet.
+    ///
+    /// # Errors
+    /// [`ThreshingError`] for a scene without the block, a profile that is worn through, or
+    /// settings that the stepper refuses.
+    pub fn new(
+        scene: &Scene,
+        parameters: &Thresher,
+        tooth: &Tooth,
+        profile: &Profile,
+        stiffness: f64,
+    ) -> Result<Self, ThreshingError> {
+        let gravity = Vec2::from(scene.gravity);
+        let mut simulation = Simulation::new(scene.step.stepper(), gravity, scene.step.dt)?;
+        let p = parameters;
+        let inertia = p.per_metre(p.inertia);
+        let law = steel_law(p, stiffness);
+        let outline = tooth_chain(p, tooth, profile, 0)?;
+        let (cylinder, first) = simulation.add_body(
+            Motion::Dynamic,
+            Pose64::new(Vec2::zeros(), 0.0),
+            Vec3::new(0.0, 0.0, p.speed),
+            &outline,
+            &steel(p.friction_steel, law),
+            Some(MassSpec::Given {
+                mass: inertia / (AXLE_RADIUS * AXLE_RADIUS),
+                inertia,
+            }),
+        )?;
+        let mut bars = vec![first];
+        for k in 1..p.bars as usize {
+            let chain = tooth_chain(p, tooth, profile, k)?;
+            bars.push(simulation.add_collider(
+                cylinder,
+                &chain,
+                &steel(p.friction_steel, law),
+            )?);
+        }
+        simulation.add_revolute(
+            [None, Some(cylinder)],
+            [Vec2::zeros(); 2],
+            Some(JointDrive::Motor {
+                speed: p.speed,
+                max_torque: p.drive_torque_factor * p.per_metre(p.operating_torque),
+            }),
+        )?;
+        let (concave_body, concave) = simulation.add_body(
+            Motion::Fixed,
+            Pose64::new(Vec2::zeros(), 0.0),
+            Vec3::zeros(),
+            &concave_chain(p),
+            &steel(p.friction_concave, law),
+            None,
+        )?;
+        let mut world = ThreshingWorld {
+            simulation,
+            parameters: p.clone(),
+            tooth: *tooth,
+            stiffness,
+            cylinder,
+            bars,
+            concave,
+            concave_body,
+            strip: VecDeque::new(),
+            entered: 0.0,
+            left: 0.0,
+        };
+        world.fill()?;
+        Ok(world)
+    }
+
+    /// One step: the strip is fed, the machine stepped, what has left is removed.
+    ///
+    /// # Errors
+    /// [`StepError`].
+    pub fn step(&mut self) -> Result<StepRecord, StepError> {
+        self.feed()?;
+        let record = self.simulation.step()?;
+        self.remove_what_left();
+        Ok(record)
+    }
+
+    /// Gives all bars the worn `profile`, or one bar its own.
+    ///
+    /// # Errors
+    /// As [`ThreshingWorld::new`]; the old teeth then stay.
+    pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
+        let surface = steel(
+            self.parameters.friction_steel,
+            steel_law(&self.parameters, self.stiffness),
+        );
+        for k in 0..self.bars.len() {
+            let chain = tooth_chain(&self.parameters, &self.tooth, profile, k)?;
+            self.bars[k] =
+                self.simulation
+                    .replace_collider(self.bars[k], self.cylinder, &chain, &surface)?;
+        }
+        Ok(())
+    }
+
+    /// Changes the crop's Winkler modulus \[Pa/m\].
+    ///
+    /// # Errors
+    /// As [`ThreshingWorld::set_profile`].
+    pub fn set_stiffness(
+        &mut self,
+        stiffness: f64,
+        profile: &Profile,
+    ) -> Result<(), ThreshingError> {
+        self.stiffness = stiffness;
+        self.set_profile(profile)?;
+        let surface = steel(
+            self.parameters.friction_concave,
+            steel_law(&self.parameters, stiffness),
+        );
+        let chain = concave_chain(&self.parameters);
+        self.concave =
+            self.simulation
+                .replace_collider(self.concave, self.concave_body, &chain, &surface)?;
+        Ok(())
+    }
+
+    /// The steel that a contact is on; `None` for any other contact.
+    pub fn part(&self, contact: &ContactRecord) -> Option<Part> {
+        contact.surfaces.iter().find_map(|&surface| {
+            if surface == self.concave.number() {
+                return Some(Part::Concave);
+            }
+            let bar = self.bars.iter().position(|b| b.number() == surface)?;
+            Some(Part::Tooth(bar))
+        })
+    }
+
+    /// A contact's place in the tooth frame of `bar` \[m\], at the present angle of the cylinder.
+    pub fn in_tooth_frame(&self, bar: usize, position: Vec2) -> Vec2 {
+        let pose = self.cylinder_pose();
+        let (out, along) = bar_axes(&self.parameters, bar);
+        let local = pose.apply_inverse(position);
+        Vec2::new(along.dot(&local), out.dot(&local) - base_radius(&self.parameters, &self.tooth))
+    }
+
+    /// Number of segments in the machine.
+    pub fn segments(&self) -> usize {
+        self.strip.len()
+    }
+
+    /// Kinetic energy of the crop in the machine \[J\], of the slice.
+    pub fn crop_energy(&self) -> f64 {
+        self.strip.iter().skip(1).map(|&s| self.kinetic(s)).sum()
+    }
+
+    /// Energy \[J\] that segments brought in and took away since the last call, of the slice.
+    pub fn take_exchanged_energy(&mut self) -> (f64, f64) {
+        let exchanged = (self.entered, self.left);
+        (self.entered, self.left) = (0.0, 0.0);
+        exchanged
+    }
+
+    /// Spin of the cylinder \[rad/s\].
+    pub fn speed(&self) -> f64 {
+        self.simulation.velocity(self.cylinder).map_or(0.0, |u| u.z)
+    }
+
+    /// Poses of all segments, newest first, and of the cylinder: for pictures and `bodies.csv`.
+    pub fn bodies(&self) -> Vec<(Pose64, Vec3)> {
+        std::iter::once(self.cylinder)
+            .chain(self.strip.iter().copied())
+            .filter_map(|b| Some((self.simulation.pose(b)?, self.simulation.velocity(b)?)))
+            .collect()
+    }
+
+    fn cylinder_pose(&self) -> Pose64 {
+        self.simulation
+            .pose(self.cylinder)
+            .unwrap_or(Pose64::new(Vec2::zeros(), 0.0))
+    }
+
+    fn kinetic(&self, segment: BodyId) -> f64 {
+        let (mass, inertia) = segment_mass(&self.parameters);
+        self.simulation.velocity(segment).map_or(0.0, |u| {
+            0.5 * (mass * u.xy().norm_squared() + inertia * u.z * u.z)
+        })
+    }
+
+    /// Middle of the strip at the inlet.
+    fn inlet(&self) -> Vec2 {
+        let p = &self.parameters;
+        let r = p.tip_radius + p.clearance_inlet - 0.5 * p.crop_thickness;
+        r * unit(p.concave_start_deg)
+    }
+
+    fn feed_direction(&self) -> Vec2 {
+        turned(unit(self.parameters.concave_start_deg))
+    }
+
+    /// A segment that the feeder moves, its leading end towards the inlet.
+    fn new_segment(&mut self, centre: Vec2, d: Vec2) -> Result<BodyId, StepError> {
+        let velocity = d * self.parameters.entry_speed;
+        let surface = Surface {
+            // the pair's friction is the steel's
+            friction: 0.0,
+            friction_rule: FrictionRule::Larger,
+            groups: (CROP, STEEL),
+            ..Surface::default()
+        };
+        let (segment, _) = self.simulation.add_body(
+            Motion::Kinematic,
+            Pose64::new(centre, d.y.atan2(d.x)),
+            Vec3::new(velocity.x, velocity.y, 0.0),
+            &segment_shape(&self.parameters),
+            &surface,
+            None,
+        )?;
+        Ok(segment)
+    }
+
+    /// Lays the strip on the concave from behind the outlet to the feeder, moving at its speed.
+    fn fill(&mut self) -> Result<(), StepError> {
+        let p = self.parameters.clone();
+        let pose_at = |s: f64| strip_pose(&p, s);
+        let arc = arc_length(&p);
+        let count = ((arc + SPAWN + 0.5 * p.exit_distance) / p.segment_length).ceil() as usize;
+        for k in (0..count).rev() {
+            let (centre, along) = pose_at(p.segment_length * k as f64 - SPAWN);
+            self.push_segment(centre, along)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a feeder segment behind the strip; the one before becomes crop.
+    fn push_segment(&mut self, centre: Vec2, along: Vec2) -> Result<(), StepError> {
+        let next = self.new_segment(centre, along)?;
+        if let Some(&newest) = self.strip.front() {
+            let (mass, inertia) = segment_mass(&self.parameters);
+            let given = MassSpec::Given { mass, inertia };
+            let shape = segment_shape(&self.parameters);
+            self.simulation.release(newest, &shape, given)?;
+            self.entered += self.kinetic(newest);
+            let half = Vec2::new(0.5 * self.parameters.segment_length, 0.0);
+            let spring = bending(&self.parameters);
+            let bodies = [Some(next), Some(newest)];
+            self.simulation
+                .add_revolute(bodies, [half, -half], Some(spring))?;
+        }
+        self.strip.push_front(next);
+        Ok(())
+    }
+
+    /// Once the newest segment has advanced by its length, the crop takes it over and the next
+    /// one appears behind it.
+    fn feed(&mut self) -> Result<(), StepError> {
+        let d = self.feed_direction();
+        let length = self.parameters.segment_length;
+        let start = self.inlet() - d * SPAWN;
+        let newest = self.strip[0];
+        let Some(pose) = self.simulation.pose(newest) else {
+            return Ok(());
+        };
+        let advanced = (pose.translation - start).dot(&d);
+        // half a rounding short of it counts: the feed is a whole number of steps a segment
+        if advanced < length * (1.0 - 1e-9) {
+            return Ok(());
+        }
+        self.push_segment(pose.translation - d * length, d)
+    }
+
+    /// Segments `exit_distance` behind the outlet go, and with them their pin.
+    fn remove_what_left(&mut self) {
+        let p = &self.parameters;
+        let outlet = (p.tip_radius + p.clearance_outlet) * unit(p.concave_end_deg);
+        let along = turned(unit(p.concave_end_deg));
+        while self.strip.len() > 1 {
+            let tip = self.strip[self.strip.len() - 1];
+            let Some(pose) = self.simulation.pose(tip) else {
+                break;
+            };
+            let d = pose.translation - outlet;
+            let gone = along.dot(&d) > p.exit_distance || d.norm() > 3.0 * p.exit_distance.max(1.0);
+            // a segment still inside the arc is on the other side of the machine
+            if !gone || pose.translation.dot(&unit(p.concave_end_deg)) < 0.0 {
+                break;
+            }
+            self.left += self.kinetic(tip);
+            self.simulation.remove_body(tip);
+            self.strip.pop_back();
+        }
+    }
+}
+
+fn unit(degrees: f64) -> Vec2 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    Vec2::new(cos, sin)
+}
+
+fn turned(v: Vec2) -> Vec2 {
+    Vec2::new(-v.y, v.x)
+}
+
+fn base_radius(p: &Thresher, tooth: &Tooth) -> f64 {
+    p.tip_radius - tooth.gamma
+}
+
+/// Outward and forward axes of a bar in the cylinder's frame.
+fn bar_axes(p: &Thresher, bar: usize) -> (Vec2, Vec2) {
+    let (sin, cos) = (TAU * bar as f64 / f64::from(p.bars)).sin_cos();
+    (Vec2::new(cos, sin), Vec2::new(-sin, cos))
+}
+
+/// Length \[m\] of the strip's middle line along the concave.
+fn arc_length(p: &Thresher) -> f64 {
+    let middle = p.tip_radius + 0.5 * (p.clearance_inlet + p.clearance_outlet - p.crop_thickness);
+    (p.concave_end_deg - p.concave_start_deg).to_radians() * middle
+}
+
+/// Middle and direction of a strip that lies on the concave, `s` \[m\] after the inlet.
+fn strip_pose(p: &Thresher, s: f64) -> (Vec2, Vec2) {
+    let share = (s / arc_length(p)).clamp(0.0, 1.0);
+    let angle = p.concave_start_deg + share * (p.concave_end_deg - p.concave_start_deg);
+    let clearance = p.clearance_inlet + share * (p.clearance_outlet - p.clearance_inlet);
+    let radius = p.tip_radius + clearance - 0.5 * p.crop_thickness;
+    let along = turned(unit(angle));
+    // straight on along the tangent before the inlet and behind the outlet
+    let beyond = s - share * arc_length(p);
+    (unit(angle) * radius + along * beyond, along)
+}
+
+/// A tooth's outline in the cylinder's frame.
+fn tooth_chain(
+    p: &Thresher,
+    tooth: &Tooth,
+    profile: &Profile,
+    bar: usize,
+) -> Result<ShapeSpec, WearError> {
+    let (out, along) = bar_axes(p, bar);
+    let l = base_radius(p, tooth);
+    let mut points: Vec<Vec2> = profile
+        .outline(tooth.base)?
+        .iter()
+        .map(|q| out * (l + q.y) + along * q.x)
+        .collect();
+    // the tooth frame is left-handed in the cylinder's: the winding turns over
+    points.reverse();
+    Ok(ShapeSpec::Chain {
+        points,
+        closed: true,
+    })
+}
+
+/// Inlet table and concave, wound so that the steel lies outside.
+fn concave_chain(p: &Thresher) -> ShapeSpec {
+    let (from, to) = (p.concave_start_deg, p.concave_end_deg);
+    let arc = (to - from).to_radians() * (p.tip_radius + p.clearance_inlet);
+    let n = (arc / CONCAVE_SEGMENT).ceil().max(1.0) as usize;
+    let mut points: Vec<Vec2> = (0..=n)
+        .map(|i| {
+            let s = i as f64 / n as f64;
+            let clearance = p.clearance_inlet + s * (p.clearance_outlet - p.clearance_inlet);
+            unit(from + s * (to - from)) * (p.tip_radius + clearance)
+        })
+        .collect();
+    points.insert(0, points[0] - turned(unit(from)) * TABLE);
+    points.reverse();
+    ShapeSpec::Chain {
+        points,
+        closed: false,
+    }
+}
+
+fn segment_shape(p: &Thresher) -> ShapeSpec {
+    ShapeSpec::Box {
+        half: 0.5 * Vec2::new(p.segment_length, p.crop_thickness),
+    }
+}
+
+/// Mass \[kg\] and inertia \[kg m²\] of a segment one metre deep.
+fn segment_mass(p: &Thresher) -> (f64, f64) {
+    let (a, b) = (p.segment_length, p.crop_thickness);
+    let mass = p.crop_density() * a * b;
+    (mass, mass * (a * a + b * b) / 12.0)
+}
+
+/// A mat of stalks bends like a beam, not like a chain: a spring at every pin, damped to half of
+/// the critical damping of one segment.
+fn bending(p: &Thresher) -> JointDrive {
+    let (_, inertia) = segment_mass(p);
+    JointDrive::Spring {
+        stiffness: p.crop_bending_stiffness,
+        damping: (p.crop_bending_stiffness * inertia).sqrt(),
+    }
+}
+
+fn steel(friction: f64, law: SurfaceLaw) -> Surface {
+    Surface {
+        friction,
+        friction_rule: FrictionRule::Larger,
+        groups: (STEEL, CROP),
+        law,
+        ..Surface::default()
+    }
+}
+
+/// The crop's Kelvin-Voigt law per metre of contact length, kept on the steel it meets: damping
+/// such that one segment landing flat returns the restitution asked for.
+fn steel_law(p: &Thresher, stiffness: f64) -> SurfaceLaw {
+    let segment = stiffness * p.segment_length;
+    let (mass, _) = segment_mass(p);
+    let damping = damping_for_restitution(p.crop_restitution, segment, mass) / p.segment_length;
+    SurfaceLaw {
+        compliance: Some((stiffness, damping)),
+        speed: 0.0,
+        one_point_per_segment: true,
+    }
+}
