@@ -2,6 +2,7 @@
 
 mod compare;
 mod run;
+mod run_files;
 mod run_study;
 mod run_threshing;
 mod summary;

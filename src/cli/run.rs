@@ -1,8 +1,7 @@
+use super::run_files::{BodyState, RunFiles};
 use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
-use crate::report::{
-    Align, BodyRow, ContactRow, CsvFile, OutputFolder, Progress, StepRow, Table, number,
-};
+use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
 use serde_json::json;
 
@@ -26,23 +25,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         || (steps * built.bodies.len()).div_ceil(BODY_ROWS).max(1),
         |n| n as usize,
     );
-    let mut files = Files::create(&folder)?;
-    files.bodies(0.0, &built, args.engine)?;
+    let mut files = RunFiles::create(&folder, every)?;
+    files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
     let progress = Progress::new(&scene.name, steps as u64, args.common.quiet);
-    let totals = simulate(&mut built, args.engine, steps, |k, record, built| {
+    let totals = simulate(&mut built, args.engine, steps, |record, built| {
         if scene.reference.is_some() {
             samples.add(record, built, args.engine);
         }
-        if (k + 1) % every == 0 {
-            files.steps.write(&StepRow::from(record))?;
-            for contact in &record.contacts {
-                files
-                    .contacts
-                    .write(&ContactRow::new(record.time, contact))?;
-            }
-            files.bodies(record.time, built, args.engine)?;
-        }
+        files.add(record, || states(built, args.engine))?;
         progress.advance();
         Ok(())
     })?;
@@ -94,45 +85,13 @@ fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
     }
 }
 
-struct Files {
-    bodies: CsvFile<BodyRow>,
-    contacts: CsvFile<ContactRow>,
-    steps: CsvFile<StepRow>,
-}
-
-impl Files {
-    fn create(folder: &OutputFolder) -> Result<Self, RunError> {
-        Ok(Files {
-            bodies: CsvFile::create(folder)?,
-            contacts: CsvFile::create(folder)?,
-            steps: CsvFile::create(folder)?,
-        })
-    }
-
-    fn bodies(&mut self, time: f64, built: &Built, engine: Engine) -> Result<(), RunError> {
-        for (k, &body) in built.bodies.iter().enumerate() {
-            if let Some((pose, u)) = engine.state(built, body) {
-                self.bodies.write(&BodyRow {
-                    time_s: time,
-                    body: k as u32,
-                    x_m: pose.translation.x,
-                    y_m: pose.translation.y,
-                    angle_rad: pose.angle(),
-                    vx_m_s: u.x,
-                    vy_m_s: u.y,
-                    omega_rad_s: u.z,
-                })?;
-            }
-        }
-        Ok(())
-    }
-
-    fn finish(self) -> Result<(), RunError> {
-        self.bodies.finish()?;
-        self.contacts.finish()?;
-        self.steps.finish()?;
-        Ok(())
-    }
+/// All bodies in the scene's order.
+fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
+    let state = |(k, &body)| {
+        let (pose, u) = engine.state(built, body)?;
+        Some((k as u32, pose, u))
+    };
+    built.bodies.iter().enumerate().filter_map(state).collect()
 }
 
 fn measure_json(m: &Measure) -> serde_json::Value {

@@ -30,7 +30,8 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         outcome.speed,
         reading(study)
     );
-    write_wear(&folder, &outcome.history, &subtitle, 0.0)?;
+    let base = scene.tooth.map_or(0.0, |t| t.base);
+    write_wear(&folder, &outcome.history, &subtitle, base)?;
     let text = summary::write(
         &folder,
         summary::header("run", scene),

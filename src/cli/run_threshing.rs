@@ -1,18 +1,50 @@
+use super::run_files::RunFiles;
 use super::run_study::{describe_life, life_json, write_wear};
 use super::{Outcome, RunArgs, print_out, summary};
+use crate::contact::Vec2;
 use crate::experiment::{PowerBudget, RunError, ThreshingOutcome, run_threshing};
-use crate::report::{Align, OutputFolder, Progress, Table, number, quantity};
+use crate::report::{
+    Align, Axis, Chart, Colour, OutputFolder, Progress, Series, Style, Table, number, quantity,
+};
+use crate::scene::threshing::Outlines;
 use crate::scene::{Scene, Thresher, Tooth};
 use serde_json::{Value, json};
 
 pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let (Some(p), Some(tooth)) = (&scene.thresher, &scene.tooth) else {
-        return Err(RunError::Unfit(format!("scene {} has no thresher", scene.name)));
+        return Err(RunError::Unfit(format!(
+            "scene {} has no thresher",
+            scene.name
+        )));
     };
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let quiet = args.common.quiet;
-    let outcome = run_threshing(scene, |label, total| Progress::new(label, total, quiet))?;
-    let subtitle = format!("{} N m, {} rad/s, all bars equal", p.operating_torque, p.speed);
+    let every = args.every.map_or(EVERY, |n| n as usize);
+    let mut files = RunFiles::create(&folder, every)?;
+    let outcome = run_threshing(
+        scene,
+        |label, total| Progress::new(label, total, quiet),
+        &mut |record, world| Ok(files.add(record, || world.bodies())?),
+    )?;
+    files.finish()?;
+    for (name, title, outlines) in [
+        (
+            "machine-new.svg",
+            "The machine with new teeth",
+            &outcome.picture_new,
+        ),
+        (
+            "machine-worn.svg",
+            "The machine with worn teeth",
+            &outcome.picture_worn,
+        ),
+    ] {
+        folder.write(name, picture(title, outlines).to_svg()?)?;
+    }
+    let subtitle = format!(
+        "{} N m, {} rad/s, all bars equal",
+        p.operating_torque, p.speed
+    );
     write_wear(&folder, &outcome.history, &subtitle, tooth.base)?;
     let text = summary::write(&folder, summary::header("run", scene), details(p, &outcome))?;
     let target = folder.commit()?;
@@ -52,6 +84,35 @@ fn details(p: &Thresher, outcome: &ThreshingOutcome) -> Value {
         "totals": summary::totals(&outcome.totals),
         "warnings": summary::warnings(&outcome.totals),
     })
+}
+
+/// Steps between the rows kept of the first measured revolution: 1.6 degrees of turning.
+const EVERY: usize = 20;
+
+/// Teeth, crop and concave, to scale.
+fn picture(title: &str, outlines: &Outlines) -> Chart {
+    let mut chart = Chart::new(title, Axis::linear("x [mm]"), Axis::linear("y [mm]"));
+    chart.equal_aspect = true;
+    let points = |outline: &[Vec2], closed: bool| {
+        let end = closed.then(|| outline.first()).flatten();
+        let all = outline.iter().chain(end);
+        all.map(|p| (1e3 * p.x, 1e3 * p.y)).collect::<Vec<_>>()
+    };
+    for (k, tooth) in outlines.teeth.iter().enumerate() {
+        let name = if k == 0 { "teeth" } else { "" };
+        let body = Series::new(name, Style::Body, points(tooth, true));
+        chart.series.push(body);
+    }
+    for (k, segment) in outlines.crop.iter().enumerate() {
+        let name = if k == 0 { "crop" } else { "" };
+        let mut line = Series::new(name, Style::Line, points(segment, true));
+        line.colour = Colour::Palette(1);
+        chart.series.push(line);
+    }
+    let mut line = Series::new("concave", Style::Line, points(&outlines.concave, false));
+    line.colour = Colour::Palette(0);
+    chart.series.push(line);
+    chart
 }
 
 /// Every term of the budget with its name, in the order of the table.
@@ -126,7 +187,11 @@ fn describe(p: &Thresher, tooth: &Tooth, outcome: &ThreshingOutcome) -> String {
         number(outcome.revolutions, 4),
         outcome.totals.steps,
         outcome.jumps,
-        quantity(outcome.totals.wall / outcome.totals.steps.max(1) as f64, "s", 3),
+        quantity(
+            outcome.totals.wall / outcome.totals.steps.max(1) as f64,
+            "s",
+            3
+        ),
         number(outcome.totals.residual, 2),
         number(100.0 * outcome.sampling, 2),
     ));

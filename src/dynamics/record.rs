@@ -65,7 +65,8 @@ pub struct StepEnergy {
     /// Kinetic energy at the start and at the end of the step.
     pub kinetic_start: f64,
     pub kinetic_end: f64,
-    /// Potential energy at the end, where the model has one.
+    /// Potential energy at the start and at the end, where the model has one.
+    pub potential_start: f64,
     pub potential_end: f64,
     /// Gravity and applied forces.
     pub forces: f64,

@@ -1,8 +1,6 @@
 use super::cap::{CapBlock, cap, is_rigid};
 use super::islands::Islands;
-use super::model::{
-    ContactKey, Detection, JointKind, ModelError, MultibodyModel, NormalLaw,
-};
+use super::model::{ContactKey, Detection, JointKind, ModelError, MultibodyModel, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, StepRecord};
 use super::rules::{Rule, Scheme, Situation, reference_acceleration, rule};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
@@ -161,6 +159,7 @@ impl MoreauStepper {
         s.start.extend_from_slice(model.velocities());
         check_finite(&s.start, self.time)?;
 
+        let potential_start = model.potential_energy();
         model.advance(0.5 * dt);
         self.detection.clear();
         if let Err(error) = model.detect(dt, &mut self.detection) {
@@ -191,6 +190,7 @@ impl MoreauStepper {
         model.set_velocities(&self.scratch.end);
         model.advance(0.5 * dt);
         model.end_step();
+        record.energy.potential_start = potential_start;
         record.energy.potential_end = model.potential_energy();
         self.time += dt;
         Ok(record)

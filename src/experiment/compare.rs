@@ -31,7 +31,7 @@ pub fn compare(
         for (k, &engine) in engines.iter().enumerate() {
             let mut built = scene.build()?;
             let mut samples = Samples::start(&built, engine);
-            let outcome = simulate(&mut built, engine, steps, |_, record, built| {
+            let outcome = simulate(&mut built, engine, steps, |record, built| {
                 if scene.reference.is_some() {
                     samples.add(record, built, engine);
                 }

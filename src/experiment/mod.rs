@@ -16,5 +16,5 @@ pub use reference::{Measure, Samples, measures};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};
 
-pub use threshing::{PowerBudget, ThreshingOutcome, run_threshing};
+pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
 pub use wear_history::WearHistory;

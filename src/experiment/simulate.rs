@@ -128,8 +128,7 @@ impl Totals {
         let energy = &record.energy;
         let total = energy.kinetic_end + energy.potential_end;
         if self.steps == 0 {
-            // the potential at the start: what the first step's forces did is its change
-            self.energy_start = energy.kinetic_start + energy.potential_end + energy.forces;
+            self.energy_start = energy.kinetic_start + energy.potential_start;
         }
         self.steps += 1;
         self.time = record.time;
@@ -168,16 +167,16 @@ pub fn simulate(
     built: &mut Built,
     engine: Engine,
     steps: usize,
-    mut observe: impl FnMut(usize, &StepRecord, &Built) -> Result<(), RunError>,
+    mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
 ) -> Result<Totals, RunError> {
     let mut totals = Totals::default();
     engine.prepare(built);
-    for k in 0..steps {
+    for _ in 0..steps {
         let start = Instant::now();
         let record = engine.step(built)?;
         totals.wall += start.elapsed().as_secs_f64();
         totals.add(&record);
-        observe(k, &record, built)?;
+        observe(&record, built)?;
     }
     Ok(totals)
 }

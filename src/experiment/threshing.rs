@@ -4,7 +4,7 @@ use super::simulate::{RunError, Totals};
 use super::wear_history::WearHistory;
 use crate::dynamics::record::StepRecord;
 use crate::report::Progress;
-use crate::scene::threshing::{Part, ThreshingError, ThreshingWorld};
+use crate::scene::threshing::{Outlines, Part, ThreshingError, ThreshingWorld};
 use crate::scene::{Calibration, Scene, Thresher, Tooth, Update as SceneUpdate, Wear};
 use crate::wear::{
     Archard, CellArea, JumpRule, LoadSlip, Profile, Update, WearError, WearSettings, WearState,
@@ -87,8 +87,13 @@ pub struct ThreshingOutcome {
     pub calibration: Option<(Calibration, f64)>,
     /// Relative standard error of the most loaded cell's wear in a cycle, largest of all.
     pub sampling: f64,
-    pub segments: usize,
+    /// The machine with new teeth, after its first measured revolution, and with the last teeth.
+    pub picture_new: Outlines,
+    pub picture_worn: Outlines,
 }
+
+/// Shown every step of the first measured revolution, with new teeth at the operating torque.
+pub type Observer<'a> = &'a mut dyn FnMut(&StepRecord, &ThreshingWorld) -> Result<(), RunError>;
 
 /// Density of steel \[kg/m³\].
 const STEEL: f64 = 7850.0;
@@ -131,6 +136,7 @@ impl Threshing<'_> {
         profile: &Profile,
         revolutions: u32,
         progress: &Progress,
+        observe: Observer,
     ) -> Result<Cycle, RunError> {
         let bars = self.parameters.bars as usize;
         let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
@@ -144,6 +150,7 @@ impl Threshing<'_> {
             progress.advance();
             self.add_wear(&record, profile, &mut sums)?;
             self.add_power(&record, &mut power);
+            observe(&record, &self.world)?;
             motor += record.energy.motors;
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
@@ -245,6 +252,7 @@ fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
 pub fn run_threshing(
     scene: &Scene,
     progress: impl Fn(&str, u64) -> Progress,
+    observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
     let (Some(parameters), Some(tooth)) = (&scene.thresher, &scene.tooth) else {
         return Err(RunError::Unfit(format!(
@@ -264,10 +272,11 @@ pub fn run_threshing(
         revolution: TAU / parameters.speed,
         dt: scene.step.dt,
     };
+    let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
     let one = machine.steps(1.0) as u64;
     let bar = progress("filling the machine", one * 4);
     machine.run(FILLING, &bar)?;
-    let mut cycle = machine.measure(state.profile(), 1, &bar)?;
+    let mut cycle = machine.measure(state.profile(), 1, &bar, &mut ignore)?;
     for _ in 0..CALIBRATIONS {
         let ratio = cycle.torque / parameters.operating_torque;
         if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
@@ -277,8 +286,10 @@ pub fn run_threshing(
         stiffness /= ratio.clamp(0.2, 5.0);
         machine.world.set_stiffness(stiffness, state.profile())?;
         machine.run(1.0, &bar)?;
-        cycle = machine.measure(state.profile(), 1, &bar)?;
+        cycle = machine.measure(state.profile(), 1, &bar, &mut ignore)?;
     }
+    cycle = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
+    let picture_new = machine.world.outlines(state.profile())?;
     drop(bar);
 
     let mut history = WearHistory::default();
@@ -324,7 +335,7 @@ pub fn run_threshing(
         history.add_profile(1, &state);
         machine.world.set_profile(state.profile())?;
         machine.run(SETTLING, &hidden)?;
-        cycle = machine.measure(state.profile(), wear.revolutions, &hidden)?;
+        cycle = machine.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
     }
     state.close(&cycle.load_slip)?;
     drop(bar);
@@ -343,7 +354,8 @@ pub fn run_threshing(
         jumps,
         steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
         sampling,
-        segments: machine.world.segments(),
+        picture_new,
+        picture_worn: machine.world.outlines(state.profile())?,
         totals: machine.totals,
     })
 }

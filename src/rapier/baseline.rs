@@ -49,7 +49,7 @@ impl Simulation {
     /// of the velocity at its start.
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
-        let kinetic_start = kinetic(&self.world);
+        let (kinetic_start, potential_start) = (kinetic(&self.world), potential(&self.world));
         self.world.step();
         self.rapier_time += dt;
         let mut record = StepRecord {
@@ -58,6 +58,7 @@ impl Simulation {
             energy: StepEnergy {
                 kinetic_start,
                 kinetic_end: kinetic(&self.world),
+                potential_start,
                 potential_end: potential(&self.world),
                 ..StepEnergy::default()
             },

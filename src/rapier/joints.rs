@@ -140,10 +140,7 @@ pub(super) fn spring_torques(world: &PhysicsWorld, bodies: &Bodies, out: &mut [V
             let local = Pose64::from_rapier(local);
             bodies.list[body as usize].pose.compose(&local)
         };
-        let (f1, f2) = (
-            frame(a, &data.local_frame1),
-            frame(b, &data.local_frame2),
-        );
+        let (f1, f2) = (frame(a, &data.local_frame1), frame(b, &data.local_frame2));
         let angle = (f1.cos * f2.sin - f1.sin * f2.cos).atan2(f1.cos * f2.cos + f1.sin * f2.sin);
         let spin = bodies.velocities[b as usize].z - bodies.velocities[a as usize].z;
         let torque = -widen(motor.stiffness) * (angle - widen(motor.target_pos))

@@ -312,9 +312,11 @@ impl Simulation {
                     .motor_max_force(max_torque.min(f64::from(Real::MAX)) as f32);
             }
             Some(JointDrive::Spring { stiffness, damping }) => {
-                joint = joint
-                    .motor_model(MotorModel::ForceBased)
-                    .motor_position(0.0, stiffness as f32, damping as f32);
+                joint = joint.motor_model(MotorModel::ForceBased).motor_position(
+                    0.0,
+                    stiffness as f32,
+                    damping as f32,
+                );
             }
         }
         self.world

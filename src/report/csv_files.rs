@@ -96,6 +96,7 @@ row! {
         work_motors_j: f64,
         imbalance_j: f64,
         penetration_m: f64,
+        penetration_impact_m: f64,
     }
 }
 
@@ -222,6 +223,7 @@ impl From<&StepRecord> for StepRow {
             work_motors_j: step.energy.motors,
             imbalance_j: step.energy.imbalance(),
             penetration_m: step.penetration,
+            penetration_impact_m: step.penetration_impact,
         }
     }
 }
@@ -338,7 +340,7 @@ mod tests {
             "time_s,dt_s,contacts,islands,sweeps,factorisations,pivots,residual,\
              residual_velocity_m_s,unsolved,redundant,capped,relaxed,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
-             imbalance_j,penetration_m\n"
+             imbalance_j,penetration_m,penetration_impact_m\n"
         );
         assert_eq!(
             header::<WearRow>(),
@@ -425,6 +427,7 @@ mod tests {
     fn records_land_in_their_columns() {
         let contact = ContactRecord {
             bodies: [1, 2],
+            surfaces: [0, 0],
             cell: 3,
             position: Vec2::new(4.0, 5.0),
             normal: Vec2::new(6.0, 7.0),
@@ -434,6 +437,7 @@ mod tests {
             slip: 11.0,
             load_slip: 12.0,
             friction_work: 13.0,
+            normal_work: 0.0,
             status: ContactStatus::SlipMinus,
         };
         let (_root, path) = written(&[ContactRow::new(0.5, &contact)]);
@@ -459,6 +463,7 @@ mod tests {
             energy: StepEnergy {
                 kinetic_start: 100.0,
                 kinetic_end: 12.0,
+                potential_start: 0.0,
                 potential_end: 13.0,
                 forces: 14.0,
                 contact_n: 15.0,
@@ -467,6 +472,7 @@ mod tests {
                 motors: 18.0,
             },
             penetration: 20.0,
+            penetration_impact: 0.0,
         };
         let (_root, path) = written(&[StepRow::from(&step)]);
         let text = fs::read_to_string(path).unwrap();

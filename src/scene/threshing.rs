@@ -62,6 +62,14 @@ pub struct ThreshingWorld {
     left: f64,
 }
 
+/// What a picture of the machine shows \[m\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlines {
+    pub teeth: Vec<Vec<Vec2>>,
+    pub crop: Vec<Vec<Vec2>>,
+    pub concave: Vec<Vec2>,
+}
+
 /// Which steel a contact is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -104,11 +112,7 @@ impl ThreshingWorld {
         let mut bars = vec![first];
         for k in 1..p.bars as usize {
             let chain = tooth_chain(p, tooth, profile, k)?;
-            bars.push(simulation.add_collider(
-                cylinder,
-                &chain,
-                &steel(p.friction_steel, law),
-            )?);
+            bars.push(simulation.add_collider(cylinder, &chain, &steel(p.friction_steel, law))?);
         }
         simulation.add_revolute(
             [None, Some(cylinder)],
@@ -210,7 +214,10 @@ impl ThreshingWorld {
         let pose = self.cylinder_pose();
         let (out, along) = bar_axes(&self.parameters, bar);
         let local = pose.apply_inverse(position);
-        Vec2::new(along.dot(&local), out.dot(&local) - base_radius(&self.parameters, &self.tooth))
+        Vec2::new(
+            along.dot(&local),
+            out.dot(&local) - base_radius(&self.parameters, &self.tooth),
+        )
     }
 
     /// Number of segments in the machine.
@@ -235,12 +242,44 @@ impl ThreshingWorld {
         self.simulation.velocity(self.cylinder).map_or(0.0, |u| u.z)
     }
 
-    /// Poses of all segments, newest first, and of the cylinder: for pictures and `bodies.csv`.
-    pub fn bodies(&self) -> Vec<(Pose64, Vec3)> {
+    /// The cylinder and all segments, newest first: the record's number, pose and velocity.
+    pub fn bodies(&self) -> Vec<(u32, Pose64, Vec3)> {
+        let s = &self.simulation;
         std::iter::once(self.cylinder)
             .chain(self.strip.iter().copied())
-            .filter_map(|b| Some((self.simulation.pose(b)?, self.simulation.velocity(b)?)))
+            .filter_map(|b| Some((s.number(b)?, s.pose(b)?, s.velocity(b)?)))
             .collect()
+    }
+
+    /// Outlines for a picture \[m\]: teeth with `profile`, crop segments, and the concave's line.
+    ///
+    /// # Errors
+    /// [`WearError`] for a profile that is worn through.
+    pub fn outlines(&self, profile: &Profile) -> Result<Outlines, WearError> {
+        let place = |shape: ShapeSpec, pose: Pose64| match shape {
+            ShapeSpec::Chain { points, .. } => points.iter().map(|&p| pose.apply(p)).collect(),
+            ShapeSpec::Box { half } => [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+                .map(|(x, y)| pose.apply(half.component_mul(&Vec2::new(x, y))))
+                .to_vec(),
+            _ => Vec::new(),
+        };
+        let p = &self.parameters;
+        let teeth = (0..self.bars.len())
+            .map(|k| {
+                let chain = tooth_chain(p, &self.tooth, profile, k)?;
+                Ok(place(chain, self.cylinder_pose()))
+            })
+            .collect::<Result<_, WearError>>()?;
+        let still = Pose64::new(Vec2::zeros(), 0.0);
+        Ok(Outlines {
+            teeth,
+            crop: self
+                .strip
+                .iter()
+                .filter_map(|&s| Some(place(segment_shape(p), self.simulation.pose(s)?)))
+                .collect(),
+            concave: place(concave_chain(p), still),
+        })
     }
 
     fn cylinder_pose(&self) -> Pose64 {

@@ -164,6 +164,7 @@ mod tests {
     fn record(cell: u32, load_slip: f64, status: ContactStatus) -> ContactRecord {
         ContactRecord {
             bodies: [0, 1],
+            surfaces: [0, 0],
             cell,
             position: Vec2::zeros(),
             normal: Vec2::y(),
@@ -173,6 +174,7 @@ mod tests {
             slip: 0.0,
             load_slip,
             friction_work: 0.0,
+            normal_work: 0.0,
             status,
         }
     }

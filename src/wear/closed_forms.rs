@@ -54,6 +54,7 @@ fn rough(n: usize) -> Vec<f64> {
 fn contact(x: f64, load_slip: f64) -> ContactRecord {
     ContactRecord {
         bodies: [0, 1],
+        surfaces: [0, 0],
         cell: 0,
         position: Vec2::new(x, 0.0),
         normal: Vec2::y(),
@@ -63,6 +64,7 @@ fn contact(x: f64, load_slip: f64) -> ContactRecord {
         slip: 0.0,
         load_slip,
         friction_work: 0.0,
+        normal_work: 0.0,
         status: ContactStatus::SlipPlus,
     }
 }

@@ -1,0 +1,73 @@
+use crate::contact::Vec3;
+use crate::dynamics::record::StepRecord;
+use crate::rapier::Pose64;
+use crate::report::{BodyRow, ContactRow, CsvFile, OutputFolder, ReportError, StepRow};
+
+/// A body's number in the record, its pose and velocity.
+pub(super) type BodyState = (u32, Pose64, Vec3);
+
+/// `bodies.csv`, `contacts.csv` and `steps.csv`, every N-th step of a run.
+pub(super) struct RunFiles {
+    bodies: CsvFile<BodyRow>,
+    contacts: CsvFile<ContactRow>,
+    steps: CsvFile<StepRow>,
+    every: usize,
+    count: usize,
+}
+
+impl RunFiles {
+    pub fn create(folder: &OutputFolder, every: usize) -> Result<Self, ReportError> {
+        Ok(RunFiles {
+            bodies: CsvFile::create(folder)?,
+            contacts: CsvFile::create(folder)?,
+            steps: CsvFile::create(folder)?,
+            every,
+            count: 0,
+        })
+    }
+
+    /// Rows of all bodies at `time` \[s\].
+    pub fn add_bodies(
+        &mut self,
+        time: f64,
+        states: impl IntoIterator<Item = BodyState>,
+    ) -> Result<(), ReportError> {
+        for (body, pose, u) in states {
+            self.bodies.write(&BodyRow {
+                time_s: time,
+                body,
+                x_m: pose.translation.x,
+                y_m: pose.translation.y,
+                angle_rad: pose.angle(),
+                vx_m_s: u.x,
+                vy_m_s: u.y,
+                omega_rad_s: u.z,
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Takes in one step, if it is one of those kept.
+    pub fn add<I: IntoIterator<Item = BodyState>>(
+        &mut self,
+        record: &StepRecord,
+        states: impl FnOnce() -> I,
+    ) -> Result<(), ReportError> {
+        self.count += 1;
+        if !self.count.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        self.steps.write(&StepRow::from(record))?;
+        for contact in &record.contacts {
+            self.contacts
+                .write(&ContactRow::new(record.time, contact))?;
+        }
+        self.add_bodies(record.time, states())
+    }
+
+    pub fn finish(self) -> Result<(), ReportError> {
+        self.bodies.finish()?;
+        self.contacts.finish()?;
+        self.steps.finish()
+    }
+}
