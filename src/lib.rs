@@ -10,3 +10,8 @@ pub mod report;
 pub mod scene;
 pub mod solver;
 pub mod wear;
+
+/// The README, whose code must run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -7,7 +7,7 @@ use crate::report::{
     Align, Axis, Chart, Colour, OutputFolder, Progress, Series, Style, Table, number, quantity,
 };
 use crate::scene::threshing::Outlines;
-use crate::scene::{Scene, Thresher, Tooth};
+use crate::scene::{ConcaveSetting, Scene, Thresher, Tooth};
 use serde_json::{Value, json};
 
 pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
@@ -71,6 +71,7 @@ fn details(p: &Thresher, outcome: &ThreshingOutcome) -> Value {
             "operating_torque_nm": summary::float(p.operating_torque),
             "depth_at_calibration_m": outcome.calibration.map(|(_, d)| summary::float(d)),
         },
+        "concave_moved_m": summary::float(outcome.concave_moved),
         "torque_new_nm": summary::float(outcome.torque_new),
         "torque_worn_nm": summary::float(outcome.torque_worn),
         "speed_new_rad_s": summary::float(outcome.speed_new),
@@ -146,18 +147,27 @@ fn describe(p: &Thresher, tooth: &Tooth, outcome: &ThreshingOutcome) -> String {
         p.speed,
         describe_life(&outcome.history)
     );
-    let height = outcome.history.profile.iter().rev();
-    let last = height
+    let last = outcome.history.profile.iter().rev();
+    let height = last
         .take_while(|row| row.cycles == outcome.history.cycles)
         .map(|row| row.y_m)
         .fold(f64::NEG_INFINITY, f64::max);
-    let worn = tooth.gamma - last;
+    let worn = tooth.gamma - height;
     out.push_str(&format!(
-        "  steel lost {} on all {} bars; clearance grown by {}: set the concave closer by as much\n",
-        quantity(1e3 * outcome.steel_lost, "g", 3),
-        p.bars,
-        quantity(worn, "m", 3)
+        "  steel lost {} kg on all {} bars\n",
+        number(outcome.steel_lost, 3),
+        p.bars
     ));
+    out.push_str(&match p.concave {
+        ConcaveSetting::Follows => format!(
+            "  the concave followed the teeth by {}, so that the clearance stayed\n",
+            quantity(outcome.concave_moved, "m", 3)
+        ),
+        ConcaveSetting::Fixed => format!(
+            "  the concave stayed: clearance grown by {0}; move it in by {0} to restore it\n",
+            quantity(worn, "m", 3)
+        ),
+    });
     out.push_str(&format!(
         "  torque {} N m with new teeth, {} N m at the end\n\n",
         number(outcome.torque_new, 4),

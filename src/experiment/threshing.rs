@@ -81,6 +81,8 @@ pub struct ThreshingOutcome {
     /// Simulated revolutions and cycle jumps.
     pub revolutions: f64,
     pub jumps: usize,
+    /// How far the concave was moved in to follow the teeth \[m\].
+    pub concave_moved: f64,
     /// Steel lost by all bars \[kg\], machine total.
     pub steel_lost: f64,
     /// Depth \[m\] at the calibration point, where this is its operating point.
@@ -354,6 +356,7 @@ pub fn run_threshing(
         jumps,
         steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
         sampling,
+        concave_moved: machine.world.concave_moved(),
         picture_new,
         picture_worn: machine.world.outlines(state.profile())?,
         totals: machine.totals,

@@ -472,14 +472,14 @@ mod tests {
                 motors: 18.0,
             },
             penetration: 20.0,
-            penetration_impact: 0.0,
+            penetration_impact: 21.0,
         };
         let (_root, path) = written(&[StepRow::from(&step)]);
         let text = fs::read_to_string(path).unwrap();
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0"
+            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0"
         );
     }
 

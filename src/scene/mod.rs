@@ -46,7 +46,7 @@ pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
 pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Scheme, Step};
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
-pub use thresher::Thresher;
+pub use thresher::{ConcaveSetting, Thresher};
 
 use document::Document;
 use file::{BodyEntry, DEFAULT_DENSITY, SceneFile};

@@ -58,8 +58,21 @@ pub struct Thresher {
     pub clearance_inlet: f64,
     /// At the outlet \[m\], default 0.008; linear in the angle between.
     pub clearance_outlet: f64,
+    /// Whether the concave follows the worn teeth, default `follows`.
+    pub concave: ConcaveSetting,
     /// The published depth that `K/dΩ` is fitted to; left out, `[wear]` is used as it stands.
     pub calibrate: Option<Calibration>,
+}
+
+/// What is done about the clearance as the teeth wear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ConcaveSetting {
+    /// It is reset to the clearance asked for with every new profile, as an operator does.
+    #[default]
+    Follows,
+    /// It stays: the clearance grows, the load falls, and the wear limits itself.
+    Fixed,
 }
 
 impl Default for Thresher {
@@ -86,6 +99,7 @@ impl Default for Thresher {
             concave_end_deg: 325.0,
             clearance_inlet: 0.016,
             clearance_outlet: 0.008,
+            concave: ConcaveSetting::Follows,
             calibrate: None,
         }
     }

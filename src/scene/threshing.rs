@@ -5,7 +5,7 @@
 //! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
 //! the ramp (toe, large x) leads.
 
-use super::{Scene, Thresher, Tooth};
+use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, StepRecord};
 use crate::dynamics::{ModelError, StepError, damping_for_restitution};
@@ -51,6 +51,8 @@ pub struct ThreshingWorld {
     tooth: Tooth,
     /// Winkler modulus of the crop \[Pa/m\] in force.
     stiffness: f64,
+    /// Radius \[m\] of the tips that the concave is set to.
+    tips: f64,
     cylinder: BodyId,
     bars: Vec<ColliderId>,
     concave: ColliderId,
@@ -126,7 +128,7 @@ impl ThreshingWorld {
             Motion::Fixed,
             Pose64::new(Vec2::zeros(), 0.0),
             Vec3::zeros(),
-            &concave_chain(p),
+            &concave_chain(p, p.tip_radius),
             &steel(p.friction_concave, law),
             None,
         )?;
@@ -135,6 +137,7 @@ impl ThreshingWorld {
             parameters: p.clone(),
             tooth: *tooth,
             stiffness,
+            tips: p.tip_radius,
             cylinder,
             bars,
             concave,
@@ -158,21 +161,27 @@ impl ThreshingWorld {
         Ok(record)
     }
 
-    /// Gives all bars the worn `profile`, or one bar its own.
+    /// Gives all bars the worn `profile`; the concave follows their tips if the scene says so.
     ///
     /// # Errors
     /// As [`ThreshingWorld::new`]; the old teeth then stay.
     pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
-        let surface = steel(
-            self.parameters.friction_steel,
-            steel_law(&self.parameters, self.stiffness),
-        );
+        let p = &self.parameters;
+        let surface = steel(p.friction_steel, steel_law(p, self.stiffness));
         for k in 0..self.bars.len() {
-            let chain = tooth_chain(&self.parameters, &self.tooth, profile, k)?;
+            let chain = tooth_chain(p, &self.tooth, profile, k)?;
             self.bars[k] =
                 self.simulation
                     .replace_collider(self.bars[k], self.cylinder, &chain, &surface)?;
         }
+        if p.concave == ConcaveSetting::Follows {
+            self.tips = base_radius(p, &self.tooth) + profile.height();
+        }
+        let surface = steel(p.friction_concave, steel_law(p, self.stiffness));
+        let chain = concave_chain(p, self.tips);
+        self.concave =
+            self.simulation
+                .replace_collider(self.concave, self.concave_body, &chain, &surface)?;
         Ok(())
     }
 
@@ -186,16 +195,12 @@ impl ThreshingWorld {
         profile: &Profile,
     ) -> Result<(), ThreshingError> {
         self.stiffness = stiffness;
-        self.set_profile(profile)?;
-        let surface = steel(
-            self.parameters.friction_concave,
-            steel_law(&self.parameters, stiffness),
-        );
-        let chain = concave_chain(&self.parameters);
-        self.concave =
-            self.simulation
-                .replace_collider(self.concave, self.concave_body, &chain, &surface)?;
-        Ok(())
+        self.set_profile(profile)
+    }
+
+    /// How far the concave has been moved in \[m\].
+    pub fn concave_moved(&self) -> f64 {
+        self.parameters.tip_radius - self.tips
     }
 
     /// The steel that a contact is on; `None` for any other contact.
@@ -278,7 +283,7 @@ impl ThreshingWorld {
                 .iter()
                 .filter_map(|&s| Some(place(segment_shape(p), self.simulation.pose(s)?)))
                 .collect(),
-            concave: place(concave_chain(p), still),
+            concave: place(concave_chain(p, self.tips), still),
         })
     }
 
@@ -298,7 +303,7 @@ impl ThreshingWorld {
     /// Middle of the strip at the inlet.
     fn inlet(&self) -> Vec2 {
         let p = &self.parameters;
-        let r = p.tip_radius + p.clearance_inlet - 0.5 * p.crop_thickness;
+        let r = self.tips + p.clearance_inlet - 0.5 * p.crop_thickness;
         r * unit(p.concave_start_deg)
     }
 
@@ -308,7 +313,10 @@ impl ThreshingWorld {
 
     /// A segment that the feeder moves, its leading end towards the inlet.
     fn new_segment(&mut self, centre: Vec2, d: Vec2) -> Result<BodyId, StepError> {
-        let velocity = d * self.parameters.entry_speed;
+        // the feeder drifts to the inlet's line, where that has moved, over one segment
+        let p = &self.parameters;
+        let off = turned(d).dot(&(centre - self.inlet()));
+        let velocity = (d - turned(d) * (off / p.segment_length)) * p.entry_speed;
         let surface = Surface {
             // the pair's friction is the steel's
             friction: 0.0,
@@ -380,7 +388,7 @@ impl ThreshingWorld {
     /// Segments `exit_distance` behind the outlet go, and with them their pin.
     fn remove_what_left(&mut self) {
         let p = &self.parameters;
-        let outlet = (p.tip_radius + p.clearance_outlet) * unit(p.concave_end_deg);
+        let outlet = (self.tips + p.clearance_outlet) * unit(p.concave_end_deg);
         let along = turned(unit(p.concave_end_deg));
         while self.strip.len() > 1 {
             let tip = self.strip[self.strip.len() - 1];
@@ -460,15 +468,15 @@ fn tooth_chain(
 }
 
 /// Inlet table and concave, wound so that the steel lies outside.
-fn concave_chain(p: &Thresher) -> ShapeSpec {
+fn concave_chain(p: &Thresher, tips: f64) -> ShapeSpec {
     let (from, to) = (p.concave_start_deg, p.concave_end_deg);
-    let arc = (to - from).to_radians() * (p.tip_radius + p.clearance_inlet);
+    let arc = (to - from).to_radians() * (tips + p.clearance_inlet);
     let n = (arc / CONCAVE_SEGMENT).ceil().max(1.0) as usize;
     let mut points: Vec<Vec2> = (0..=n)
         .map(|i| {
             let s = i as f64 / n as f64;
             let clearance = p.clearance_inlet + s * (p.clearance_outlet - p.clearance_inlet);
-            unit(from + s * (to - from)) * (p.tip_radius + clearance)
+            unit(from + s * (to - from)) * (tips + clearance)
         })
         .collect();
     points.insert(0, points[0] - turned(unit(from)) * TABLE);

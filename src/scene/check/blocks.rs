@@ -8,6 +8,8 @@ const POSITIVE: Range = range(1e-12, 1e12, "1e-12 to 1e12");
 const CYCLES: Range = range(1.0, 1e12, "1 to 1e12");
 const DRIVE_TORQUE: Range = range(1e-9, 1e12, "1e-9 to 1e12 N m");
 const DRIVE_SPEED: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
+const FOUNDATION: Range = range(1.0, 1e15, "1 to 1e15 Pa/m");
+const BENDING: Range = range(0.0, 1e9, "0 to 1e9 N m/rad");
 const DEGREES: Range = range(-360.0, 360.0, "-360 to 360 degrees");
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
@@ -173,11 +175,16 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         thresher.entry_speed,
         range(1e-6, 1e6, "1e-6 to 1e6 m/s"),
     )?;
-    at.within("crop_stiffness", thresher.crop_stiffness, STIFFNESS)?;
+    at.within("crop_stiffness", thresher.crop_stiffness, FOUNDATION)?;
     at.within(
         "crop_restitution",
         thresher.crop_restitution,
         DAMPING_RESTITUTION,
+    )?;
+    at.within(
+        "crop_bending_stiffness",
+        thresher.crop_bending_stiffness,
+        BENDING,
     )?;
     at.within("friction_steel", thresher.friction_steel, FRICTION)?;
     at.within("friction_concave", thresher.friction_concave, FRICTION)?;
