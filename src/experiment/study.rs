@@ -312,7 +312,7 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
                     wearing_steps = wearing_steps.max(cycle.wearing_steps);
                     speed_after = speed_after.max(cycle.speed_after.abs());
                 }
-                state.advance(&cycle.load_slip, cycles, 0.0)?;
+                advance(&mut state, &cycle.load_slip, cycles)?;
                 if calibrated {
                     let exact = oracle_load_slip(
                         study,
@@ -322,7 +322,7 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
                         speed,
                         contact_time,
                     )?;
-                    algebra.advance(&exact, cycles, 0.0)?;
+                    advance(&mut algebra, &exact, cycles)?;
                 }
             }
             if calibrated {
@@ -374,6 +374,17 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
     })
 }
 
+/// One batch of cycles; says what to do where it is too long for the profile.
+fn advance(state: &mut WearState, load_slip: &[f64], cycles: f64) -> Result<(), RunError> {
+    match state.advance(load_slip, cycles, 0.0) {
+        Ok(_) => Ok(()),
+        Err(error @ WearError::JumpTooLong { .. }) => Err(RunError::Unfit(format!(
+            "{error}: take more study.batches, or wear.update = \"quadratic\""
+        ))),
+        Err(error) => Err(error.into()),
+    }
+}
+
 fn deepest(state: &WearState) -> f64 {
     state.depth().iter().copied().fold(0.0, f64::max)
 }
@@ -405,7 +416,7 @@ fn compare_point(
 fn calibrate(study: &Study, tooth: &Tooth, wear: &Wear, quadratic: bool) -> Result<f64, RunError> {
     let target = &study.calibrate;
     let batches = f64::from(study.batches);
-    let depth = |time: f64| -> Result<f64, WearError> {
+    let depth = |time: f64| -> Result<f64, RunError> {
         let mut state = new_tooth(tooth, wear, target.speed)?;
         for _ in 0..study.batches {
             let rates = oracle_load_slip(
@@ -416,7 +427,7 @@ fn calibrate(study: &Study, tooth: &Tooth, wear: &Wear, quadratic: bool) -> Resu
                 target.speed,
                 time,
             )?;
-            state.advance(&rates, target.cycles / batches, 0.0)?;
+            advance(&mut state, &rates, target.cycles / batches)?;
         }
         Ok(deepest(&state))
     };
@@ -471,7 +482,7 @@ fn follow_life(
         if cycle.load_slip.iter().all(|s| *s == 0.0) {
             break;
         }
-        state.advance(&cycle.load_slip, cycles, 0.0)?;
+        advance(&mut state, &cycle.load_slip, cycles)?;
         history.add_profile(1, &state);
     }
     history.close(1, &state, &wear.limits)?;
