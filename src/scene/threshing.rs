@@ -311,12 +311,9 @@ impl ThreshingWorld {
         turned(unit(self.parameters.concave_start_deg))
     }
 
-    /// A segment that the feeder moves, its leading end towards the inlet.
-    fn new_segment(&mut self, centre: Vec2, d: Vec2) -> Result<BodyId, StepError> {
-        // the feeder drifts to the inlet's line, where that has moved, over one segment
-        let p = &self.parameters;
-        let off = turned(d).dot(&(centre - self.inlet()));
-        let velocity = (d - turned(d) * (off / p.segment_length)) * p.entry_speed;
+    /// A segment that the feeder moves along `d`, and across it by `drift` times as fast.
+    fn new_segment(&mut self, centre: Vec2, d: Vec2, drift: f64) -> Result<BodyId, StepError> {
+        let velocity = (d + turned(d) * drift) * self.parameters.entry_speed;
         let surface = Surface {
             // the pair's friction is the steel's
             friction: 0.0,
@@ -343,14 +340,14 @@ impl ThreshingWorld {
         let count = ((arc + SPAWN + 0.5 * p.exit_distance) / p.segment_length).ceil() as usize;
         for k in (0..count).rev() {
             let (centre, along) = pose_at(p.segment_length * k as f64 - SPAWN);
-            self.push_segment(centre, along)?;
+            self.push_segment(centre, along, 0.0)?;
         }
         Ok(())
     }
 
     /// Adds a feeder segment behind the strip; the one before becomes crop.
-    fn push_segment(&mut self, centre: Vec2, along: Vec2) -> Result<(), StepError> {
-        let next = self.new_segment(centre, along)?;
+    fn push_segment(&mut self, centre: Vec2, along: Vec2, drift: f64) -> Result<(), StepError> {
+        let next = self.new_segment(centre, along, drift)?;
         if let Some(&newest) = self.strip.front() {
             let (mass, inertia) = segment_mass(&self.parameters);
             let given = MassSpec::Given { mass, inertia };
@@ -382,7 +379,10 @@ impl ThreshingWorld {
         if advanced < length * (1.0 - 1e-9) {
             return Ok(());
         }
-        self.push_segment(pose.translation - d * length, d)
+        let centre = pose.translation - d * length;
+        // where the inlet's line has moved, the feeder drifts to it over one segment
+        let drift = turned(d).dot(&(self.inlet() - centre)) / length;
+        self.push_segment(centre, d, drift)
     }
 
     /// Segments `exit_distance` behind the outlet go, and with them their pin.
