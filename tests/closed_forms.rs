@@ -94,9 +94,9 @@ fn distance_of_the_disc_converges_at_order_two() {
 fn a_bouncing_ball_reaches_its_third_apex_and_rests() {
     // an impact is noticed up to a step late: first order, so the gates are wide
     for (e, gate) in [(0.9, 0.02), (0.5, 0.45)] {
-        let runs: Vec<_> = (0..12)
+        let runs: Vec<_> = (0..120)
             .map(|k| {
-                let h = 0.9 + 0.2 * k as f64 / 11.0;
+                let h = 0.9 + 0.2 * f64::from(k) / 119.0;
                 let flags = [
                     format!("material.bouncy.restitution={e}"),
                     // both surfaces have the same material

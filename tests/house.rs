@@ -37,8 +37,10 @@ const HOUSE: [(&str, &[&str]); 9] = [
     ),
 ];
 
-/// What only `src/rapier` may name.
+/// What only `src/rapier` may name. (A string may say `"f32"`, serde's forwarding macro lists all
+/// primitive types, and an inline test may borrow a number.)
 const ENGINE: [&str; 4] = ["rapier2d", "parry2d", "glamx", "f32"];
+const SERDE_LIST: &str = "u64 u128 f32 f64";
 
 /// One source file: its module path (`["dynamics", "stepper"]`) and its text without comments.
 struct Source {
@@ -83,6 +85,15 @@ fn without_comments(text: &str) -> String {
         .map(|line| line.split("//").next().unwrap_or(""))
         .collect::<Vec<_>>()
         .join("\n")
+}
+
+/// Plain string literals emptied; good enough for words that are no part of an escape.
+fn without_strings(code: &str) -> String {
+    code.replace("\\\"", "")
+        .split('"')
+        .step_by(2)
+        .collect::<Vec<_>>()
+        .join("\"\"")
 }
 
 /// All paths of the use tree (or expression path) at the start of `text`, as far as it is plain.
@@ -208,8 +219,10 @@ fn only_src_rapier_names_the_engine() {
     let mut broken = Vec::new();
     let mut inside = 0;
     for source in sources() {
+        let product = source.code.split("#[cfg(test)]").next();
+        let code = without_strings(product.unwrap_or("")).replace(SERDE_LIST, "");
         for name in ENGINE {
-            let count = words(&source.code, name).count();
+            let count = words(&code, name).count();
             if source.module.first().is_some_and(|m| m == "rapier") {
                 inside += count;
             } else if count > 0 {

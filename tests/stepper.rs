@@ -140,6 +140,19 @@ fn one_step(cluster: &mut Cluster, scheme: Scheme) -> (Vec<Vec3>, StepRecord) {
     (start, record)
 }
 
+/// Sum of |P| times the largest |γ_A| and |γ_E| \[J\]: what the terms of the balance are made of. In a
+/// wedge the impulses can be far larger than what they leave of the motion.
+fn gross(cluster: &Cluster, start: &[Vec3], record: &StepRecord) -> f64 {
+    let fastest = cluster
+        .contacts
+        .iter()
+        .flat_map(|c| [c.rows.velocity(start), c.rows.velocity(&cluster.velocities)])
+        .map(|gamma| gamma.norm())
+        .fold(0.0, f64::max);
+    let pushed = |c: &moreau2d::dynamics::record::ContactRecord| c.impulse_n.hypot(c.impulse_t);
+    fastest * record.contacts.iter().map(pushed).sum::<f64>()
+}
+
 /// Identity of `mechanics`, Moreau's rule, one restitution coefficient ε for all rows:
 /// `ΔT − ū·h Δt = [ξ·P − (1−ε)/2 P·(G P + c)] / (1+ε)`, `c = Wᵀ M⁻¹ h Δt`, `ξ = γ_E + ε γ_A`.
 #[track_caller]
@@ -167,7 +180,7 @@ fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: 
             loaded += usize::from(done.impulse_n > 0.0);
         }
         let predicted = (products - 0.5 * (1.0 - epsilon) * slack) / (1.0 + epsilon);
-        let scale = t[0] + t[1] + work.abs();
+        let scale = t[0] + t[1] + work.abs() + gross(&cluster, &start, &record);
         // round-off of sums of some twenty products
         assert!(
             ((t[1] - t[0]) - work - predicted).abs() <= 1e-12 * scale,
@@ -176,8 +189,8 @@ fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: 
         );
         assert!(record.energy.imbalance().abs() <= 1e-12 * scale, "case {case}");
         assert!((record.energy.kinetic_end - t[1]).abs() <= 1e-13 * scale);
-        // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10
-        assert!((products - dissipated).abs() <= 1e-8 * scale, "case {case}");
+        // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10 a contact
+        assert!((products - dissipated).abs() <= 1e-9 * scale, "case {case}");
     }
     assert!(loaded > 300, "{loaded} loaded contacts show something");
 }
@@ -206,12 +219,12 @@ fn every_step_balances_its_energy() {
         for case in 0..500 {
             let e = random.between(0.0, 1.0);
             let mut cluster = Cluster::random(&mut random, e, true, true);
-            let (_, record) = one_step(&mut cluster, scheme);
+            let (start, record) = one_step(&mut cluster, scheme);
             let energy = record.energy;
-            let scale = energy.kinetic_start + energy.kinetic_end;
+            let scale = energy.kinetic_start + energy.kinetic_end + gross(&cluster, &start, &record);
             assert!(
                 energy.imbalance().abs() <= 1e-12 * scale,
-                "case {case}: {}",
+                "case {case}: {} of {scale}",
                 energy.imbalance()
             );
         }
@@ -261,28 +274,32 @@ fn a_contact_that_sticks_and_stuck_has_no_slip_at_all() {
 fn redundant_contacts_are_flagged_and_only_they() {
     let sliding = run_steps(&load("sliding-block", &[]), 10);
     assert_eq!(sliding.totals.redundant_steps, 0);
-    let resting = run_steps(&load("incline", &["slope=0.4995"]), 10);
+    let resting = run_steps(&load("incline", &["slope=0.3"]), 10);
     assert_eq!(resting.totals.redundant_steps, 10);
     let rolling = run_steps(&load("spinning-disc", &[]), 60);
     assert_eq!(rolling.totals.redundant_steps, 0);
 
-    for (contacts, expected) in [(1, 0), (2, 1)] {
+    // Two alike contacts on one coordinate. Lemke loads one of them: unique in what it shows, not
+    // in truth, and nothing to flag; the direct method loads both.
+    for (solver, expected) in [("lemke", 0), ("direct", 1)] {
         let mut rotor = Rotor::new(0.1, 0.0, 1.0).unwrap();
-        for k in 0..contacts {
-            rotor.contacts.push(RotorContact {
-                lever: Vec2::new(-0.1, 0.2),
-                gap: 0.0,
-                friction: 0.0,
-                law: NormalLaw::Rigid { restitution: 0.0 },
-                position: Vec2::new(f64::from(k), 0.0),
-            });
-        }
-        // the moment at rest: Gauss-Seidel would load one contact only, so the solver shares
-        rotor.torque = 1.0;
-        let mut stepper = stepper(Scheme::Moreau, 1e-8);
+        let contact = RotorContact {
+            lever: Vec2::new(-0.1, 0.2),
+            gap: 0.0,
+            friction: 0.0,
+            law: NormalLaw::Rigid { restitution: 0.0 },
+            position: Vec2::zeros(),
+        };
+        rotor.contacts = vec![contact; 2];
+        let mut stepper = MoreauStepper::new(StepperSettings {
+            scheme: Scheme::Moreau,
+            solver: solver.to_owned(),
+            tolerance: 1e-8,
+        })
+        .unwrap();
         let record = stepper.step(&mut rotor, 1e-3).unwrap();
         let loaded = record.contacts.iter().filter(|c| c.impulse_n > 0.0).count();
-        assert_eq!(record.redundant, usize::from(loaded > 1).min(expected));
+        assert_eq!((loaded, record.redundant), (expected + 1, expected), "{solver}");
     }
 }
 
