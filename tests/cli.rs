@@ -79,17 +79,16 @@ impl Place {
     }
 
     fn rows(&self, file: &str) -> Vec<Vec<String>> {
-        let text = fs::read_to_string(self.path(file)).unwrap();
-        let cells = |line: &str| line.split(',').map(str::to_owned).collect();
-        text.lines().skip(1).map(cells).collect()
+        let mut reader = csv::Reader::from_path(self.path(file)).unwrap();
+        let cells = |row: csv::StringRecord| row.iter().map(str::to_owned).collect();
+        reader.records().map(|row| cells(row.unwrap())).collect()
     }
 }
 
 const BODIES: &str = "time_s,body,x_m,y_m,angle_rad,vx_m_s,vy_m_s,omega_rad_s";
 const CONTACTS: &str = "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_ns,impulse_t_ns,\
                         slip_m,load_slip_nm,friction_work_j,status";
-const COMPARISON: &str =
-    "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated";
+const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated";
 const WEAR: &str = "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle";
 const PROFILE: &str = "cycles,hours,bar,node,x_m,y_m";
 const LIFE: &str = "limit,hours,cycles,error_hours,bar,cell";
@@ -164,7 +163,10 @@ fn every_scene_runs_and_leaves_its_files() {
         assert_eq!(place.header(&format!("{folder}/bodies.csv")), BODIES);
         assert_eq!(place.header(&format!("{folder}/contacts.csv")), CONTACTS);
         let steps = place.header(&format!("{folder}/steps.csv"));
-        assert!(steps.starts_with("time_s,dt_s,contacts,islands,sweeps,"), "{steps}");
+        assert!(
+            steps.starts_with("time_s,dt_s,contacts,islands,sweeps,"),
+            "{steps}"
+        );
         let columns = steps.split(',').count();
         let rows = place.rows(&format!("{folder}/steps.csv"));
         assert_eq!(rows.len(), 3);
@@ -185,7 +187,10 @@ fn floats_are_written_in_full() {
     let x: f64 = last[2].parse().unwrap();
     // three sliding steps of 1/60 s from 5 m/s: exact up to a few roundings, so 15 digits at least
     let t: f64 = 3.0 / 60.0;
-    assert!((x - (5.0 * t - 0.5 * 0.5 * 9.81 * t * t)).abs() < 1e-15, "{x}");
+    assert!(
+        (x - (5.0 * t - 0.5 * 0.5 * 9.81 * t * t)).abs() < 1e-15,
+        "{x}"
+    );
     assert!(last[2].len() > 12, "{}", last[2]);
 }
 
@@ -205,12 +210,22 @@ fn the_study_writes_its_comparison_and_its_life() {
     let rows = place.rows("r/comparison.csv");
     assert_eq!(rows.len(), 12);
     assert_eq!(rows.iter().filter(|r| r[5] == "true").count(), 1);
-    assert_eq!((rows[0][0].as_str(), rows[0][5].as_str()), ("146.39", "true"));
+    assert_eq!(
+        (rows[0][0].as_str(), rows[0][5].as_str()),
+        ("146.39", "true")
+    );
     for svg in ["worn-profile.svg", "depth-per-cell.svg", "tooth-height.svg"] {
         let text = fs::read_to_string(place.path(&format!("r/{svg}"))).unwrap();
-        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{svg}");
+        assert!(
+            text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
+            "{svg}"
+        );
     }
-    assert!(ended.out.contains("calibrated") && ended.out.contains("assumed"), "{}", ended.out);
+    assert!(
+        ended.out.contains("calibrated") && ended.out.contains("assumed"),
+        "{}",
+        ended.out
+    );
 }
 
 /// The literal reading says in words that the rotor stalls and that shares mean nothing.
@@ -218,8 +233,18 @@ fn the_study_writes_its_comparison_and_its_life() {
 fn the_literal_reading_is_told_in_words() {
     let place = Place::new();
     let ended = place.run(&[
-        "run", "thresher-study", "--set", "reading=literal", "--time", "1e-4", "--scheme",
-        "moreau", "--solver", "lemke", "--out", "r",
+        "run",
+        "thresher-study",
+        "--set",
+        "reading=literal",
+        "--time",
+        "1e-4",
+        "--scheme",
+        "moreau",
+        "--solver",
+        "lemke",
+        "--out",
+        "r",
     ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     for words in ["stalls", "one step", "26 of 26", "rank one", "not unique"] {
@@ -247,9 +272,27 @@ fn compare_sets_engines_side_by_side() {
 fn flags_change_the_run() {
     let place = Place::new();
     let args = [
-        "run", "sliding-block", "--out", "r", "--json", "--dt", "0.005", "--time", "0.05",
-        "--scheme", "moreau", "--solver", "nsgs", "--tolerance", "1e-6", "--set",
-        "body.block.velocity=[2, 0]", "--every", "4", "--threads", "2",
+        "run",
+        "sliding-block",
+        "--out",
+        "r",
+        "--json",
+        "--dt",
+        "0.005",
+        "--time",
+        "0.05",
+        "--scheme",
+        "moreau",
+        "--solver",
+        "nsgs",
+        "--tolerance",
+        "1e-6",
+        "--set",
+        "body.block.velocity=[2, 0]",
+        "--every",
+        "4",
+        "--threads",
+        "2",
     ];
     let ended = place.run(&args);
     assert_eq!(ended.code, 0, "{}", ended.err);
@@ -270,7 +313,14 @@ fn flags_change_the_run() {
     let file: Value =
         serde_json::from_str(&fs::read_to_string(place.path("r/summary.json")).unwrap()).unwrap();
     assert_eq!(file, summary);
-    for key in ["program", "version", "scene", "scene_hash", "totals", "warnings"] {
+    for key in [
+        "program",
+        "version",
+        "scene",
+        "scene_hash",
+        "totals",
+        "warnings",
+    ] {
         assert!(!summary[key].is_null(), "{key}");
     }
     for engine in ["rapier", "rapier-stiff"] {
@@ -294,7 +344,11 @@ fn quiet_prints_nothing_and_json_prints_json_alone() {
         let mut quiet = args.clone();
         quiet.push("--quiet");
         let ended = place.run(&quiet);
-        assert_eq!((ended.code, ended.out.as_str(), ended.err.as_str()), (0, "", ""), "{args:?}");
+        assert_eq!(
+            (ended.code, ended.out.as_str(), ended.err.as_str()),
+            (0, "", ""),
+            "{args:?}"
+        );
         let mut json = args.clone();
         json.push("--json");
         let ended = place.run(&json);
@@ -322,12 +376,19 @@ fn a_scene_of_ones_own_runs_by_its_path() {
 #[test]
 fn a_second_run_replaces_its_files_and_keeps_others() {
     let place = Place::new();
-    let run = |steps| place.run(&["run", "beam", "--steps", steps, "--out", "r"]).code;
+    let run = |steps| {
+        place
+            .run(&["run", "beam", "--steps", steps, "--out", "r"])
+            .code
+    };
     assert_eq!(run("5"), 0);
     place.write("r/notes.txt", "mine");
     assert_eq!(run("2"), 0);
     assert_eq!(place.rows("r/steps.csv").len(), 2);
-    assert_eq!(fs::read_to_string(place.path("r/notes.txt")).unwrap(), "mine");
+    assert_eq!(
+        fs::read_to_string(place.path("r/notes.txt")).unwrap(),
+        "mine"
+    );
 }
 
 #[test]
@@ -339,7 +400,10 @@ fn help_and_version_are_no_errors() {
         assert!(help.out.contains(command), "{command}");
     }
     let version = place.run(&["--version"]);
-    assert_eq!(version.out.trim(), concat!("moreau2d ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(
+        version.out.trim(),
+        concat!("moreau2d ", env!("CARGO_PKG_VERSION"))
+    );
     assert!(place.listing().is_empty());
 }
 
@@ -362,7 +426,12 @@ fn a_closed_pipe_is_no_panic() {
             .unwrap();
         drop(child.stdout.take());
         let mut err = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+        child
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut err)
+            .unwrap();
         let status = child.wait().unwrap();
         assert_eq!((status.code(), err.as_str()), (Some(0), ""), "{args:?}");
     }
@@ -374,8 +443,18 @@ fn a_run_that_is_not_solved_ends_with_two() {
     let place = Place::new();
     // no Gauss-Seidel reaches this in its budget on a tower of forty
     let ended = place.run(&[
-        "run", "tower", "--set", "repeat.0.count=[1, 40]", "--solver", "nsgs", "--tolerance",
-        "1e-15", "--steps", "2", "--out", "r",
+        "run",
+        "tower",
+        "--set",
+        "repeat.0.count=[1, 40]",
+        "--solver",
+        "nsgs",
+        "--tolerance",
+        "1e-15",
+        "--steps",
+        "2",
+        "--out",
+        "r",
     ]);
     assert_eq!(ended.code, 2, "{} {}", ended.out, ended.err);
     assert!(ended.out.contains("not solved"), "{}", ended.out);
@@ -396,7 +475,11 @@ fn assert_refused(place: &Place, args: &[&str], words: &[&str]) {
     assert_eq!(ended.code, 1, "{args:?}: {} {}", ended.out, ended.err);
     assert_eq!(ended.out, "", "{args:?}");
     for word in words {
-        assert!(ended.err.contains(word), "{args:?}: lacks `{word}`: {}", ended.err);
+        assert!(
+            ended.err.contains(word),
+            "{args:?}: lacks `{word}`: {}",
+            ended.err
+        );
     }
     assert_eq!(place.listing(), before, "{args:?} left something behind");
 }
@@ -405,17 +488,38 @@ fn assert_refused(place: &Place, args: &[&str], words: &[&str]) {
 fn unknown_names_are_refused_with_the_nearest_known_one() {
     let place = Place::new();
     let cases: [(&[&str], &[&str]); 11] = [
-        (&["run", "piramid"], &["unknown scene `piramid`", "`pyramid`"]),
-        (&["run", "zzz"], &["unknown scene `zzz`", "known:", "pyramid", "beam"]),
+        (
+            &["run", "piramid"],
+            &["unknown scene `piramid`", "`pyramid`"],
+        ),
+        (
+            &["run", "zzz"],
+            &["unknown scene `zzz`", "known:", "pyramid", "beam"],
+        ),
         (&["compare", "towr"], &["unknown scene", "`tower`"]),
         (&["run", "beam", "--frobnicate"], &["--frobnicate"]),
         (&["run", "beam", "--stesp", "3"], &["--stesp", "--steps"]),
         (&["rum", "beam"], &["rum", "run"]),
-        (&["run", "beam", "--engine", "box3d"], &["box3d", "known: moreau, rapier"]),
-        (&["run", "beam", "--engine", "raper"], &["raper", "did you mean rapier?"]),
-        (&["run", "beam", "--solver", "ngs"], &["solver", "`ngs`", "`nsgs`"]),
-        (&["run", "beam", "--scheme", "stagered"], &["scheme", "`stagered`", "`staggered`"]),
-        (&["run", "beam", "--set", "tolerence=1"], &["`tolerence`", "`tolerance`"]),
+        (
+            &["run", "beam", "--engine", "box3d"],
+            &["box3d", "known: moreau, rapier"],
+        ),
+        (
+            &["run", "beam", "--engine", "raper"],
+            &["raper", "did you mean rapier?"],
+        ),
+        (
+            &["run", "beam", "--solver", "ngs"],
+            &["solver", "`ngs`", "`nsgs`"],
+        ),
+        (
+            &["run", "beam", "--scheme", "stagered"],
+            &["scheme", "`stagered`", "`staggered`"],
+        ),
+        (
+            &["run", "beam", "--set", "tolerence=1"],
+            &["`tolerence`", "`tolerance`"],
+        ),
     ];
     for (args, words) in cases {
         assert_refused(&place, args, words);
@@ -439,12 +543,21 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         (&["--tolerance", "nan"], &["step.tolerance"]),
         (&["--steps", "-3"], &["-3"]),
         (&["--steps", "3.5"], &["3.5", "--steps"]),
-        (&["--steps", "3", "--time", "1"], &["--steps", "--time", "cannot be used"]),
+        (
+            &["--steps", "3", "--time", "1"],
+            &["--steps", "--time", "cannot be used"],
+        ),
         (&["--every", "0"], &["--every"]),
         (&["--threads", "0"], &["--threads"]),
-        (&["--set", "body.load.mass=-1"], &["body.load.mass", "-1", "1e-12 to 1e12 kg"]),
+        (
+            &["--set", "body.load.mass=-1"],
+            &["body.load.mass", "-1", "1e-12 to 1e12 kg"],
+        ),
         (&["--set", "body.load.mass=nan"], &["body.load.mass", "NaN"]),
-        (&["--set", "body.load.position=[nan, 0]"], &["body.load.position.0", "NaN"]),
+        (
+            &["--set", "body.load.position=[nan, 0]"],
+            &["body.load.position.0", "NaN"],
+        ),
         (&["--set", "body.loud.mass=1"], &["`loud`", "`load`"]),
         (&["--set", "mass"], &["key=value"]),
     ];
@@ -458,17 +571,53 @@ fn numbers_out_of_range_are_refused_with_the_range() {
 #[test]
 fn broken_files_are_refused_with_line_and_key() {
     let cases = [
-        ("dt = 0.01", "dt = ", &["mine.toml:5:", "malformed TOML"][..]),
-        ("dt = 0.01", "dt = 0.01\ndt = 0.02", &["mine.toml:6:1", "dt", "duplicate"]),
-        ("dt = 0.01", "dt = -0.01", &["mine.toml:5:1", "step.dt = -0.01"]),
+        (
+            "dt = 0.01",
+            "dt = ",
+            &["mine.toml:5:", "malformed TOML"][..],
+        ),
+        (
+            "dt = 0.01",
+            "dt = 0.01\ndt = 0.02",
+            &["mine.toml:6:1", "dt", "duplicate"],
+        ),
+        (
+            "dt = 0.01",
+            "dt = -0.01",
+            &["mine.toml:5:1", "step.dt = -0.01"],
+        ),
         ("dt = 0.01", "dt = nan", &["mine.toml:5:1", "step.dt = NaN"]),
-        ("dt = 0.01", "dtt = 0.01", &["mine.toml:5:1", "`dtt`", "`dt`"]),
-        ("friction = 0.3", "friction = -0.3", &["mine.toml:8:1", "friction = -0.3", "0 to 1000"]),
-        ("friction = 0.3", "friction = nan", &["mine.toml:8:1", "friction = NaN"]),
-        ("friction = 0.3", "restitution = 1.5", &["mine.toml:8:1", "restitution = 1.5", "0 to 1"]),
-        ("mass = 2", "mass = -2", &["mine.toml:16:1", "body.ball.mass = -2", "1e-12 to 1e12 kg"]),
+        (
+            "dt = 0.01",
+            "dtt = 0.01",
+            &["mine.toml:5:1", "`dtt`", "`dt`"],
+        ),
+        (
+            "friction = 0.3",
+            "friction = -0.3",
+            &["mine.toml:8:1", "friction = -0.3", "0 to 1000"],
+        ),
+        (
+            "friction = 0.3",
+            "friction = nan",
+            &["mine.toml:8:1", "friction = NaN"],
+        ),
+        (
+            "friction = 0.3",
+            "restitution = 1.5",
+            &["mine.toml:8:1", "restitution = 1.5", "0 to 1"],
+        ),
+        (
+            "mass = 2",
+            "mass = -2",
+            &["mine.toml:16:1", "body.ball.mass = -2", "1e-12 to 1e12 kg"],
+        ),
         ("mass = 2", "mass = nan", &["body.ball.mass = NaN"]),
-        ("disc = 0.5", "disc = 0", &["mine.toml:15:1", "body.ball.disc"]),
+        (
+            "disc = 0.5",
+            "disc = 0",
+            &["mine.toml:15:1", "body.ball.disc"],
+        ),
         (
             "disc = 0.5",
             "polyline = [[0, 0], [1, 1], [1, 0], [0, 1]]\nclosed = true",
@@ -485,7 +634,11 @@ fn broken_files_are_refused_with_line_and_key() {
             &["mine.toml:15:", "body.ball.polygon", "clockwise"],
         ),
         ("disc = 0.5", "", &["body.ball"]),
-        ("name = \"ball\"\ndisc", "name = \"floor\"\ndisc", &["mine.toml:14:1", "`floor`"]),
+        (
+            "name = \"ball\"\ndisc",
+            "name = \"floor\"\ndisc",
+            &["mine.toml:14:1", "`floor`"],
+        ),
     ];
     for (old, new, words) in cases {
         let place = Place::new();
@@ -514,13 +667,33 @@ fn files_that_are_not_there_or_not_text_are_refused() {
 fn a_folder_that_cannot_be_written_is_refused_before_the_run() {
     let place = Place::new();
     place.write("file", "");
-    assert_refused(&place, &["run", "beam", "--out", "file"], &["file", "not a folder"]);
-    assert_refused(&place, &["run", "beam", "--out", "file/deep"], &["not a folder"]);
-    assert_refused(&place, &["run", "thresher-study", "--out", "file"], &["not a folder"]);
-    assert_refused(&place, &["compare", "beam", "--out", "file"], &["not a folder"]);
+    assert_refused(
+        &place,
+        &["run", "beam", "--out", "file"],
+        &["file", "not a folder"],
+    );
+    assert_refused(
+        &place,
+        &["run", "beam", "--out", "file/deep"],
+        &["not a folder"],
+    );
+    assert_refused(
+        &place,
+        &["run", "thresher-study", "--out", "file"],
+        &["not a folder"],
+    );
+    assert_refused(
+        &place,
+        &["compare", "beam", "--out", "file"],
+        &["not a folder"],
+    );
     // the kernel's own file system refuses a superuser too
     if cfg!(target_os = "linux") {
-        assert_refused(&place, &["run", "beam", "--out", "/proc/moreau2d"], &["/proc/moreau2d"]);
+        assert_refused(
+            &place,
+            &["run", "beam", "--out", "/proc/moreau2d"],
+            &["/proc/moreau2d"],
+        );
     }
 }
 
@@ -532,7 +705,10 @@ fn a_folder_in_the_place_of_a_file_is_refused_and_nothing_changes() {
     place.write("r/bodies.csv", "old");
     let args = ["run", "beam", "--steps", "3", "--out", "r"];
     assert_refused(&place, &args, &["steps.csv", "folder"]);
-    assert_eq!(fs::read_to_string(place.path("r/bodies.csv")).unwrap(), "old");
+    assert_eq!(
+        fs::read_to_string(place.path("r/bodies.csv")).unwrap(),
+        "old"
+    );
 }
 
 #[test]
@@ -540,7 +716,11 @@ fn engines_without_the_impulses_of_wear_are_refused_for_wear() {
     let place = Place::new();
     let args = ["run", "thresher-study", "--engine", "rapier"];
     assert_refused(&place, &args, &["rapier", "thresher-study", "moreau"]);
-    assert_refused(&place, &["compare", "thresher-study"], &["thresher-study", "run"]);
+    assert_refused(
+        &place,
+        &["compare", "thresher-study"],
+        &["thresher-study", "run"],
+    );
 }
 
 #[test]

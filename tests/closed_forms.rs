@@ -35,7 +35,10 @@ fn sliding_distance_converges_at_order_two() {
         // the error depends on where in its step the block stops: rms over twelve starts
         rms((0..12).map(|k| {
             let v = 4.5 + k as f64 / 11.0;
-            let flags = [format!("body.block.velocity=[{v}, 0]"), format!("step.dt={dt}")];
+            let flags = [
+                format!("body.block.velocity=[{v}, 0]"),
+                format!("step.dt={dt}"),
+            ];
             run(&load("sliding-block", &[&flags[0], &flags[1]])).error("distance")
         }))
     });
@@ -82,7 +85,10 @@ fn distance_of_the_disc_converges_at_order_two() {
     let errors = LADDER.map(|dt| {
         rms((0..12).map(|k| {
             let v = 4.5 + k as f64 / 11.0;
-            let flags = [format!("body.disc.velocity=[{v}, 0]"), format!("step.dt={dt}")];
+            let flags = [
+                format!("body.disc.velocity=[{v}, 0]"),
+                format!("step.dt={dt}"),
+            ];
             run(&load("spinning-disc", &[&flags[0], &flags[1]])).error("distance")
         }))
     });
@@ -108,7 +114,9 @@ fn a_bouncing_ball_reaches_its_third_apex_and_rests() {
         let apex = rms(runs.iter().map(|r| r.error("apex-3")));
         assert!(apex <= gate, "e = {e}: apex {apex}");
         let rest = rms(runs.iter().map(|r| r.error("rest-time")));
-        assert!(rest <= 0.04, "e = {e}: rest {rest}");
+        // 4 %, and the end of the step in which it is seen
+        let seen = DT / ((2.0 / G).sqrt() * (1.0 + e) / (1.0 - e));
+        assert!(rest <= 0.04 + seen, "e = {e}: rest {rest}");
         assert!(runs.iter().all(|r| r.totals.energy_rise <= 1e-9), "e = {e}");
     }
 }
@@ -209,7 +217,13 @@ fn a_pyramid_of_three_discs_stands_by_friction_alone() {
 
     let last = stands.records.last().unwrap();
     let weight = G * last.dt;
-    let number = |k: usize| stands.built.simulation.number(stands.built.bodies[k]).unwrap();
+    let number = |k: usize| {
+        stands
+            .built
+            .simulation
+            .number(stands.built.bodies[k])
+            .unwrap()
+    };
     let find = |a: usize, b: usize| {
         let pair = [number(a), number(b)];
         let on = |c: &&moreau2d::dynamics::record::ContactRecord| {
@@ -219,7 +233,11 @@ fn a_pyramid_of_three_discs_stands_by_friction_alone() {
     };
     for base in [1, 2] {
         let top = find(base, 3);
-        assert!((top.impulse_n / weight - 0.5).abs() < 1e-9, "{}", top.impulse_n / weight);
+        assert!(
+            (top.impulse_n / weight - 0.5).abs() < 1e-9,
+            "{}",
+            top.impulse_n / weight
+        );
         assert!((top.impulse_t.abs() / weight - 0.5 * limit).abs() < 1e-9);
         assert!((find(0, base).impulse_n / weight - 1.5).abs() < 1e-9);
     }
@@ -271,10 +289,17 @@ fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
         let error = point.computed_um / point.published_um - 1.0;
         assert!((point.relative_error - error).abs() < 1e-12);
     }
-    assert_eq!(outcome.comparison.iter().filter(|p| p.calibrated).count(), 1);
+    assert_eq!(
+        outcome.comparison.iter().filter(|p| p.calibrated).count(),
+        1
+    );
     assert!(outcome.comparison[0].calibrated && outcome.calibrated);
     // 0.6953 ms in the rebuilt data
-    assert!((outcome.contact_time - 0.6953e-3).abs() < 5e-8, "{}", outcome.contact_time);
+    assert!(
+        (outcome.contact_time - 0.6953e-3).abs() < 5e-8,
+        "{}",
+        outcome.contact_time
+    );
     let difference = outcome.oracle_difference.unwrap();
     assert!(difference <= 1e-6, "{difference}");
     assert_eq!(outcome.totals.unsolved_islands, 0);
@@ -287,7 +312,10 @@ fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
     let mean = others.iter().sum::<f64>() / others.len() as f64;
     let worst = others.iter().copied().fold(0.0, f64::max);
     // as the rebuilt data print them, to their last digit
-    assert!((mean - 0.116).abs() < 5e-4 && (worst - 0.299).abs() < 5e-4, "{mean} {worst}");
+    assert!(
+        (mean - 0.116).abs() < 5e-4 && (worst - 0.299).abs() < 5e-4,
+        "{mean} {worst}"
+    );
 }
 
 /// Life at the calibrated point: 4e6 cycles of one revolution at 70 rad/s.
@@ -295,20 +323,25 @@ fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
 fn a_cycle_of_the_study_is_one_revolution() {
     let outcome = study(&[]);
     let hours = 4e6 * std::f64::consts::TAU / 70.0 / 3600.0;
-    let at_4e6: Vec<_> = outcome.history.wear.iter().filter(|w| w.cycles == 4e6).collect();
+    let at_4e6: Vec<_> = outcome
+        .history
+        .wear
+        .iter()
+        .filter(|w| w.cycles == 4e6)
+        .collect();
     assert_eq!(at_4e6.len(), 26);
     assert!((at_4e6[0].hours / hours - 1.0).abs() < 1e-12);
     let deepest = at_4e6.iter().map(|w| w.depth_m).fold(0.0, f64::max);
     assert!((deepest - 7.62e-3).abs() < 1e-6, "{deepest}");
 }
 
-/// The study's own means: Moreau's rule and an LCP by Lemke's method. 200 steps in place of 20 000
+/// The study's own means: Moreau's rule and an LCP by Lemke's method. 50 steps in place of 20 000
 /// a cycle: after a stall nothing happens any more.
 const LITERAL: [&str; 4] = [
     "reading=literal",
     "step.scheme=moreau",
     "step.solver=lemke",
-    "step.time=2e-4",
+    "step.time=5e-5",
 ];
 
 #[test]
@@ -319,8 +352,16 @@ fn the_literal_reading_stalls_in_one_step() {
     // relative to 120 rad/s at the solver's tolerance of 1e-8
     assert!(stall.speed_after <= 1.2e-6, "{}", stall.speed_after);
     // T^0 ω²: the torque acts for one step of 1e-6 s before the stall, 0.28 of 70 rad/s
-    assert!(stall.torque_exponent.abs() <= 0.01, "{}", stall.torque_exponent);
-    assert!((stall.speed_exponent - 2.0).abs() <= 0.01, "{}", stall.speed_exponent);
+    assert!(
+        stall.torque_exponent.abs() <= 0.01,
+        "{}",
+        stall.torque_exponent
+    );
+    assert!(
+        (stall.speed_exponent - 2.0).abs() <= 0.01,
+        "{}",
+        stall.speed_exponent
+    );
     assert_eq!(outcome.totals.unsolved_islands, 0);
     assert!(outcome.oracle_difference.is_none() && !outcome.calibrated);
 }

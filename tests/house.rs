@@ -240,15 +240,35 @@ fn planted_edges_are_found() {
     let at = |path: &str| path.split("::").map(str::to_owned).collect::<Vec<_>>();
     let cases = [
         ("contact::cone", "use crate::solver::Nsgs;", 1),
-        ("wear", "use crate::dynamics::{record::StepRecord, Rotor};", 1),
-        ("wear", "use crate::dynamics::record::{ContactRecord, StepRecord};", 0),
+        (
+            "wear",
+            "use crate::dynamics::{record::StepRecord, Rotor};",
+            1,
+        ),
+        (
+            "wear",
+            "use crate::dynamics::record::{ContactRecord, StepRecord};",
+            0,
+        ),
         ("wear::state", "fn f() { crate::rapier::widen(0.0); }", 1),
-        ("rapier::mass", "use crate::{contact::Vec2,\n    wear::{Profile, Archard}};", 2),
-        ("scene::check::bodies", "use super::super::super::report::Table;", 1),
+        (
+            "rapier::mass",
+            "use crate::{contact::Vec2,\n    wear::{Profile, Archard}};",
+            2,
+        ),
+        (
+            "scene::check::bodies",
+            "use super::super::super::report::Table;",
+            1,
+        ),
         ("scene::check::bodies", "use super::super::file::Body;", 0),
         ("report", "mod tests {\n use super::super::cli::main;\n}", 1),
         ("dynamics", "use crate::scene::Scene as Crate;", 1),
-        ("experiment", "use crate::report::Progress; // use crate::cli;", 0),
+        (
+            "experiment",
+            "use crate::report::Progress; // use crate::cli;",
+            0,
+        ),
     ];
     for (module, code, expected) in cases {
         let found = forbidden(&at(module), &without_comments(code));

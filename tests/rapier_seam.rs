@@ -98,9 +98,16 @@ fn normals_run_from_one_to_two_and_impulses_push_apart() {
                     };
                     let x = if is_low { 0.0 } else { 0.03 };
                     let u = Vec3::new(0.0, v, 0.0);
-                    s.add_body(Motion::Dynamic, at(x, y), u, shape, &Surface::default(), UNIT)
-                        .unwrap()
-                        .0
+                    s.add_body(
+                        Motion::Dynamic,
+                        at(x, y),
+                        u,
+                        shape,
+                        &Surface::default(),
+                        UNIT,
+                    )
+                    .unwrap()
+                    .0
                 };
                 let first = add(low_first);
                 let second = add(!low_first);
@@ -113,7 +120,11 @@ fn normals_run_from_one_to_two_and_impulses_push_apart() {
                 let below_number = s.number(below).unwrap();
                 assert!(!record.contacts.is_empty(), "{what}: no contact");
                 for c in &record.contacts {
-                    let up = if c.bodies[0] == below_number { 1.0 } else { -1.0 };
+                    let up = if c.bodies[0] == below_number {
+                        1.0
+                    } else {
+                        -1.0
+                    };
                     assert!(up * c.normal.y > 0.9, "{what}: normal {}", c.normal);
                     assert!(c.impulse_n >= 0.0, "{what}");
                 }
@@ -133,8 +144,15 @@ fn contacts(low: &ShapeSpec, high: &ShapeSpec, pose: Pose64, offset: Vec2) -> Ve
     let mut s = simulation(0.0);
     let still = Vec3::zeros();
     let surface = Surface::default();
-    s.add_body(Motion::Fixed, Pose64::new(offset, 0.0), still, low, &surface, None)
-        .unwrap();
+    s.add_body(
+        Motion::Fixed,
+        Pose64::new(offset, 0.0),
+        still,
+        low,
+        &surface,
+        None,
+    )
+    .unwrap();
     let pose = Pose64 {
         translation: pose.translation + offset,
         ..pose
@@ -153,7 +171,12 @@ fn gaps_of_balls_and_boxes_are_exact_wherever_they_are() {
     // (below, above, pose of the one above, gap)
     let diagonal = 0.999 / 2f64.sqrt();
     let cases = [
-        (&ball, &ball, Pose64::new(Vec2::new(diagonal, diagonal), 0.7), -1e-3),
+        (
+            &ball,
+            &ball,
+            Pose64::new(Vec2::new(diagonal, diagonal), 0.7),
+            -1e-3,
+        ),
         (&square, &ball, at(0.2, 0.998), -2e-3),
         (&ball, &square, at(0.2, 0.998), -2e-3),
         (&square, &square, at(0.3, 0.9995), -5e-4),
@@ -210,16 +233,31 @@ fn a_box_rests_a_kilometre_from_the_origin() {
     for shape in [1, 0] {
         let (_, shape) = &shapes()[shape];
         let offset = Vec2::new(1000.37, 1000.73);
-        let mut s = Simulation::new(StepperSettings::default(), Vec2::new(0.0, -9.81), 1e-3).unwrap();
+        let mut s =
+            Simulation::new(StepperSettings::default(), Vec2::new(0.0, -9.81), 1e-3).unwrap();
         let ground = ShapeSpec::Box {
             half: Vec2::new(5.0, 1.0),
         };
         let surface = Surface::default();
         let place = |y: f64| Pose64::new(offset + Vec2::new(0.0, y), 0.0);
-        s.add_body(Motion::Fixed, place(-1.0), Vec3::zeros(), &ground, &surface, None)
-            .unwrap();
+        s.add_body(
+            Motion::Fixed,
+            place(-1.0),
+            Vec3::zeros(),
+            &ground,
+            &surface,
+            None,
+        )
+        .unwrap();
         let (body, _) = s
-            .add_body(Motion::Dynamic, place(0.5), Vec3::zeros(), shape, &surface, UNIT)
+            .add_body(
+                Motion::Dynamic,
+                place(0.5),
+                Vec3::zeros(),
+                shape,
+                &surface,
+                UNIT,
+            )
             .unwrap();
         for _ in 0..300 {
             s.step().unwrap();
@@ -277,10 +315,19 @@ fn poses_and_velocities_are_written_back_to_bodies_and_colliders() {
     for _ in 0..30 {
         pipeline.step(&mut world).unwrap();
     }
-    let (pose, u) = (pipeline.pose(ball).unwrap(), pipeline.velocity(ball).unwrap());
+    let (pose, u) = (
+        pipeline.pose(ball).unwrap(),
+        pipeline.velocity(ball).unwrap(),
+    );
     let body = &world.bodies[ball];
-    assert_eq!(f64::from(body.translation().x), f64::from(pose.translation.x as f32));
-    assert_eq!(f64::from(body.translation().y), f64::from(pose.translation.y as f32));
+    assert_eq!(
+        f64::from(body.translation().x),
+        f64::from(pose.translation.x as f32)
+    );
+    assert_eq!(
+        f64::from(body.translation().y),
+        f64::from(pose.translation.y as f32)
+    );
     assert!((f64::from(body.rotation().angle()) - pose.angle()).abs() < 1e-6);
     assert_eq!(body.linvel(), Vector::new(u.x as f32, u.y as f32));
     assert_eq!(body.angvel(), u.z as f32);
@@ -330,7 +377,9 @@ fn kinematic_bodies_push_and_are_not_pushed() {
         );
         let (load, _) = world.insert(
             RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.5)),
-            ColliderBuilder::cuboid(0.5, 0.5).friction(0.0).density(100.0),
+            ColliderBuilder::cuboid(0.5, 0.5)
+                .friction(0.0)
+                .density(100.0),
         );
         let mut pipeline = pipeline();
         for k in 0..120 {
@@ -361,20 +410,34 @@ fn a_motor_holds_its_speed_and_keeps_within_its_torque() {
     let spec = Some(MassSpec::Given { mass: 2.0, inertia });
     let mut s = simulation(0.0);
     let (body, _) = s
-        .add_body(Motion::Dynamic, at(0.0, 0.0), Vec3::zeros(), &rod, &Surface::default(), spec)
+        .add_body(
+            Motion::Dynamic,
+            at(0.0, 0.0),
+            Vec3::zeros(),
+            &rod,
+            &Surface::default(),
+            spec,
+        )
         .unwrap();
     let motor = MotorSpec {
         speed: 4.0,
         max_torque: 1.5,
     };
-    s.add_revolute([None, Some(body)], [Vec2::zeros(), Vec2::zeros()], Some(motor))
-        .unwrap();
+    s.add_revolute(
+        [None, Some(body)],
+        [Vec2::zeros(), Vec2::zeros()],
+        Some(motor),
+    )
+    .unwrap();
     // spins up at T/J = 5 rad/s2 and reaches 4 rad/s after 0.8 s = 96 steps
     for k in 1..=60 {
         let record = s.step().unwrap();
         let expected = 1.5 / inertia * DT * f64::from(k);
         let spin = s.velocity(body).unwrap().z;
-        assert!((spin - expected).abs() < 1e-9, "step {k}: {spin} for {expected}");
+        assert!(
+            (spin - expected).abs() < 1e-9,
+            "step {k}: {spin} for {expected}"
+        );
         assert!(record.energy.motors > 0.0);
     }
     for _ in 0..60 {
@@ -391,7 +454,14 @@ fn a_pendulum_stays_on_its_pin() {
     let mut s = simulation(-9.81);
     let bob = ShapeSpec::Ball { radius: 0.1 };
     let (body, _) = s
-        .add_body(Motion::Dynamic, at(1.0, 0.0), Vec3::zeros(), &bob, &Surface::default(), UNIT)
+        .add_body(
+            Motion::Dynamic,
+            at(1.0, 0.0),
+            Vec3::zeros(),
+            &bob,
+            &Surface::default(),
+            UNIT,
+        )
         .unwrap();
     let anchors = [Vec2::zeros(), Vec2::new(-1.0, 0.0)];
     s.add_revolute([None, Some(body)], anchors, None).unwrap();
@@ -465,28 +535,52 @@ fn square() -> ColliderBuilder {
 fn unsupported_bodies_and_colliders_are_refused_by_name() {
     let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
     let cases = [
-        ("dominance", refusal(free().dominance_group(3), square(), none)),
+        (
+            "dominance",
+            refusal(free().dominance_group(3), square(), none),
+        ),
         (
             "continuous collision detection",
             refusal(free().ccd_enabled(true), square(), none),
         ),
-        ("soft-CCD", refusal(free().soft_ccd_prediction(0.1), square(), none)),
-        ("contact skin", refusal(free(), square().contact_skin(0.01), none)),
+        (
+            "soft-CCD",
+            refusal(free().soft_ccd_prediction(0.1), square(), none),
+        ),
+        (
+            "contact skin",
+            refusal(free(), square().contact_skin(0.01), none),
+        ),
         (
             "hooks",
-            refusal(free(), square().active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS), none),
+            refusal(
+                free(),
+                square().active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS),
+                none,
+            ),
         ),
         (
             "events",
-            refusal(free(), square().active_events(ActiveEvents::COLLISION_EVENTS), none),
+            refusal(
+                free(),
+                square().active_events(ActiveEvents::COLLISION_EVENTS),
+                none,
+            ),
         ),
         (
             "contact-force events",
-            refusal(free(), square().active_events(ActiveEvents::CONTACT_FORCE_EVENTS), none),
+            refusal(
+                free(),
+                square().active_events(ActiveEvents::CONTACT_FORCE_EVENTS),
+                none,
+            ),
         ),
     ];
     for (name, error) in cases {
-        assert!(error.contains(name) && error.contains("not supported"), "{name}: {error}");
+        assert!(
+            error.contains(name) && error.contains("not supported"),
+            "{name}: {error}"
+        );
     }
 }
 
@@ -499,13 +593,28 @@ fn unsupported_joints_are_refused_by_name() {
     };
     let revolute = RevoluteJointBuilder::new;
     let cases: [(&str, String); 9] = [
-        ("prismatic", with(PrismaticJointBuilder::new(Vector::X).build().into())),
+        (
+            "prismatic",
+            with(PrismaticJointBuilder::new(Vector::X).build().into()),
+        ),
         ("fixed", with(FixedJointBuilder::new().build().into())),
         ("rope", with(RopeJointBuilder::new(1.0).build().into())),
-        ("spring", with(SpringJointBuilder::new(1.0, 10.0, 1.0).build().into())),
-        ("pin-slot", with(PinSlotJointBuilder::new(Vector::X).build().into())),
-        ("limits", with(revolute().limits([-1.0, 1.0]).build().into())),
-        ("position motors", with(revolute().motor_position(1.0, 10.0, 1.0).build().into())),
+        (
+            "spring",
+            with(SpringJointBuilder::new(1.0, 10.0, 1.0).build().into()),
+        ),
+        (
+            "pin-slot",
+            with(PinSlotJointBuilder::new(Vector::X).build().into()),
+        ),
+        (
+            "limits",
+            with(revolute().limits([-1.0, 1.0]).build().into()),
+        ),
+        (
+            "position motors",
+            with(revolute().motor_position(1.0, 10.0, 1.0).build().into()),
+        ),
         (
             "multibody",
             refusal(free(), square(), |world, ground, body| {
@@ -524,7 +633,10 @@ fn unsupported_joints_are_refused_by_name() {
         ),
     ];
     for (name, error) in cases {
-        assert!(error.contains(name) && error.contains("not supported"), "{name}: {error}");
+        assert!(
+            error.contains(name) && error.contains("not supported"),
+            "{name}: {error}"
+        );
     }
 }
 
@@ -537,11 +649,17 @@ fn bodies_that_cannot_be_simulated_are_refused() {
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);
         });
-        assert!(error.contains("position that is not finite"), "{broken}: {error}");
+        assert!(
+            error.contains("position that is not finite"),
+            "{broken}: {error}"
+        );
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_linvel(Vector::new(0.0, broken), true);
         });
-        assert!(error.contains("velocity that is not finite"), "{broken}: {error}");
+        assert!(
+            error.contains("velocity that is not finite"),
+            "{broken}: {error}"
+        );
         let error = refusal(free(), square().friction(broken), none);
         assert!(error.contains("friction"), "{broken}: {error}");
         let error = refusal(free(), square().restitution(broken), none);
@@ -587,27 +705,39 @@ fn friction_and_restitution_combine_by_rapiers_rules() {
         let (ground, slab) = floor();
         world.insert(ground, slab.friction(0.2).friction_combine_rule(one));
         let (body, _) = world.insert(
-            free().translation(Vector::new(0.0, 0.5)).linvel(Vector::new(3.0, 0.0)),
+            free()
+                .translation(Vector::new(0.0, 0.5))
+                .linvel(Vector::new(3.0, 0.0)),
             square().friction(0.8).friction_combine_rule(two),
         );
         let mut pipeline = pipeline();
         pipeline.step(&mut world).unwrap();
         let v = pipeline.velocity(body).unwrap().x;
         let mu = (3.0 - v) / (9.81 * DT);
-        assert!((mu - expected).abs() < 1e-9, "friction {one:?} {two:?}: {mu}");
+        assert!(
+            (mu - expected).abs() < 1e-9,
+            "friction {one:?} {two:?}: {mu}"
+        );
 
         let mut world = self::world(0.0);
         let (ground, slab) = floor();
         world.insert(ground, slab.restitution(0.2).restitution_combine_rule(one));
         let (body, _) = world.insert(
-            free().translation(Vector::new(0.0, 0.51)).linvel(Vector::new(0.0, -3.0)),
-            ColliderBuilder::ball(0.5).restitution(0.8).restitution_combine_rule(two),
+            free()
+                .translation(Vector::new(0.0, 0.51))
+                .linvel(Vector::new(0.0, -3.0)),
+            ColliderBuilder::ball(0.5)
+                .restitution(0.8)
+                .restitution_combine_rule(two),
         );
         let mut pipeline = self::pipeline();
         let record = pipeline.step(&mut world).unwrap();
         assert_eq!(record.contacts[0].status, ContactStatus::Impact);
         let e = pipeline.velocity(body).unwrap().y / 3.0;
-        assert!((e - expected).abs() < 1e-9, "restitution {one:?} {two:?}: {e}");
+        assert!(
+            (e - expected).abs() < 1e-9,
+            "restitution {one:?} {two:?}: {e}"
+        );
     }
 }
 
@@ -628,7 +758,9 @@ fn groups_and_sensors_let_bodies_through() {
         let mut world = world(-9.81);
         let (ground, slab) = floor();
         world.insert(ground, slab.collision_groups(group(1, 1)));
-        let body = free().translation(Vector::new(0.0, 0.5)).additional_mass(1.0);
+        let body = free()
+            .translation(Vector::new(0.0, 0.5))
+            .additional_mass(1.0);
         let (body, _) = world.insert(body, shape);
         let mut pipeline = pipeline();
         for _ in 0..60 {
@@ -687,15 +819,33 @@ fn a_worn_tooth_is_met_later_and_where_it_is() {
             let mut s = simulation(-9.81);
             let surface = Surface::default();
             let (base, first) = s
-                .add_body(Motion::Fixed, at(0.0, 0.0), Vec3::zeros(), &tooth(kind, 0.3), &surface, None)
+                .add_body(
+                    Motion::Fixed,
+                    at(0.0, 0.0),
+                    Vec3::zeros(),
+                    &tooth(kind, 0.3),
+                    &surface,
+                    None,
+                )
                 .unwrap();
             let (body, _) = s
-                .add_body(Motion::Dynamic, at(0.05, 0.81), Vec3::zeros(), &shape, &surface, UNIT)
+                .add_body(
+                    Motion::Dynamic,
+                    at(0.05, 0.81),
+                    Vec3::zeros(),
+                    &shape,
+                    &surface,
+                    UNIT,
+                )
                 .unwrap();
             let height = |s: &Simulation| s.pose(body).unwrap().translation.y;
             settle(&mut s, 60);
             let what = format!("{load} on {kind}");
-            assert!((height(&s) - 0.8).abs() < RESOLVED, "{what}: {}", height(&s));
+            assert!(
+                (height(&s) - 0.8).abs() < RESOLVED,
+                "{what}: {}",
+                height(&s)
+            );
 
             let mut collider: ColliderId = first;
             for (h, wear) in [(0.25, 0.05), (0.249, 0.001), (0.05, 0.199)] {
@@ -745,7 +895,10 @@ fn a_collider_that_the_user_exchanges_is_met_where_it_is() {
     world.remove_collider(old);
     world.insert_collider(ColliderBuilder::cuboid(2.0, 0.25), Some(ground));
     let record = pipeline.step(&mut world).unwrap();
-    assert!(record.contacts.iter().all(|c| c.impulse_n == 0.0), "{record:?}");
+    assert!(
+        record.contacts.iter().all(|c| c.impulse_n == 0.0),
+        "{record:?}"
+    );
     for _ in 0..60 {
         pipeline.step(&mut world).unwrap();
     }
@@ -760,7 +913,12 @@ fn a_shape_that_the_user_sets_is_met_where_it_is() {
         let make = |h: f32| {
             if polygon {
                 let point = Vector::new;
-                let corners = vec![point(-2.0, -h), point(2.0, -h), point(2.0, h), point(-2.0, h)];
+                let corners = vec![
+                    point(-2.0, -h),
+                    point(2.0, -h),
+                    point(2.0, h),
+                    point(-2.0, h),
+                ];
                 SharedShape::convex_polyline(corners).unwrap()
             } else {
                 SharedShape::cuboid(2.0, h)

@@ -9,9 +9,7 @@ use moreau2d::dynamics::{
     ContactKey, ContactPoint, Detection, ModelError, MoreauStepper, MultibodyModel, NormalLaw,
     Rotor, RotorContact, Scheme, StepperSettings,
 };
-use moreau2d::rapier::{
-    BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface,
-};
+use moreau2d::rapier::{BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
 
 /// Bodies that touch in one configuration, for one step: all a contact problem needs of geometry.
 struct Cluster {
@@ -187,7 +185,10 @@ fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: 
             "case {case}: {} for {predicted}",
             t[1] - t[0] - work
         );
-        assert!(record.energy.imbalance().abs() <= 1e-12 * scale, "case {case}");
+        assert!(
+            record.energy.imbalance().abs() <= 1e-12 * scale,
+            "case {case}"
+        );
         assert!((record.energy.kinetic_end - t[1]).abs() <= 1e-13 * scale);
         // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10 a contact
         assert!((products - dissipated).abs() <= 1e-9 * scale, "case {case}");
@@ -221,7 +222,8 @@ fn every_step_balances_its_energy() {
             let mut cluster = Cluster::random(&mut random, e, true, true);
             let (start, record) = one_step(&mut cluster, scheme);
             let energy = record.energy;
-            let scale = energy.kinetic_start + energy.kinetic_end + gross(&cluster, &start, &record);
+            let scale =
+                energy.kinetic_start + energy.kinetic_end + gross(&cluster, &start, &record);
             assert!(
                 energy.imbalance().abs() <= 1e-12 * scale,
                 "case {case}: {} of {scale}",
@@ -299,7 +301,11 @@ fn redundant_contacts_are_flagged_and_only_they() {
         .unwrap();
         let record = stepper.step(&mut rotor, 1e-3).unwrap();
         let loaded = record.contacts.iter().filter(|c| c.impulse_n > 0.0).count();
-        assert_eq!((loaded, record.redundant), (expected + 1, expected), "{solver}");
+        assert_eq!(
+            (loaded, record.redundant),
+            (expected + 1, expected),
+            "{solver}"
+        );
     }
 }
 
@@ -352,8 +358,16 @@ fn impulses_of_the_record_make_the_change_of_momentum() {
         ..Surface::default()
     };
     let mut world = World::new(gravity, 1e-8);
-    world.fixed(Pose64::new(Vec2::new(0.0, -1.0), 0.0), Vec2::new(20.0, 1.0), &surface);
-    world.fixed(Pose64::new(Vec2::new(3.0, 2.0), 0.4), Vec2::new(1.0, 3.0), &surface);
+    world.fixed(
+        Pose64::new(Vec2::new(0.0, -1.0), 0.0),
+        Vec2::new(20.0, 1.0),
+        &surface,
+    );
+    world.fixed(
+        Pose64::new(Vec2::new(3.0, 2.0), 0.4),
+        Vec2::new(1.0, 3.0),
+        &surface,
+    );
     let mut random = Random(8);
     for k in 0..24 {
         let at = Vec2::new(0.7 * f64::from(k % 5) - 1.0, 0.4 + 0.75 * f64::from(k / 5));
@@ -433,7 +447,13 @@ fn pile(angle: f64, offset: Vec2, mirror: bool) -> Vec<(Vec2, f64)> {
         } else {
             ShapeSpec::Ball { radius: 0.3 }
         };
-        world.add(at(x, y, a), Vec3::new(v.x, v.y, flip * w), &shape, 1.0, &surface);
+        world.add(
+            at(x, y, a),
+            Vec3::new(v.x, v.y, flip * w),
+            &shape,
+            1.0,
+            &surface,
+        );
     }
     for _ in 0..60 {
         let record = world.simulation.step().unwrap();
