@@ -739,3 +739,16 @@ fn contradictions_in_the_study_are_refused() {
         assert_refused(&place, &["run", "thresher-study", "--set", flag], words);
     }
 }
+
+// --- found, not yet mended --------------------------------------------------------------------
+
+/// Bug: the study takes its steps from the contact time and its rows from the batches; `--steps`
+/// and `--every` are accepted and have no effect.
+#[test]
+fn flags_without_effect_on_the_study_are_refused() {
+    let place = Place::new();
+    for flag in ["--steps", "--every"] {
+        let args = ["run", "thresher-study", flag, "3"];
+        assert_refused(&place, &args, &[flag, "thresher-study"]);
+    }
+}
