@@ -1,0 +1,171 @@
+//! What a step and a solve cost. Read as ratios on one machine; nothing here asserts a time.
+//!
+//! `cargo bench --bench step` measures, `cargo bench --bench step -- --test` runs each once.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use moreau2d::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use moreau2d::dynamics::{
+    MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor, Scheme, StepperSettings,
+};
+use moreau2d::scene::{self, Built};
+use moreau2d::solver::{SOLVERS, solver_by_name};
+use std::hint::black_box;
+
+fn build(name: &str) -> Built {
+    scene::load(name, &[])
+        .expect("a scene of the catalogue")
+        .build()
+        .expect("a scene that was checked")
+}
+
+/// One step of a scene after `settle` steps; it goes on from sample to sample.
+fn scene_step(c: &mut Criterion, name: &str, settle: usize) {
+    let mut built = build(name);
+    for _ in 0..settle {
+        built.simulation.step().expect("a step");
+    }
+    c.bench_function(&format!("step/{name}"), |b| {
+        b.iter(|| black_box(built.simulation.step().expect("a step")));
+    });
+}
+
+fn steps(c: &mut Criterion) {
+    // warm: its impulses are those of the last step
+    scene_step(c, "pyramid", 20);
+    // 0.32 s: the grains lie on the drum and have begun to turn with it
+    scene_step(c, "drum", 160);
+}
+
+const INERTIA: f64 = 5.186444e-4;
+const TORQUE: f64 = 146.39;
+const SPEED: f64 = 70.0;
+const FRICTION: f64 = 0.3;
+
+/// The study's rotor: levers of its 26 cells with the ramp leading, axis at 0.25 m.
+fn levers() -> Vec<Vec2> {
+    let (alpha, beta, gamma, l) = (-5.539, -0.1014, 0.0188, 0.25);
+    (0..26)
+        .map(|i| {
+            let x = 0.002 * f64::from(i);
+            let (y, slope) = ((alpha * x + beta) * x + gamma, 2.0 * alpha * x + beta);
+            let q = f64::hypot(slope, 1.0);
+            let closing: f64 = (-(l + y) * slope - x) / q;
+            Vec2::new(-closing.max(0.0), ((l + y) - x * slope) / q)
+        })
+        .collect()
+}
+
+fn rotor(law: impl Fn(Vec2) -> NormalLaw) -> Rotor {
+    let mut rotor = Rotor::new(INERTIA, 1.8326, SPEED).expect("a rotor");
+    rotor.contacts = levers()
+        .into_iter()
+        .map(|lever| RotorContact {
+            lever,
+            gap: 0.0,
+            friction: FRICTION,
+            law: law(lever),
+            position: Vec2::zeros(),
+        })
+        .collect();
+    rotor
+}
+
+fn rotor_steps(c: &mut Criterion) {
+    let stepper = |scheme| {
+        MoreauStepper::new(StepperSettings {
+            scheme,
+            ..StepperSettings::default()
+        })
+        .expect("settings")
+    };
+    // every cell resists with the same share of the torque
+    let mut held = rotor(|lever| NormalLaw::Load {
+        force: TORQUE / 26.0 / (lever.x.abs() + FRICTION * lever.y),
+    });
+    held.motor = Some(RotorMotor {
+        speed: SPEED,
+        max_torque: 2.0 * TORQUE,
+    });
+    let mut torque_balanced = stepper(Scheme::Staggered);
+    c.bench_function("step/rotor-26-torque-balanced", |b| {
+        b.iter(|| black_box(torque_balanced.step(&mut held, 1e-6).expect("a step")));
+    });
+    // stalled after the first step: what is measured is the rank-one problem at rest
+    let mut free = rotor(|_| NormalLaw::Rigid { restitution: 0.0 });
+    free.torque = TORQUE;
+    let mut literal = stepper(Scheme::Moreau);
+    c.bench_function("step/rotor-26-literal", |b| {
+        b.iter(|| black_box(literal.step(&mut free, 1e-6).expect("a step")));
+    });
+}
+
+/// A tower of unit boxes of 1000 kg that a step of 1/60 s of weight and a shove at the top load:
+/// two contacts a box.
+fn tower(boxes: u32) -> ContactProblem {
+    let inverse = Vec3::new(1e-3, 1e-3, 6e-3);
+    let mut rows = Vec::new();
+    let mut free = Vec::new();
+    let mut laws = Vec::new();
+    let side = |sign: f64, arm: Vec2| {
+        [
+            Vec3::new(0.0, sign, sign * arm.x),
+            Vec3::new(-sign, 0.0, sign * arm.y),
+        ]
+    };
+    for k in 0..boxes {
+        for x in [-0.5, 0.5] {
+            let below = if k == 0 { NO_BODY } else { k - 1 };
+            let lower = match below {
+                NO_BODY => [Vec3::zeros(); 2],
+                _ => side(-1.0, Vec2::new(x, 0.5)),
+            };
+            rows.push(Rows {
+                bodies: [below, k],
+                jacobian: [lower, side(1.0, Vec2::new(x, -0.5))],
+            });
+            let fall = if k == 0 { -9.81 / 60.0 } else { 0.0 };
+            let shove = if k + 1 == boxes { 0.05 } else { 0.0 };
+            free.push(Vec2::new(fall, shove));
+            laws.push(Law::Contact {
+                friction: 0.5,
+                compliance: 0.0,
+            });
+        }
+    }
+    ContactProblem {
+        operator: Delassus::Bodies(BodyOperator {
+            inverse_mass: vec![inverse; boxes as usize],
+            rows,
+        }),
+        free,
+        laws,
+    }
+}
+
+fn solves(c: &mut Criterion) {
+    for (name, problem) in [
+        ("solve/4-contacts", tower(2)),
+        ("solve/tower-10", tower(10)),
+    ] {
+        problem.validate().expect("a valid problem");
+        let mut group = c.benchmark_group(name);
+        for method in SOLVERS {
+            let mut solver = solver_by_name(method).expect("a name of the table");
+            let mut cold = vec![Vec2::zeros(); problem.len()];
+            // enumeration gives up on twenty contacts: that time would say nothing
+            if !solver.solve(&problem, &mut cold, 1e-8).solved() {
+                continue;
+            }
+            group.bench_function(BenchmarkId::from_parameter(method), |b| {
+                b.iter(|| {
+                    let mut impulses = vec![Vec2::zeros(); problem.len()];
+                    black_box(solver.solve(&problem, &mut impulses, 1e-8))
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, steps, rotor_steps, solves);
+criterion_main!(benches);

@@ -1,0 +1,594 @@
+//! Properties of one step, whatever the scene: energy, momentum, restitution, sticking, symmetry.
+
+mod common;
+
+use common::{Random, load, run_steps};
+use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
+use moreau2d::dynamics::record::{ContactStatus, StepRecord};
+use moreau2d::dynamics::{
+    ContactKey, ContactPoint, Detection, ModelError, MoreauStepper, MultibodyModel, NormalLaw,
+    Rotor, RotorContact, Scheme, StepperSettings,
+};
+use moreau2d::rapier::{BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
+
+/// Bodies that touch in one configuration, for one step: all a contact problem needs of geometry.
+struct Cluster {
+    velocities: Vec<Vec3>,
+    inverse_mass: Vec<Vec3>,
+    forces: Vec<Vec3>,
+    contacts: Vec<ContactPoint>,
+}
+
+impl MultibodyModel for Cluster {
+    fn velocities(&self) -> &[Vec3] {
+        &self.velocities
+    }
+    fn set_velocities(&mut self, velocities: &[Vec3]) {
+        self.velocities.copy_from_slice(velocities);
+    }
+    fn inverse_mass(&self) -> &[Vec3] {
+        &self.inverse_mass
+    }
+    fn forces(&self, _time: f64, out: &mut [Vec3]) {
+        out.copy_from_slice(&self.forces);
+    }
+    fn advance(&mut self, _dt: f64) {}
+    fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {
+        out.contacts.extend_from_slice(&self.contacts);
+        Ok(())
+    }
+}
+
+impl Cluster {
+    /// Two to four bodies of 0.1 to 10 kg and one to five contacts with arms up to 0.5 m; the
+    /// friction of each up to 1.5, all with `restitution`.
+    fn random(random: &mut Random, restitution: f64, friction: bool, forces: bool) -> Cluster {
+        let n = 2 + random.below(3);
+        let vector = |random: &mut Random, size: f64| {
+            Vec3::new(
+                random.between(-size, size),
+                random.between(-size, size),
+                random.between(-size, size),
+            )
+        };
+        let mut cluster = Cluster {
+            velocities: Vec::new(),
+            inverse_mass: Vec::new(),
+            forces: Vec::new(),
+            contacts: Vec::new(),
+        };
+        for _ in 0..n {
+            let mass = 10f64.powf(random.between(-1.0, 1.0));
+            let inertia = mass * random.between(0.02, 0.1);
+            cluster
+                .inverse_mass
+                .push(Vec3::new(1.0 / mass, 1.0 / mass, 1.0 / inertia));
+            cluster.velocities.push(vector(random, 3.0));
+            let size = if forces { 100.0 } else { 0.0 };
+            cluster.forces.push(vector(random, size));
+        }
+        for k in 0..1 + random.below(5) {
+            let second = random.below(n) as u32;
+            let first = match random.below(n + 1) as u32 {
+                one if one == second || one == n as u32 => NO_BODY,
+                one => one,
+            };
+            let angle = random.between(0.0, std::f64::consts::TAU);
+            let normal = Vec2::new(angle.cos(), angle.sin());
+            let tangent = Vec2::new(-normal.y, normal.x);
+            let mut jacobian = [[Vec3::zeros(); 2]; 2];
+            for (side, sign) in [(0, -1.0), (1, 1.0)] {
+                if [first, second][side] == NO_BODY {
+                    continue;
+                }
+                let arm = Vec2::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5));
+                jacobian[side] = [normal, tangent]
+                    .map(|d| Vec3::new(sign * d.x, sign * d.y, sign * arm.perp(&d)));
+            }
+            cluster.contacts.push(ContactPoint {
+                key: ContactKey {
+                    pair: 0,
+                    feature: k as u64,
+                },
+                rows: Rows {
+                    bodies: [first, second],
+                    jacobian,
+                },
+                bodies: [first, second],
+                surfaces: [0, k as u32],
+                cell: 0,
+                position: Vec2::zeros(),
+                normal,
+                gap: 0.0,
+                gap_noise: 0.0,
+                friction: if friction {
+                    random.between(0.0, 1.5)
+                } else {
+                    0.0
+                },
+                law: NormalLaw::Rigid { restitution },
+                surface_velocity: 0.0,
+            });
+        }
+        cluster
+    }
+
+    fn kinetic(&self, velocities: &[Vec3]) -> f64 {
+        velocities
+            .iter()
+            .zip(&self.inverse_mass)
+            .map(|(u, w)| 0.5 * u.component_mul(u).component_div(w).sum())
+            .sum()
+    }
+}
+
+fn stepper(scheme: Scheme, tolerance: f64) -> MoreauStepper {
+    MoreauStepper::new(StepperSettings {
+        scheme,
+        tolerance,
+        ..StepperSettings::default()
+    })
+    .unwrap()
+}
+
+/// One step of 0.01 s: velocities before and after, and the record.
+fn one_step(cluster: &mut Cluster, scheme: Scheme) -> (Vec<Vec3>, StepRecord) {
+    let start = cluster.velocities.clone();
+    let record = stepper(scheme, 1e-10).step(cluster, 0.01).unwrap();
+    (start, record)
+}
+
+/// Sum of |P| times the largest |γ_A| and |γ_E| \[J\]: what the terms of the balance are made of. In a
+/// wedge the impulses can be far larger than what they leave of the motion.
+fn gross(cluster: &Cluster, start: &[Vec3], record: &StepRecord) -> f64 {
+    let fastest = cluster
+        .contacts
+        .iter()
+        .flat_map(|c| [c.rows.velocity(start), c.rows.velocity(&cluster.velocities)])
+        .map(|gamma| gamma.norm())
+        .fold(0.0, f64::max);
+    let pushed = |c: &moreau2d::dynamics::record::ContactRecord| c.impulse_n.hypot(c.impulse_t);
+    fastest * record.contacts.iter().map(pushed).sum::<f64>()
+}
+
+/// Identity of `mechanics`, Moreau's rule, one restitution coefficient ε for all rows:
+/// `ΔT − ū·h Δt = [ξ·P − (1−ε)/2 P·(G P + c)] / (1+ε)`, `c = Wᵀ M⁻¹ h Δt`, `ξ = γ_E + ε γ_A`.
+#[track_caller]
+fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: bool, seed: u64) {
+    let mut random = Random(seed);
+    let mut loaded = 0;
+    for case in 0..500 {
+        let mut cluster = Cluster::random(&mut random, epsilon, friction, forces);
+        let (start, record) = one_step(&mut cluster, scheme);
+        assert_eq!(record.unsolved, 0, "case {case}");
+        let end = &cluster.velocities;
+        let t = [&start, end].map(|u| cluster.kinetic(u));
+        let work: f64 = (0..start.len())
+            .map(|k| 0.5 * (start[k] + end[k]).dot(&cluster.forces[k]) * 0.01)
+            .sum();
+        let (mut products, mut slack, mut dissipated) = (0.0, 0.0, 0.0);
+        for (contact, done) in cluster.contacts.iter().zip(&record.contacts) {
+            let p = Vec2::new(done.impulse_n, done.impulse_t);
+            let a = contact.rows.velocity(&start);
+            let e = contact.rows.velocity(end);
+            let xi = e + epsilon * a;
+            products += xi.dot(&p);
+            slack += p.dot(&(e - a)); // G P + c = γ_E − γ_A
+            dissipated -= contact.friction * done.impulse_n * xi.y.abs();
+            loaded += usize::from(done.impulse_n > 0.0);
+        }
+        let predicted = (products - 0.5 * (1.0 - epsilon) * slack) / (1.0 + epsilon);
+        let scale = t[0] + t[1] + work.abs() + gross(&cluster, &start, &record);
+        // round-off of sums of some twenty products
+        assert!(
+            ((t[1] - t[0]) - work - predicted).abs() <= 1e-12 * scale,
+            "case {case}: {} for {predicted}",
+            t[1] - t[0] - work
+        );
+        assert!(
+            record.energy.imbalance().abs() <= 1e-12 * scale,
+            "case {case}"
+        );
+        assert!((record.energy.kinetic_end - t[1]).abs() <= 1e-13 * scale);
+        // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10 a contact
+        assert!((products - dissipated).abs() <= 1e-9 * scale, "case {case}");
+    }
+    assert!(loaded > 300, "{loaded} loaded contacts show something");
+}
+
+#[test]
+fn energy_of_frictional_collisions_without_restitution() {
+    for scheme in [Scheme::Moreau, Scheme::Staggered] {
+        assert_energy_identity(scheme, 0.0, true, false, 1);
+        assert_energy_identity(scheme, 0.0, true, true, 2);
+    }
+}
+
+#[test]
+fn energy_of_frictionless_collisions_with_any_restitution() {
+    for (seed, epsilon) in [(3, 0.2), (4, 0.7), (5, 1.0)] {
+        assert_energy_identity(Scheme::Moreau, epsilon, false, false, seed);
+        assert_energy_identity(Scheme::Moreau, epsilon, false, true, seed);
+    }
+}
+
+/// The change of kinetic energy is the work of all impulses, friction and restitution mixed.
+#[test]
+fn every_step_balances_its_energy() {
+    let mut random = Random(6);
+    for scheme in [Scheme::Moreau, Scheme::Staggered] {
+        for case in 0..500 {
+            let e = random.between(0.0, 1.0);
+            let mut cluster = Cluster::random(&mut random, e, true, true);
+            let (start, record) = one_step(&mut cluster, scheme);
+            let energy = record.energy;
+            let scale =
+                energy.kinetic_start + energy.kinetic_end + gross(&cluster, &start, &record);
+            assert!(
+                energy.imbalance().abs() <= 1e-12 * scale,
+                "case {case}: {} of {scale}",
+                energy.imbalance()
+            );
+        }
+    }
+}
+
+/// Newton's law alone gains energy in some of these (Kane's paradox); the capped law never does.
+#[test]
+fn capped_restitution_never_adds_energy() {
+    let gains = |scheme: Scheme| {
+        let mut random = Random(7);
+        let mut gained = Vec::new();
+        let mut unsolved = 0;
+        for _ in 0..3000 {
+            let mut cluster = Cluster::random(&mut random, 1.0, true, false);
+            let (start, record) = one_step(&mut cluster, scheme);
+            unsolved += record.unsolved;
+            let ratio = cluster.kinetic(&cluster.velocities) / cluster.kinetic(&start);
+            if ratio > 1.0 + 1e-12 {
+                gained.push(ratio);
+            }
+        }
+        (gained, unsolved)
+    };
+    let (plain, _) = gains(Scheme::Moreau);
+    assert!(plain.len() > 50, "{} cases where it matters", plain.len());
+    let (capped, unsolved) = gains(Scheme::Staggered);
+    assert!(capped.is_empty(), "{} gains: {capped:?}", capped.len());
+    assert_eq!(unsolved, 0);
+}
+
+#[test]
+fn a_contact_that_sticks_and_stuck_has_no_slip_at_all() {
+    let run = run_steps(&load("incline", &["slope=0.4995"]), 120);
+    for record in &run.records[1..] {
+        assert_eq!(record.contacts.len(), 2);
+        for c in &record.contacts {
+            assert_eq!(c.status, ContactStatus::Stick);
+            assert_eq!((c.slip, c.load_slip, c.friction_work), (0.0, 0.0, 0.0));
+            assert!(c.impulse_n > 0.0 && c.impulse_t != 0.0);
+        }
+    }
+}
+
+/// Four sticking rows on three coordinates, two sliding ones, two on the one of a rotor.
+#[test]
+fn redundant_contacts_are_flagged_and_only_they() {
+    let sliding = run_steps(&load("sliding-block", &[]), 10);
+    assert_eq!(sliding.totals.redundant_steps, 0);
+    let resting = run_steps(&load("incline", &["slope=0.3"]), 10);
+    assert_eq!(resting.totals.redundant_steps, 10);
+    let rolling = run_steps(&load("spinning-disc", &[]), 60);
+    assert_eq!(rolling.totals.redundant_steps, 0);
+
+    // Two alike contacts on one coordinate. Lemke loads one of them: unique in what it shows, not
+    // in truth, and nothing to flag; the direct method loads both.
+    for (solver, expected) in [("lemke", 0), ("direct", 1)] {
+        let mut rotor = Rotor::new(0.1, 0.0, 1.0).unwrap();
+        let contact = RotorContact {
+            lever: Vec2::new(-0.1, 0.2),
+            gap: 0.0,
+            friction: 0.0,
+            law: NormalLaw::Rigid { restitution: 0.0 },
+            position: Vec2::zeros(),
+        };
+        rotor.contacts = vec![contact; 2];
+        let mut stepper = MoreauStepper::new(StepperSettings {
+            scheme: Scheme::Moreau,
+            solver: solver.to_owned(),
+            tolerance: 1e-8,
+        })
+        .unwrap();
+        let record = stepper.step(&mut rotor, 1e-3).unwrap();
+        let loaded = record.contacts.iter().filter(|c| c.impulse_n > 0.0).count();
+        assert_eq!(
+            (loaded, record.redundant),
+            (expected + 1, expected),
+            "{solver}"
+        );
+    }
+}
+
+/// What the tests of momentum and symmetry add to a world.
+struct World {
+    simulation: Simulation,
+    bodies: Vec<(BodyId, f64, f64)>,
+}
+
+impl World {
+    fn new(gravity: Vec2, tolerance: f64) -> World {
+        let settings = StepperSettings {
+            tolerance,
+            ..StepperSettings::default()
+        };
+        World {
+            simulation: Simulation::new(settings, gravity, 1.0 / 120.0).unwrap(),
+            bodies: Vec::new(),
+        }
+    }
+
+    fn fixed(&mut self, pose: Pose64, half: Vec2, surface: &Surface) {
+        let shape = ShapeSpec::Box { half };
+        self.simulation
+            .add_body(Motion::Fixed, pose, Vec3::zeros(), &shape, surface, None)
+            .unwrap();
+    }
+
+    fn add(&mut self, pose: Pose64, velocity: Vec3, shape: &ShapeSpec, mass: f64, s: &Surface) {
+        let inertia = match shape {
+            ShapeSpec::Ball { radius } => 0.5 * mass * radius * radius,
+            ShapeSpec::Box { half } => mass * half.norm_squared() / 3.0,
+            _ => unreachable!(),
+        };
+        let spec = Some(MassSpec::Given { mass, inertia });
+        let (id, _) = self
+            .simulation
+            .add_body(Motion::Dynamic, pose, velocity, shape, s, spec)
+            .unwrap();
+        self.bodies.push((id, mass, inertia));
+    }
+}
+
+/// Every impulse in the record, at the place it gives, makes the change of momentum and spin.
+#[test]
+fn impulses_of_the_record_make_the_change_of_momentum() {
+    let gravity = Vec2::new(0.3, -9.81);
+    let surface = Surface {
+        restitution: 0.4,
+        ..Surface::default()
+    };
+    let mut world = World::new(gravity, 1e-8);
+    world.fixed(
+        Pose64::new(Vec2::new(0.0, -1.0), 0.0),
+        Vec2::new(20.0, 1.0),
+        &surface,
+    );
+    world.fixed(
+        Pose64::new(Vec2::new(3.0, 2.0), 0.4),
+        Vec2::new(1.0, 3.0),
+        &surface,
+    );
+    let mut random = Random(8);
+    for k in 0..24 {
+        let at = Vec2::new(0.7 * f64::from(k % 5) - 1.0, 0.4 + 0.75 * f64::from(k / 5));
+        let (shape, mass) = if k % 2 == 0 {
+            (ShapeSpec::Ball { radius: 0.3 }, 1.0)
+        } else {
+            let half = Vec2::new(0.25, 0.3);
+            (ShapeSpec::Box { half }, 3.0)
+        };
+        let velocity = Vec3::new(random.between(-2.0, 2.0), -1.0, random.between(-3.0, 3.0));
+        let pose = Pose64::new(at, random.between(-1.0, 1.0));
+        world.add(pose, velocity, &shape, mass, &surface);
+    }
+    let dt = 1.0 / 120.0;
+    let mut most = 0;
+    for step in 0..150 {
+        let s = &world.simulation;
+        let before: Vec<(Vec3, Vec2)> = world
+            .bodies
+            .iter()
+            .map(|(id, ..)| (s.velocity(*id).unwrap(), s.pose(*id).unwrap().translation))
+            .collect();
+        let record = world.simulation.step().unwrap();
+        most = most.max(record.contacts.len());
+        for ((id, mass, inertia), (u, x)) in world.bodies.iter().zip(&before) {
+            let number = world.simulation.number(*id).unwrap();
+            let centre = x + u.xy() * (0.5 * dt);
+            let (mut push, mut turn) = (gravity * (mass * dt), 0.0);
+            let mut size = push.norm() + mass * u.xy().norm();
+            for c in &record.contacts {
+                for (side, sign) in [(0, -1.0), (1, 1.0)] {
+                    if c.bodies[side] == number {
+                        let tangent = Vec2::new(-c.normal.y, c.normal.x);
+                        let p = (c.normal * c.impulse_n + tangent * c.impulse_t) * sign;
+                        push += p;
+                        turn += (c.position - centre).perp(&p);
+                        size += p.norm();
+                    }
+                }
+            }
+            let v = world.simulation.velocity(*id).unwrap();
+            // round-off of at most a dozen sums
+            let miss = ((v - u).xy() * *mass - push).norm();
+            assert!(miss <= 1e-13 * size.max(1.0) * 10.0, "step {step}: {miss}");
+            let miss = (inertia * (v.z - u.z) - turn).abs();
+            assert!(miss <= 1e-12 * size.max(1.0), "step {step}: {miss}");
+        }
+    }
+    assert!(most > 30, "{most} contacts at once");
+}
+
+/// Where a small pile is after half a second, seen in the pile's own frame.
+fn pile(angle: f64, offset: Vec2, mirror: bool) -> Vec<(Vec2, f64)> {
+    let turn = Pose64::new(offset, angle);
+    let flip = if mirror { -1.0 } else { 1.0 };
+    let at = |x: f64, y: f64, a: f64| turn.compose(&Pose64::new(Vec2::new(flip * x, y), flip * a));
+    let surface = Surface {
+        friction: 0.4,
+        restitution: 0.2,
+        ..Surface::default()
+    };
+    // a tolerance of 1e-12: the motion must not show how the solver got there
+    let mut world = World::new(turn.rotate(Vec2::new(0.0, -9.81)), 1e-12);
+    world.fixed(at(0.0, -1.0, 0.0), Vec2::new(5.0, 1.0), &surface);
+    world.fixed(at(2.2, 1.0, 0.3), Vec2::new(0.5, 1.5), &surface);
+    let bodies = [
+        (0.0, 0.45, 0.1, 0.0, 0.0, 0.0, true),
+        (0.5, 1.3, -0.2, 1.0, 0.0, 2.0, false),
+        (-0.9, 0.8, 0.4, 0.5, -1.0, -1.0, true),
+        (1.0, 0.31, 0.0, 1.5, 0.0, -4.0, false),
+    ];
+    for (x, y, a, vx, vy, w, square) in bodies {
+        let v = turn.rotate(Vec2::new(flip * vx, vy));
+        let shape = if square {
+            let half = Vec2::new(0.4, 0.3);
+            ShapeSpec::Box { half }
+        } else {
+            ShapeSpec::Ball { radius: 0.3 }
+        };
+        world.add(
+            at(x, y, a),
+            Vec3::new(v.x, v.y, flip * w),
+            &shape,
+            1.0,
+            &surface,
+        );
+    }
+    for _ in 0..60 {
+        let record = world.simulation.step().unwrap();
+        assert_eq!(record.unsolved, 0);
+    }
+    world
+        .bodies
+        .iter()
+        .map(|(id, ..)| {
+            let pose = world.simulation.pose(*id).unwrap();
+            let place = turn.apply_inverse(pose.translation);
+            let twist = (pose.angle() - angle).sin();
+            (Vec2::new(flip * place.x, place.y), flip * twist)
+        })
+        .collect()
+}
+
+/// 1e-9 m: half a second of a pile with a dozen impacts grows round-off by some powers of ten.
+#[track_caller]
+fn assert_same(a: &[(Vec2, f64)], b: &[(Vec2, f64)]) {
+    for (k, ((p, s), (q, t))) in a.iter().zip(b).enumerate() {
+        assert!((p - q).norm() < 1e-9, "body {k}: {p} {q}");
+        assert!((s - t).abs() < 1e-9, "body {k}: {s} {t}");
+    }
+}
+
+#[test]
+fn a_mirrored_pile_falls_like_the_mirror_image() {
+    let plain = pile(0.0, Vec2::zeros(), false);
+    assert!(plain.iter().all(|(p, _)| p.y < 1.2), "they fell: {plain:?}");
+    assert_same(&plain, &pile(0.0, Vec2::zeros(), true));
+}
+
+#[test]
+fn a_turned_pile_falls_the_same_way() {
+    let plain = pile(0.0, Vec2::zeros(), false);
+    for angle in [0.3, -2.0, std::f64::consts::FRAC_PI_2] {
+        assert_same(&plain, &pile(angle, Vec2::zeros(), false));
+    }
+}
+
+#[test]
+fn a_pile_falls_the_same_way_elsewhere() {
+    let plain = pile(0.0, Vec2::zeros(), false);
+    assert_same(&plain, &pile(0.0, Vec2::new(30.0, -12.0), false));
+}
+
+// --- found, not yet mended --------------------------------------------------------------------
+
+/// Bug: a contact that closes without having carried a load before (bodies that touch at the
+/// start, a velocity set by the user) stands half a step deep at its first midpoint. The staggered
+/// rule pushes that out at −g/Δt = |γ_A|/2, so a ball without restitution rebounds with half its
+/// speed.
+#[test]
+fn a_landing_without_restitution_does_not_rebound() {
+    let surface = Surface::default();
+    let mut world = World::new(Vec2::zeros(), 1e-8);
+    world.fixed(
+        Pose64::new(Vec2::new(0.0, -1.0), 0.0),
+        Vec2::new(5.0, 1.0),
+        &surface,
+    );
+    let ball = ShapeSpec::Ball { radius: 0.5 };
+    let pose = Pose64::new(Vec2::new(0.0, 0.5), 0.0);
+    world.add(pose, Vec3::new(0.0, -1.0, 0.0), &ball, 1.0, &surface);
+    for _ in 0..3 {
+        world.simulation.step().unwrap();
+        let v = world.simulation.velocity(world.bodies[0].0).unwrap().y;
+        assert!(v <= 1e-9, "leaves the floor with {v} m/s");
+    }
+}
+
+/// Bug: `redundant` counts a contact on the border of its cone as sliding, the record calls it
+/// sticking. A resting box has four sticking rows on three coordinates whichever way the solver
+/// shares its friction.
+#[test]
+fn a_resting_box_is_redundant_wherever_its_friction_went() {
+    let run = run_steps(&load("incline", &["slope=0.4995"]), 10);
+    let sticks = |r: &StepRecord| r.contacts.iter().all(|c| c.status == ContactStatus::Stick);
+    assert!(run.records.iter().all(sticks));
+    assert_eq!(run.totals.redundant_steps, 10);
+}
+
+/// Bug: a contact whose impulse ends inside the cone by more than 1e-12 counts as sticking
+/// whatever its velocity, and the slip of the next step is set to zero. A solve to 1e-8 may end
+/// there at full speed: wear is lost.
+#[test]
+fn a_contact_that_slides_at_full_speed_never_counts_as_sticking() {
+    // the study's tooth at 146.39 N m: levers of 26 cells, force by overlap with 8 mm of tape
+    let cell = |k: u32| {
+        let x = 0.002 * f64::from(k);
+        let (y, slope) = ((-5.539 * x - 0.1014) * x + 0.0188, -11.078 * x - 0.1014);
+        let (r, q) = (0.25 + y, f64::hypot(slope, 1.0));
+        let closing: f64 = (-r * slope - x) / q;
+        let lever = Vec2::new(-closing.max(0.0), (r - x * slope) / q);
+        (lever, (0.008 - (0.2688 - r.hypot(x))).max(0.0))
+    };
+    let resisting: f64 = (0..26)
+        .map(cell)
+        .map(|(lever, overlap)| overlap * (0.3 * lever.y - lever.x))
+        .sum();
+    let mut rotor = Rotor::new(5.186444e-4, 1.8326, 70.0).unwrap();
+    rotor.weight_moment = 0.346 * 9.81 * 0.0387;
+    for (lever, overlap) in (0..26).map(cell) {
+        let force = 146.39 * overlap / resisting;
+        rotor.contacts.push(RotorContact {
+            lever,
+            gap: 0.0,
+            friction: 0.3,
+            law: NormalLaw::Load { force },
+            position: Vec2::zeros(),
+        });
+    }
+    rotor.motor = Some(moreau2d::dynamics::RotorMotor {
+        speed: 70.0,
+        max_torque: 2.0 * 146.39,
+    });
+    for solver in moreau2d::solver::SOLVERS {
+        let mut rotor = rotor.clone();
+        let mut stepper = MoreauStepper::new(StepperSettings {
+            solver: solver.to_owned(),
+            ..StepperSettings::default()
+        })
+        .unwrap();
+        for step in 0..200 {
+            let record = stepper.step(&mut rotor, 1e-6).unwrap();
+            if record.unsolved > 0 {
+                break; // said so; nothing is claimed
+            }
+            for c in record.contacts.iter().filter(|c| c.impulse_n > 0.0) {
+                let slip = 70.0 * rotor.contacts[c.cell as usize].lever.y * 1e-6;
+                let what = format!("{solver}, step {step}, cell {}: {:?}", c.cell, c.status);
+                assert_ne!(c.status, ContactStatus::Stick, "{what}");
+                assert!((c.slip / slip - 1.0).abs() < 1e-6, "{what}, {}", c.slip);
+            }
+        }
+    }
+}
