@@ -100,6 +100,19 @@ struct CompareArgs {
     repeats: u32,
 }
 
+impl RunArgs {
+    /// An error where a flag was given that `scene` has no use for.
+    fn refuse(&self, flag: &str, given: bool, scene: &Scene) -> Result<(), RunError> {
+        if given {
+            return Err(RunError::Unfit(format!(
+                "{flag}: has no effect on scene {}, whose run is set by its own blocks",
+                scene.name
+            )));
+        }
+        Ok(())
+    }
+}
+
 fn engine(name: &str) -> Result<Engine, String> {
     Engine::ALL
         .iter()

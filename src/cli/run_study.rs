@@ -14,6 +14,10 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
             scene.name
         )));
     };
+    args.refuse("--steps", args.common.steps.is_some(), scene)?;
+    args.refuse("--every", args.every.is_some(), scene)?;
+    let calibrated = study.reading == Reading::TorqueBalanced;
+    args.refuse("--time", calibrated && args.common.time.is_some(), scene)?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let points = (study.torques.len() * study.speeds.len()) as u64;
     let progress = Progress::new(&scene.name, points, args.common.quiet);

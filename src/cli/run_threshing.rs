@@ -17,6 +17,8 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
             scene.name
         )));
     };
+    args.refuse("--steps", args.common.steps.is_some(), scene)?;
+    args.refuse("--time", args.common.time.is_some(), scene)?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let quiet = args.common.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);

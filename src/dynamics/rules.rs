@@ -104,7 +104,8 @@ fn rigid(contact: &ContactPoint) -> Law {
 ///
 /// ```text
 /// smooth, g ≥ 0     b = g/Δt                        a linearised SHAKE
-/// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in
+/// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in, if it
+///                   carried an impulse before; a first landing takes b = 0
 /// rebounding        b = e γ_A, now iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
@@ -122,8 +123,11 @@ fn staggered(contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Option<
             g / dt
         } else if e > 0.0 && closing < 0.0 {
             -e * closing
-        } else {
+        } else if now.carried {
             -(-g / dt).min(closing.max(0.0))
+        } else {
+            // what is deep at the midpoint came there in this very step: a landing, no rebound
+            0.0
         }
     } else if g + 0.5 * dt * now.gamma_f.x <= 0.0 {
         -e * closing

@@ -325,7 +325,7 @@ impl MoreauStepper {
                     }
                     let mut relaxed = warm;
                     let again = self.solver.solve(&problem, &mut relaxed, tolerance);
-                    if again.residual.relative < report.residual.relative {
+                    if again.residual.velocity < report.residual.velocity {
                         impulses = relaxed;
                         report = again.after(&report);
                         record.relaxed += 1;
@@ -344,8 +344,8 @@ impl MoreauStepper {
                 }
             }
             count(record, &report);
-            record.redundant += usize::from(redundant(&problem, &impulses));
             let resolution = 10.0 * tolerance * report.residual.velocity_scale;
+            record.redundant += usize::from(redundant(&problem, &impulses, resolution));
             for (&i, &p) in members.iter().zip(&impulses) {
                 s.impulses[i as usize] = p;
                 s.resolution[i as usize] = resolution;
@@ -398,11 +398,16 @@ impl MoreauStepper {
                     let surface = Vec2::new(0.0, contact.surface_velocity);
                     let gamma_e = contact.rows.velocity(&s.end) + surface;
                     let gamma_mean = contact.rows.velocity(&mean) + surface;
-                    // inside the cone, or on its border with no velocity that the solve resolves
+                    // the velocity that the friction law sees, within what the solve resolves:
+                    // on the border of the cone a contact may stick, inside it it must
+                    let added = block.free - s.gamma_free(i, &self.detection);
+                    let added = match contact.law {
+                        NormalLaw::Load { .. } => added.x,
+                        _ => added.y,
+                    };
                     let sticks = mu > 0.0
                         && impulse.x > 0.0
-                        && (impulse.y.abs() < mu * impulse.x * (1.0 - 1e-12)
-                            || gamma_e.y.abs() <= s.resolution[i]);
+                        && (gamma_e.y + added).abs() <= s.resolution[i];
                     let memory = Memory {
                         impulse,
                         dt,
@@ -553,7 +558,7 @@ fn island_problem(members: &[u32], s: &mut Scratch, inverse_mass: &[Vec3]) -> Co
 }
 
 /// Whether the loaded rigid rows outnumber the coordinates: their shares are then not unique.
-fn redundant(problem: &ContactProblem, impulses: &[Vec2]) -> bool {
+fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution: f64) -> bool {
     let Delassus::Bodies(op) = &problem.operator else {
         return false;
     };
@@ -566,12 +571,13 @@ fn redundant(problem: &ContactProblem, impulses: &[Vec2]) -> bool {
         .laws
         .iter()
         .zip(impulses)
-        .map(|(law, p)| match *law {
+        .zip(problem.local_velocity(impulses))
+        .map(|((law, p), xi)| match *law {
             Law::Contact {
                 compliance,
                 friction,
             } => {
-                let sticks = p.y.abs() < friction * p.x * (1.0 - 1e-12);
+                let sticks = friction > 0.0 && xi.y.abs() <= resolution;
                 usize::from(p.x > 0.0 && compliance == 0.0) + usize::from(p.x > 0.0 && sticks)
             }
             Law::Pin => 2,

@@ -222,6 +222,7 @@ fn load_cycle(
     let dt = scene.step.dt;
     let mut sums = LoadSlip::new(rotor.contacts.len());
     let (mut wearing_steps, mut speed_after) = (0, f64::NAN);
+    let mut most_worn: f64 = 0.0;
     let whole = (window / dt * (1.0 + 1e-12)).floor() as usize;
     let rest = window - whole as f64 * dt;
     for k in 0..=whole {
@@ -234,7 +235,10 @@ fn load_cycle(
         totals.wall += start.elapsed().as_secs_f64();
         totals.add(&record);
         sums.add(&record.contacts, |c| Some(c.cell as usize))?;
-        wearing_steps += usize::from(record.contacts.iter().any(|c| c.load_slip > 0.0));
+        let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
+        most_worn = most_worn.max(worn);
+        // round-off of a rotor that stands still is no wear
+        wearing_steps += usize::from(worn > 1e-9 * most_worn);
         if speed_after.is_nan() && !record.contacts.is_empty() {
             speed_after = rotor.speed();
         }

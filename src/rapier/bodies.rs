@@ -26,7 +26,9 @@ pub(super) struct Shadow {
     /// What rapier was last given; anything else found there was put there by the user.
     written_pose: Pose,
     written_velocity: (Vector, f32),
-    mass_seen: (f32, f32, Vector, LockedAxes),
+    /// `None` until it is first read, and again when an exact mass was given.
+    mass_seen: Option<(f32, f32, Vector, LockedAxes)>,
+    seen: bool,
 }
 
 /// All enabled bodies of a world, in rapier's order.
@@ -35,7 +37,7 @@ pub(super) struct Bodies {
     pub list: Vec<Shadow>,
     pub velocities: Vec<Vec3>,
     pub inverse_mass: Vec<Vec3>,
-    pub exact: HashMap<RigidBodyHandle, ExactBody>,
+    exact: HashMap<RigidBodyHandle, ExactBody>,
     index: HashMap<RigidBodyHandle, u32>,
 }
 
@@ -97,7 +99,8 @@ impl Bodies {
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
         refuse_unsupported(body, name)?;
         let pose = *body.position();
-        let first = shadow.mass_seen.0.is_nan();
+        let first = !shadow.seen;
+        shadow.seen = true;
         if first || pose != shadow.written_pose {
             if !pose.translation.is_finite() || !pose.rotation.re.is_finite() {
                 return Err(ModelError::Invalid(format!(
@@ -127,11 +130,10 @@ impl Bodies {
             local.local_com,
             body.locked_axes(),
         );
-        if first || seen != shadow.mass_seen || shadow.kind != body.body_type() {
-            shadow.mass_seen = seen;
+        if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
+            shadow.mass_seen = Some(seen);
             shadow.kind = body.body_type();
             shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
-            shadow.radius = radius(world, body, shadow.center);
             self.inverse_mass[k] = match self.exact.get(&shadow.handle) {
                 _ if !body.is_dynamic() => Vec3::zeros(),
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),
@@ -167,6 +169,14 @@ impl Bodies {
             self.velocities[k] = Vec3::zeros();
         }
         Ok(())
+    }
+
+    /// Gives a body a mass of its own, from the next step on.
+    pub fn set_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
+        self.exact.insert(handle, exact);
+        if let Some(k) = self.index_of(handle) {
+            self.list[k as usize].mass_seen = None;
+        }
     }
 
     /// `q ← q + u dt` for everything that moves.
@@ -240,8 +250,8 @@ impl Shadow {
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,
             written_velocity: (Vector::ZERO, 0.0),
-            // NaN is equal to nothing: everything is read at the first sight
-            mass_seen: (f32::NAN, 0.0, Vector::ZERO, LockedAxes::empty()),
+            mass_seen: None,
+            seen: false,
         }
     }
 }
@@ -258,21 +268,6 @@ fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
         free(LockedAxes::TRANSLATION_LOCKED_Y, inverse_mass),
         free(LockedAxes::ROTATION_LOCKED, inverse_inertia),
     )
-}
-
-fn radius(world: &PhysicsWorld, body: &RigidBody, center: Vec2) -> f64 {
-    let mut radius: f64 = 0.0;
-    for handle in body.colliders() {
-        let Some(collider) = world.colliders.get(*handle) else {
-            continue;
-        };
-        let sphere = collider.shape().compute_local_bounding_sphere();
-        let local = collider.position_wrt_parent().copied().unwrap_or_default();
-        let c = local * sphere.center;
-        let d = Vec2::new(f64::from(c.x), f64::from(c.y)) - center;
-        radius = radius.max(d.norm() + f64::from(sphere.radius));
-    }
-    radius
 }
 
 fn refuse_unsupported(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {

@@ -47,6 +47,8 @@ struct Known {
     local: Pose64,
     exact: Option<Exact>,
     size: f64,
+    /// Bounding sphere in the collider's frame.
+    sphere: (Vec2, f64),
     friction: f64,
     restitution: f64,
 }
@@ -61,22 +63,25 @@ pub(super) struct Detector {
 }
 
 impl Detector {
-    /// Finds all contacts at the present poses.
+    /// Finds all contacts at the present poses; `acceleration` \[m/s²\] bounds that of any body.
     ///
     /// # Errors
     /// [`ModelError`] for colliders that use what is not supported.
     pub fn detect(
         &mut self,
         world: &mut PhysicsWorld,
-        bodies: &Bodies,
+        bodies: &mut Bodies,
+        acceleration: f64,
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
+        self.refresh(world)?;
+        self.measure_bodies(world, bodies);
+        let bodies = &*bodies;
         let fastest = (0..bodies.list.len())
             .map(|k| speed_bound(bodies, k as u32))
             .fold(0.0, f64::max);
-        let gravity = f64::from(world.gravity.length());
-        let drop = gravity * dt * dt;
+        let drop = acceleration * dt * dt;
         let prediction = 2.0 * (fastest * dt + drop) + 1e-6;
         world.collision_pipeline.step(
             prediction as f32,
@@ -88,7 +93,6 @@ impl Detector {
             &(),
             &(),
         );
-        self.refresh(world)?;
         self.order.clear();
         let mut found = std::mem::take(&mut self.touches);
         for pair in world.narrow_phase.contact_pairs() {
@@ -202,6 +206,20 @@ impl Detector {
         }
     }
 
+    /// Farthest point of every body's colliders from its centre of mass: bounds their speed.
+    fn measure_bodies(&self, world: &PhysicsWorld, bodies: &mut Bodies) {
+        bodies.list.iter_mut().for_each(|shadow| shadow.radius = 0.0);
+        for (handle, collider) in world.colliders.iter() {
+            let number = collider.parent().and_then(|h| bodies.index_of(h));
+            if let (Some(k), Some(known)) = (number, self.look(handle)) {
+                let shadow = &mut bodies.list[k as usize];
+                let (centre, radius) = known.sphere;
+                let distance = (known.local.apply(centre) - shadow.center).norm();
+                shadow.radius = shadow.radius.max(distance + radius);
+            }
+        }
+    }
+
     /// Takes over what changed about the colliders.
     fn refresh(&mut self, world: &PhysicsWorld) -> Result<(), ModelError> {
         for (handle, collider) in world.colliders.iter() {
@@ -209,6 +227,7 @@ impl Detector {
             if self.known.len() <= slot {
                 self.known.resize(slot + 1, None);
             }
+            refuse_unsupported(handle, collider)?;
             let shape = collider.shared_shape();
             let local = match collider.parent() {
                 Some(_) => collider.position_wrt_parent().copied(),
@@ -223,7 +242,6 @@ impl Detector {
             {
                 continue;
             }
-            refuse_unsupported(handle, collider)?;
             self.known[slot] = Some(Known {
                 handle,
                 shape: shape.clone(),
@@ -241,6 +259,11 @@ impl Detector {
                 size: {
                     let extents = collider.shape().compute_local_aabb().extents();
                     f64::from(extents.x.max(extents.y))
+                },
+                sphere: {
+                    let sphere = collider.shape().compute_local_bounding_sphere();
+                    let centre = Vec2::new(sphere.center.x.into(), sphere.center.y.into());
+                    (centre, sphere.radius.into())
                 },
                 friction: widen(material.0),
                 restitution: widen(material.1),

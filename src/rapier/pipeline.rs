@@ -152,7 +152,7 @@ impl MoreauPipeline {
                 exact.inertia
             )));
         }
-        self.bodies.exact.insert(body, exact);
+        self.bodies.set_exact(body, exact);
         Ok(())
     }
 
@@ -257,7 +257,17 @@ impl MultibodyModel for RapierModel<'_> {
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         self.bodies.write(self.world, false);
-        self.detector.detect(self.world, self.bodies, dt, out)?;
+        let acceleration = (0..self.bodies.list.len())
+            .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
+            .map(|k| {
+                let body = &self.world.bodies[self.bodies.list[k].handle];
+                let w = self.bodies.inverse_mass[k].xy().amax();
+                let push = f64::from(body.user_force().length()) * w;
+                self.gravity.norm() * f64::from(body.gravity_scale()).abs() + push
+            })
+            .fold(0.0, f64::max);
+        self.detector
+            .detect(self.world, self.bodies, acceleration, dt, out)?;
         joint_rows(self.world, self.bodies, dt, out)
     }
 

@@ -50,7 +50,7 @@ pub fn run_steps(scene: &Scene, steps: usize) -> Run {
     let mut built = scene.build().unwrap_or_else(|e| panic!("{e}"));
     let mut samples = Samples::start(&built, Engine::Moreau);
     let mut records = Vec::with_capacity(steps);
-    let totals = simulate(&mut built, Engine::Moreau, steps, |_, record, built| {
+    let totals = simulate(&mut built, Engine::Moreau, steps, |record, built| {
         samples.add(record, built, Engine::Moreau);
         records.push(record.clone());
         Ok(())
