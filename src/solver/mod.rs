@@ -15,6 +15,11 @@ mod response;
 mod sparse;
 mod status_newton;
 
+#[cfg(test)]
+mod direct_tests;
+#[cfg(test)]
+mod problems;
+
 pub use auto::Auto;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
