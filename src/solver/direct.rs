@@ -16,7 +16,7 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// 4. The interior point, with Newton as polish, from up to three starts: near the sweeps' impulses;
 ///    all contacts alike; near the sweeps' impulses with ten times their size. No other start once
 ///    the best is within a hundred tolerances: what is left is then round-off.
-/// 5. The rest of the sweep budget from the best impulses met.
+/// 5. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
@@ -39,8 +39,16 @@ pub struct Direct {
 }
 
 const WARM_STEPS: usize = 4;
-const SWEEPS: [usize; 2] = [20, 80];
+const SWEEPS_FIRST: [usize; 2] = [20, 80];
+const SWEEPS_LAST: [usize; 4] = [100, 300, 600, 900];
 const NEWTON_STEPS: usize = 8;
+/// Near the sweeps' impulses or not, scale, neighbourhood.
+const STARTS: [(bool, f64, f64); 4] = [
+    (true, 1.0, 0.1),
+    (false, 1.0, 0.1),
+    (true, 10.0, 1e-4),
+    (false, 0.1, 1e-4),
+];
 /// Within this many tolerances another start of the interior point does not help.
 const ROUND_OFF: f64 = 100.0;
 
@@ -72,19 +80,15 @@ impl ImpulseSolver for Direct {
         if impulses.iter().any(|p| *p != Vec2::zeros()) {
             self.polish(problem, impulses, WARM_STEPS, &mut report);
         }
-        for sweeps in SWEEPS {
-            if !self.best.solved() {
-                self.sweep(problem, impulses, sweeps, tolerance, &mut report);
-            }
-            if !self.best.solved() {
-                self.polish(problem, impulses, NEWTON_STEPS, &mut report);
-            }
+        for sweeps in SWEEPS_FIRST {
+            self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         self.interior_point(problem, impulses, tolerance, &mut report);
         if !self.best.solved() {
             impulses.copy_from_slice(&self.best.impulses);
-            let left = self.nsgs.max_sweeps.saturating_sub(report.sweeps);
-            self.sweep(problem, impulses, left, tolerance, &mut report);
+        }
+        for sweeps in SWEEPS_LAST {
+            self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         impulses.copy_from_slice(&self.best.impulses);
         report.status = self.best.status();
@@ -94,7 +98,8 @@ impl ImpulseSolver for Direct {
 }
 
 impl Direct {
-    fn sweep(
+    /// Sweeps from `impulses`, then Newton from where they ended; nothing once solved.
+    fn sweep_and_polish(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
@@ -102,10 +107,18 @@ impl Direct {
         tolerance: f64,
         report: &mut SolveReport,
     ) {
+        if self.best.solved() {
+            return;
+        }
         let judge = &mut self.judge;
-        report.sweeps += self.nsgs.sweep(problem, judge, impulses, tolerance, sweeps);
+        report.sweeps += self
+            .nsgs
+            .sweep(problem, judge, impulses, tolerance, sweeps);
         self.best
             .offer(impulses, judge.natural_map(problem, impulses));
+        if !self.best.solved() {
+            self.polish(problem, impulses, NEWTON_STEPS, report);
+        }
     }
 
     fn polish(
@@ -136,7 +149,7 @@ impl Direct {
         self.start.clear();
         self.start.extend_from_slice(swept);
         for (attempt, (near, scale, neighbourhood)) in
-            [(true, 1.0, 0.1), (false, 1.0, 0.1), (true, 10.0, 1e-4)]
+            STARTS
                 .into_iter()
                 .enumerate()
         {

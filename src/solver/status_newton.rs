@@ -10,7 +10,7 @@ use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
 ///
 /// ```text
 /// ξ(P⁺) + ε (P⁺ − P) = 0 on the active rows,  P_T⁺ = s μ P_N⁺ on slipping ones,
-/// ε = 1e−6 tr(G_ii)/2                                                        (1)
+/// ε = ε₀ tr(G_ii)/2, ε₀ = 1e−6 or less                                                       (1)
 /// ```
 ///
 /// No line search: it either lands within a few steps or cycles, and then stops.
@@ -24,13 +24,18 @@ pub(super) struct StatusNewton {
     gains: Vec<Mat2>,
     offsets: Vec<Vec2>,
     targets: Vec<Vec2>,
+    proximal: f64,
     /// All status vectors met, one after the other.
     history: Vec<Status>,
 }
 
-/// Weight of the proximal term. Smaller loses digits in the stiff system, and more than 1e-4 takes
-/// many steps on redundant rows.
+/// First weight of the proximal term: a smaller one loses digits in the stiff system.
 const PROXIMAL: f64 = 1e-6;
+/// Where a step with unchanged statuses leaves more than this share of the residual, the weight
+/// falls by [`LIGHTER`], not below [`LIGHTEST`]: great mass ratios need it.
+const SLOW: f64 = 0.1;
+const LIGHTER: f64 = 1e-2;
+const LIGHTEST: f64 = 0.9e-10;
 
 /// Which rows of a block are active.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +83,8 @@ impl Status {
 impl StatusNewton {
     /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.
     ///
-    /// `guess` takes the place of the statuses in the first two steps. Stops when `best` is
+    /// `guess` takes the place of the statuses in the first two steps. While the statuses stand, the
+    /// factors are used again. Stops when `best` is
     /// solved, when a status vector comes up for the third time, when more than a tenth of the
     /// statuses change in a step and not clearly fewer than in the one before, or when the system
     /// is singular. Returns the number of factorisations.
@@ -97,8 +103,10 @@ impl StatusNewton {
         self.current.clear();
         self.current.extend_from_slice(start);
         self.history.clear();
-        let mut changed_before = n;
-        for step in 0..steps {
+        let (mut changed_before, mut merit_before) = (n, f64::INFINITY);
+        let (mut step, mut lighter) = (0, false);
+        self.proximal = PROXIMAL;
+        loop {
             response.start(problem, &self.current);
             let guess = guess.filter(|_| step < GUESSED_STEPS);
             self.linearise(problem, judge, response, guess);
@@ -107,12 +115,22 @@ impl StatusNewton {
                 Some(last) => last.iter().zip(now).filter(|(a, b)| a != b).count(),
                 None => n,
             };
-            let cycles = seen.chunks_exact(n).filter(|s| *s == now).count() >= 2;
-            let wanders = step >= 2 && 10 * changed > n && 5 * changed > 4 * changed_before;
-            if cycles || wanders || !response.factorise(problem, &self.gains) {
-                return step;
+            if changed == 0 && !lighter {
+                // the same system: its factors serve, and the proximal centre moves on
+                self.history.truncate(self.history.len() - n);
+            } else {
+                lighter = false;
+                let cycles = changed > 0 && seen.chunks_exact(n).filter(|s| *s == now).count() >= 2;
+                let wanders = step >= 2 && 10 * changed > n && 5 * changed > 4 * changed_before;
+                if step == steps || cycles || wanders {
+                    return step;
+                }
+                step += 1;
+                if !response.factorise(problem, &self.gains) {
+                    return step;
+                }
+                changed_before = changed;
             }
-            changed_before = changed;
             self.targets.clear();
             self.targets
                 .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
@@ -121,19 +139,24 @@ impl StatusNewton {
                 self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
             }
             self.inside.clear();
-            self.inside.extend(
-                self.current
-                    .iter()
-                    .zip(&problem.laws)
-                    .map(|(&p, l)| inside(p, l)),
-            );
+            self.inside
+                .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
             let residual = judge.natural_map(problem, &self.inside);
+            let merit = residual.merit();
             best.offer(&self.inside, residual);
-            if best.solved() || residual.merit().is_nan() {
-                return step + 1;
+            if best.solved() || merit.is_nan() {
+                return step;
             }
+            if changed == 0 && merit > SLOW * merit_before {
+                // the proximal term holds the last digits back, or round-off does
+                self.proximal *= LIGHTER;
+                lighter = true;
+                if self.proximal < LIGHTEST {
+                    return step;
+                }
+            }
+            merit_before = merit;
         }
-        steps
     }
 
     /// Statuses, gains and offsets of (1) at the current impulses.
@@ -162,7 +185,7 @@ impl StatusNewton {
                 None => Status::of(law, p - xi / (half + compliance)),
             };
             self.history.push(status);
-            let epsilon = PROXIMAL * half;
+            let epsilon = self.proximal * half;
             let rate = 1.0 / (compliance + epsilon);
             let slip = |ratio: f64| {
                 let normal = -rate * xi.x;
@@ -192,6 +215,7 @@ impl StatusNewton {
 }
 
 const GUESSED_STEPS: usize = 2;
+
 
 /// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
 /// judged must lie in it.
