@@ -34,7 +34,7 @@ pub use cone::project_onto_cone;
 pub use local::solve_local;
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};
 pub use problem::{ContactError, ContactProblem, Law};
-pub use residual::{Residual, natural_map};
+pub use residual::{Judge, Residual, natural_map};
 
 /// A pair (n, t).
 pub type Vec2 = nalgebra::Vector2<f64>;

@@ -1,4 +1,4 @@
-use super::{ContactProblem, Law, Vec2, project_onto_cone};
+use super::{ContactProblem, Law, Mat2, SweepState, Vec2, project_onto_cone};
 
 /// How far impulses are from solving a contact problem: the only judge of every solver.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -18,6 +18,21 @@ impl Residual {
     pub fn certified(&self, tolerance: f64) -> bool {
         self.relative <= tolerance && self.velocity <= tolerance * self.velocity_scale
     }
+
+    /// The smallest tolerance at which it is certified, up to round-off:
+    /// `max(relative, velocity / velocity_scale)`, no unit. NaN stays NaN.
+    pub fn merit(&self) -> f64 {
+        if self.velocity == 0.0 {
+            self.relative
+        } else {
+            worse(self.relative, self.velocity / self.velocity_scale)
+        }
+    }
+}
+
+/// The larger number; NaN if either is. `f64::max` drops NaN, the judge must not.
+fn worse(a: f64, b: f64) -> f64 {
+    if b.is_nan() || b > a { b } else { a }
 }
 
 /// Natural-map residual of a planar Coulomb contact problem.
@@ -43,50 +58,87 @@ impl Residual {
 /// # Source
 /// De Saxcé & Feng (1998); Acary & Brogliato (2008), ch. 13. The scaling by ρ is ours.
 pub fn natural_map(problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
-    let xi = problem.local_velocity(impulses);
-    let mut result = Residual::default();
-    let mut scale: f64 = 0.0;
-    // f64::max drops NaN, the judge must not.
-    let worse = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
-    for (i, law) in problem.laws.iter().enumerate() {
-        let block = problem.operator.diagonal(i);
-        let (p, b) = (impulses[i], problem.free[i]);
-        let (f, rho, p, b) = match *law {
-            Law::Contact {
-                friction,
-                compliance,
-            } if friction > 0.0 => {
-                let rho = 2.0 / (block.trace() + 2.0 * compliance);
-                let shifted = Vec2::new(xi[i].x + friction * xi[i].y.abs(), xi[i].y);
-                let f = p - project_onto_cone(p - rho * shifted, friction);
-                (f.norm(), rho, p.norm(), b.norm())
-            }
-            Law::Contact { compliance, .. } => {
-                let rho = 1.0 / (block[(0, 0)] + compliance);
-                let f = p.x - (p.x - rho * xi[i].x).max(0.0);
-                (f.abs().max(p.y.abs()), rho, p.x.abs(), b.x.abs())
-            }
-            Law::Pin => {
-                let rho = 2.0 / block.trace();
-                (rho * xi[i].norm(), rho, p.norm(), b.norm())
-            }
-            Law::Bounded { lower, upper } => {
-                let rho = 1.0 / block[(0, 0)];
-                let f = p.x - (p.x - rho * xi[i].x).clamp(lower, upper);
-                (f.abs(), rho, p.x.abs(), b.x.abs())
-            }
-        };
-        result.absolute = worse(result.absolute, f);
-        result.velocity = worse(result.velocity, f / rho);
-        scale = scale.max(p).max(rho * b);
-        result.velocity_scale = result.velocity_scale.max(b).max(p / rho);
+    Judge::new(problem).natural_map(problem, impulses)
+}
+
+/// [`natural_map`] with its buffers kept, for solvers that ask often: the same figures to the
+/// last bit, without allocation.
+#[derive(Debug, Clone, Default)]
+pub struct Judge {
+    diagonal: Vec<Mat2>,
+    state: SweepState,
+}
+
+impl Judge {
+    /// A judge of `problem`.
+    pub fn new(problem: &ContactProblem) -> Judge {
+        let mut judge = Judge::default();
+        judge.prepare(problem);
+        judge
     }
-    result.relative = if result.absolute == 0.0 {
-        0.0
-    } else {
-        result.absolute / scale
-    };
-    result
+
+    /// Turns to another problem: reads its diagonal blocks, once.
+    pub fn prepare(&mut self, problem: &ContactProblem) {
+        self.diagonal.clear();
+        self.diagonal
+            .extend((0..problem.len()).map(|i| problem.operator.diagonal(i)));
+    }
+
+    /// The blocks `G_ii` [1/kg] of the problem last prepared.
+    pub fn diagonal(&self) -> &[Mat2] {
+        &self.diagonal
+    }
+
+    /// See [`natural_map`]; `problem` is the one last prepared (its free term may differ).
+    pub fn natural_map(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
+        let operator = &problem.operator;
+        operator.restart(impulses, &mut self.state);
+        let mut result = Residual::default();
+        let mut scale: f64 = 0.0;
+        for (i, law) in problem.laws.iter().enumerate() {
+            let block = &self.diagonal[i];
+            let (p, b) = (impulses[i], problem.free[i]);
+            let mut xi = operator.read(i, &self.state) + b;
+            xi.x += law.compliance() * p.x;
+            let (f, rho, p, b) = match *law {
+                Law::Contact {
+                    friction,
+                    compliance,
+                } if friction > 0.0 => {
+                    let rho = 2.0 / (block.trace() + 2.0 * compliance);
+                    let shifted = Vec2::new(xi.x + friction * xi.y.abs(), xi.y);
+                    let f = p - project_onto_cone(p - rho * shifted, friction);
+                    (f.norm(), rho, p.norm(), b.norm())
+                }
+                Law::Contact { compliance, .. } => {
+                    let rho = 1.0 / (block[(0, 0)] + compliance);
+                    let z = p.x - rho * xi.x;
+                    // not `max`, which would drop NaN
+                    let f = p.x - if z < 0.0 { 0.0 } else { z };
+                    (f.abs().max(p.y.abs()), rho, p.x.abs(), b.x.abs())
+                }
+                Law::Pin => {
+                    let rho = 2.0 / block.trace();
+                    (rho * xi.norm(), rho, p.norm(), b.norm())
+                }
+                Law::Bounded { lower, upper } => {
+                    let rho = 1.0 / block[(0, 0)];
+                    let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
+                    (f.abs(), rho, p.x.abs(), b.x.abs())
+                }
+            };
+            result.absolute = worse(result.absolute, f);
+            result.velocity = worse(result.velocity, f / rho);
+            scale = scale.max(p).max(rho * b);
+            result.velocity_scale = result.velocity_scale.max(b).max(p / rho);
+        }
+        result.relative = if result.absolute == 0.0 {
+            0.0
+        } else {
+            result.absolute / scale
+        };
+        result
+    }
 }
 
 #[cfg(test)]

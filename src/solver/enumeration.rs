@@ -1,5 +1,5 @@
 use super::{ImpulseSolver, SolveReport};
-use crate::contact::{ContactProblem, Law, Vec2, solve_local};
+use crate::contact::{ContactProblem, Judge, Law, Vec2, solve_local};
 use nalgebra::{DMatrix, DVector};
 
 /// Exact solution of a small island by trying every combination of statuses.
@@ -19,12 +19,14 @@ use nalgebra::{DMatrix, DVector};
 pub struct Enumeration {
     /// Most combinations that are tried: 256 is four frictional contacts.
     pub max_combinations: usize,
+    judge: Judge,
 }
 
 impl Default for Enumeration {
     fn default() -> Self {
         Enumeration {
             max_combinations: 256,
+            judge: Judge::default(),
         }
     }
 }
@@ -109,15 +111,13 @@ impl ImpulseSolver for Enumeration {
         tolerance: f64,
     ) -> SolveReport {
         let n = problem.len();
+        self.judge.prepare(problem);
         if n == 1 {
-            impulses[0] = solve_local(
-                &problem.operator.diagonal(0),
-                problem.free[0],
-                &problem.laws[0],
-            );
-            return SolveReport::judged(problem, impulses, tolerance);
+            impulses[0] = solve_local(&self.judge.diagonal()[0], problem.free[0], &problem.laws[0]);
+            let residual = self.judge.natural_map(problem, impulses);
+            return SolveReport::of(residual, tolerance);
         }
-        let mut best = SolveReport::judged(problem, impulses, tolerance);
+        let mut best = SolveReport::of(self.judge.natural_map(problem, impulses), tolerance);
         let total = Enumeration::combinations(&problem.laws);
         if total > self.max_combinations {
             return best;
@@ -154,7 +154,8 @@ impl ImpulseSolver for Enumeration {
             let Some(trial) = candidate(problem, &matrix, &choice, &start) else {
                 continue;
             };
-            let report = SolveReport::judged(problem, &trial, tolerance);
+            let residual = self.judge.natural_map(problem, &trial);
+            let report = SolveReport::of(residual, tolerance);
             if report.residual.relative < best.residual.relative || report.solved() {
                 best = report.after(&SolveReport {
                     sweeps: 0,

@@ -4,11 +4,21 @@
 //! alone; a solver's own word is never reported.
 
 mod auto;
+mod best;
 mod direct;
 mod enumeration;
+mod interior_point;
 mod lemke;
 mod nsgs;
+mod pairs;
+mod response;
 mod sparse;
+mod status_newton;
+
+#[cfg(test)]
+mod direct_tests;
+#[cfg(test)]
+mod problems;
 
 pub use auto::Auto;
 pub use direct::Direct;
@@ -44,7 +54,11 @@ pub struct SolveReport {
 impl SolveReport {
     /// Lets the judge decide whether `impulses` solve `problem` at `tolerance`.
     pub fn judged(problem: &ContactProblem, impulses: &[Vec2], tolerance: f64) -> Self {
-        let residual = natural_map(problem, impulses);
+        SolveReport::of(natural_map(problem, impulses), tolerance)
+    }
+
+    /// The report of no work at all, with the judge's figure.
+    fn of(residual: Residual, tolerance: f64) -> Self {
         SolveReport {
             status: if residual.certified(tolerance) {
                 SolveStatus::Solved

@@ -1,5 +1,5 @@
 use super::{ImpulseSolver, SolveReport};
-use crate::contact::{ContactProblem, Mat2, SweepState, Vec2, natural_map, solve_local};
+use crate::contact::{ContactProblem, Judge, SweepState, Vec2, solve_local};
 
 /// Nonsmooth Gauss-Seidel: block after block, each solved exactly with the others frozen.
 ///
@@ -18,7 +18,7 @@ pub struct Nsgs {
     /// Most sweeps a solve may take.
     pub max_sweeps: usize,
     state: SweepState,
-    diagonal: Vec<Mat2>,
+    judge: Judge,
 }
 
 impl Default for Nsgs {
@@ -33,23 +33,22 @@ impl Nsgs {
         Nsgs {
             max_sweeps,
             state: SweepState::default(),
-            diagonal: Vec::new(),
+            judge: Judge::default(),
         }
     }
 
     /// Runs up to `sweeps` sweeps from `impulses`; stops early once the judge certifies them.
-    /// Returns the number of sweeps done.
+    /// Returns the number of sweeps done. `judge` is prepared for `problem`.
     pub(super) fn sweep(
         &mut self,
         problem: &ContactProblem,
+        judge: &mut Judge,
         impulses: &mut [Vec2],
         tolerance: f64,
         sweeps: usize,
     ) -> usize {
         let n = problem.len();
         let operator = &problem.operator;
-        self.diagonal.clear();
-        self.diagonal.extend((0..n).map(|i| operator.diagonal(i)));
         operator.restart(impulses, &mut self.state);
         let mut since_check = 0;
         for sweep in 0..sweeps {
@@ -57,7 +56,7 @@ impl Nsgs {
             let (mut change, mut scale) = (0.0f64, 0.0f64);
             for k in 0..n {
                 let i = if sweep % 2 == 0 { k } else { n - 1 - k };
-                let (block, law) = (&self.diagonal[i], &problem.laws[i]);
+                let (block, law) = (&judge.diagonal()[i], &problem.laws[i]);
                 let old = impulses[i];
                 let free = operator.read(i, &self.state) + problem.free[i] - block * old;
                 let new = solve_local(block, free, law);
@@ -77,7 +76,7 @@ impl Nsgs {
             // the change of a sweep is a cheap hint; only the judge decides
             if change <= tolerance * scale || since_check == 50 {
                 since_check = 0;
-                if natural_map(problem, impulses).certified(tolerance) {
+                if judge.natural_map(problem, impulses).certified(tolerance) {
                     return sweep + 1;
                 }
             }
@@ -97,10 +96,14 @@ impl ImpulseSolver for Nsgs {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        let sweeps = self.sweep(problem, impulses, tolerance, self.max_sweeps);
+        let mut judge = std::mem::take(&mut self.judge);
+        judge.prepare(problem);
+        let sweeps = self.sweep(problem, &mut judge, impulses, tolerance, self.max_sweeps);
+        let residual = judge.natural_map(problem, impulses);
+        self.judge = judge;
         SolveReport {
             sweeps,
-            ..SolveReport::judged(problem, impulses, tolerance)
+            ..SolveReport::of(residual, tolerance)
         }
     }
 }

@@ -6,6 +6,14 @@ use crate::contact::Vec3;
 
 type Mat3 = Matrix3<f64>;
 
+/// Place of a coupling in a [`BlockLdu`].
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    entry: usize,
+    /// Whether the first node is eliminated after the second, so that `K_ab` is in the lower part.
+    first_is_row: bool,
+}
+
 /// A square matrix of 3 × 3 blocks with a symmetric pattern, and its factors in place.
 ///
 /// ```text
@@ -39,10 +47,10 @@ pub struct BlockLdu {
 }
 
 impl BlockLdu {
-    /// Prepares a zero matrix of `size` nodes coupled by `pairs` (each `a < b`, sorted, unique).
+    /// Prepares a matrix of `size` nodes coupled by `pairs` (each `a < b`, sorted, unique).
     ///
     /// Returns whether the symbolic phase had to be done again.
-    pub fn reset(&mut self, size: usize, pairs: &[(u32, u32)]) -> bool {
+    pub fn prepare(&mut self, size: usize, pairs: &[(u32, u32)]) -> bool {
         let changed = self.size != size || self.pairs != pairs;
         if changed {
             self.size = size;
@@ -50,10 +58,14 @@ impl BlockLdu {
             self.pairs.extend_from_slice(pairs);
             self.analyse();
         }
-        for values in [&mut self.diagonal, &mut self.lower, &mut self.upper] {
-            values.iter_mut().for_each(|m| *m = Mat3::zeros());
-        }
         changed
+    }
+
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
+        for values in [&mut self.diagonal, &mut self.lower, &mut self.upper] {
+            values.fill(Mat3::zeros());
+        }
     }
 
     fn analyse(&mut self) {
@@ -118,24 +130,32 @@ impl BlockLdu {
         self.diagonal[self.position[a]] += m;
     }
 
-    /// `K_ab += m` for two different nodes of a declared pair.
-    pub fn add(&mut self, a: usize, b: usize, m: &Mat3) {
+    /// Where the blocks of two different nodes of a declared pair lie.
+    pub fn place(&self, a: usize, b: usize) -> Place {
         let (i, j) = (self.position[a], self.position[b]);
         let (column, row) = (i.min(j), i.max(j));
         let rows = &self.row[self.start[column]..self.start[column + 1]];
-        let entry = self.start[column] + rows.partition_point(|&r| r < row);
-        // row > column holds L; the block (row, column) is lower
-        if i > j {
-            self.lower[entry] += m;
-        } else {
-            self.upper[entry] += m;
+        Place {
+            entry: self.start[column] + rows.partition_point(|&r| r < row),
+            first_is_row: i > j,
         }
+    }
+
+    /// `K_ab += ab`, `K_ba += ba` for the nodes (a, b) of `place`.
+    pub fn add_coupling(&mut self, place: Place, ab: &Mat3, ba: &Mat3) {
+        let (lower, upper) = if place.first_is_row {
+            (ab, ba)
+        } else {
+            (ba, ab)
+        };
+        self.lower[place.entry] += lower;
+        self.upper[place.entry] += upper;
     }
 
     /// Factorises in place. `false` if a pivot block is singular.
     pub fn factorise(&mut self) -> bool {
         for k in 0..self.size {
-            let Some(inverse) = self.diagonal[k].try_inverse() else {
+            let Some(inverse) = inverse(&self.diagonal[k]) else {
                 return false;
             };
             self.diagonal[k] = inverse;
@@ -187,6 +207,41 @@ impl BlockLdu {
     }
 }
 
+/// Inverse by elimination with row pivots; `None` if singular.
+///
+/// Not by cofactors: a stiff row adds 1e8 times a rank-one matrix, whose determinant cancels to
+/// nothing in f64.
+fn inverse(m: &Mat3) -> Option<Mat3> {
+    let (mut left, mut right) = (*m, Mat3::identity());
+    for k in 0..3 {
+        let mut pivot = k;
+        for i in k + 1..3 {
+            if left[(i, k)].abs() > left[(pivot, k)].abs() {
+                pivot = i;
+            }
+        }
+        left.swap_rows(k, pivot);
+        right.swap_rows(k, pivot);
+        let d = left[(k, k)];
+        if d == 0.0 || d.is_nan() {
+            return None;
+        }
+        let scale = 1.0 / d;
+        for j in 0..3 {
+            left[(k, j)] *= scale;
+            right[(k, j)] *= scale;
+        }
+        for i in (0..3).filter(|&i| i != k) {
+            let f = left[(i, k)];
+            for j in 0..3 {
+                left[(i, j)] -= f * left[(k, j)];
+                right[(i, j)] -= f * right[(k, j)];
+            }
+        }
+    }
+    Some(right)
+}
+
 /// Approximate minimum degree ordering; the natural order should the ordering refuse the graph.
 fn minimum_degree(neighbours: &[Vec<usize>]) -> Vec<usize> {
     let n = neighbours.len();
@@ -230,26 +285,26 @@ mod tests {
                     }
                 }
             }
-            assert!(sparse.reset(size, &pairs));
-            assert!(!sparse.reset(size, &pairs), "symbolic phase is kept");
+            assert!(sparse.prepare(size, &pairs));
+            assert!(!sparse.prepare(size, &pairs), "symbolic phase is kept");
+            sparse.clear();
             let mut dense = DMatrix::zeros(3 * size, 3 * size);
-            let mut put = |sparse: &mut BlockLdu, a: usize, b: usize, m: Mat3| {
-                if a == b {
-                    sparse.add_diagonal(a, &m);
-                } else {
-                    sparse.add(a, b, &m);
-                }
+            let mut put = |a: usize, b: usize, m: Mat3| {
                 let mut view = dense.fixed_view_mut::<3, 3>(3 * a, 3 * b);
                 view += m;
             };
             for a in 0..size {
                 let m = Mat3::from_fn(|_, _| random()) + Mat3::identity() * (size as f64);
-                put(&mut sparse, a, a, m);
+                sparse.add_diagonal(a, &m);
+                put(a, a, m);
             }
             for &(a, b) in &pairs {
                 let (a, b) = (a as usize, b as usize);
-                put(&mut sparse, a, b, Mat3::from_fn(|_, _| random()));
-                put(&mut sparse, b, a, Mat3::from_fn(|_, _| random()));
+                let ab = Mat3::from_fn(|_, _| random());
+                let ba = Mat3::from_fn(|_, _| random());
+                sparse.add_coupling(sparse.place(a, b), &ab, &ba);
+                put(a, b, ab);
+                put(b, a, ba);
             }
             let rhs = DVector::from_fn(3 * size, |_, _| random());
             let expected = dense.lu().solve(&rhs).unwrap();

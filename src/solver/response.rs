@@ -1,0 +1,223 @@
+use super::sparse::{BlockLdu, Place};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec2, Vec3};
+use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3};
+
+/// Velocities of a contact problem when impulses answer them linearly, block by block.
+///
+/// With impulses `r`, gains `A_i` (2 × 2, need not be symmetric) and offsets `g`, one Newton step
+/// of the status method and of the interior point alike is
+///
+/// ```text
+/// dr = g − A h,   h = J dv,   M (v + dv) = Jᵀ (r + dr)                        (1)
+/// ```
+///
+/// where `v` is what the impulses add to the free velocity. From bodies it is solved in velocity
+/// space, `K dv = Jᵀ (r + g) − M v` with `K = M + Jᵀ A J`: sparse, and linear in a chain. Velocities
+/// are scaled by `M^½`, so that `M` is the identity and a locked coordinate a zero column. From an
+/// explicit operator it is the dense system `(I + G A) h = G (r + g) − ν`, `ν = J v`.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Response {
+    bodies: usize,
+    factor: BlockLdu,
+    pairs: Vec<(u32, u32)>,
+    /// Rows scaled by `M^−½`, and where their coupling lies in the factor.
+    rows: Vec<Rows>,
+    places: Vec<Option<Place>>,
+    velocity: Vec<Vec3>,
+    change: Vec<Vec3>,
+    dense: Dense,
+}
+
+/// Velocities of a [`Response`] at some moment.
+pub(super) struct Kept(Vec<Vec3>, DVector<f64>);
+
+#[derive(Debug, Clone, Default)]
+struct Dense {
+    factor: Option<LU<f64, Dyn, Dyn>>,
+    velocity: DVector<f64>,
+    change: DVector<f64>,
+}
+
+impl Response {
+    /// Turns to another problem. The symbolic factorisation is kept while the same bodies couple.
+    pub fn prepare(&mut self, problem: &ContactProblem) {
+        self.rows.clear();
+        let Delassus::Bodies(op) = &problem.operator else {
+            self.bodies = 0;
+            return;
+        };
+        self.bodies = op.inverse_mass.len();
+        self.rows.extend(op.rows.iter().map(|r| scaled(r, op)));
+        self.pairs.clear();
+        self.pairs.extend(op.rows.iter().filter_map(coupled));
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.factor.prepare(self.bodies, &self.pairs);
+        self.places.clear();
+        for rows in &op.rows {
+            let [a, b] = rows.bodies;
+            self.places
+                .push(coupled(rows).map(|_| self.factor.place(a as usize, b as usize)));
+        }
+    }
+
+    /// Sets `M v = Jᵀ r`.
+    pub fn start(&mut self, problem: &ContactProblem, impulses: &[Vec2]) {
+        match &problem.operator {
+            Delassus::Bodies(_) => {
+                self.velocity.clear();
+                self.velocity.resize(self.bodies, Vec3::zeros());
+                for (rows, &p) in self.rows.iter().zip(impulses) {
+                    if p != Vec2::zeros() {
+                        push(rows, p, &mut self.velocity);
+                    }
+                }
+            }
+            Delassus::Dense(matrix) => self.dense.velocity = matrix * stacked(impulses),
+        }
+    }
+
+    /// The present velocities, to come back to.
+    pub fn keep(&self) -> Kept {
+        Kept(self.velocity.clone(), self.dense.velocity.clone())
+    }
+
+    /// Goes back to the velocities kept.
+    pub fn restore(&mut self, kept: Kept) {
+        (self.velocity, self.dense.velocity) = (kept.0, kept.1);
+    }
+
+    /// `(J v)_i` \[m/s\].
+    pub fn velocity(&self, i: usize) -> Vec2 {
+        match self.rows.get(i) {
+            Some(rows) => rows.velocity(&self.velocity),
+            None => pair(&self.dense.velocity, i),
+        }
+    }
+
+    /// Factorises for the gains `A` \[kg\], one a block. `false` if the system is singular.
+    pub fn factorise(&mut self, problem: &ContactProblem, gains: &[Mat2]) -> bool {
+        if let Delassus::Dense(matrix) = &problem.operator {
+            self.dense.factor = Some(dense_system(matrix, gains).lu());
+            return true;
+        }
+        self.factor.clear();
+        for body in 0..self.bodies {
+            self.factor.add_diagonal(body, &Matrix3::identity());
+        }
+        for ((rows, gain), place) in self.rows.iter().zip(gains).zip(&self.places) {
+            if *gain == Mat2::zeros() {
+                continue;
+            }
+            let weighted = [0, 1].map(|side| {
+                let j = &rows.jacobian[side];
+                [0, 1].map(|k| j[0] * gain[(0, k)] + j[1] * gain[(1, k)])
+            });
+            let block = |a: usize, b: usize| {
+                let j = &rows.jacobian[b];
+                weighted[a][0] * j[0].transpose() + weighted[a][1] * j[1].transpose()
+            };
+            for side in 0..2 {
+                if rows.bodies[side] != NO_BODY {
+                    self.factor
+                        .add_diagonal(rows.bodies[side] as usize, &block(side, side));
+                }
+            }
+            if let Some(place) = place {
+                self.factor.add_coupling(*place, &block(0, 1), &block(1, 0));
+            } else if rows.bodies[0] == rows.bodies[1] && rows.bodies[0] != NO_BODY {
+                let both = block(0, 1) + block(1, 0);
+                self.factor.add_diagonal(rows.bodies[0] as usize, &both);
+            }
+        }
+        self.factor.factorise()
+    }
+
+    /// Solves (1) for `targets = r + g` [N s].
+    pub fn solve(&mut self, problem: &ContactProblem, targets: &[Vec2]) {
+        match &problem.operator {
+            Delassus::Bodies(_) => {
+                self.change.clear();
+                self.change.extend(self.velocity.iter().map(|v| -v));
+                for (rows, &p) in self.rows.iter().zip(targets) {
+                    push(rows, p, &mut self.change);
+                }
+                self.factor.solve(&mut self.change);
+            }
+            Delassus::Dense(matrix) => {
+                let mut h = matrix * stacked(targets) - &self.dense.velocity;
+                let solved = self
+                    .dense
+                    .factor
+                    .as_ref()
+                    .is_some_and(|f| f.solve_mut(&mut h));
+                if !solved {
+                    h.fill(f64::NAN);
+                }
+                self.dense.change = h;
+            }
+        }
+    }
+
+    /// `h_i` \[m/s\] of the last solve.
+    pub fn change(&self, i: usize) -> Vec2 {
+        match self.rows.get(i) {
+            Some(rows) => rows.velocity(&self.change),
+            None => pair(&self.dense.change, i),
+        }
+    }
+
+    /// `v ← v + step dv`.
+    pub fn advance(&mut self, step: f64) {
+        for (v, dv) in self.velocity.iter_mut().zip(&self.change) {
+            *v += dv * step;
+        }
+        if self.rows.is_empty() {
+            self.dense.velocity.axpy(step, &self.dense.change, 1.0);
+        }
+    }
+}
+
+/// The two different bodies that a block couples, in ascending order.
+fn coupled(rows: &Rows) -> Option<(u32, u32)> {
+    let [a, b] = rows.bodies;
+    (a != NO_BODY && b != NO_BODY && a != b).then_some((a.min(b), a.max(b)))
+}
+
+fn scaled(rows: &Rows, op: &BodyOperator) -> Rows {
+    let mut rows = *rows;
+    for (side, &body) in rows.jacobian.iter_mut().zip(&rows.bodies) {
+        if body != NO_BODY {
+            let root = op.inverse_mass[body as usize].map(f64::sqrt);
+            *side = side.map(|row| row.component_mul(&root));
+        }
+    }
+    rows
+}
+
+fn push(rows: &Rows, p: Vec2, velocity: &mut [Vec3]) {
+    for (j, &body) in rows.jacobian.iter().zip(&rows.bodies) {
+        if body != NO_BODY {
+            velocity[body as usize] += j[0] * p.x + j[1] * p.y;
+        }
+    }
+}
+
+fn stacked(pairs: &[Vec2]) -> DVector<f64> {
+    DVector::from_iterator(2 * pairs.len(), pairs.iter().flat_map(|p| [p.x, p.y]))
+}
+
+fn pair(stacked: &DVector<f64>, i: usize) -> Vec2 {
+    Vec2::new(stacked[2 * i], stacked[2 * i + 1])
+}
+
+/// `I + G A`.
+fn dense_system(matrix: &DMatrix<f64>, gains: &[Mat2]) -> DMatrix<f64> {
+    let mut system = DMatrix::identity(matrix.nrows(), matrix.ncols());
+    for (j, gain) in gains.iter().enumerate() {
+        let columns = matrix.columns(2 * j, 2) * gain;
+        let mut target = system.columns_mut(2 * j, 2);
+        target += columns;
+    }
+    system
+}

@@ -1,0 +1,236 @@
+use super::best::Best;
+use super::response::Response;
+use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
+
+/// Newton's method on the natural map, by the status of every block.
+///
+/// The status is read off `z = P − ρ ξ`: open if `z_N ≤ 0`, stick if `|z_T| ≤ μ z_N`, else slip
+/// with the sign of `z_T`; a bounded row is at a bound or free. A step solves the linear system of
+/// those statuses with a proximal term, so that redundant rows are no obstacle:
+///
+/// ```text
+/// ξ(P⁺) + ε (P⁺ − P) = 0 on the active rows,  P_T⁺ = s μ P_N⁺ on slipping ones,
+/// ε = ε₀ tr(G_ii)/2, ε₀ = 1e−6 or less                                                       (1)
+/// ```
+///
+/// No line search: it either lands within a few steps or cycles, and then stops.
+///
+/// # Source
+/// Alart & Curnier (1991) for the statuses; Parikh & Boyd (2014) for the proximal term.
+#[derive(Debug, Clone, Default)]
+pub(super) struct StatusNewton {
+    current: Vec<Vec2>,
+    inside: Vec<Vec2>,
+    gains: Vec<Mat2>,
+    offsets: Vec<Vec2>,
+    targets: Vec<Vec2>,
+    proximal: f64,
+    /// All status vectors met, one after the other.
+    history: Vec<Status>,
+}
+
+/// First weight of the proximal term: a smaller one loses digits in the stiff system.
+const PROXIMAL: f64 = 1e-6;
+/// Where a step with unchanged statuses leaves more than this share of the residual, the weight
+/// falls by [`LIGHTER`], not below [`LIGHTEST`]: great mass ratios need it.
+const SLOW: f64 = 0.1;
+const LIGHTER: f64 = 1e-2;
+const LIGHTEST: f64 = 0.9e-10;
+
+/// Which rows of a block are active.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Status {
+    /// No impulse.
+    Open,
+    /// All rows hold: a sticking or frictionless contact, a pin, a bounded row within its bounds.
+    Closed,
+    /// Sliding, `P_T = μ P_N` and `P_T = −μ P_N`.
+    SlipPlus,
+    SlipMinus,
+    /// A bounded row at its lower and upper bound.
+    Lower,
+    Upper,
+}
+
+impl Status {
+    fn of(law: &Law, z: Vec2) -> Status {
+        match *law {
+            Law::Contact { friction, .. } => {
+                if z.x <= 0.0 {
+                    Status::Open
+                } else if friction == 0.0 || z.y.abs() <= friction * z.x {
+                    Status::Closed
+                } else if z.y > 0.0 {
+                    Status::SlipPlus
+                } else {
+                    Status::SlipMinus
+                }
+            }
+            Law::Pin => Status::Closed,
+            Law::Bounded { lower, upper } => {
+                if z.x <= lower {
+                    Status::Lower
+                } else if z.x >= upper {
+                    Status::Upper
+                } else {
+                    Status::Closed
+                }
+            }
+        }
+    }
+}
+
+impl StatusNewton {
+    /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.
+    ///
+    /// `guess` takes the place of the statuses in the first two steps. While the statuses stand, the
+    /// factors are used again. Stops when `best` is
+    /// solved, when a status vector comes up for the third time, when more than a tenth of the
+    /// statuses change in a step and not clearly fewer than in the one before, or when the system
+    /// is singular. Returns the number of factorisations.
+    #[allow(clippy::too_many_arguments)]
+    pub fn run(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &mut Judge,
+        response: &mut Response,
+        start: &[Vec2],
+        guess: Option<&[Status]>,
+        steps: usize,
+        best: &mut Best,
+    ) -> usize {
+        let n = problem.len();
+        self.current.clear();
+        self.current.extend_from_slice(start);
+        self.history.clear();
+        let (mut changed_before, mut merit_before) = (n, f64::INFINITY);
+        let (mut step, mut lighter) = (0, false);
+        self.proximal = PROXIMAL;
+        loop {
+            response.start(problem, &self.current);
+            let guess = guess.filter(|_| step < GUESSED_STEPS);
+            self.linearise(problem, judge, response, guess);
+            let (seen, now) = self.history.split_at(self.history.len() - n);
+            let changed = match seen.chunks_exact(n).next_back() {
+                Some(last) => last.iter().zip(now).filter(|(a, b)| a != b).count(),
+                None => n,
+            };
+            if changed == 0 && !lighter {
+                // the same system: its factors serve, and the proximal centre moves on
+                self.history.truncate(self.history.len() - n);
+            } else {
+                lighter = false;
+                let cycles = changed > 0 && seen.chunks_exact(n).filter(|s| *s == now).count() >= 2;
+                let wanders = step >= 2 && 10 * changed > n && 5 * changed > 4 * changed_before;
+                if step == steps || cycles || wanders {
+                    return step;
+                }
+                step += 1;
+                if !response.factorise(problem, &self.gains) {
+                    return step;
+                }
+                changed_before = changed;
+            }
+            self.targets.clear();
+            self.targets
+                .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
+            response.solve(problem, &self.targets);
+            for i in 0..n {
+                self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
+            }
+            self.inside.clear();
+            self.inside
+                .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
+            let residual = judge.natural_map(problem, &self.inside);
+            let merit = residual.merit();
+            best.offer(&self.inside, residual);
+            if best.solved() || merit.is_nan() {
+                return step;
+            }
+            if changed == 0 && merit > SLOW * merit_before {
+                // the proximal term holds the last digits back, or round-off does
+                self.proximal *= LIGHTER;
+                lighter = true;
+                if self.proximal < LIGHTEST {
+                    return step;
+                }
+            }
+            merit_before = merit;
+        }
+    }
+
+    /// Statuses, gains and offsets of (1) at the current impulses.
+    fn linearise(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &Judge,
+        response: &Response,
+        guess: Option<&[Status]>,
+    ) {
+        self.gains.clear();
+        self.offsets.clear();
+        for (i, law) in problem.laws.iter().enumerate() {
+            let block = &judge.diagonal()[i];
+            let (p, compliance) = (self.current[i], law.compliance());
+            let mut xi = response.velocity(i) + problem.free[i];
+            xi.x += compliance * p.x;
+            let two = law.rows() == 2;
+            let half = if two {
+                block.trace() / 2.0
+            } else {
+                block[(0, 0)]
+            };
+            let status = match guess {
+                Some(guess) => guess[i],
+                None => Status::of(law, p - xi / (half + compliance)),
+            };
+            self.history.push(status);
+            let epsilon = self.proximal * half;
+            let rate = 1.0 / (compliance + epsilon);
+            let slip = |ratio: f64| {
+                let normal = -rate * xi.x;
+                (
+                    Mat2::new(rate, 0.0, ratio * rate, 0.0),
+                    Vec2::new(normal, ratio * (normal + p.x) - p.y),
+                )
+            };
+            let (gain, offset) = match (status, *law) {
+                (Status::SlipPlus, Law::Contact { friction, .. }) => slip(friction),
+                (Status::SlipMinus, Law::Contact { friction, .. }) => slip(-friction),
+                (Status::Lower, Law::Bounded { lower: bound, .. })
+                | (Status::Upper, Law::Bounded { upper: bound, .. }) => {
+                    (Mat2::zeros(), Vec2::new(bound, 0.0) - p)
+                }
+                (Status::Closed, _) if two => (
+                    Mat2::new(rate, 0.0, 0.0, 1.0 / epsilon),
+                    Vec2::new(-rate * xi.x, -xi.y / epsilon),
+                ),
+                (Status::Closed, _) => slip(0.0),
+                _ => (Mat2::zeros(), -p),
+            };
+            self.gains.push(gain);
+            self.offsets.push(offset);
+        }
+    }
+}
+
+const GUESSED_STEPS: usize = 2;
+
+
+/// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
+/// judged must lie in it.
+fn inside(p: Vec2, law: &Law) -> Vec2 {
+    match *law {
+        Law::Contact { friction, .. } => {
+            let n = p.x.max(0.0);
+            let bound = friction * n;
+            if p.x < 0.0 || !(p.x + p.y).is_finite() {
+                project_onto_cone(p, friction)
+            } else {
+                Vec2::new(n, p.y.clamp(-bound, bound))
+            }
+        }
+        Law::Pin => p,
+        Law::Bounded { lower, upper } => Vec2::new(p.x.clamp(lower, upper), 0.0),
+    }
+}
