@@ -4,7 +4,7 @@ use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
 use moreau2d::rapier::{
-    ColliderId, MassSpec, MoreauPipeline, MoreauSettings, Motion, MotorSpec, Pose64, ShapeSpec,
+    ColliderId, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64, ShapeSpec,
     Simulation, Surface,
 };
 use rapier2d::prelude::*;
@@ -419,7 +419,7 @@ fn a_motor_holds_its_speed_and_keeps_within_its_torque() {
             spec,
         )
         .unwrap();
-    let motor = MotorSpec {
+    let motor = JointDrive::Motor {
         speed: 4.0,
         max_torque: 1.5,
     };

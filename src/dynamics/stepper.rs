@@ -405,9 +405,8 @@ impl MoreauStepper {
                         NormalLaw::Load { .. } => added.x,
                         _ => added.y,
                     };
-                    let sticks = mu > 0.0
-                        && impulse.x > 0.0
-                        && (gamma_e.y + added).abs() <= s.resolution[i];
+                    let sticks =
+                        mu > 0.0 && impulse.x > 0.0 && (gamma_e.y + added).abs() <= s.resolution[i];
                     let memory = Memory {
                         impulse,
                         dt,

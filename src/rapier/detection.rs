@@ -208,7 +208,10 @@ impl Detector {
 
     /// Farthest point of every body's colliders from its centre of mass: bounds their speed.
     fn measure_bodies(&self, world: &PhysicsWorld, bodies: &mut Bodies) {
-        bodies.list.iter_mut().for_each(|shadow| shadow.radius = 0.0);
+        bodies
+            .list
+            .iter_mut()
+            .for_each(|shadow| shadow.radius = 0.0);
         for (handle, collider) in world.colliders.iter() {
             let number = collider.parent().and_then(|h| bodies.index_of(h));
             if let (Some(k), Some(known)) = (number, self.look(handle)) {

@@ -186,14 +186,19 @@ fn scratch_heaps() {
     for friction in [0.0, 0.05, 0.2, 0.5, 0.9] {
         let (mut ok, mut fa, mut sw, mut worst) = (0, 0, 0, 0.0f64);
         for seed in 0..30 {
-            let problem = heap(10, 8, friction, if seed % 2 == 0 { 1.0 } else { 0.1 }, seed).problem();
+            let problem =
+                heap(10, 8, friction, if seed % 2 == 0 { 1.0 } else { 0.1 }, seed).problem();
             let (_, report) = solve::<Direct>(&problem, TOLERANCE);
             ok += report.solved() as usize;
             fa += report.factorisations;
             sw += report.sweeps;
             worst = worst.max(report.residual.merit());
         }
-        println!("friction {friction}: {ok}/30 fact {} sweeps {} worst {worst:.1e}", fa / 30, sw / 30);
+        println!(
+            "friction {friction}: {ok}/30 fact {} sweeps {} worst {worst:.1e}",
+            fa / 30,
+            sw / 30
+        );
     }
     println!("{:.2} s", t0.elapsed().as_secs_f64());
 }

@@ -216,7 +216,6 @@ impl StatusNewton {
 
 const GUESSED_STEPS: usize = 2;
 
-
 /// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
 /// judged must lie in it.
 fn inside(p: Vec2, law: &Law) -> Vec2 {
