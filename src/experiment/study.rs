@@ -271,7 +271,7 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearEr
                 SceneUpdate::Normal => Update::Normal,
                 SceneUpdate::Quadratic => Update::Quadratic,
             },
-            smoothing: wear.smoothing,
+            smoothing_length: wear.smoothing_length,
             cycle_seconds: TAU / speed,
         },
     )

@@ -385,7 +385,7 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, Wear
                 SceneUpdate::Normal => Update::Normal,
                 SceneUpdate::Quadratic => Update::Quadratic,
             },
-            smoothing: wear.smoothing,
+            smoothing_length: wear.smoothing_length,
             cycle_seconds: TAU / p.speed,
         },
     )

@@ -6,6 +6,7 @@
 use super::Shape;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
+use crate::solver::SOLVERS;
 use serde::{Deserialize, Serialize};
 
 /// A whole file, as written and with its defaults filled in; not yet checked.
@@ -88,7 +89,7 @@ pub struct Step {
     pub time: f64,
     /// Default `staggered`.
     pub scheme: Scheme,
-    /// A name of [`crate::solver::SOLVERS`], or `auto`, the default.
+    /// A name of [`crate::solver::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
     pub tolerance: f64,
@@ -100,14 +101,11 @@ impl Default for Step {
             dt: 1.0 / 60.0,
             time: 10.0,
             scheme: Scheme::default(),
-            solver: AUTO.to_owned(),
+            solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
         }
     }
 }
-
-/// The solver name that leaves the choice to the program.
-pub const AUTO: &str = "auto";
 
 /// A time-stepping scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]

@@ -58,8 +58,9 @@ pub struct Wear {
     pub jump: f64,
     /// Simulated revolutions that stand for one jump, default 1.
     pub revolutions: u32,
-    /// `ν` of the flux smoothing of depth, in [0, 1/4]; default 0, none.
-    pub smoothing: f64,
+    /// Length over which wear is spread along the surface \[m\], the standard deviation of a
+    /// diffusion; default 0, none.
+    pub smoothing_length: f64,
     /// The life is followed no further than this \[h\], default 1000.
     pub max_hours: f64,
 }
@@ -72,7 +73,7 @@ impl Default for Wear {
             limits: Vec::new(),
             jump: 0.1,
             revolutions: 1,
-            smoothing: 0.0,
+            smoothing_length: 0.0,
             max_hours: 1000.0,
         }
     }

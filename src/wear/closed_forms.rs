@@ -31,7 +31,7 @@ fn state(profile: Profile, k: f64, area: CellArea, update: Update) -> WearState 
             area,
         },
         update,
-        smoothing: 0.0,
+        smoothing_length: 0.0,
         cycle_seconds: 1.0,
     };
     WearState::new(profile, settings).unwrap()

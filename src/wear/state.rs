@@ -13,8 +13,9 @@ const JUMP_LIMIT: f64 = 0.3;
 pub struct WearSettings {
     pub law: Archard,
     pub update: Update,
-    /// ν of [`smooth_depths`], one pass a jump; 0 is none.
-    pub smoothing: f64,
+    /// Length σ \[m\] over which wear is spread by [`smooth_depths`]; 0 is none. A rough medium loads
+    /// a surface over its own grain, not at points; and without it a corner wears in steps.
+    pub smoothing_length: f64,
     /// Duration of one load cycle \[s\]: `2π / ω` of a rotor.
     pub cycle_seconds: f64,
 }
@@ -50,15 +51,11 @@ impl WearState {
     /// A new part. Its mesh sets the cells; the cell size is its mean edge.
     ///
     /// # Errors
-    /// [`WearError::Range`] for a smoothing outside [0, 1/4] or a cycle not above 0 s.
+    /// [`WearError::Range`] for a smoothing length below 0 m or a cycle not above 0 s.
     pub fn new(profile: Profile, settings: WearSettings) -> Result<Self, WearError> {
-        let inside = (0.0..=0.25).contains(&settings.smoothing);
-        in_range(
-            "smoothing ν",
-            settings.smoothing,
-            inside,
-            "between 0 and 0.25",
-        )?;
+        let length = settings.smoothing_length;
+        let inside = length >= 0.0 && length.is_finite();
+        in_range("smoothing length [m]", length, inside, "finite and at least 0")?;
         let t = settings.cycle_seconds;
         in_range(
             "cycle [s]",
@@ -113,8 +110,11 @@ impl WearState {
     pub fn rates(&self, load_slip: &[f64]) -> Result<Vec<f64>, WearError> {
         let widths = self.widths();
         let mut rates = self.settings.law.depths(load_slip, &widths)?;
-        if self.settings.smoothing > 0.0 {
-            smooth_depths(&mut rates, &widths, self.settings.smoothing, 1)?;
+        // n passes of ν spread by σ = cell √(2 ν n)
+        let spread = 0.5 * (self.settings.smoothing_length / self.cell_size).powi(2);
+        if spread > 0.0 {
+            let passes = (spread / 0.25).ceil();
+            smooth_depths(&mut rates, &widths, spread / passes, passes as usize)?;
         }
         Ok(rates)
     }

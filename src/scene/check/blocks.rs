@@ -87,7 +87,11 @@ fn wear(at: &At<'_>, wear: &Wear) -> Result<(), SceneError> {
     at.within("jump", wear.jump, range(1e-6, 0.3, "1e-6 to 0.3"))?;
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     // Explicit diffusion on equal cells is monotone up to 1/4 with both neighbours moving.
-    at.within("smoothing", wear.smoothing, range(0.0, 0.25, "0 to 0.25"))?;
+    at.within(
+        "smoothing_length",
+        wear.smoothing_length,
+        range(0.0, 1.0, "0 to 1 m"),
+    )?;
     at.within(
         "max_hours",
         wear.max_hours,

@@ -7,7 +7,7 @@ pub(super) use bodies::joints;
 
 use super::document::{Document, Segment};
 use super::error::{Hint, Place, SceneError};
-use super::file::{AUTO, Gravity, Header, Material, SceneFile, Step};
+use super::file::{Gravity, Header, Material, SceneFile, Step};
 use crate::solver::SOLVERS;
 
 /// Checks everything that can be checked without placing the bodies.
@@ -231,9 +231,8 @@ fn step(at: &At<'_>, step: &Step) -> Result<(), SceneError> {
     at.within("dt", step.dt, DT)?;
     at.within("time", step.time, TIME)?;
     at.within("tolerance", step.tolerance, TOLERANCE)?;
-    let known = std::iter::once(AUTO).chain(SOLVERS);
-    if !known.clone().any(|name| name == step.solver) {
-        return Err(at.key("solver").unknown("solver", &step.solver, known));
+    if !SOLVERS.contains(&step.solver.as_str()) {
+        return Err(at.key("solver").unknown("solver", &step.solver, SOLVERS));
     }
     Ok(())
 }

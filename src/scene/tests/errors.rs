@@ -111,7 +111,7 @@ fn unknown_names_come_with_the_nearest_known_one() {
         (
             "dt = 0.01",
             "solver = \"xyz\"",
-            "unknown solver `xyz`; known: auto, nsgs",
+            "unknown solver `xyz`; known: auto, enumeration",
         ),
         (
             disc,
