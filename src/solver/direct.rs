@@ -111,9 +111,7 @@ impl Direct {
             return;
         }
         let judge = &mut self.judge;
-        report.sweeps += self
-            .nsgs
-            .sweep(problem, judge, impulses, tolerance, sweeps);
+        report.sweeps += self.nsgs.sweep(problem, judge, impulses, tolerance, sweeps);
         self.best
             .offer(impulses, judge.natural_map(problem, impulses));
         if !self.best.solved() {
@@ -148,11 +146,7 @@ impl Direct {
     ) {
         self.start.clear();
         self.start.extend_from_slice(swept);
-        for (attempt, (near, scale, neighbourhood)) in
-            STARTS
-                .into_iter()
-                .enumerate()
-        {
+        for (attempt, (near, scale, neighbourhood)) in STARTS.into_iter().enumerate() {
             let close = self.best.residual.merit() <= ROUND_OFF * tolerance;
             if self.best.solved() || (attempt > 0 && close) {
                 return;

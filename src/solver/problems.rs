@@ -154,7 +154,10 @@ pub fn heap(columns: usize, rows: usize, friction: f64, speed: f64, seed: u64) -
             let point = Vec2::new(centre.x, 0.0);
             bodies.touch([NO_BODY, a as u32], point, Vec2::y(), friction);
         }
-        for (wall, normal) in [(-radius, Vec2::x()), (2.0 * radius * columns as f64, -Vec2::x())] {
+        for (wall, normal) in [
+            (-radius, Vec2::x()),
+            (2.0 * radius * columns as f64, -Vec2::x()),
+        ] {
             if (centre.x - wall).abs() < radius + 0.03 {
                 let point = Vec2::new(wall, centre.y);
                 bodies.touch([NO_BODY, a as u32], point, normal, friction);

@@ -83,7 +83,7 @@ impl Status {
 impl StatusNewton {
     /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.
     ///
-    /// `guess` takes the place of the statuses in the first two steps. While the statuses stand, the
+    /// `guess` takes the place of the statuses in the first step. While the statuses stand, the
     /// factors are used again. Stops when `best` is
     /// solved, when a status vector comes up for the third time, when more than a tenth of the
     /// statuses change in a step and not clearly fewer than in the one before, or when the system
@@ -108,7 +108,7 @@ impl StatusNewton {
         self.proximal = PROXIMAL;
         loop {
             response.start(problem, &self.current);
-            let guess = guess.filter(|_| step < GUESSED_STEPS);
+            let guess = guess.filter(|_| step == 0);
             self.linearise(problem, judge, response, guess);
             let (seen, now) = self.history.split_at(self.history.len() - n);
             let changed = match seen.chunks_exact(n).next_back() {
@@ -213,9 +213,6 @@ impl StatusNewton {
         }
     }
 }
-
-const GUESSED_STEPS: usize = 2;
-
 
 /// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
 /// judged must lie in it.
