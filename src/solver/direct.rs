@@ -13,9 +13,9 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// 2. Up to four status-Newton steps from them, unless all are zero.
 /// 3. Twenty Gauss-Seidel sweeps from them and up to eight Newton steps; then eighty sweeps more
 ///    and eight steps.
-/// 4. The interior point, with Newton as polish, from up to three starts: near the sweeps' impulses;
-///    all contacts alike; near the sweeps' impulses with ten times their size. No other start once
-///    the best is within a hundred tolerances: what is left is then round-off.
+/// 4. The interior point, with Newton as polish, from up to four starts: near the sweeps' impulses;
+///    all contacts alike; near the sweeps' impulses with ten times their size; all alike with a
+///    tenth of the size. No other start once the best is within a hundred tolerances.
 /// 5. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these

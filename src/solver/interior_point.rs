@@ -53,6 +53,8 @@ const TO_BOUNDARY: f64 = 0.95;
 /// A step shorter than this is stuck; the run gives up at the fifth in a row.
 const SHORT_STEP: f64 = 0.03;
 const SHORT_STEPS: usize = 5;
+/// Over this many steps the gap must at least halve.
+const WATCH: usize = 20;
 /// The polish is tried below this merit, and again at a tenth of where it failed.
 const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
@@ -76,8 +78,8 @@ impl InteriorPoint {
         }
         // products below this are round-off of the velocities
         let floor = 1e-26 * size.impulse * size.velocity;
-        let (mut short, mut polish_below) = (0, POLISH_BELOW);
-        for _ in 0..MAX_STEPS {
+        let (mut short, mut polish_below, mut watched) = (0, POLISH_BELOW, f64::INFINITY);
+        for steps in 0..MAX_STEPS {
             self.read(problem, response);
             let residual = judge.natural_map(problem, &self.impulses);
             best.offer(&self.impulses, residual);
@@ -106,6 +108,13 @@ impl InteriorPoint {
                 polish_below = 0.1 * residual.merit();
             }
             let tau = self.blocks.iter().map(Block::product).sum::<f64>() / pairs.max(1) as f64;
+            // jams show as a gap that no longer closes, whatever the single steps do
+            if steps % WATCH == 0 {
+                if tau > 0.5 * watched {
+                    return work;
+                }
+                watched = tau;
+            }
             // predictor: straight at the solution
             let zero = Direction::default();
             self.predictor.clear();

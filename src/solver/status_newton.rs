@@ -10,7 +10,7 @@ use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
 ///
 /// ```text
 /// ξ(P⁺) + ε (P⁺ − P) = 0 on the active rows,  P_T⁺ = s μ P_N⁺ on slipping ones,
-/// ε = ε₀ tr(G_ii)/2, ε₀ = 1e−6 or less                                                       (1)
+/// ε = ε₀ tr(G_ii)/2, ε₀ = 1e−6 or less                                      (1)
 /// ```
 ///
 /// No line search: it either lands within a few steps or cycles, and then stops.
@@ -83,11 +83,11 @@ impl Status {
 impl StatusNewton {
     /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.
     ///
-    /// `guess` takes the place of the statuses in the first two steps. While the statuses stand, the
-    /// factors are used again. Stops when `best` is
-    /// solved, when a status vector comes up for the third time, when more than a tenth of the
-    /// statuses change in a step and not clearly fewer than in the one before, or when the system
-    /// is singular. Returns the number of factorisations.
+    /// `guess` takes the place of the statuses in the first step. While the statuses stand, the
+    /// factors are used again. Stops when `best` is solved, when a status vector comes up for the
+    /// third time, when more than a tenth of the statuses change in a step and not clearly fewer
+    /// than in the one before, when the lightest proximal weight brings nothing more, or when the
+    /// system is singular. Returns the number of factorisations.
     #[allow(clippy::too_many_arguments)]
     pub fn run(
         &mut self,
@@ -108,7 +108,7 @@ impl StatusNewton {
         self.proximal = PROXIMAL;
         loop {
             response.start(problem, &self.current);
-            let guess = guess.filter(|_| step < GUESSED_STEPS);
+            let guess = guess.filter(|_| step == 0);
             self.linearise(problem, judge, response, guess);
             let (seen, now) = self.history.split_at(self.history.len() - n);
             let changed = match seen.chunks_exact(n).next_back() {
@@ -213,8 +213,6 @@ impl StatusNewton {
         }
     }
 }
-
-const GUESSED_STEPS: usize = 2;
 
 /// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
 /// judged must lie in it.

@@ -55,7 +55,12 @@ impl WearState {
     pub fn new(profile: Profile, settings: WearSettings) -> Result<Self, WearError> {
         let length = settings.smoothing_length;
         let inside = length >= 0.0 && length.is_finite();
-        in_range("smoothing length [m]", length, inside, "finite and at least 0")?;
+        in_range(
+            "smoothing length [m]",
+            length,
+            inside,
+            "finite and at least 0",
+        )?;
         let t = settings.cycle_seconds;
         in_range(
             "cycle [s]",
