@@ -75,27 +75,22 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             let what = format!("{} step {step}", scene.name);
             met += record.contacts.len();
             assert_finite(&what, &built, &record);
-            // Two hundred grains landing at once may miss the tolerance: an outcome, counted, and
-            // still small. Nothing else may.
-            let allowed = match scene.name.as_str() {
-                "drum" => 1e-4,
-                _ => scene.step.tolerance,
-            };
-            assert!(record.residual <= allowed, "{what}: {}", record.residual);
+            assert_eq!(record.unsolved, 0, "{what}: {}", record.residual);
 
             let energy = record.energy;
             let now = energy.kinetic_end + energy.potential_end;
             // the potential at the start of the first step: forces are constant here
             let start = energy.kinetic_start + energy.potential_end + energy.forces;
             let rise = now - total.unwrap_or(start) - energy.motors - driven(&record, &movers);
-            // what the solves left open: the judge's velocity on all impulses, a few rows a block
+            // what the solves left open: the judge's velocity on all impulses, times the few rows of
+            // a block and the height of a stack, over which an error adds up
             let pushed: f64 = record
                 .contacts
                 .iter()
                 .map(|c| c.impulse_n + c.impulse_t.abs())
                 .sum();
             let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
-            let slack = 10.0 * record.residual_velocity * pushed + 1e-12 * scale + 1e-15;
+            let slack = 30.0 * record.residual_velocity * pushed + 1e-12 * scale + 1e-15;
             assert!(rise <= slack, "{what}: {rise} J, slack {slack}");
             // one rounding of each impulse's work, a few hundred of them
             let imbalance = energy.imbalance().abs();
