@@ -281,9 +281,8 @@ fn redundant_contacts_are_flagged_and_only_they() {
     let rolling = run_steps(&load("spinning-disc", &[]), 60);
     assert_eq!(rolling.totals.redundant_steps, 0);
 
-    // Two alike contacts on one coordinate. Lemke loads one of them: unique in what it shows, not
-    // in truth, and nothing to flag; the direct method loads both.
-    for (solver, expected) in [("lemke", 0), ("direct", 1)] {
+    // Two alike contacts on one coordinate: whichever of them a solver loads, the other could.
+    for solver in ["lemke", "direct", "nsgs", "auto"] {
         let mut rotor = Rotor::new(0.1, 0.0, 1.0).unwrap();
         let contact = RotorContact {
             lever: Vec2::new(-0.1, 0.2),
@@ -300,12 +299,8 @@ fn redundant_contacts_are_flagged_and_only_they() {
         })
         .unwrap();
         let record = stepper.step(&mut rotor, 1e-3).unwrap();
-        let loaded = record.contacts.iter().filter(|c| c.impulse_n > 0.0).count();
-        assert_eq!(
-            (loaded, record.redundant),
-            (expected + 1, expected),
-            "{solver}"
-        );
+        assert!(record.contacts.iter().any(|c| c.impulse_n > 0.0));
+        assert_eq!(record.redundant, 1, "{solver}");
     }
 }
 
