@@ -190,7 +190,8 @@ fn describe(p: &Thresher, tooth: &Tooth, outcome: &ThreshingOutcome) -> String {
         None => out.push_str(", at the study's operating point (not this one)\n"),
     }
     out.push_str(
-        "assumed: tip radius, number of bars, inertia, width, drive, entry speed, concave friction\n\n",
+        "assumed: tip radius, number of bars, inertia, width, drive, entry speed, concave friction,\n  \
+         bending stiffness of the crop, the grain over which it wears, one profile for all bars\n\n",
     );
     out.push_str(&budget(&outcome.power_new, &outcome.power_worn));
     out.push_str(&format!(
