@@ -12,9 +12,11 @@
 //! What enters (4) for each contact is the [`Scheme`]: the published activation rule, or the
 //! staggered one, which is second order in persistent contact.
 
+mod blocks;
 mod cap;
 mod islands;
 mod model;
+mod outcome;
 pub mod record;
 mod rotor;
 mod rules;

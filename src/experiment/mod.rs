@@ -6,6 +6,7 @@
 mod compare;
 mod reference;
 mod simulate;
+mod stall;
 mod study;
 mod threshing;
 
@@ -14,6 +15,7 @@ mod wear_history;
 pub use compare::{Comparison, compare};
 pub use reference::{Measure, Samples, measures};
 pub use simulate::{Engine, RunError, Totals, simulate};
+pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};
 
 pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};

@@ -1,16 +1,13 @@
 //! The published study, rebuilt: one rotor, 26 cells, a wear law.
 
 use super::simulate::{RunError, Totals};
+use super::stall::{Stall, exponent, single_cells};
 use super::wear_history::WearHistory;
-use crate::contact::{
-    BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3, natural_map,
-};
+use crate::contact::Vec2;
 use crate::dynamics::{MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor};
 use crate::report::{ComparisonRow, Progress};
-use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update as SceneUpdate, Wear};
-use crate::wear::{
-    Archard, CellArea, LoadSlip, Profile, Update, WearError, WearSettings, WearState,
-};
+use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update, Wear};
+use crate::wear::{Archard, CellArea, LoadSlip, Profile, WearError, WearState};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Standard gravity \[m/s²\], for the weight of the bar.
@@ -69,20 +66,6 @@ pub struct StudyOutcome {
     pub stall: Option<Stall>,
 }
 
-/// What the literal reading does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stall {
-    /// Steps of a cycle in which anything wears, most of all operating points.
-    pub wearing_steps: usize,
-    /// Speed after the first step with a closed contact \[rad/s\], largest of all.
-    pub speed_after: f64,
-    /// Exponents of wear per cycle in torque and in speed, fitted over all operating points.
-    pub torque_exponent: f64,
-    pub speed_exponent: f64,
-    /// Single-cell loadings that the judge certifies, of how many.
-    pub single_cell: (usize, usize),
-}
-
 /// Levers of every node of a profile on the rotor: closing `a` and sliding `b` \[m\], and radius.
 ///
 /// ```text
@@ -90,14 +73,14 @@ pub struct Stall {
 /// ```
 ///
 /// the ramp leading. A refitted profile is a quadratic, whose slope is exact.
-struct Levers {
-    closing: Vec<f64>,
-    sliding: Vec<f64>,
+pub(super) struct Levers {
+    pub closing: Vec<f64>,
+    pub sliding: Vec<f64>,
     radius: Vec<f64>,
 }
 
 impl Levers {
-    fn of(profile: &Profile, l: f64, quadratic: bool) -> Result<Levers, WearError> {
+    pub fn of(profile: &Profile, l: f64, quadratic: bool) -> Result<Levers, WearError> {
         let fit = profile.fit_quadratic()?;
         let normals = profile.normals();
         let mut levers = Levers {
@@ -252,29 +235,12 @@ fn load_cycle(
 
 /// A new tooth under the study's wear law.
 fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearError> {
-    let profile = Profile::quadratic(
-        tooth.alpha,
-        tooth.beta,
-        tooth.gamma,
-        tooth.width,
-        tooth.cells as usize,
-    )?;
-    WearState::new(
-        profile,
-        WearSettings {
-            // only the quotient K/dΩ acts on the depth
-            law: Archard {
-                coefficient: wear.coefficient_over_area,
-                area: CellArea::Fixed(1.0),
-            },
-            update: match wear.update {
-                SceneUpdate::Normal => Update::Normal,
-                SceneUpdate::Quadratic => Update::Quadratic,
-            },
-            smoothing_length: wear.smoothing_length,
-            cycle_seconds: TAU / speed,
-        },
-    )
+    // only the quotient K/dΩ acts on the depth
+    let law = Archard {
+        coefficient: wear.coefficient_over_area,
+        area: CellArea::Fixed(1.0),
+    };
+    WearState::new(tooth.profile()?, wear.settings(law, TAU / speed))
 }
 
 /// Runs the study's reading over all its torques and speeds.
@@ -291,7 +257,7 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
             scene.name
         )));
     };
-    let quadratic = wear.update == SceneUpdate::Quadratic;
+    let quadratic = wear.update == Update::Quadratic;
     let calibrated = study.reading == Reading::TorqueBalanced;
     let contact_time = if calibrated {
         calibrate(study, tooth, wear, quadratic)?
@@ -491,77 +457,4 @@ fn follow_life(
     }
     history.close(1, &state, &wear.limits)?;
     Ok(history)
-}
-
-/// Mean slope of ln(wear) against ln(x) over the points that share `other`.
-fn exponent(
-    points: &[(f64, f64, f64)],
-    x: impl Fn(&(f64, f64, f64)) -> f64,
-    other: impl Fn(&(f64, f64, f64)) -> f64,
-) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (i, p) in points.iter().enumerate() {
-        for q in &points[i + 1..] {
-            if other(p) == other(q) && x(p) != x(q) {
-                sum += (q.2 / p.2).ln() / (x(q) / x(p)).ln();
-                count += 1.0;
-            }
-        }
-    }
-    sum / count
-}
-
-/// How many of the loadings in which one cell alone stops the rotor pass the judge.
-///
-/// Rank one: with `P_N,i = J u_F / (a_i + μ b_i)` on cell i and nothing elsewhere the end
-/// velocity is 0 and every law holds, whichever i.
-fn single_cells(
-    study: &Study,
-    tooth: &Tooth,
-    torque: f64,
-    speed: f64,
-    dt: f64,
-) -> Result<(usize, usize), RunError> {
-    let profile = Profile::quadratic(
-        tooth.alpha,
-        tooth.beta,
-        tooth.gamma,
-        tooth.width,
-        tooth.cells as usize,
-    )?;
-    let levers = Levers::of(&profile, study.axis_distance, true)?;
-    let free = speed + torque * dt / study.inertia;
-    let mut problem = ContactProblem {
-        operator: Delassus::Bodies(BodyOperator {
-            inverse_mass: vec![Vec3::new(0.0, 0.0, 1.0 / study.inertia)],
-            rows: Vec::new(),
-        }),
-        free: Vec::new(),
-        laws: Vec::new(),
-    };
-    for (a, b) in levers.closing.iter().zip(&levers.sliding) {
-        let spin = |lever: f64| Vec3::new(0.0, 0.0, lever);
-        if let Delassus::Bodies(op) = &mut problem.operator {
-            op.rows.push(Rows {
-                bodies: [NO_BODY, 0],
-                jacobian: [[Vec3::zeros(); 2], [spin(-a), spin(*b)]],
-            });
-        }
-        problem.free.push(Vec2::new(-a, *b) * free);
-        problem.laws.push(Law::Contact {
-            friction: study.friction,
-            compliance: 0.0,
-        });
-    }
-    let n = problem.len();
-    let certified = (0..n)
-        .filter(|&i| {
-            let stop = levers.closing[i] + study.friction * levers.sliding[i];
-            let mut impulses = vec![Vec2::zeros(); n];
-            let normal = study.inertia * free / stop;
-            impulses[i] = Vec2::new(normal, -study.friction * normal);
-            stop > 0.0 && natural_map(&problem, &impulses).certified(1e-12)
-        })
-        .count();
-    Ok((certified, n))
 }

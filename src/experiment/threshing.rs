@@ -5,10 +5,8 @@ use super::wear_history::WearHistory;
 use crate::dynamics::record::StepRecord;
 use crate::report::Progress;
 use crate::scene::threshing::{Outlines, Part, ThreshingError, ThreshingWorld};
-use crate::scene::{Calibration, Scene, Thresher, Tooth, Update as SceneUpdate, Wear};
-use crate::wear::{
-    Archard, CellArea, JumpRule, LoadSlip, Profile, Update, WearError, WearSettings, WearState,
-};
+use crate::scene::{Calibration, Scene, Thresher, Tooth, Wear};
+use crate::wear::{Archard, CellArea, JumpRule, LoadSlip, Profile, WearError, WearState};
 use std::f64::consts::TAU;
 
 /// Revolutions that fill the machine before anything is measured.
@@ -364,31 +362,14 @@ pub fn run_threshing(
 }
 
 fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, WearError> {
-    let profile = Profile::quadratic(
-        tooth.alpha,
-        tooth.beta,
-        tooth.gamma,
-        tooth.width,
-        tooth.cells as usize,
-    )?
-    .raised_to(0.0)?;
     let cell = tooth.width / f64::from(tooth.cells - 1);
-    WearState::new(
-        profile,
-        WearSettings {
-            // K/dΩ is per cell of one cell's width by one metre
-            law: Archard {
-                coefficient: wear.coefficient_over_area * cell,
-                area: CellArea::Tributary,
-            },
-            update: match wear.update {
-                SceneUpdate::Normal => Update::Normal,
-                SceneUpdate::Quadratic => Update::Quadratic,
-            },
-            smoothing_length: wear.smoothing_length,
-            cycle_seconds: TAU / p.speed,
-        },
-    )
+    // K/dΩ is per cell of one cell's width by one metre
+    let law = Archard {
+        coefficient: wear.coefficient_over_area * cell,
+        area: CellArea::Tributary,
+    };
+    let profile = tooth.profile()?.raised_to(0.0)?;
+    WearState::new(profile, wear.settings(law, TAU / p.speed))
 }
 
 /// Largest depth after the calibration's cycles, where this run is at its operating point.

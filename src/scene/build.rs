@@ -1,12 +1,13 @@
 //! From a scene file to a world that can be stepped.
 
 use super::file::Scheme as FileScheme;
-use super::{Body, BodyKind, Mass, Scene, Shape, Step};
+use super::{Body, BodyKind, Mass, Scene, Shape, Step, Tooth, Update, Wear};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, Scheme, StepError, StepperSettings};
 use crate::rapier::{
     BodyId, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
+use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 
 /// A scene's world, its bodies in the scene's order.
 pub struct Built {
@@ -24,6 +25,37 @@ impl Step {
             },
             solver: self.solver.clone(),
             tolerance: self.tolerance,
+        }
+    }
+}
+
+impl Tooth {
+    /// The new tooth's profile, its nodes the cells.
+    ///
+    /// # Errors
+    /// Those of [`Profile::quadratic`].
+    pub fn profile(&self) -> Result<Profile, WearError> {
+        Profile::quadratic(
+            self.alpha,
+            self.beta,
+            self.gamma,
+            self.width,
+            self.cells as usize,
+        )
+    }
+}
+
+impl Wear {
+    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\].
+    pub fn settings(&self, law: Archard, cycle_seconds: f64) -> WearSettings {
+        WearSettings {
+            law,
+            update: match self.update {
+                Update::Normal => wear::Update::Normal,
+                Update::Quadratic => wear::Update::Quadratic,
+            },
+            smoothing_length: self.smoothing_length,
+            cycle_seconds,
         }
     }
 }
