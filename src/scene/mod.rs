@@ -40,6 +40,7 @@ mod reader;
 pub mod study;
 pub mod thresher;
 pub mod threshing;
+mod threshing_shapes;
 
 pub use build::Built;
 pub use catalogue::{Listing, load, scenes};

@@ -5,25 +5,21 @@
 //! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
 //! the ramp (toe, large x) leads.
 
+use super::threshing_shapes::{
+    CROP, STEEL, arc_length, bar_axes, base_radius, bending, concave_chain, segment_mass,
+    segment_shape, steel, steel_law, strip_pose, tooth_chain, turned, unit,
+};
 use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, StepRecord};
-use crate::dynamics::{ModelError, StepError, damping_for_restitution};
+use crate::dynamics::{ModelError, StepError};
 use crate::rapier::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation,
-    Surface, SurfaceLaw,
+    Surface,
 };
 use crate::wear::{Profile, WearError};
 use std::collections::VecDeque;
-use std::f64::consts::TAU;
 
-/// Collision groups: crop meets steel, and nothing else meets anything.
-const CROP: u32 = 1;
-const STEEL: u32 = 2;
-/// Length of one segment of the concave \[m\].
-const CONCAVE_SEGMENT: f64 = 0.005;
-/// Straight table before the concave \[m\]: the strip enters along its tangent.
-const TABLE: f64 = 0.2;
 /// New segments appear this far before the inlet \[m\].
 const SPAWN: f64 = 0.06;
 /// Radius of gyration \[m\] that gives the cylinder a mass; its axle carries it, so any will do.
@@ -405,130 +401,5 @@ impl ThreshingWorld {
             self.simulation.remove_body(tip);
             self.strip.pop_back();
         }
-    }
-}
-
-fn unit(degrees: f64) -> Vec2 {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    Vec2::new(cos, sin)
-}
-
-fn turned(v: Vec2) -> Vec2 {
-    Vec2::new(-v.y, v.x)
-}
-
-fn base_radius(p: &Thresher, tooth: &Tooth) -> f64 {
-    p.tip_radius - tooth.gamma
-}
-
-/// Outward and forward axes of a bar in the cylinder's frame.
-fn bar_axes(p: &Thresher, bar: usize) -> (Vec2, Vec2) {
-    let (sin, cos) = (TAU * bar as f64 / f64::from(p.bars)).sin_cos();
-    (Vec2::new(cos, sin), Vec2::new(-sin, cos))
-}
-
-/// Length \[m\] of the strip's middle line along the concave.
-fn arc_length(p: &Thresher) -> f64 {
-    let middle = p.tip_radius + 0.5 * (p.clearance_inlet + p.clearance_outlet - p.crop_thickness);
-    (p.concave_end_deg - p.concave_start_deg).to_radians() * middle
-}
-
-/// Middle and direction of a strip that lies on the concave, `s` \[m\] after the inlet.
-fn strip_pose(p: &Thresher, s: f64) -> (Vec2, Vec2) {
-    let share = (s / arc_length(p)).clamp(0.0, 1.0);
-    let angle = p.concave_start_deg + share * (p.concave_end_deg - p.concave_start_deg);
-    let clearance = p.clearance_inlet + share * (p.clearance_outlet - p.clearance_inlet);
-    let radius = p.tip_radius + clearance - 0.5 * p.crop_thickness;
-    let along = turned(unit(angle));
-    // straight on along the tangent before the inlet and behind the outlet
-    let beyond = s - share * arc_length(p);
-    (unit(angle) * radius + along * beyond, along)
-}
-
-/// A tooth's outline in the cylinder's frame.
-fn tooth_chain(
-    p: &Thresher,
-    tooth: &Tooth,
-    profile: &Profile,
-    bar: usize,
-) -> Result<ShapeSpec, WearError> {
-    let (out, along) = bar_axes(p, bar);
-    let l = base_radius(p, tooth);
-    let mut points: Vec<Vec2> = profile
-        .outline(tooth.base)?
-        .iter()
-        .map(|q| out * (l + q.y) + along * q.x)
-        .collect();
-    // the tooth frame is left-handed in the cylinder's: the winding turns over
-    points.reverse();
-    Ok(ShapeSpec::Chain {
-        points,
-        closed: true,
-    })
-}
-
-/// Inlet table and concave, wound so that the steel lies outside.
-fn concave_chain(p: &Thresher, tips: f64) -> ShapeSpec {
-    let (from, to) = (p.concave_start_deg, p.concave_end_deg);
-    let arc = (to - from).to_radians() * (tips + p.clearance_inlet);
-    let n = (arc / CONCAVE_SEGMENT).ceil().max(1.0) as usize;
-    let mut points: Vec<Vec2> = (0..=n)
-        .map(|i| {
-            let s = i as f64 / n as f64;
-            let clearance = p.clearance_inlet + s * (p.clearance_outlet - p.clearance_inlet);
-            unit(from + s * (to - from)) * (tips + clearance)
-        })
-        .collect();
-    points.insert(0, points[0] - turned(unit(from)) * TABLE);
-    points.reverse();
-    ShapeSpec::Chain {
-        points,
-        closed: false,
-    }
-}
-
-fn segment_shape(p: &Thresher) -> ShapeSpec {
-    ShapeSpec::Box {
-        half: 0.5 * Vec2::new(p.segment_length, p.crop_thickness),
-    }
-}
-
-/// Mass \[kg\] and inertia \[kg m²\] of a segment one metre deep.
-fn segment_mass(p: &Thresher) -> (f64, f64) {
-    let (a, b) = (p.segment_length, p.crop_thickness);
-    let mass = p.crop_density() * a * b;
-    (mass, mass * (a * a + b * b) / 12.0)
-}
-
-/// A mat of stalks bends like a beam, not like a chain: a spring at every pin, damped to half of
-/// the critical damping of one segment.
-fn bending(p: &Thresher) -> JointDrive {
-    let (_, inertia) = segment_mass(p);
-    JointDrive::Spring {
-        stiffness: p.crop_bending_stiffness,
-        damping: (p.crop_bending_stiffness * inertia).sqrt(),
-    }
-}
-
-fn steel(friction: f64, law: SurfaceLaw) -> Surface {
-    Surface {
-        friction,
-        friction_rule: FrictionRule::Larger,
-        groups: (STEEL, CROP),
-        law,
-        ..Surface::default()
-    }
-}
-
-/// The crop's Kelvin-Voigt law per metre of contact length, kept on the steel it meets: damping
-/// such that one segment landing flat returns the restitution asked for.
-fn steel_law(p: &Thresher, stiffness: f64) -> SurfaceLaw {
-    let segment = stiffness * p.segment_length;
-    let (mass, _) = segment_mass(p);
-    let damping = damping_for_restitution(p.crop_restitution, segment, mass) / p.segment_length;
-    SurfaceLaw {
-        compliance: Some((stiffness, damping)),
-        speed: 0.0,
-        one_point_per_segment: true,
     }
 }
