@@ -51,8 +51,8 @@ struct Common {
     )]
     time: Option<String>,
     /// Number of steps, in place of a time.
-    #[arg(long, value_name = "N")]
-    steps: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    steps: Option<u32>,
     /// Change any key of the scene; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     set: Vec<String>,
@@ -155,6 +155,7 @@ impl Common {
     /// Number of steps of the run.
     fn step_count(&self, scene: &Scene) -> usize {
         self.steps
+            .map(|n| n as usize)
             // a time that is a whole number of steps up to rounding is that many steps
             .unwrap_or_else(|| (scene.step.time / scene.step.dt * (1.0 - 1e-12)).ceil() as usize)
     }
