@@ -69,6 +69,7 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
         let mut built = scene.build().unwrap();
         let mut total: Option<f64> = None;
         let mut met = 0;
+        let mut worst: f64 = 0.0;
         for step in 0..steps {
             let movers = kinematic(&scene, &built);
             let record = Engine::Moreau.step(&mut built).unwrap();
@@ -82,15 +83,18 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             // the potential at the start of the first step: forces are constant here
             let start = energy.kinetic_start + energy.potential_end + energy.forces;
             let rise = now - total.unwrap_or(start) - energy.motors - driven(&record, &movers);
-            // what the solves left open: the judge's velocity on all impulses, times the few rows of
-            // a block and the height of a stack, over which an error adds up
+            // what the solves left open: the judge's velocity on all impulses, a few rows a block.
+            // The worst so far, not this step's: an opening that one solve leaves is closed by a
+            // later one (the rise of a tower of ten falls with the tolerance, a hundredfold each
+            // two decades, but comes a step or more after the larger residual)
+            worst = worst.max(record.residual_velocity);
             let pushed: f64 = record
                 .contacts
                 .iter()
                 .map(|c| c.impulse_n + c.impulse_t.abs())
                 .sum();
             let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
-            let slack = 30.0 * record.residual_velocity * pushed + 1e-12 * scale + 1e-15;
+            let slack = 10.0 * worst * pushed + 1e-12 * scale + 1e-15;
             assert!(rise <= slack, "{what}: {rise} J, slack {slack}");
             // one rounding of each impulse's work, a few hundred of them
             let imbalance = energy.imbalance().abs();
