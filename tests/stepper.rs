@@ -32,7 +32,9 @@ impl MultibodyModel for Cluster {
     fn forces(&self, _time: f64, out: &mut [Vec3]) {
         out.copy_from_slice(&self.forces);
     }
-    fn advance(&mut self, _dt: f64) {}
+    fn shift(&mut self, _body: usize, _velocity: &Vec3, _dt: f64) {}
+    fn mark(&mut self) {}
+    fn reset(&mut self, _body: usize) {}
     fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         out.contacts.extend_from_slice(&self.contacts);
         Ok(())

@@ -1,6 +1,6 @@
 use crate::contact::Vec3;
+use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
-use crate::rapier::Pose64;
 use crate::report::{BodyRow, ContactRow, CsvFile, OutputFolder, ReportError, StepRow};
 
 /// A body's number in the record, its pose and velocity.

@@ -17,6 +17,7 @@ mod cap;
 mod islands;
 mod model;
 mod outcome;
+mod pose;
 pub mod record;
 mod rotor;
 mod rules;
@@ -26,6 +27,7 @@ mod visco_elastic;
 pub use model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
+pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::Scheme;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};

@@ -114,8 +114,22 @@ pub trait MultibodyModel {
     /// start of the step; `out` holds zeros on entry.
     fn forces(&self, time: f64, out: &mut [Vec3]);
 
-    /// `q ← q + u dt`.
-    fn advance(&mut self, dt: f64);
+    /// `q ← q + u dt` of one body, with any velocity.
+    fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64);
+
+    /// Remembers the configuration of all bodies, for [`MultibodyModel::reset`].
+    fn mark(&mut self);
+
+    /// Puts one body back to where [`MultibodyModel::mark`] found it, bit for bit.
+    fn reset(&mut self, body: usize);
+
+    /// `q ← q + u dt` of all bodies.
+    fn advance(&mut self, dt: f64) {
+        for body in 0..self.velocities().len() {
+            let velocity = self.velocities()[body];
+            self.shift(body, &velocity, dt);
+        }
+    }
 
     /// Contacts and joint rows at the present configuration. Every contact that may close within
     /// `dt` must be there, in an order that does not depend on anything but the state.

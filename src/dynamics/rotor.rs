@@ -51,6 +51,7 @@ pub struct Rotor {
     pub motor: Option<RotorMotor>,
     velocity: [Vec3; 1],
     inverse: [Vec3; 1],
+    marked: f64,
 }
 
 impl Rotor {
@@ -79,6 +80,7 @@ impl Rotor {
             motor: None,
             velocity: [Vec3::new(0.0, 0.0, speed)],
             inverse: [Vec3::new(0.0, 0.0, 1.0 / inertia)],
+            marked: angle,
         })
     }
 
@@ -121,8 +123,16 @@ impl MultibodyModel for Rotor {
         out[0].z = self.torque - self.weight_moment * self.angle.cos();
     }
 
-    fn advance(&mut self, dt: f64) {
-        self.angle += self.velocity[0].z * dt;
+    fn shift(&mut self, _body: usize, velocity: &Vec3, dt: f64) {
+        self.angle += velocity.z * dt;
+    }
+
+    fn mark(&mut self) {
+        self.marked = self.angle;
+    }
+
+    fn reset(&mut self, _body: usize) {
+        self.angle = self.marked;
     }
 
     fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {

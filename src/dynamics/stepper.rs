@@ -118,10 +118,11 @@ impl MoreauStepper {
         check_finite(&s.start, self.time)?;
 
         let potential_start = model.potential_energy();
+        model.mark();
         model.advance(0.5 * dt);
         self.detection.clear();
         if let Err(error) = model.detect(dt, &mut self.detection) {
-            model.advance(-0.5 * dt);
+            put_back(model);
             return Err(error.into());
         }
         free_velocities(model, &self.detection, self.time, dt, s);
@@ -148,7 +149,7 @@ impl MoreauStepper {
             block.rows.push(impulse, model.inverse_mass(), &mut s.end);
         }
         if let Err(error) = check_finite(&s.end, self.time) {
-            model.advance(-0.5 * dt);
+            put_back(model);
             return Err(error);
         }
         fill_record(
@@ -238,6 +239,10 @@ impl MoreauStepper {
             }
         }
     }
+}
+
+fn put_back<M: MultibodyModel + ?Sized>(model: &mut M) {
+    (0..model.velocities().len()).for_each(|body| model.reset(body));
 }
 
 fn check_finite(velocities: &[Vec3], time: f64) -> Result<(), StepError> {

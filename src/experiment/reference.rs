@@ -2,8 +2,8 @@
 
 use super::simulate::Engine;
 use crate::contact::{Vec2, Vec3};
+use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactStatus, StepRecord};
-use crate::rapier::Pose64;
 use crate::scene::{Built, ClosedForm, Mass, Scene, Shape};
 
 /// One figure of a run against what it should be.

@@ -1,9 +1,9 @@
 //! rapier's own solver on the same world, told in the same record.
 
-use super::pose::Pose64;
 use super::simulation::{BodyId, Simulation};
 use super::widen;
 use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 use rapier2d::prelude::*;
 

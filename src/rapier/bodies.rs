@@ -1,7 +1,7 @@
-use super::pose::Pose64;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
+use crate::dynamics::Pose64;
 use rapier2d::prelude::*;
 use std::collections::HashMap;
 
@@ -39,6 +39,7 @@ pub(super) struct Bodies {
     pub inverse_mass: Vec<Vec3>,
     exact: HashMap<RigidBodyHandle, ExactBody>,
     index: HashMap<RigidBodyHandle, u32>,
+    marked: Vec<Pose64>,
 }
 
 impl Bodies {
@@ -179,13 +180,23 @@ impl Bodies {
         }
     }
 
-    /// `q ← q + u dt` for everything that moves.
-    pub fn advance(&mut self, dt: f64) {
-        for (shadow, u) in self.list.iter_mut().zip(&self.velocities) {
-            if *u != Vec3::zeros() {
-                shadow.pose.advance(u, shadow.center, dt);
-            }
+    /// `q ← q + u dt` of one body.
+    pub fn shift(&mut self, body: usize, u: &Vec3, dt: f64) {
+        if *u != Vec3::zeros() {
+            let shadow = &mut self.list[body];
+            shadow.pose.advance(u, shadow.center, dt);
         }
+    }
+
+    /// Remembers all poses.
+    pub fn mark(&mut self) {
+        self.marked.clear();
+        self.marked.extend(self.list.iter().map(|s| s.pose));
+    }
+
+    /// Puts one body back to where `mark` found it.
+    pub fn reset(&mut self, body: usize) {
+        self.list[body].pose = self.marked[body];
     }
 
     /// Gives rapier the poses, rounded, and where `velocities` is set the velocities too.

@@ -9,9 +9,9 @@
 use super::bodies::Bodies;
 use super::joints::OUTSIDE;
 use super::kernels::{Exact, Touch, touches};
-use super::pose::Pose64;
 use super::widen;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::Pose64;
 use crate::dynamics::{ContactKey, ContactPoint, Detection, ModelError, NormalLaw};
 use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
 use rapier2d::parry::query::TrackedContact;

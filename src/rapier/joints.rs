@@ -1,9 +1,9 @@
 //! rapier's impulse joints as rows of the contact problem.
 
 use super::bodies::Bodies;
-use super::pose::Pose64;
 use super::widen;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::Pose64;
 use crate::dynamics::{ContactKey, Detection, JointKind, JointRow, ModelError};
 use rapier2d::prelude::*;
 

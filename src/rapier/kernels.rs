@@ -1,7 +1,7 @@
 //! Gaps of balls and boxes in `f64`: exact to round-off, where parry's are to 1e-7 of the size.
 
-use super::pose::Pose64;
 use crate::contact::Vec2;
+use crate::dynamics::Pose64;
 
 /// A shape with a closed-form gap.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,11 +16,11 @@ mod pose;
 mod simulation;
 mod widen;
 
+pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
-pub use pose::Pose64;
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };

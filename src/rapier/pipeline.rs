@@ -2,9 +2,9 @@ use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{Detector, SurfaceLaw};
 use super::dispatcher::FreshManifolds;
 use super::joints::{joint_rows, spring_torques};
-use super::pose::Pose64;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
+use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
     Detection, ModelError, MoreauStepper, MultibodyModel, StepError, StepperSettings,
@@ -251,8 +251,16 @@ impl MultibodyModel for RapierModel<'_> {
         spring_torques(self.world, self.bodies, out);
     }
 
-    fn advance(&mut self, dt: f64) {
-        self.bodies.advance(dt);
+    fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {
+        self.bodies.shift(body, velocity, dt);
+    }
+
+    fn mark(&mut self) {
+        self.bodies.mark();
+    }
+
+    fn reset(&mut self, body: usize) {
+        self.bodies.reset(body);
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
