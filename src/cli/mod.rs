@@ -59,6 +59,9 @@ struct Common {
     /// Time-stepping scheme: staggered or moreau.
     #[arg(long, value_name = "NAME")]
     scheme: Option<String>,
+    /// Locate impacts in time inside the steps.
+    #[arg(long)]
+    events: bool,
     /// Impulse solver: auto, enumeration, nsgs, direct or lemke.
     #[arg(long, value_name = "NAME")]
     solver: Option<String>,
@@ -143,6 +146,9 @@ impl Common {
             if let Some(value) = value {
                 flags.push(format!("{key}={value}"));
             }
+        }
+        if self.events {
+            flags.push("step.events=true".to_owned());
         }
         for (key, value) in [("step.scheme", &self.scheme), ("step.solver", &self.solver)] {
             if let Some(value) = value {

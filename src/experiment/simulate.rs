@@ -99,6 +99,12 @@ pub struct Totals {
     pub redundant_steps: usize,
     pub capped: usize,
     pub relaxed: usize,
+    /// Impacts located in time.
+    pub events: usize,
+    /// Pairs still overlapped from the start, after the last step.
+    pub recovering: usize,
+    /// Energy that impacts added \[J\].
+    pub impact_gain: f64,
     /// Worst of all steps.
     pub residual: f64,
     pub residual_velocity: f64,
@@ -142,6 +148,9 @@ impl Totals {
         self.redundant_steps += usize::from(record.redundant > 0);
         self.capped += record.capped;
         self.relaxed += record.relaxed;
+        self.events += record.events;
+        self.recovering = record.recovering;
+        self.impact_gain += record.impact_gain;
         self.residual = self.residual.max(record.residual);
         self.residual_velocity = self.residual_velocity.max(record.residual_velocity);
         self.penetration = self.penetration.max(record.penetration);

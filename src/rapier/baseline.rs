@@ -126,6 +126,7 @@ fn contacts(
         let impulse_t = -slip_velocity.signum() * size;
         let slides = size >= 0.999 * f64::from(manifold.data.friction) * impulse_n;
         record.contacts.push(ContactRecord {
+            time: record.time,
             bodies: [number(c1), number(c2)],
             surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
             cell: manifold.subshape1.max(manifold.subshape2),

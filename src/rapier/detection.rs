@@ -7,6 +7,7 @@
 //! contact graph stand at the last midpoint.
 
 use super::bodies::Bodies;
+use super::dispatcher::FreshManifolds;
 use super::joints::OUTSIDE;
 use super::kernels::{Exact, Touch, touches};
 use super::widen;
@@ -14,7 +15,7 @@ use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::{ContactKey, ContactPoint, Detection, ModelError, NormalLaw};
 use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
-use rapier2d::parry::query::TrackedContact;
+use rapier2d::parry::query::{PersistentQueryDispatcher, TrackedContact};
 use rapier2d::parry::shape::TypedShape;
 use rapier2d::prelude::*;
 use std::collections::HashMap;
@@ -78,13 +79,9 @@ impl Detector {
         self.refresh(world)?;
         self.measure_bodies(world, bodies);
         let bodies = &*bodies;
-        let fastest = (0..bodies.list.len())
-            .map(|k| speed_bound(bodies, k as u32))
-            .fold(0.0, f64::max);
-        let drop = acceleration * dt * dt;
-        let prediction = 2.0 * (fastest * dt + drop) + 1e-6;
+        let span = Span::new(bodies, acceleration, dt);
         world.collision_pipeline.step(
-            prediction as f32,
+            span.prediction as f32,
             &mut world.islands,
             &mut world.broad_phase,
             &mut world.narrow_phase,
@@ -94,87 +91,136 @@ impl Detector {
             &(),
         );
         self.order.clear();
-        let mut found = std::mem::take(&mut self.touches);
         for pair in world.narrow_phase.contact_pairs() {
-            if !pair.manifolds().iter().any(live) || joined(world, pair) {
-                continue;
-            }
-            let (Some(k1), Some(k2)) = (self.look(pair.collider1), self.look(pair.collider2))
-            else {
-                continue;
-            };
-            let (c1, c2) = (
-                &world.colliders[pair.collider1],
-                &world.colliders[pair.collider2],
-            );
-            let numbers = [c1, c2].map(|c| {
-                c.parent()
-                    .and_then(|h| bodies.index_of(h))
-                    .unwrap_or(OUTSIDE)
-            });
-            let place = |k: usize, known: &Known| match numbers[k] {
-                OUTSIDE => known.local,
-                body => bodies.list[body as usize].pose.compose(&known.local),
-            };
-            let poses = [place(0, k1), place(1, k2)];
-            let speeds = numbers.map(|b| {
-                if b == OUTSIDE {
-                    0.0
-                } else {
-                    speed_bound(bodies, b)
-                }
-            });
-            // what these two can do in a step, or what a neighbour can do to them
-            let reach = (1.1 * (speeds[0] + speeds[1]) * dt + 2.0 * drop)
-                .max(prediction.min(k1.size.min(k2.size)));
-            let setting = Pair {
-                numbers,
-                surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
-                law: self.normal_law(pair, combine_restitution(c1, c2, k1, k2)),
-                friction: combine_friction(c1, c2, k1, k2),
-                // on side 1 the surface runs along +t, on side 2 along −t
-                belt: -self.speed(pair.collider1) - self.speed(pair.collider2),
-                size: k1.size.min(k2.size),
-            };
-            if let (Some(s1), Some(s2)) = (k1.exact, k2.exact) {
-                touches(&poses[0], s1, &poses[1], s2, reach, &mut found);
-                for touch in &found {
-                    let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
-                    self.order.push(([0, 0, touch.feature, 0], point));
-                }
-            } else {
-                let one = [pair.collider1, pair.collider2].map(|h| {
-                    self.surfaces
-                        .get(&h)
-                        .is_some_and(|s| s.one_point_per_segment)
-                });
-                let from = self.order.len();
-                for manifold in pair.manifolds().iter().filter(|m| live(m)) {
-                    let setting = match (one[0], one[1]) {
-                        (true, _) => setting.over(segment_length(c1, manifold.subshape1)),
-                        (_, true) => setting.over(segment_length(c2, manifold.subshape2)),
-                        _ => setting,
-                    };
-                    parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
-                        if self.order[from..]
-                            .iter()
-                            .any(|(_, p)| same_place(p, &touch, setting.size))
-                        {
-                            return;
-                        }
-                        let sub = [order[0], order[1]];
-                        let feature = mix(order);
-                        let point = setting.point(bodies, &touch, sub, feature, false);
-                        self.order.push((order, point));
-                    });
-                }
+            if pair.manifolds().iter().any(live) && !joined(world, pair) {
+                let manifolds = pair.manifolds().iter().filter(|m| live(m));
+                self.pair_points(
+                    world,
+                    bodies,
+                    [pair.collider1, pair.collider2],
+                    Some(manifolds),
+                    span,
+                );
             }
         }
-        self.touches = found;
-        // rapier's graph order depends on history; a stored state must not
+        self.give(out);
+        Ok(())
+    }
+
+    /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses and
+    /// without the world: gaps of exact shapes from our kernels, others from parry.
+    pub fn detect_pairs(
+        &mut self,
+        world: &PhysicsWorld,
+        bodies: &Bodies,
+        pairs: &[[u32; 2]],
+        acceleration: f64,
+        dt: f64,
+        out: &mut Detection,
+    ) {
+        let span = Span::new(bodies, acceleration, dt);
+        self.order.clear();
+        for pair in pairs {
+            let known = pair.map(|slot| self.known.get(slot as usize).and_then(Option::as_ref));
+            let [Some(k1), Some(k2)] = known else {
+                continue;
+            };
+            let handles = [k1.handle, k2.handle];
+            if k1.exact.is_some() && k2.exact.is_some() {
+                let none: Option<std::iter::Empty<&ContactManifold>> = None;
+                self.pair_points(world, bodies, handles, none, span);
+                continue;
+            }
+            let colliders = handles.map(|h| &world.colliders[h]);
+            let poses = [k1, k2].map(|k| k.pose(world, bodies).to_rapier());
+            let mut manifolds = Vec::new();
+            // parry refuses only pairs that it refused in the full pass as well
+            let _ = FreshManifolds.contact_manifolds(
+                &poses[0].inv_mul(&poses[1]),
+                colliders[0].shape(),
+                colliders[1].shape(),
+                span.prediction as f32,
+                &mut manifolds,
+                &mut None,
+            );
+            let found = manifolds.iter().filter(|m| !m.points.is_empty());
+            self.pair_points(world, bodies, handles, Some(found), span);
+        }
+        self.give(out);
+    }
+
+    /// Hands over what was found, in an order of its own: rapier's graph order depends on
+    /// history, and a stored state must not.
+    fn give(&mut self, out: &mut Detection) {
         self.order.sort_by_key(|(order, p)| (p.surfaces, *order));
         out.contacts.extend(self.order.iter().map(|(_, p)| *p));
-        Ok(())
+    }
+
+    /// Adds the contact points of one pair; `manifolds` are parry's, where the shapes need them.
+    fn pair_points<'a>(
+        &mut self,
+        world: &PhysicsWorld,
+        bodies: &Bodies,
+        handles: [ColliderHandle; 2],
+        manifolds: Option<impl Iterator<Item = &'a ContactManifold>>,
+        span: Span,
+    ) {
+        let (Some(k1), Some(k2)) = (self.look(handles[0]), self.look(handles[1])) else {
+            return;
+        };
+        let (c1, c2) = (&world.colliders[handles[0]], &world.colliders[handles[1]]);
+        let numbers = [k1, k2].map(|k| k.body(world, bodies));
+        let poses = [k1, k2].map(|k| k.pose(world, bodies));
+        let speeds = numbers.map(|b| match b {
+            OUTSIDE => 0.0,
+            body => speed_bound(bodies, body),
+        });
+        // what these two can do in a step, or what a neighbour can do to them
+        let reach = (1.1 * (speeds[0] + speeds[1]) * span.dt + 2.0 * span.drop)
+            .max(span.prediction.min(k1.size.min(k2.size)));
+        let setting = Pair {
+            numbers,
+            surfaces: handles.map(|h| h.into_raw_parts().0),
+            law: self.normal_law(handles, combine_restitution(c1, c2, k1, k2)),
+            friction: combine_friction(c1, c2, k1, k2),
+            // on side 1 the surface runs along +t, on side 2 along −t
+            belt: -self.speed(handles[0]) - self.speed(handles[1]),
+            size: k1.size.min(k2.size),
+        };
+        if let (Some(s1), Some(s2)) = (k1.exact, k2.exact) {
+            let mut found = std::mem::take(&mut self.touches);
+            touches(&poses[0], s1, &poses[1], s2, reach, &mut found);
+            for touch in &found {
+                let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
+                self.order.push(([0, 0, touch.feature, 0], point));
+            }
+            self.touches = found;
+            return;
+        }
+        let one = handles.map(|h| {
+            self.surfaces
+                .get(&h)
+                .is_some_and(|s| s.one_point_per_segment)
+        });
+        let from = self.order.len();
+        for manifold in manifolds.into_iter().flatten() {
+            let setting = match (one[0], one[1]) {
+                (true, _) => setting.over(segment_length(c1, manifold.subshape1)),
+                (_, true) => setting.over(segment_length(c2, manifold.subshape2)),
+                _ => setting,
+            };
+            parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
+                if self.order[from..]
+                    .iter()
+                    .any(|(_, p)| same_place(p, &touch, setting.size))
+                {
+                    return;
+                }
+                let sub = [order[0], order[1]];
+                let point = setting.point(bodies, &touch, sub, mix(order), false);
+                self.order.push((order, point));
+            });
+        }
     }
 
     fn look(&self, handle: ColliderHandle) -> Option<&Known> {
@@ -188,9 +234,9 @@ impl Detector {
         self.surfaces.get(&handle).map_or(0.0, |s| s.speed)
     }
 
-    fn normal_law(&self, pair: &ContactPair, restitution: f64) -> NormalLaw {
+    fn normal_law(&self, pair: [ColliderHandle; 2], restitution: f64) -> NormalLaw {
         let of = |h| self.surfaces.get(&h).and_then(|s| s.compliance);
-        match (of(pair.collider1), of(pair.collider2)) {
+        match (of(pair[0]), of(pair[1])) {
             (None, None) => NormalLaw::Rigid { restitution },
             (Some((stiffness, damping)), None) | (None, Some((stiffness, damping))) => {
                 NormalLaw::ViscoElastic { stiffness, damping }
@@ -273,6 +319,47 @@ impl Detector {
             });
         }
         Ok(())
+    }
+}
+
+impl Known {
+    /// The body it belongs to, or [`OUTSIDE`].
+    fn body(&self, world: &PhysicsWorld, bodies: &Bodies) -> u32 {
+        world.colliders[self.handle]
+            .parent()
+            .and_then(|h| bodies.index_of(h))
+            .unwrap_or(OUTSIDE)
+    }
+
+    fn pose(&self, world: &PhysicsWorld, bodies: &Bodies) -> Pose64 {
+        match self.body(world, bodies) {
+            OUTSIDE => self.local,
+            body => bodies.list[body as usize].pose.compose(&self.local),
+        }
+    }
+}
+
+/// How far things can come in a step.
+#[derive(Clone, Copy)]
+struct Span {
+    dt: f64,
+    /// By acceleration alone \[m\].
+    drop: f64,
+    /// Of the fastest two together \[m\].
+    prediction: f64,
+}
+
+impl Span {
+    fn new(bodies: &Bodies, acceleration: f64, dt: f64) -> Span {
+        let fastest = (0..bodies.list.len())
+            .map(|k| speed_bound(bodies, k as u32))
+            .fold(0.0, f64::max);
+        let drop = acceleration * dt * dt;
+        Span {
+            dt,
+            drop,
+            prediction: 2.0 * (fastest * dt + drop) + 1e-6,
+        }
     }
 }
 
