@@ -5,7 +5,7 @@ use super::events::{crossing, release_lone, see_from_the_start, touch_tolerance}
 use super::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NormalLaw};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
-use super::rules::{Rules, reference_acceleration, rest_velocity};
+use super::rules::{Rules, applied_acceleration, rest_velocity};
 use super::solve::IslandSolver;
 use super::stage::{Memories, Span, Stage, belongs, movable};
 use super::stepper::check_finite;
@@ -347,7 +347,8 @@ impl Runner {
                 model.shift(b as usize, &at(b, 0.5 * share), time);
             }
         }
-        self.instant.detect_pairs(model, &[contact.surfaces], context.dt)?;
+        self.instant
+            .detect_pairs(model, &[contact.surfaces], context.dt)?;
         let all = self.instant.detection.contacts.iter();
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
         Ok(nearest.map(|c| {
@@ -466,7 +467,7 @@ impl Runner {
             if lone {
                 2.0 * e * v <= acceleration(c) * (1.0 - e) * rest.length
             } else {
-                let a = reference_acceleration(c, &instant.start, &instant.accelerations);
+                let a = applied_acceleration(c, &instant.accelerations);
                 e * v <= rest_velocity(a, context.dt)
             }
         };

@@ -9,7 +9,7 @@
 use super::cluster::{Cluster, Context, Runner};
 use super::islands::Islands;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{reference_acceleration, rest_velocity};
+use super::rules::{reference_acceleration, rest_velocity, turning};
 use super::solve::IslandSolver;
 use super::stage::{Memories, Source, Stage, movable};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
@@ -48,6 +48,29 @@ pub(super) fn crossing(stage: &Stage, contact: &ContactPoint, step: f64) -> Opti
         return None;
     };
     (time <= h).then_some(time)
+}
+
+/// Whether a contact may close on the path of `stage` although its parabola does not: what turning
+/// bodies add to the gap, or sliding along curved surfaces, is of second order in the step.
+fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
+    let h = stage.length;
+    let gamma = contact.rows.velocity(&stage.start);
+    let (mut turn, mut spin, mut arms) = (0.0, 0.0f64, 0.0);
+    for (omega, arm) in turning(contact, &stage.start) {
+        turn += omega * omega * arm;
+        spin += omega.abs();
+        arms += arm;
+    }
+    let slide = gamma.y.abs();
+    let curve = if arms > 0.0 {
+        slide * slide / arms
+    } else {
+        0.0
+    };
+    let bend = 0.5 * h * h * (turn + slide * spin + curve);
+    let end = contact.gap + 0.5 * h * contact.rows.velocity(&stage.end).x;
+    let start = contact.gap - 0.5 * h * gamma.x;
+    end.min(start) <= bend
 }
 
 /// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
@@ -150,7 +173,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
         .waiting
         .iter()
         .map(|&i| &main.detection.contacts[i])
-        .filter(|contact| crossing(main, contact, context.dt).is_some())
+        .filter(|c| crossing(main, c, context.dt).is_some() || may_close(main, c))
         .map(|contact| movable(&contact.rows, context.inverse_mass))
         .collect();
     if crossing.is_empty() {

@@ -85,8 +85,9 @@ pub(super) struct Situation {
     /// Relative velocity at the start, and as if no contact acted \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// Reference acceleration \[m/s²\]: see [`reference_acceleration`].
+    /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
+    pub applied: f64,
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
     pub stuck: Option<f64>,
@@ -204,7 +205,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let v_r = rest_velocity(now.acceleration, now.span.step);
     let g_r = v_r * now.span.step;
     let persists = now.carried && g < g_r;
-    if rules.events && !persists && closing > 0.5 * v_r {
+    if rules.events && !persists && closing > 0.5 * rest_velocity(now.applied, now.span.step) {
         return Choice::Wait;
     }
     let smooth = persists || e * closing <= v_r;
@@ -264,19 +265,35 @@ pub(super) fn reference_acceleration(
     velocities: &[Vec3],
     accelerations: &[Vec3],
 ) -> f64 {
+    let mut a = applied_acceleration(contact, accelerations);
+    for (omega, arm) in turning(contact, velocities) {
+        a = a.max(omega * omega * arm);
+    }
+    a
+}
+
+/// `a_ref` \[m/s²\] of the forces alone: what an impact located in time is held against.
+pub(super) fn applied_acceleration(contact: &ContactPoint, accelerations: &[Vec3]) -> f64 {
     let mut a: f64 = 0.0;
-    for side in 0..2 {
-        let body = contact.rows.bodies[side];
-        if body == crate::contact::NO_BODY {
-            continue;
-        }
-        let [n, t] = contact.rows.jacobian[side];
-        let arm = n.z.hypot(t.z);
-        let free = accelerations[body as usize];
-        let omega = velocities[body as usize].z;
-        a = a
-            .max(free.xy().norm() + free.z.abs() * arm)
-            .max(omega * omega * arm);
+    for (body, arm) in levers(contact) {
+        let free = accelerations[body];
+        a = a.max(free.xy().norm() + free.z.abs() * arm);
     }
     if a > 0.0 { a } else { 0.1 }
+}
+
+/// Spin \[rad/s\] of each body and distance \[m\] of its centre from the contact.
+pub(super) fn turning<'a>(
+    contact: &'a ContactPoint,
+    velocities: &'a [Vec3],
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    levers(contact).map(|(body, arm)| (velocities[body].z, arm))
+}
+
+fn levers(contact: &ContactPoint) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let rows = &contact.rows;
+    let sides = rows.bodies.iter().zip(&rows.jacobian);
+    sides
+        .filter(|(body, _)| **body != crate::contact::NO_BODY)
+        .map(|(body, [n, t])| (*body as usize, n.z.hypot(t.z)))
 }

@@ -2,7 +2,9 @@
 //! part, their rules, and the contact problem of an island.
 
 use super::model::{ContactKey, Detection, JointKind, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{Choice, Rule, Rules, Situation, impact_rule, reference_acceleration, rule};
+use super::rules::{
+    Choice, Rule, Rules, Situation, applied_acceleration, impact_rule, reference_acceleration, rule,
+};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
@@ -163,6 +165,7 @@ impl Stage {
                 gamma_a: contact.rows.velocity(&self.start) + surface,
                 gamma_f: contact.rows.velocity(&self.free) + surface,
                 acceleration: reference_acceleration(contact, &self.start, &self.accelerations),
+                applied: applied_acceleration(contact, &self.accelerations),
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
             };
