@@ -9,7 +9,7 @@ use super::rules::{Rules, applied_acceleration, rest_velocity};
 use super::solve::IslandSolver;
 use super::stage::{Memories, Span, Stage, belongs, movable};
 use super::stepper::check_finite;
-use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 
 /// Impacts of a cluster in one step, before the rest of it is stepped by the plain rule.
 const EVENTS: usize = 4;
@@ -119,7 +119,13 @@ impl Runner {
                 length: rest.length,
                 horizon: 0.5 * (rest.length + context.dt),
             };
-            self.advance(model, solver, context, &rules, span, rest.at)?;
+            // the main trial has shown this far already
+            let shown = elapsed == 0.0 && !plain;
+            if shown {
+                self.take_over(context);
+            } else {
+                self.advance(model, solver, context, &rules, span, rest.at)?;
+            }
             // the search leaves bodies where it looked last
             let middle = place(model, &self.moved);
             let next = if plain {
@@ -127,10 +133,15 @@ impl Runner {
             } else {
                 self.next(model, context)?
             };
-            for (&b, at) in self.moved.iter().zip(&middle) {
-                model.set_configuration(b as usize, at);
-            }
             let Some((contact, time)) = next else {
+                if shown {
+                    self.restore(model);
+                    self.advance(model, solver, context, &rules, span, rest.at)?;
+                } else {
+                    for (&b, at) in self.moved.iter().zip(&middle) {
+                        model.set_configuration(b as usize, at);
+                    }
+                }
                 self.finish_interval(model);
                 self.keep(solver, context, end, &mut cluster);
                 break;
@@ -199,6 +210,57 @@ impl Runner {
     fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         for (&b, place) in self.moved.iter().zip(&self.here) {
             model.set_configuration(b as usize, place);
+        }
+    }
+
+    /// The path, and what waits on it, from the trial of the whole step.
+    fn take_over(&mut self, context: &Context) {
+        let (main, flow) = (context.main, &mut self.flow);
+        flow.length = main.length;
+        flow.end.clone_from(&main.end);
+        flow.forces.clone_from(&main.forces);
+        flow.accelerations.clone_from(&main.accelerations);
+        flow.detection.clear();
+        flow.waiting.clear();
+        for &i in &main.waiting {
+            let contact = main.detection.contacts[i];
+            if self.pairs.binary_search(&contact.surfaces).is_ok() {
+                flow.waiting.push(flow.detection.contacts.len());
+                flow.detection.contacts.push(contact);
+            }
+        }
+        flow.blocks.clear();
+        flow.impulses.clear();
+        let members = Some(self.members.as_slice());
+        for (i, block) in main.blocks.iter().enumerate() {
+            if belongs(&main.rows[i], members, context.inverse_mass) {
+                flow.blocks.push(*block);
+                flow.impulses.push(main.impulses[i]);
+            }
+        }
+    }
+
+    /// Whether nothing holds the bodies or presses on them: they fly.
+    fn idle(&self) -> bool {
+        let mut blocks = self.flow.blocks.iter().zip(&self.flow.impulses);
+        blocks.all(|(b, p)| matches!(b.law, Law::Contact { .. }) && *p == Vec2::zeros())
+    }
+
+    /// Cuts the interval of bodies that fly to `time`; moves them to its end.
+    fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
+        let flow = &mut self.flow;
+        flow.length = time;
+        flow.clear_blocks();
+        for (end, (start, a)) in flow
+            .end
+            .iter_mut()
+            .zip(flow.start.iter().zip(&flow.accelerations))
+        {
+            *end = start + time * a;
+        }
+        for &b in &self.moved {
+            let mean = 0.5 * (self.flow.start[b as usize] + self.flow.end[b as usize]);
+            model.shift(b as usize, &mean, time);
         }
     }
 
@@ -377,7 +439,11 @@ impl Runner {
         rest: Rest,
     ) -> Result<Option<(ContactKey, f64)>, StepError> {
         self.restore(model);
-        if time > 0.0 {
+        if time > 0.0 && self.idle() {
+            solver.outcomes.clear();
+            self.fly(model, time);
+            self.instant.start.clone_from(&self.flow.end);
+        } else if time > 0.0 {
             let span = Span {
                 step: context.dt,
                 length: time,
@@ -442,7 +508,7 @@ impl Runner {
         bodies: usize,
     ) -> bool {
         let w = context.inverse_mass;
-        let idle = self.flow.impulses.iter().all(|p| *p == Vec2::zeros());
+        let idle = self.idle();
         let members = Some(self.members.as_slice());
         let carried = |k: &ContactKey| {
             let known = self.remembered.as_ref().and_then(|m| m.get(k));

@@ -305,7 +305,8 @@ impl Stage {
         self.close_blocks(inverse_mass);
     }
 
-    fn clear_blocks(&mut self) {
+    /// Takes out everything that was collected.
+    pub fn clear_blocks(&mut self) {
         self.blocks.clear();
         self.rows.clear();
         self.impulses.clear();
