@@ -5,6 +5,8 @@
 
 mod compare;
 mod reference;
+mod results;
+mod setting;
 mod simulate;
 mod stall;
 mod study;
@@ -12,8 +14,10 @@ mod threshing;
 
 mod wear_history;
 
-pub use compare::{Comparison, compare};
+pub use compare::comparison;
 pub use reference::{Measure, Samples, measures};
+pub use results::{Results, measure};
+pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};

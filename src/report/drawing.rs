@@ -4,6 +4,7 @@ use plotters::style::{FontTransform, WHITE};
 
 use super::canvas::{Canvas, Drawn, Point, U, stroke, units};
 use super::chart::{Chart, Dash, Extent, Style};
+use super::labels;
 use super::layout::{LEGEND_ROW, Layout, MARGIN, SMALL, TEXT, TITLE};
 use super::legend::{Entry, Look, legend, looks};
 use super::palette;
@@ -24,6 +25,7 @@ pub(super) fn draw(chart: &Chart, extent: Extent) -> Result<String, String> {
             draw_series(&canvas, chart, &layout, look, &looks)?;
         }
         draw_annotations(&canvas, chart, &layout)?;
+        draw_labels(&canvas, chart, &layout)?;
         draw_legend(&canvas, &layout, &legend)?;
         canvas.area.present().map_err(|e| e.to_string())?;
     }
@@ -209,6 +211,19 @@ fn draw_annotations(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
             let ends = a.zip(b).filter(|_| mark.x_error > 0.0);
             canvas.note_of_crossing(l.pixel(place), ends.map(|(a, b)| [a, b]))?;
         }
+    }
+    Ok(())
+}
+
+fn draw_labels(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
+    let points = chart.series.iter().flat_map(|s| &s.points);
+    let markers: Vec<Point> = points
+        .filter_map(|&p| chart.place(p).map(|place| l.pixel(place)))
+        .collect();
+    for (at, text) in labels::place(chart, l, &markers) {
+        let look = (SMALL, palette::FAINT_INK);
+        let anchor = (HPos::Left, VPos::Center);
+        canvas.text(&text, at, look, anchor, FontTransform::None)?;
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ pub(super) const SMALL: f64 = 11.5;
 pub(super) const LEGEND_ROW: f64 = 20.0;
 
 /// Width in px to allow for a text: a generic sans-serif may turn out as wide as DejaVu Sans.
-fn width_of(text: &str, size: f64) -> f64 {
+pub(super) fn width_of(text: &str, size: f64) -> f64 {
     let em = text.chars().map(|c| match c {
         '\u{2e80}'.. => 1.05,
         c if c.is_uppercase() => 0.75,
