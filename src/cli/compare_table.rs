@@ -1,7 +1,7 @@
 //! The comparison as a person reads it, from the rows of `results.csv` alone.
 
 use crate::experiment::Setting;
-use crate::report::{Align, ResultRow, Table, number, quantity};
+use crate::report::{Align, ResultRow, Table, number, quantity, step_length};
 
 /// One line a measure; a column for each of `columns`, and one for the best of all points of the
 /// engine `swept`, whose settings follow below.
@@ -36,12 +36,18 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
         }
         if let Some(best) = best(rows, swept, measure) {
             cells.push(number(best.value, 3));
-            below.push_str(&format!(
-                "  {measure}: dt {} s, {}, {} a simulated second\n",
-                number(best.dt_s, 3),
-                best.setting,
-                time(best)
-            ));
+            let mut same = rows
+                .iter()
+                .filter(|r| r.engine == swept && r.measure == measure);
+            // where all are equal there is no best
+            if !same.all(|r| r.value == best.value) {
+                below.push_str(&format!(
+                    "  {measure}: dt {}, {}, {} a simulated second\n",
+                    step_length(best.dt_s),
+                    best.setting,
+                    time(best)
+                ));
+            }
         } else {
             cells.push("-".to_owned());
         }

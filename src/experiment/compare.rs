@@ -4,7 +4,7 @@ use crate::rapier::BaselineSettings;
 use crate::scene::{Scheme, Step};
 
 /// The sweep of rapier's settings: every combination, at the scene's step and at a quarter of it.
-const FREQUENCIES: [f64; 3] = [120.0, 500.0, 2000.0];
+const FREQUENCIES: [f64; 4] = [30.0, 120.0, 500.0, 2000.0];
 const SUBSTEPS: [usize; 2] = [4, 40];
 const ITERATIONS: [usize; 2] = [1, 4];
 
@@ -99,7 +99,7 @@ mod tests {
         for (k, setting) in settings.iter().enumerate() {
             assert!(!settings[..k].contains(setting), "{setting:?}");
         }
-        // three lengths of ours, default and preset; the sweep's 2 x 12 less the preset's two
-        assert_eq!(settings.len(), 9 + 24 - 2);
+        // three lengths of ours, default and preset; the sweep's 2 x 16 less the preset's two
+        assert_eq!(settings.len(), 9 + 32 - 2);
     }
 }

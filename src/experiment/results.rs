@@ -39,7 +39,8 @@ enum Point {
 /// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
-/// solve certified has `unsolved`.
+/// solve certified has `unsolved`. A measure that others show and this one does not, such as the
+/// time of an event that never comes, is NaN, `fail` and `never`.
 ///
 /// # Errors
 /// [`RunError::Step`] where the scene cannot be built. A failing point is a row, not an error;
@@ -159,13 +160,23 @@ fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -
             Some(Point::Measured(totals, found, times)) => {
                 let (time, spread) = median_and_spread(times);
                 let unsolved = totals.unsolved_islands > 0;
-                for figure in figures(setting.engine, Some(totals), found) {
-                    results.rows.push(ResultRow {
-                        seconds_per_simulated_second: time,
-                        spread,
-                        verdict: if unsolved { "unsolved" } else { "" }.to_owned(),
-                        ..figure.filled(&blank)
-                    });
+                let blank = ResultRow {
+                    seconds_per_simulated_second: time,
+                    spread,
+                    verdict: if unsolved { "unsolved" } else { "" }.to_owned(),
+                    ..blank
+                };
+                let shown: Vec<Measure> = known
+                    .iter()
+                    .map(|k| found.iter().find(|m| m.name == k.name).unwrap_or(k).clone())
+                    .collect();
+                for figure in figures(setting.engine, Some(totals), &shown) {
+                    let mut row = figure.filled(&blank);
+                    if !found.iter().any(|m| m.name == row.measure) && row.value.is_nan() {
+                        row.verdict = "fail".to_owned();
+                        row.mode = "never".to_owned();
+                    }
+                    results.rows.push(row);
                 }
             }
         }

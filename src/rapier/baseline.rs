@@ -59,11 +59,11 @@ impl Default for BaselineSettings {
 /// Every setting, as tables and charts spell it.
 impl fmt::Display for BaselineSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let frequency = self.contact_frequency;
         write!(
             f,
-            "{frequency} Hz ({} at fixed bodies), {} substeps, {} PGS, recycling off",
-            frequency * BaselineSettings::FIXED_RATIO,
+            "{} Hz, x{} at fixed bodies, {} substeps, {} PGS, recycling off",
+            self.contact_frequency,
+            BaselineSettings::FIXED_RATIO,
             self.substeps,
             self.iterations
         )

@@ -103,6 +103,8 @@ pub struct Chart {
     pub marks: Vec<Mark>,
     /// The most important first: those that find no room are left out.
     pub labels: Vec<PointLabel>,
+    /// Where on a log axis zeros are drawn: the axis says 0 there, and nothing below.
+    pub zero: Option<f64>,
     /// One unit is as long in x as in y, so that a shape looks like itself.
     pub equal_aspect: bool,
 }
@@ -126,6 +128,7 @@ impl Chart {
             lines: Vec::new(),
             marks: Vec::new(),
             labels: Vec::new(),
+            zero: None,
             equal_aspect: false,
         }
     }

@@ -190,8 +190,8 @@ fn draw_series(canvas: &Canvas, chart: &Chart, l: &Layout, look: &Look, all: &[L
 }
 
 fn draw_annotations(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
-    for line in &chart.lines {
-        if let Some(place) = chart.y.scale.place(line.value) {
+    for value in chart.lines.iter().map(|line| line.value).chain(chart.zero) {
+        if let Some(place) = chart.y.scale.place(value) {
             let y = l.pixel((l.extent.x.0, place)).1;
             let ends = [(l.left, y), (l.right, y)];
             canvas.dashed(&ends, Dash::Dashed, stroke(palette::FAINT_INK, 1.1))?;
@@ -216,11 +216,23 @@ fn draw_annotations(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
 }
 
 fn draw_labels(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
+    let pixel = |&p: &(f64, f64)| chart.place(p).map(|place| l.pixel(place));
     let points = chart.series.iter().flat_map(|s| &s.points);
-    let markers: Vec<Point> = points
-        .filter_map(|&p| chart.place(p).map(|place| l.pixel(place)))
-        .collect();
-    for (at, text) in labels::place(chart, l, &markers) {
+    let markers: Vec<Point> = points.filter_map(pixel).collect();
+    let joined = chart
+        .series
+        .iter()
+        .filter(|s| matches!(s.style, Style::Line | Style::LinePoints));
+    let pieces = joined
+        .flat_map(|s| s.points.windows(2))
+        .filter_map(|pair| pixel(&pair[0]).zip(pixel(&pair[1])));
+    let levels = chart.lines.iter().map(|line| line.value).chain(chart.zero);
+    let across = levels.filter_map(|v| chart.y.scale.place(v)).map(|place| {
+        let y = l.pixel((l.extent.x.0, place)).1;
+        ((l.left, y), (l.right, y))
+    });
+    let lines: Vec<(Point, Point)> = pieces.chain(across).collect();
+    for (at, text) in labels::place(chart, l, &markers, &lines) {
         let look = (SMALL, palette::FAINT_INK);
         let anchor = (HPos::Left, VPos::Center);
         canvas.text(&text, at, look, anchor, FontTransform::None)?;

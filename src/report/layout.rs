@@ -108,7 +108,12 @@ impl Layout {
             }
             wanted -= 1;
         };
-        let y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+        let mut y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+        if let Some(zero) = chart.zero.and_then(|zero| chart.y.scale.place(zero)) {
+            y.major.retain(|(place, _)| *place > zero);
+            y.minor.retain(|place| *place > zero);
+            y.major.push((zero, "0".to_owned()));
+        }
         let y_labels = widest(&mut y.major.iter().map(|t| t.1.as_str()), TEXT);
         let left = MARGIN + 1.6 * TEXT + y_labels + 14.0;
         let right = left + width;

@@ -31,7 +31,7 @@ pub use order::observed_order;
 pub use panels::panels;
 pub use progress::Progress;
 pub use result_charts::{convergence, energy, work_precision};
-pub use table::{Align, Table, number, quantity};
+pub use table::{Align, Table, number, quantity, step_length};
 pub use wear_charts::{
     HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
 };

@@ -1,15 +1,21 @@
 //! Work-precision, convergence and energy, from the rows of `results.csv` alone.
 
 use super::axis::Axis;
-use super::chart::{Chart, Colour, HLine, PointLabel, Series, Style};
+use super::chart::{Chart, Colour, Dash, PointLabel, Series, Style};
 use super::csv_files::ResultRow;
 use super::order::observed_order;
-use super::table::number;
+use super::table::step_length;
+
+/// Errors, relative or in SI units, in which a step length cannot show.
+const ROUND_OFF: f64 = 1e-12;
+/// Standard error of an order from which it says nothing.
+const UNCLEAR: f64 = 0.4;
 
 /// Rows that differ in their step length only, in its order.
 struct Family<'a> {
     /// Index of the palette: one an engine and scheme.
     look: usize,
+    measure: &'a str,
     name: String,
     rows: Vec<&'a ResultRow>,
 }
@@ -25,7 +31,8 @@ struct Family<'a> {
 ///   the picture.
 pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
-    for measure in drawable(rows) {
+    let families = families(rows);
+    for measure in drawable(rows.iter()) {
         let of: Vec<&ResultRow> = rows.iter().filter(|r| r.measure == measure).collect();
         let mut chart = Chart::new(
             title(of[0]),
@@ -41,8 +48,7 @@ pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
         }
         let floor = floor(&of, &mut chart);
         let mut labels = Vec::new();
-        let families = families(rows, &measure);
-        for family in &families {
+        for family in families.iter().filter(|f| f.measure == measure) {
             let ladder = family.rows.len() > 2;
             let points: Vec<(f64, f64)> = family.rows.iter().filter_map(|r| timed(r)).collect();
             let name = match ladder {
@@ -56,7 +62,7 @@ pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
                         timed(o).is_some_and(|(t, e)| t <= x && e <= y && (t, e) != (x, y))
                     });
                     let text = match ladder {
-                        true => fraction(row.dt_s),
+                        true => step_length(row.dt_s),
                         false => point_text(row, rows),
                     };
                     let y = if y > 0.0 { y } else { floor };
@@ -87,13 +93,12 @@ pub fn energy(rows: &[ResultRow]) -> Vec<Chart> {
 
 fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
-    for measure in drawable(rows) {
-        let of: Vec<&ResultRow> = rows.iter().filter(|r| r.measure == measure).collect();
-        let families: Vec<Family> = families(rows, &measure)
-            .into_iter()
-            .filter(|f| f.rows.len() > 2)
-            .collect();
-        if !wanted(of[0]) || families.is_empty() {
+    let families = families(rows);
+    let ladders: Vec<&Family> = families.iter().filter(|f| f.rows.len() > 2).collect();
+    let shown = ladders.iter().flat_map(|f| f.rows.iter().copied());
+    for measure in drawable(shown.clone()) {
+        let of: Vec<&ResultRow> = shown.clone().filter(|r| r.measure == measure).collect();
+        if !wanted(of[0]) {
             continue;
         }
         let mut chart = Chart::new(
@@ -107,16 +112,10 @@ fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<
                 settings(rows)
             );
         }
-        let shown: Vec<&ResultRow> = families.iter().flat_map(|f| f.rows.clone()).collect();
-        let floor = floor(&shown, &mut chart);
-        for family in families {
+        let floor = floor(&of, &mut chart);
+        for family in ladders.iter().filter(|f| f.measure == measure) {
             let points: Vec<(f64, f64)> = family.rows.iter().map(|r| (r.dt_s, r.value)).collect();
-            let name = match observed_order(&points) {
-                Some((order, error)) if error < 0.5 => {
-                    format!("{}, order {order:.2} ± {error:.2}", family.name)
-                }
-                _ => format!("{}, no clear order", family.name),
-            };
+            let name = format!("{}, {}", family.name, order_text(&points));
             draw(&mut chart, family.look, name, &points, true, floor);
         }
         charts.push(chart);
@@ -124,15 +123,34 @@ fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<
     charts
 }
 
+/// The order where one can be told; round-off has none.
+fn order_text(points: &[(f64, f64)]) -> String {
+    if points.iter().all(|p| p.1 == 0.0) {
+        return "0".to_owned();
+    }
+    if points.iter().all(|p| p.1 < ROUND_OFF) {
+        return format!("below {ROUND_OFF:e}");
+    }
+    match observed_order(points) {
+        Some((order, error)) if error < UNCLEAR => {
+            format!("order {order:.2} ± {error:.2}").replace('-', "−")
+        }
+        _ => "no clear order".to_owned(),
+    }
+}
+
 /// Measures, in the order of the rows, of which some value can stand on a log axis.
-fn drawable(rows: &[ResultRow]) -> Vec<String> {
-    let mut measures: Vec<String> = Vec::new();
-    for row in rows.iter().filter(|r| r.value > 0.0 && r.value.is_finite()) {
-        if !measures.contains(&row.measure) {
-            measures.push(row.measure.clone());
+fn drawable<'a>(rows: impl Iterator<Item = &'a ResultRow>) -> Vec<&'a str> {
+    let mut measures: Vec<(&str, bool)> = Vec::new();
+    for row in rows {
+        let stands = row.value > 0.0 && row.value.is_finite();
+        match measures.iter_mut().find(|(name, _)| *name == row.measure) {
+            Some((_, drawable)) => *drawable |= stands,
+            None => measures.push((&row.measure, stands)),
         }
     }
-    measures
+    let kept = measures.into_iter().filter(|(_, drawable)| *drawable);
+    kept.map(|(name, _)| name).collect()
 }
 
 fn title(row: &ResultRow) -> String {
@@ -146,7 +164,7 @@ fn axis_label(row: &ResultRow) -> String {
     }
 }
 
-/// Where zeros are drawn: on a line of their own, a decade below the least positive value.
+/// Where zeros are drawn: a decade below the least positive value.
 fn floor(rows: &[&ResultRow], chart: &mut Chart) -> f64 {
     let least = rows
         .iter()
@@ -155,47 +173,56 @@ fn floor(rows: &[&ResultRow], chart: &mut Chart) -> f64 {
         .fold(f64::INFINITY, f64::min);
     let floor = 10f64.powf(least.log10().floor() - 1.0);
     if rows.iter().any(|r| r.value == 0.0) {
-        chart.lines.push(HLine {
-            value: floor,
-            label: "0".to_owned(),
-        });
+        chart.zero = Some(floor);
     }
     floor
 }
 
 /// Adds `points` under one look: joined where positive, on the floor where 0.
+///
+/// Lines are drawn in their order, markers over them in the reverse order, so that of lines and
+/// points that lie on each other all can be seen; the name goes to the legend with a series that
+/// has no points.
 fn draw(
     chart: &mut Chart,
     look: usize,
-    mut name: String,
+    name: String,
     points: &[(f64, f64)],
     joined: bool,
     floor: f64,
 ) {
-    // single points of one engine share a line of the legend
-    if !joined && chart.series.iter().any(|s| s.name == name) {
-        name.clear();
-    }
-    let style = if joined {
-        Style::LinePoints
-    } else {
-        Style::Points
-    };
-    let mut add = |points: Vec<(f64, f64)>, style: Style| {
-        let mut series = Series::new(std::mem::take(&mut name), style, points);
+    let series = |name: &str, points: Vec<(f64, f64)>, style: Style| {
+        let mut series = Series::new(name, style, points);
         series.colour = Colour::Palette(look);
-        chart.series.push(series);
+        series.dash = [Dash::Solid, Dash::Dashed][look % 2];
+        series
     };
-    for run in points.split(|p| p.1 == 0.0).filter(|run| !run.is_empty()) {
-        add(run.to_vec(), style);
+    let mut lines = chart.series.partition_point(|s| s.style == Style::Line);
+    let mut markers: Vec<(f64, f64)> = points.to_vec();
+    if joined {
+        for run in points.split(|p| p.1 == 0.0).filter(|run| !run.is_empty()) {
+            chart
+                .series
+                .insert(lines, series("", run.to_vec(), Style::Line));
+            lines += 1;
+        }
+        // a point that failed is counted once, with its line
+        markers.retain(|p| p.1.is_finite());
     }
-    let zeros: Vec<(f64, f64)> = points
-        .iter()
-        .filter(|p| p.1 == 0.0)
-        .map(|p| (p.0, floor))
-        .collect();
-    if !zeros.is_empty() {
-        add(zeros, Style::Points);
+    for point in markers.iter_mut().filter(|p| p.1 == 0.0) {
+        point.1 = floor;
+    }
+    chart
+        .series
+        .insert(lines, series("", markers, Style::Points));
+    // single points of one engine share a line of the legend
+    if !chart.series.iter().any(|s| s.name == name) {
+        let style = if joined {
+            Style::LinePoints
+        } else {
+            Style::Points
+        };
+        chart.series.push(series(&name, Vec::new(), style));
     }
 }
 
@@ -227,7 +254,7 @@ fn own_parts<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
     row.setting.split(", ").filter(|p| !common(p)).collect()
 }
 
-fn families<'a>(rows: &'a [ResultRow], measure: &str) -> Vec<Family<'a>> {
+fn families(rows: &[ResultRow]) -> Vec<Family<'_>> {
     let mut kinds: Vec<String> = Vec::new();
     let mut families: Vec<Family> = Vec::new();
     for row in rows {
@@ -236,14 +263,21 @@ fn families<'a>(rows: &'a [ResultRow], measure: &str) -> Vec<Family<'a>> {
         if look == kinds.len() {
             kinds.push(kind.clone());
         }
-        if row.measure != measure {
-            continue;
-        }
-        let key = |r: &'a ResultRow| (&r.engine, &r.scheme, &r.solver, &r.setting);
-        match families.iter_mut().find(|f| key(f.rows[0]) == key(row)) {
+        let same = |r: &ResultRow| {
+            (&r.measure, &r.engine, &r.scheme, &r.solver, &r.setting)
+                == (
+                    &row.measure,
+                    &row.engine,
+                    &row.scheme,
+                    &row.solver,
+                    &row.setting,
+                )
+        };
+        match families.iter_mut().find(|f| same(f.rows[0])) {
             Some(family) => family.rows.push(row),
             None => families.push(Family {
                 look,
+                measure: &row.measure,
                 name: match row.scheme.is_empty() {
                     true => [vec![row.engine.as_str()], own_parts(row, rows)]
                         .concat()
@@ -278,21 +312,11 @@ fn settings(rows: &[ResultRow]) -> String {
     texts.join(" ")
 }
 
-/// A step length as people write it.
-fn fraction(dt: f64) -> String {
-    let per_second = dt.recip().round();
-    if (dt * per_second - 1.0).abs() < 1e-9 {
-        format!("1/{per_second}")
-    } else {
-        format!("{} s", number(dt, 3))
-    }
-}
-
 /// The numbers that tell a point of a sweep, in the order that [`single_name`] explains.
 fn point_text(row: &ResultRow, rows: &[ResultRow]) -> String {
     let parts = own_parts(row, rows);
     let numbers = parts.iter().map(|p| p.split(' ').next().unwrap_or(p));
-    [fraction(row.dt_s)]
+    [step_length(row.dt_s)]
         .into_iter()
         .chain(numbers.map(str::to_owned))
         .collect::<Vec<_>>()
