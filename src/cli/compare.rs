@@ -1,6 +1,6 @@
 use super::compare_table::table;
 use super::{CompareArgs, Outcome, print_out, summary};
-use crate::experiment::{Engine, RunError, Setting, comparison, measure, step_count};
+use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
     Chart, CsvFile, OutputFolder, Progress, ResultRow, Row, convergence, energy, panels, read_rows,
     work_precision,
@@ -21,12 +21,16 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         scene.step.time = f64::from(steps) * scene.step.dt;
     }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
-    let schemes = schemes(args, &scene);
-    let settings = comparison(&scene.step, &schemes, args.ladder);
+    let comparison = Comparison {
+        schemes: schemes(args, &scene),
+        ladder: args.ladder,
+        sweep: !args.no_sweep,
+    };
+    let settings = comparison.settings(&scene.step);
     let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
     let progress = Progress::new(&scene.name, (steps * repeats) as u64, args.common.quiet);
-    let results = measure(&scene, &settings, repeats, &progress)?;
+    let results = run_settings(&scene, &settings, repeats, &progress)?;
     drop(progress);
     let mut file = CsvFile::create(&folder)?;
     for row in &results.rows {

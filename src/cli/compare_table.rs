@@ -18,10 +18,9 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
     };
     let mut head = vec![("measure (less is better)".to_owned(), Align::Left)];
     for setting in columns {
-        let name = [setting.engine.name(), setting.scheme()].join(" ");
-        head.push((name.trim_end().to_owned(), Align::Right));
+        head.push((setting.name(), Align::Right));
     }
-    head.push((format!("{swept}, best"), Align::Right));
+    head.push((format!("{swept}, best of all"), Align::Right));
     let mut table = Table::new(head);
     let mut below = String::new();
     for (measure, unit) in measures(rows) {
@@ -61,7 +60,10 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
     );
     table.push(cells);
     if !below.is_empty() {
-        below.insert_str(0, &format!("{swept}, best of its sweep in each measure:\n"));
+        below.insert_str(
+            0,
+            &format!("{swept}, best of all its points in each measure:\n"),
+        );
     }
     format!("{table}{below}")
 }

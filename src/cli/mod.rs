@@ -103,6 +103,10 @@ struct CompareArgs {
     /// 1/30 to 1/1000 s, or twice to a sixteenth of a scene's step that is not 1/60 s.
     #[arg(long)]
     ladder: bool,
+    /// rapier in its default and its stiff preset only, without the sweep of its settings: for
+    /// scenes that take long.
+    #[arg(long)]
+    no_sweep: bool,
 }
 
 impl RunArgs {

@@ -28,53 +28,67 @@ fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
     (lengths, 1)
 }
 
-/// The points of a comparison.
-///
-/// Ours in each of `schemes`, rapier's default and its stiff preset at every step length; and a
-/// sweep of rapier's frequency, substeps and iterations at two of them, under the name of the
-/// stiff engine: its accuracy is bounded by all four together, so a single preset is no peer.
-///
-/// # Arguments
-/// - `step`: of the scene: its step length is the middle of the comparison, its solver and
-///   tolerance are ours.
-/// - `ladder`: whether to run the ladder of six step lengths in place of three.
-pub fn comparison(step: &Step, schemes: &[Scheme], ladder: bool) -> Vec<Setting> {
-    let (lengths, base) = step_lengths(step.dt, ladder);
-    let ours = schemes.iter().map(|&scheme| {
-        let step = Step {
-            scheme,
-            ..step.clone()
-        };
-        Setting::new(Engine::Moreau, &step)
-    });
-    let peers = [Engine::Rapier, Engine::RapierStiff].map(|e| Setting::new(e, step));
-    let mut settings: Vec<Setting> = ours
-        .chain(peers)
-        .flat_map(|setting| {
-            lengths
-                .iter()
-                .map(move |&dt| setting.with_dt(dt))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    for dt in [lengths[base], lengths[base + 2]] {
-        for contact_frequency in FREQUENCIES {
-            for substeps in SUBSTEPS {
-                for iterations in ITERATIONS {
+/// What a comparison runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Comparison {
+    /// Ours runs in each of these.
+    pub schemes: Vec<Scheme>,
+    /// The ladder of six step lengths in place of three.
+    pub ladder: bool,
+    /// The sweep of rapier's settings beside its two presets.
+    pub sweep: bool,
+}
+
+impl Comparison {
+    /// The points: ours in each scheme, rapier's default and its stiff preset at every step
+    /// length; then the sweep of frequency, substeps and iterations at two step lengths, under
+    /// the name of the stiff engine. rapier's accuracy is bounded by all four together, so that a
+    /// single preset alone is no fair peer.
+    ///
+    /// # Arguments
+    /// - `step`: of the scene: the step length to compare round, the simulated time, and of ours
+    ///   solver and tolerance.
+    pub fn settings(&self, step: &Step) -> Vec<Setting> {
+        let (lengths, base) = step_lengths(step.dt, self.ladder);
+        let ours = self.schemes.iter().map(|&scheme| {
+            let step = Step {
+                scheme,
+                ..step.clone()
+            };
+            Setting::new(Engine::Moreau, &step)
+        });
+        let peers = [Engine::Rapier, Engine::RapierStiff].map(|e| Setting::new(e, step));
+        let mut settings = Vec::new();
+        for setting in ours.chain(peers) {
+            settings.extend(lengths.iter().map(|&dt| setting.with_dt(dt)));
+        }
+        if self.sweep {
+            for dt in [lengths[base], lengths[base + 2]] {
+                for baseline in sweep() {
                     let mut setting = Setting::new(Engine::RapierStiff, step).with_dt(dt);
-                    setting.baseline = Some(BaselineSettings {
-                        contact_frequency,
-                        substeps,
-                        iterations,
-                    });
+                    setting.baseline = Some(baseline);
                     if !settings.contains(&setting) {
                         settings.push(setting);
                     }
                 }
             }
         }
+        settings
     }
-    settings
+}
+
+fn sweep() -> impl Iterator<Item = BaselineSettings> {
+    FREQUENCIES.into_iter().flat_map(|contact_frequency| {
+        SUBSTEPS.into_iter().flat_map(move |substeps| {
+            ITERATIONS
+                .into_iter()
+                .map(move |iterations| BaselineSettings {
+                    contact_frequency,
+                    substeps,
+                    iterations,
+                })
+        })
+    })
 }
 
 #[cfg(test)]
@@ -95,11 +109,18 @@ mod tests {
 
     #[test]
     fn no_point_runs_twice_and_every_combination_runs() {
-        let settings = comparison(&Step::default(), &[Scheme::Staggered], false);
+        let mut comparison = Comparison {
+            schemes: vec![Scheme::Staggered],
+            ladder: false,
+            sweep: true,
+        };
+        let settings = comparison.settings(&Step::default());
         for (k, setting) in settings.iter().enumerate() {
             assert!(!settings[..k].contains(setting), "{setting:?}");
         }
         // three lengths of ours, default and preset; the sweep's 2 x 16 less the preset's two
         assert_eq!(settings.len(), 9 + 32 - 2);
+        comparison.sweep = false;
+        assert_eq!(comparison.settings(&Step::default()), settings[..9]);
     }
 }

@@ -1,7 +1,7 @@
 use super::reference::{Measure, Samples, measures};
 use super::setting::{Setting, step_count};
 use super::simulate::{Engine, RunError, Totals, advance};
-use crate::report::{Progress, ResultRow};
+use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::Scene;
 
 /// What an experiment found.
@@ -9,7 +9,7 @@ use crate::scene::Scene;
 pub struct Results {
     /// One a measure and point, the points in their order.
     pub rows: Vec<ResultRow>,
-    /// Points that failed or do not exist for this scene, each with its reason.
+    /// Engines with points that failed or that cannot run this scene, and the first reason.
     pub notes: Vec<String>,
 }
 
@@ -45,7 +45,7 @@ enum Point {
 /// # Errors
 /// [`RunError::Step`] where the scene cannot be built. A failing point is a row, not an error;
 /// one that says [`RunError::Unfit`] is left out. Both are told in the notes.
-pub fn measure(
+pub fn run_settings(
     scene: &Scene,
     settings: &[Setting],
     repeats: usize,
@@ -132,23 +132,15 @@ fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -
     for m in &mut known {
         m.error = f64::NAN;
     }
-    let mut results = Results::default();
+    let mut results = Results {
+        rows: Vec::new(),
+        notes: notes(settings, &points),
+    };
     for (setting, point) in settings.iter().zip(&mut points) {
-        let note = |reason: &str| {
-            let name = [setting.engine.name(), setting.scheme()].join(" ");
-            format!(
-                "{} ({}, dt {} s): {reason}",
-                name.trim_end(),
-                setting.label(),
-                setting.step.dt
-            )
-        };
         let blank = row(scene, setting);
         match point {
-            None => {}
-            Some(Point::Unavailable(reason)) => results.notes.push(note(reason)),
-            Some(Point::Failed(mode, reason)) => {
-                results.notes.push(note(reason));
+            None | Some(Point::Unavailable(_)) => {}
+            Some(Point::Failed(mode, _)) => {
                 for figure in figures(setting.engine, None, &known) {
                     results.rows.push(ResultRow {
                         verdict: "fail".to_owned(),
@@ -182,6 +174,34 @@ fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -
         }
     }
     results
+}
+
+/// One sentence for each engine and scheme with points that were left out or failed.
+fn notes(settings: &[Setting], points: &[Option<Point>]) -> Vec<String> {
+    let mut notes: Vec<(String, &str, usize, String)> = Vec::new();
+    for (setting, point) in settings.iter().zip(points) {
+        let (what, reason) = match point {
+            Some(Point::Failed(_, reason)) => ("failed", reason),
+            Some(Point::Unavailable(reason)) => ("skipped", reason),
+            _ => continue,
+        };
+        match notes
+            .iter_mut()
+            .find(|n| n.0 == setting.name() && n.1 == what)
+        {
+            Some((_, _, count, _)) => *count += 1,
+            None => {
+                let dt = step_length(setting.step.dt);
+                let first = format!("{}, dt {dt}: {reason}", setting.label());
+                notes.push((setting.name(), what, 1, first));
+            }
+        }
+    }
+    let sentence = |(name, what, count, first)| match count {
+        1 => format!("{name} {what}, {first}"),
+        _ => format!("{name} {what} at {count} points, first at {first}"),
+    };
+    notes.into_iter().map(sentence).collect()
 }
 
 /// A measure's name, value, unit, and what it is measured against.
@@ -265,6 +285,88 @@ mod tests {
         });
         assert_eq!(ended, Ok(()));
         assert_eq!(order, ["a", "b", "c", "a", "b", "c"]);
+    }
+
+    fn measured(errors: &[(&'static str, f64)], unsolved_islands: usize) -> Option<Point> {
+        let totals = Totals {
+            unsolved_islands,
+            ..Totals::default()
+        };
+        let found = errors.iter().map(|&(name, error)| Measure {
+            name,
+            unit: "1",
+            computed: 0.0,
+            exact: 0.0,
+            error,
+        });
+        Some(Point::Measured(
+            Box::new(totals),
+            found.collect(),
+            vec![1.0, 3.0],
+        ))
+    }
+
+    /// Failed points keep a row for every measure, skipped ones have none, and both are told.
+    #[test]
+    fn failures_are_rows_and_skipped_points_are_notes() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n[[body]]\nname = \"b\"\ndisc = 1\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let settings = [
+            Engine::Moreau,
+            Engine::Rapier,
+            Engine::Moreau,
+            Engine::RapierStiff,
+        ]
+        .map(|engine| Setting::new(engine, &scene.step));
+        let points = vec![
+            measured(&[("time", 0.1), ("place", 0.2)], 1),
+            measured(&[("place", 0.3)], 0),
+            Some(Point::Failed("stops", "why".to_owned())),
+            Some(Point::Unavailable("no such world".to_owned())),
+        ];
+        let results = gather(&scene, &settings, points);
+        let rows = |engine: &str, verdict: &str| -> Vec<(String, bool, String)> {
+            let of = results
+                .rows
+                .iter()
+                .filter(|r| r.engine == engine && r.verdict == verdict);
+            of.map(|r| (r.measure.clone(), r.value.is_nan(), r.mode.clone()))
+                .collect()
+        };
+        let expect = |names: &[&str], nan: bool, mode: &str| -> Vec<(String, bool, String)> {
+            names
+                .iter()
+                .map(|&n| (n.to_owned(), nan, mode.to_owned()))
+                .collect()
+        };
+        let ours = [
+            "time",
+            "place",
+            "penetration",
+            "energy-rise",
+            "residual",
+            "unsolved-islands",
+        ];
+        assert_eq!(rows("moreau", "unsolved"), expect(&ours, false, ""));
+        assert_eq!(rows("moreau", "fail"), expect(&ours, true, "stops"));
+        assert_eq!(rows("rapier", "fail"), expect(&["time"], true, "never"));
+        assert_eq!(
+            rows("rapier", ""),
+            expect(&["place", "penetration", "energy-rise"], false, "")
+        );
+        assert!(results.rows.iter().all(|r| r.engine != "rapier-stiff"));
+        assert_eq!(results.notes.len(), 2, "{:?}", results.notes);
+        assert!(
+            results.notes[0].starts_with("moreau staggered failed, tolerance 1e-8, dt 1/60 s: why")
+        );
+        assert!(
+            results.notes[1].contains("skipped") && results.notes[1].ends_with("no such world")
+        );
+        // two repeats: median and half the range over it, but no time for what failed
+        assert_eq!(results.rows[0].seconds_per_simulated_second, Some(2.0));
+        assert_eq!(results.rows[0].spread, Some(0.5));
+        let failed = results.rows.iter().find(|r| r.mode == "stops");
+        assert_eq!(failed.and_then(|r| r.seconds_per_simulated_second), None);
     }
 
     #[test]

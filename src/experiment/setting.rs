@@ -29,6 +29,12 @@ impl Setting {
         other
     }
 
+    /// Engine and scheme, as tables head their columns.
+    pub fn name(&self) -> String {
+        let words = [self.engine.name(), self.scheme()];
+        words.join(" ").trim_end().to_owned()
+    }
+
     /// Everything that `results.csv` has no column of its own for, in parts separated by `", "`:
     /// for ours the tolerance, for rapier frequency, substeps, iterations and recycling.
     pub fn label(&self) -> String {
