@@ -19,7 +19,7 @@ struct Compared {
 
 fn compare(scene: &str, flags: &[&str]) -> Compared {
     let root = tempfile::tempdir().unwrap();
-    let mut args = vec!["compare", scene, "--out", "r"];
+    let mut args = ["compare", scene, "--out", "r"];
     if let Some(text) = scene.strip_prefix("[scene]") {
         fs::write(root.path().join("s.toml"), format!("[scene]{text}")).unwrap();
         args[1] = "s.toml";

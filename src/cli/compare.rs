@@ -44,7 +44,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         "points": settings.len(),
         "repeats": repeats,
         "pictures": pictures,
-        "notes": results.notes,
+        "warnings": results.notes,
     });
     let text = summary::write(&folder, summary::header("compare", &scene), more)?;
     let target = folder.commit()?;

@@ -9,6 +9,11 @@
 //! table and pictures are drawn from that file and from nothing else. Every value is an error or
 //! a cost: less is better, 0 is exact, NaN is a run that failed (`verdict`, `mode` say how).
 //!
+//! The setting of a peer is spelled in full: natural frequency of its contacts, the factor on it at
+//! fixed bodies, substeps of a step, sweeps of projected Gauss-Seidel (PGS) in a substep, see
+//! [`crate::rapier::BaselineSettings`]. No single measure tells: contacts that never touch do not
+//! penetrate.
+//!
 //! - `work-precision.svg`: error against wall time for a simulated second, a panel a measure.
 //!   A point is *dominated* where another lies below it and to its left. Lines join the step
 //!   lengths of one setting; single points are the sweep of rapier's settings, labelled with the
