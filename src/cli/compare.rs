@@ -71,13 +71,19 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// The scheme that a flag asks for, else the scene's own and then the other.
-fn schemes(args: &CompareArgs, scene: &Scene) -> Vec<Scheme> {
-    match (&args.common.scheme, scene.step.scheme) {
-        (Some(_), asked) => vec![asked],
-        (None, Scheme::Staggered) => vec![Scheme::Staggered, Scheme::Moreau],
-        (None, Scheme::Moreau) => vec![Scheme::Moreau, Scheme::Staggered],
+/// What flags ask for, else the scene's own scheme first and then the others.
+fn schemes(args: &CompareArgs, scene: &Scene) -> Vec<(Scheme, bool)> {
+    let own = (scene.step.scheme, scene.step.events);
+    if args.common.scheme.is_some() || args.common.events {
+        return vec![own];
     }
+    let all = [
+        (Scheme::Staggered, false),
+        (Scheme::Staggered, true),
+        (Scheme::Moreau, false),
+    ];
+    let others = all.into_iter().filter(|other| *other != own);
+    std::iter::once(own).chain(others).collect()
 }
 
 /// Writes the pictures that have something to show, and gives their names.

@@ -31,8 +31,8 @@ fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
 /// What a comparison runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Comparison {
-    /// Ours runs in each of these.
-    pub schemes: Vec<Scheme>,
+    /// Ours runs in each of these, with and without event location.
+    pub schemes: Vec<(Scheme, bool)>,
     /// The ladder of six step lengths in place of three.
     pub ladder: bool,
     /// The sweep of rapier's settings beside its two presets.
@@ -50,9 +50,10 @@ impl Comparison {
     ///   solver and tolerance.
     pub fn settings(&self, step: &Step) -> Vec<Setting> {
         let (lengths, base) = step_lengths(step.dt, self.ladder);
-        let ours = self.schemes.iter().map(|&scheme| {
+        let ours = self.schemes.iter().map(|&(scheme, events)| {
             let step = Step {
                 scheme,
+                events,
                 ..step.clone()
             };
             Setting::new(Engine::Moreau, &step)
@@ -110,7 +111,7 @@ mod tests {
     #[test]
     fn no_point_runs_twice_and_every_combination_runs() {
         let mut comparison = Comparison {
-            schemes: vec![Scheme::Staggered],
+            schemes: vec![(Scheme::Staggered, false)],
             ladder: false,
             sweep: true,
         };

@@ -1,6 +1,6 @@
 use super::simulate::Engine;
 use crate::rapier::BaselineSettings;
-use crate::scene::Step;
+use crate::scene::{ImpactLaw, Step};
 
 /// One point of an experiment: who steps, how, and how finely.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,23 +31,38 @@ impl Setting {
 
     /// Engine and scheme, as tables head their columns.
     pub fn name(&self) -> String {
-        let words = [self.engine.name(), self.scheme()];
+        let events = match self.engine {
+            Engine::Moreau if self.step.events => "events",
+            _ => "",
+        };
+        let words = [self.engine.name(), self.scheme(), events];
         words.join(" ").trim_end().to_owned()
     }
 
     /// Everything that `results.csv` has no column of its own for, in parts separated by `", "`:
-    /// for ours the tolerance, for rapier frequency, substeps, iterations and recycling.
+    /// for ours the tolerance and what differs from the default, for rapier frequency, substeps,
+    /// iterations and recycling.
     pub fn label(&self) -> String {
-        match &self.baseline {
-            Some(settings) => settings.to_string(),
-            None => format!("tolerance {:e}", self.step.tolerance),
+        if let Some(settings) = &self.baseline {
+            return settings.to_string();
         }
+        let mut label = format!("tolerance {:e}", self.step.tolerance);
+        if self.step.events {
+            label.push_str(", events");
+        }
+        if self.step.impact_law != ImpactLaw::default() {
+            label.push_str(&format!(", {} impacts", self.step.impact_law.name()));
+        }
+        if !self.step.recovery {
+            label.push_str(", no recovery");
+        }
+        label
     }
 
     /// The scheme's name; empty where the engine has only its own.
     pub fn scheme(&self) -> &'static str {
         match self.engine {
-            Engine::Moreau => self.step.stepper().scheme.name(),
+            Engine::Moreau => self.step.scheme.name(),
             Engine::Rapier | Engine::RapierStiff => "",
         }
     }
