@@ -12,6 +12,7 @@ mod joints;
 mod kernels;
 mod mass;
 mod pipeline;
+mod points;
 mod pose;
 mod simulation;
 mod widen;

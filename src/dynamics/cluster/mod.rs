@@ -1,11 +1,14 @@
 //! A cluster of bodies, stepped by itself from event to event.
 
+mod instant;
+mod search;
+
 use super::StepError;
-use super::events::{crossing, release_lone, see_from_the_start, touch_tolerance};
-use super::model::{Configuration, ContactKey, ContactPoint, MultibodyModel, NormalLaw};
+use super::events::{release_lone, see_from_the_start};
+use super::model::{Configuration, MultibodyModel};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
-use super::rules::{Rules, applied_acceleration, rest_velocity};
+use super::rules::Rules;
 use super::solve::IslandSolver;
 use super::stage::{Memories, Span, Stage, belongs, movable};
 use super::stepper::check_finite;
@@ -15,8 +18,6 @@ use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 const EVENTS: usize = 4;
 /// The same for two bodies that touch nothing else: their events cost one small solve each.
 const LONE_EVENTS: usize = 64;
-/// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
-const SEARCHES: usize = 60;
 
 /// What all clusters of a step share.
 pub(super) struct Context<'a> {
@@ -308,165 +309,6 @@ impl Runner {
         }
     }
 
-    /// The first pair of waiting contacts to close on the path of the interval, one of them, and
-    /// after what time.
-    fn next<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        context: &Context,
-    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
-        let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
-        for &i in &self.flow.waiting {
-            let contact = self.flow.detection.contacts[i];
-            let guess = crossing(&self.flow, &contact, context.dt).unwrap_or(self.flow.length);
-            match guesses
-                .iter_mut()
-                .find(|(c, _)| c.surfaces == contact.surfaces)
-            {
-                Some((_, earlier)) => *earlier = earlier.min(guess),
-                None => guesses.push((contact, guess)),
-            }
-        }
-        let mut first: Option<(ContactPoint, f64)> = None;
-        for (contact, guess) in guesses {
-            if let Some(time) = self.locate(model, context, &contact, guess)?
-                && first.is_none_or(|(_, earliest)| time < earliest)
-            {
-                first = Some((contact, time));
-            }
-        }
-        Ok(first)
-    }
-
-    /// The instant at which the pair of `contact` closes on the path of the interval, sought by
-    /// Newton's iteration within a bracket on the gap detected there, from `first` on.
-    ///
-    /// The parabola that `first` comes from is that of a straight normal; surfaces that curve or
-    /// turn, and normals that flip in an overlap, are seen only by detection.
-    fn locate<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        context: &Context,
-        contact: &ContactPoint,
-        first: f64,
-    ) -> Result<Option<f64>, StepError> {
-        let end = self.flow.length;
-        let (mut open, mut closed) = (0.0, None);
-        let mut time = first;
-        for _ in 0..SEARCHES {
-            if time == 0.0 {
-                return Ok(Some(time));
-            }
-            let found = self.nearest(model, context, contact, time)?;
-            let mut better = f64::NAN;
-            match found {
-                Some((gap, closing, resolution)) => {
-                    if gap.abs() <= resolution {
-                        return Ok((closing > 0.0).then_some(time));
-                    }
-                    if gap > 0.0 {
-                        open = time;
-                    } else {
-                        closed = Some(time);
-                    }
-                    better = time + gap / closing;
-                }
-                None => open = time,
-            }
-            let limit = match closed {
-                None if time == end => return Ok(None),
-                None => end,
-                Some(closed) => closed,
-            };
-            time = if better > open && better < limit {
-                better
-            } else if closed.is_none() {
-                end
-            } else {
-                0.5 * (open + limit)
-            };
-        }
-        Ok(Some(time))
-    }
-
-    /// Smallest gap of a pair at `time` on the path of the interval, the velocity at which it
-    /// closes, and what is as good as zero; `None` where nothing of it is near.
-    fn nearest<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        context: &Context,
-        contact: &ContactPoint,
-        time: f64,
-    ) -> Result<Option<(f64, f64, f64)>, StepError> {
-        let (flow, share) = (&self.flow, time / self.flow.length);
-        let at = |b: u32, share: f64| {
-            let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
-            a + share * (e - a)
-        };
-        for (&b, place) in self.moved.iter().zip(&self.here) {
-            if contact.rows.bodies.contains(&b) {
-                model.set_configuration(b as usize, place);
-                model.shift(b as usize, &at(b, 0.5 * share), time);
-            }
-        }
-        self.instant
-            .detect_pairs(model, &[contact.surfaces], context.dt)?;
-        let all = self.instant.detection.contacts.iter();
-        let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
-        Ok(nearest.map(|c| {
-            let mut closing = 0.0;
-            for (side, &b) in c.rows.bodies.iter().enumerate() {
-                if b != NO_BODY {
-                    closing -= c.rows.jacobian[side][0].dot(&at(b, share));
-                }
-            }
-            let touch = touch_tolerance(c, flow, context.dt);
-            (c.gap, closing, (2.0 * c.gap_noise).max(1e-5 * touch))
-        }))
-    }
-
-    /// Steps to the instant at which `contact` closes and finds the contacts there: which one
-    /// closes, and how long after the start of the rest.
-    #[allow(clippy::too_many_arguments)] // the state of one search
-    fn seek<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        solver: &mut IslandSolver,
-        context: &Context,
-        rules: &Rules,
-        contact: &ContactPoint,
-        time: f64,
-        rest: Rest,
-    ) -> Result<Option<(ContactKey, f64)>, StepError> {
-        self.restore(model);
-        if time > 0.0 && self.idle() {
-            solver.outcomes.clear();
-            self.fly(model, time);
-            self.instant.start.clone_from(&self.flow.end);
-        } else if time > 0.0 {
-            let span = Span {
-                step: context.dt,
-                length: time,
-                horizon: 0.5 * rest.length,
-            };
-            self.advance(model, solver, context, rules, span, rest.at)?;
-            self.finish_interval(model);
-            self.instant.start.clone_from(&self.flow.end);
-        } else {
-            self.instant.start.clone_from(&self.flow.start);
-        }
-        let instant = &mut self.instant;
-        instant.accelerations.clone_from(&self.flow.accelerations);
-        model.set_velocities(&instant.start);
-        instant.detect_pairs(model, &self.pairs, context.dt)?;
-        let closes = |c: &&ContactPoint| {
-            c.surfaces == contact.surfaces && c.rows.velocity(&instant.start).x < 0.0
-        };
-        let all = instant.detection.contacts.iter().filter(closes);
-        let found = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
-        Ok(found.map(|c| (c.key, time)))
-    }
-
     /// Records the interval solved last.
     fn keep(&mut self, solver: &IslandSolver, context: &Context, time: f64, cluster: &mut Cluster) {
         let (flow, w) = (&self.flow, context.inverse_mass);
@@ -478,96 +320,5 @@ impl Runner {
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * flow.length * (flow.start[b as usize] + flow.end[b as usize]);
         }
-    }
-
-    /// An impact disturbs what stuck: the correction of its drift would see a jump.
-    fn forget_sticking(&mut self, context: &Context) {
-        let mut memory = self.remembered.take().unwrap_or_else(|| {
-            let found = &self.instant.detection;
-            let keys = found.contacts.iter().map(|c| c.key);
-            keys.chain(found.joints.iter().map(|j| j.key))
-                .filter_map(|key| Some((key, *context.memory.get(&key)?)))
-                .collect()
-        });
-        memory.values_mut().for_each(|m| m.stuck = None);
-        self.remembered = Some(memory);
-    }
-
-    /// Impact without duration at the present configuration; whether it was a lone one.
-    ///
-    /// Two bodies that touch nothing else are followed from bounce to bounce until all that are
-    /// left fit into the rest of the step: with closing velocity `v` and relative acceleration
-    /// `a` they take `2 e v / (a (1 − e))`, and together give the impulse of a landing without
-    /// rebound and of the rest that follows it.
-    fn impact(
-        &mut self,
-        solver: &mut IslandSolver,
-        context: &Context,
-        key: ContactKey,
-        rest: Rest,
-        bodies: usize,
-    ) -> bool {
-        let w = context.inverse_mass;
-        let idle = self.idle();
-        let members = Some(self.members.as_slice());
-        let carried = |k: &ContactKey| {
-            let known = self.remembered.as_ref().and_then(|m| m.get(k));
-            known.is_some_and(|m| m.impulse.x > 0.0)
-        };
-        let instant = &mut self.instant;
-        let contacts = &instant.detection.contacts;
-        let touching: Vec<bool> = contacts
-            .iter()
-            .map(|c| {
-                let near = c.gap <= touch_tolerance(c, instant, context.dt);
-                c.key == key || near || carried(&c.key)
-            })
-            .collect();
-        let mut joints = instant.detection.joints.iter();
-        let lone = idle
-            && bodies <= 2
-            && touching.iter().filter(|t| **t).count() == 1
-            && !joints.any(|j| belongs(&j.rows, members, w));
-        let acceleration = |c: &ContactPoint| -c.rows.velocity(&instant.accelerations).x;
-        let slow = |c: &ContactPoint, e: f64, v: f64| {
-            if lone {
-                2.0 * e * v <= acceleration(c) * (1.0 - e) * rest.length
-            } else {
-                let a = applied_acceleration(c, &instant.accelerations);
-                e * v <= rest_velocity(a, context.dt)
-            }
-        };
-        let mut over = rest.at;
-        let in_force: Vec<f64> = contacts
-            .iter()
-            .map(|c| {
-                let NormalLaw::Rigid { restitution: e } = c.law else {
-                    return 0.0;
-                };
-                let v = -c.rows.velocity(&instant.start).x;
-                if !slow(c, e, v) {
-                    return e;
-                }
-                if lone && c.key == key && e > 0.0 {
-                    over += 2.0 * e * v / (acceleration(c) * (1.0 - e));
-                }
-                0.0
-            })
-            .collect();
-        instant.collect_impact(&context.rules, &self.members, w, |i| {
-            touching[i].then_some(in_force[i])
-        });
-        solver.solve(instant, w, &context.rules);
-        instant.end_velocities(w);
-        let record = &mut self.record;
-        for outcome in &solver.outcomes {
-            outcome.count_work(record);
-            outcome.count(record);
-        }
-        // the instant leaves no memory: what it pressed does not press on
-        let mut none = Memories::default();
-        record_stage(instant, |_| true, w, over, record, &mut none);
-        record.events += 1;
-        lone
     }
 }
