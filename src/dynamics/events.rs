@@ -73,6 +73,39 @@ fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
     end.min(start) <= bend
 }
 
+/// Bodies from which on those that may come to touch are a crowd.
+const CROWD: usize = 5;
+
+/// Finds the crowds: many bodies linked by what the detection holds possible in a step.
+///
+/// In a crowd landings without rebound are too many to be located one by one. What is near is
+/// kept from closing instead, as without events.
+pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
+    let contacts = stage.detection.contacts.iter();
+    let rows: Vec<Rows> = contacts
+        .map(|c| movable(&c.rows, inverse_mass))
+        .filter(|r| r.bodies[0] != NO_BODY && r.bodies[1] != NO_BODY)
+        .collect();
+    let mut islands = Islands::default();
+    islands.build(inverse_mass.len(), &rows);
+    stage.crowded.clear();
+    stage.crowded.resize(inverse_mass.len(), false);
+    for k in 0..islands.len() {
+        let blocks = islands.blocks(k);
+        let mut bodies: Vec<u32> = blocks
+            .iter()
+            .flat_map(|&i| rows[i as usize].bodies)
+            .collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        if bodies.len() >= CROWD {
+            for body in bodies {
+                stage.crowded[body as usize] = true;
+            }
+        }
+    }
+}
+
 /// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
 /// nothing else cost no solve, so that every bounce can be followed.
 pub(super) fn release_lone(stage: &mut Stage, solver: &IslandSolver, step: f64) {
@@ -197,10 +230,11 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
             }
         }
         done.sort_by_key(|cluster| cluster.bodies[0]);
-        match collision(&done, context) {
-            Some(rows) => links.push(rows),
-            None => return Ok(done),
+        let met = collisions(&done, context);
+        if met.is_empty() {
+            return Ok(done);
         }
+        links.extend(met);
     }
 }
 
@@ -230,8 +264,8 @@ fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// A contact between a cluster and a body outside it that ends overlapped, by the path of both.
-fn collision(done: &[Cluster], context: &Context) -> Option<Rows> {
+/// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
+fn collisions(done: &[Cluster], context: &Context) -> Vec<Rows> {
     let main = context.main;
     let mut owner = vec![NO_BODY; main.start.len()];
     // displacement from the midpoint of the trial to the end of the step
@@ -242,7 +276,7 @@ fn collision(done: &[Cluster], context: &Context) -> Option<Rows> {
             moved[body as usize] = d - 0.5 * context.dt * main.start[body as usize];
         }
     }
-    main.detection.contacts.iter().find_map(|contact| {
+    let outside = |contact: &ContactPoint| {
         let rows = movable(&contact.rows, context.inverse_mass);
         let [a, b] = rows.bodies;
         if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
@@ -253,5 +287,6 @@ fn collision(done: &[Cluster], context: &Context) -> Option<Rows> {
         let touch = touch_tolerance(contact, main, context.dt);
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
         (rigid && end < start.min(0.0) - touch).then_some(rows)
-    })
+    };
+    main.detection.contacts.iter().filter_map(outside).collect()
 }

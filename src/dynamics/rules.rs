@@ -91,6 +91,8 @@ pub(super) struct Situation {
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
     pub stuck: Option<f64>,
+    /// Whether it lies among many bodies that are about to touch.
+    pub crowded: bool,
 }
 
 /// What a contact becomes in the contact problem.
@@ -199,13 +201,16 @@ fn rigid(contact: &ContactPoint) -> Law {
 ///
 /// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
 ///
-/// With event location whatever is new and closes faster than `v_r/2` waits, landings included.
+/// With event location what is new and closes fast waits: what rebounds, and outside crowds what
+/// lands faster than `v_r/2`.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
     let v_r = rest_velocity(now.acceleration, now.span.step);
     let g_r = v_r * now.span.step;
     let persists = now.carried && g < g_r;
-    if rules.events && !persists && closing > 0.5 * rest_velocity(now.applied, now.span.step) {
+    let slow = rest_velocity(now.applied, now.span.step);
+    let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
+    if rules.events && fast && !persists {
         return Choice::Wait;
     }
     let smooth = persists || e * closing <= v_r;

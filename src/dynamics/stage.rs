@@ -84,6 +84,8 @@ pub(super) struct Stage {
     pub waiting: Vec<usize>,
     /// Pairs whose penetration is no fault of the step: they started overlapped.
     pub excused: BTreeSet<u64>,
+    /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
+    pub crowded: Vec<bool>,
     pub local_of: Vec<u32>,
 }
 
@@ -168,6 +170,11 @@ impl Stage {
                 applied: applied_acceleration(contact, &self.accelerations),
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
+                crowded: contact
+                    .rows
+                    .bodies
+                    .iter()
+                    .any(|b| self.crowded.get(*b as usize).is_some_and(|c| *c)),
             };
             let Rule { free, law, impact } = match rule(rules, contact, &now) {
                 Choice::Out => continue,

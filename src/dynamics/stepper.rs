@@ -1,5 +1,5 @@
 use super::cluster::Context;
-use super::events::{self, release_lone, see_from_the_start};
+use super::events::{self, find_crowds, release_lone, see_from_the_start};
 use super::model::{Configuration, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
@@ -181,12 +181,17 @@ impl MoreauStepper {
         record.energy.kinetic_start = kinetic(&stage.start, w);
 
         model.advance(0.5 * dt);
-        stage.detect(model, dt)?;
+        // a crowd must be seen a step before it closes: see `find_crowds`
+        let ahead = if rules.events { 2.0 * dt } else { dt };
+        stage.detect(model, ahead)?;
         if rules.events {
             let place = |body: u32| Some(self.origin[body as usize]);
             see_from_the_start(model, stage, &self.memory, place, dt, dt)?;
         }
         stage.free_velocities(model, self.time + 0.5 * dt, dt);
+        if rules.events {
+            find_crowds(stage, w);
+        }
         stage.collect(&rules, &self.memory, None, w, Span::whole(dt));
         if self.settings.recovers() {
             self.recovery.look(stage, w);

@@ -108,6 +108,7 @@ impl MoreauPipeline {
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             gravity,
+            dt,
         };
         let result = self.stepper.step(&mut model, dt);
         if result.is_err() {
@@ -202,6 +203,8 @@ struct RapierModel<'a> {
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
     gravity: Vec2,
+    /// Of the whole step \[s\].
+    dt: f64,
 }
 
 impl RapierModel<'_> {
@@ -283,7 +286,7 @@ impl MultibodyModel for RapierModel<'_> {
         let acceleration = self.acceleration();
         self.detector
             .detect(self.world, self.bodies, acceleration, dt, out)?;
-        joint_rows(self.world, self.bodies, dt, out)
+        joint_rows(self.world, self.bodies, self.dt, out)
     }
 
     fn detect_pairs(
@@ -295,7 +298,7 @@ impl MultibodyModel for RapierModel<'_> {
         let acceleration = self.acceleration();
         self.detector
             .detect_pairs(self.world, self.bodies, pairs, acceleration, dt, out);
-        joint_rows(self.world, self.bodies, dt, out)
+        joint_rows(self.world, self.bodies, self.dt, out)
     }
 
     fn potential_energy(&self) -> f64 {

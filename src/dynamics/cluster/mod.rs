@@ -94,6 +94,7 @@ impl Runner {
         self.restore(model);
         self.flow.start.clone_from(&context.main.start);
         self.flow.excused.clone_from(&context.main.excused);
+        self.flow.crowded.clone_from(&context.main.crowded);
         self.remembered = None;
         self.record = StepRecord::default();
         let mut cluster = Cluster {
