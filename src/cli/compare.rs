@@ -12,7 +12,15 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         )));
     }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
-    let engines: Vec<Engine> = Engine::ALL.iter().map(|(_, engine)| *engine).collect();
+    let all = Engine::ALL.map(|(_, engine)| engine);
+    let (engines, unfit): (Vec<Engine>, Vec<Engine>) = all
+        .into_iter()
+        .partition(|engine| engine.fits(&scene).is_ok());
+    let skipped: Vec<String> = unfit
+        .iter()
+        .filter_map(|engine| engine.fits(&scene).err())
+        .map(|error| error.to_string().replacen("--engine ", "skipped ", 1))
+        .collect();
     let steps = args.common.step_count(&scene);
     let repeats = args.repeats as usize;
     let total = steps * engines.len() * repeats;
@@ -24,7 +32,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         file.write(row)?;
     }
     file.finish()?;
-    let more = json!({ "rows": comparison.rows.len(), "repeats": repeats });
+    let more = json!({ "rows": comparison.rows.len(), "repeats": repeats, "warnings": skipped });
     let text = summary::write(&folder, summary::header("compare", &scene), more)?;
     let target = folder.commit()?;
     if args.common.json {
@@ -32,6 +40,9 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     } else if !args.common.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&table(&comparison, &engines));
+        for engine in &skipped {
+            out.push_str(&format!("note: {engine}\n"));
+        }
         out.push_str(&format!("results in {}\n", target.display()));
         print_out(&out);
     }

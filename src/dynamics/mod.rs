@@ -15,8 +15,10 @@
 mod blocks;
 mod cap;
 mod islands;
+mod linear;
 mod model;
 mod outcome;
+mod planar;
 mod pose;
 pub mod record;
 mod rotor;
@@ -24,9 +26,11 @@ mod rules;
 mod stepper;
 mod visco_elastic;
 
+pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
+pub use planar::{Oscillation, Pivot, Planar, PlanarBody, PlanarShape};
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::Scheme;

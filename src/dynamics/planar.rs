@@ -1,0 +1,460 @@
+use super::model::{
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
+};
+use super::{Pose64, RotorMotor};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+
+/// A shape whose gaps are known in closed form, in the body's frame \[m\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PlanarShape {
+    Disc {
+        radius: f64,
+    },
+    /// Along x; it touches with its two ends.
+    Rod {
+        length: f64,
+    },
+    /// Half width and height; it touches with its four corners.
+    Box {
+        half: Vec2,
+    },
+    /// The x axis without end, the solid below it.
+    Line,
+    /// A circle round the origin that is touched from inside.
+    Bowl {
+        radius: f64,
+    },
+}
+
+/// A point of a body that touches, with the radius round it \[m\].
+type Tip = (Vec2, f64);
+
+impl PlanarShape {
+    /// Whether the two have a gap in closed form: discs with each other; discs, rods and boxes
+    /// with lines and bowls.
+    pub fn meets(&self, other: &PlanarShape) -> bool {
+        match (self, other) {
+            (PlanarShape::Disc { .. }, PlanarShape::Disc { .. }) => true,
+            (surface, tips) => surface.is_surface() != tips.is_surface(),
+        }
+    }
+
+    /// Lines and bowls: they are touched by others, and nothing but a prescribed motion moves them.
+    pub fn is_surface(&self) -> bool {
+        matches!(self, PlanarShape::Line | PlanarShape::Bowl { .. })
+    }
+
+    fn tips(&self) -> Vec<Tip> {
+        let point = |x, y| (Vec2::new(x, y), 0.0);
+        match *self {
+            PlanarShape::Disc { radius } => vec![(Vec2::zeros(), radius)],
+            PlanarShape::Rod { length } => {
+                vec![point(-0.5 * length, 0.0), point(0.5 * length, 0.0)]
+            }
+            PlanarShape::Box { half } => vec![
+                point(-half.x, -half.y),
+                point(half.x, -half.y),
+                point(half.x, half.y),
+                point(-half.x, half.y),
+            ],
+            PlanarShape::Line | PlanarShape::Bowl { .. } => Vec::new(),
+        }
+    }
+
+    /// Extent \[m\]; a line has none.
+    fn size(&self) -> f64 {
+        match *self {
+            PlanarShape::Disc { radius } | PlanarShape::Bowl { radius } => 2.0 * radius,
+            PlanarShape::Rod { length } => length,
+            PlanarShape::Box { half } => 2.0 * half.norm(),
+            PlanarShape::Line => f64::INFINITY,
+        }
+    }
+
+    /// Gap \[m\] of a tip of radius `r` at `d` from the surface's frame, and the unit normal from
+    /// the surface to the tip; `up` is the frame's y axis.
+    ///
+    /// ```text
+    /// line  g = n·d − r,   n = up        bowl  g = R − r − |d|,   n = −d/|d|
+    /// disc  g = |d| − R − r,   n = d/|d|
+    /// ```
+    fn gap(&self, d: Vec2, r: f64, up: Vec2) -> (f64, Vec2) {
+        let distance = d.norm();
+        // at the very centre every direction is as good
+        let away = if distance > 0.0 { d / distance } else { up };
+        match *self {
+            PlanarShape::Disc { radius } => (distance - radius - r, away),
+            PlanarShape::Bowl { radius } => (radius - r - distance, -away),
+            _ => (up.dot(&d) - r, up),
+        }
+    }
+}
+
+/// A sinusoidal motion on top of a constant velocity: `x(t) = x₀ + v t + A sin(ω t)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Oscillation {
+    /// `A` \[m\].
+    pub amplitude: Vec2,
+    /// `ω` \[rad/s\].
+    pub angular_frequency: f64,
+}
+
+/// A body of a [`Planar`] model; its origin is its centre of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanarBody {
+    pub shape: PlanarShape,
+    /// Mass \[kg\] and moment of inertia [kg m²]; `None` for a body that no force moves.
+    pub mass: Option<(f64, f64)>,
+    pub pose: Pose64,
+    /// [m/s, m/s, rad/s]; constant where no force moves the body.
+    pub velocity: Vec3,
+    /// Of a body without mass.
+    pub oscillation: Option<Oscillation>,
+    /// Both combine by the mean of the two bodies.
+    pub friction: f64,
+    pub restitution: f64,
+    /// Speed of the surface along itself, counter-clockwise round the body [m/s].
+    pub surface_velocity: f64,
+}
+
+/// A pivot: a point of one body pinned to a point of another, or of the world (`None`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pivot {
+    pub bodies: [Option<usize>; 2],
+    /// In each body's frame, or in the world \[m\].
+    pub anchors: [Vec2; 2],
+    /// On the spin of the second body relative to the first.
+    pub motor: Option<RotorMotor>,
+}
+
+/// Planar rigid bodies whose gaps, normals and levers are closed forms in `f64`.
+///
+/// The geometry that a mesh of segments can only approach (a bowl, a loop) or that a polygon has
+/// not (a rod without width, a plane without end, a shaking plate), and nothing else:
+///
+/// ```text
+/// m ẍ = m g + F,   J ω̇ = M                                                   (1)
+/// γ = W u,   rows of W: ±(n, r × n), ±(t, r × t), arms r from the centres     (2)
+/// ```
+///
+/// with the gaps of [`PlanarShape`]. A body that no force moves follows its prescribed motion
+/// exactly, and its velocity in a step is the mean over the step from midpoint to midpoint,
+/// `(x(t_E + Δt/2) − x(t_M))/Δt`: a contact that closes its gap with it stays closed at every
+/// midpoint.
+///
+/// # Source
+/// Glocker & Studer, *Multibody System Dynamics* 13 (2005), for rows and signs.
+#[derive(Debug, Clone)]
+pub struct Planar {
+    gravity: Vec2,
+    bodies: Vec<PlanarBody>,
+    pivots: Vec<Pivot>,
+    /// Surface and body with tips of every pair that may touch, ascending.
+    pairs: Vec<[usize; 2]>,
+    tips: Vec<Vec<Tip>>,
+    poses: Vec<Pose64>,
+    velocities: Vec<Vec3>,
+    inverse: Vec<Vec3>,
+    /// How long each body has followed its prescribed motion \[s\].
+    clocks: Vec<f64>,
+    marked: Vec<(Pose64, f64)>,
+}
+
+impl Planar {
+    /// A model of `bodies` under `gravity` \[m/s²\].
+    ///
+    /// Bodies tied by a pivot do not touch, nor do the pairs of `apart`, nor two bodies without
+    /// mass.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a mass or inertia that is not finite and positive, a line or
+    /// bowl with a mass, or a pivot on a body that is not there; [`ModelError::Unsupported`] for
+    /// two bodies that could touch but have no closed form (see [`PlanarShape::meets`]).
+    pub fn new(
+        gravity: Vec2,
+        bodies: Vec<PlanarBody>,
+        pivots: Vec<Pivot>,
+        apart: &[[usize; 2]],
+    ) -> Result<Planar, ModelError> {
+        for (k, body) in bodies.iter().enumerate() {
+            let good = |x: f64| x > 0.0 && x.is_finite();
+            if body.mass.is_some_and(|(m, j)| !good(m) || !good(j)) {
+                return Err(ModelError::Invalid(format!(
+                    "body {k}: mass and inertia must be finite and above 0"
+                )));
+            }
+            if body.mass.is_some() && body.shape.is_surface() {
+                return Err(ModelError::Invalid(format!(
+                    "body {k}: a line or bowl has no mass"
+                )));
+            }
+        }
+        for pivot in &pivots {
+            if let Some(k) = pivot.bodies.iter().flatten().find(|k| **k >= bodies.len()) {
+                return Err(ModelError::Invalid(format!("a pivot holds no body {k}")));
+            }
+        }
+        let pairs = pairs(&bodies, &pivots, apart)?;
+        let poses: Vec<Pose64> = bodies.iter().map(|b| b.pose).collect();
+        let mut model = Planar {
+            gravity,
+            tips: bodies.iter().map(|b| b.shape.tips()).collect(),
+            velocities: bodies.iter().map(|b| b.velocity).collect(),
+            inverse: bodies
+                .iter()
+                .map(|b| match b.mass {
+                    Some((m, j)) => Vec3::new(1.0 / m, 1.0 / m, 1.0 / j),
+                    None => Vec3::zeros(),
+                })
+                .collect(),
+            clocks: vec![0.0; bodies.len()],
+            marked: poses.iter().map(|&pose| (pose, 0.0)).collect(),
+            pairs,
+            poses,
+            pivots,
+            bodies,
+        };
+        for (velocity, body) in model.velocities.iter_mut().zip(&model.bodies) {
+            if let Some(o) = body.oscillation {
+                let start = o.amplitude * o.angular_frequency;
+                *velocity += Vec3::new(start.x, start.y, 0.0);
+            }
+        }
+        Ok(model)
+    }
+
+    /// Pose of body `k`; `None` beyond the last.
+    pub fn pose(&self, k: usize) -> Option<Pose64> {
+        self.poses.get(k).copied()
+    }
+
+    /// Velocity and spin of body `k` [m/s, m/s, rad/s].
+    pub fn velocity(&self, k: usize) -> Option<Vec3> {
+        self.velocities.get(k).copied()
+    }
+
+    /// A point that turns with body `k`, fixed in the world without one.
+    fn place(&self, body: Option<usize>, anchor: Vec2) -> Vec2 {
+        body.map_or(anchor, |k| self.poses[k].apply(anchor))
+    }
+
+    /// Rows (n, t) of the velocity of `at` on the second body relative to the first.
+    fn rows(&self, bodies: [Option<usize>; 2], at: Vec2, n: Vec2) -> Rows {
+        let t = Vec2::new(-n.y, n.x);
+        let mut rows = Rows {
+            bodies: [NO_BODY; 2],
+            jacobian: [[Vec3::zeros(); 2]; 2],
+        };
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            if let Some(k) = bodies[side] {
+                let arm = at - self.poses[k].translation;
+                rows.bodies[side] = k as u32;
+                rows.jacobian[side] = [n, t].map(|d| sign * Vec3::new(d.x, d.y, arm.perp(&d)));
+            }
+        }
+        rows
+    }
+
+    /// Bound on how far a point of body `k`, `arm` \[m\] from its centre, can come in `dt` \[s\].
+    fn reach(&self, k: usize, arm: f64, dt: f64) -> f64 {
+        let u = self.velocities[k];
+        let free = if self.bodies[k].mass.is_some() {
+            self.gravity.norm()
+        } else {
+            0.0
+        };
+        dt * (u.xy().norm() + u.z.abs() * arm) + dt * dt * (free + u.z * u.z * arm)
+    }
+
+    fn contact(
+        &self,
+        [surface, body]: [usize; 2],
+        feature: usize,
+        dt: f64,
+    ) -> Option<ContactPoint> {
+        let (a, b) = (&self.bodies[surface], &self.bodies[body]);
+        let (tip, radius) = self.tips[body][feature];
+        let (frame, centre) = (self.poses[surface], self.poses[body].translation);
+        let tip = self.poses[body].apply(tip);
+        let up = frame.rotate(Vec2::y());
+        let (gap, normal) = a.shape.gap(tip - frame.translation, radius, up);
+        let position = tip - normal * radius;
+        let arms = [frame.translation, centre].map(|c| (position - c).norm());
+        // twice: an impact elsewhere in the same step may hasten this one
+        if gap > 2.0 * (self.reach(surface, arms[0], dt) + self.reach(body, arms[1], dt)) {
+            return None;
+        }
+        let coordinate = tip.amax().max(frame.translation.amax()).max(centre.amax());
+        Some(ContactPoint {
+            key: ContactKey {
+                pair: (surface as u64) << 32 | body as u64,
+                feature: feature as u64,
+            },
+            rows: self.rows([Some(surface), Some(body)], position, normal),
+            bodies: [surface as u32, body as u32],
+            surfaces: [surface as u32, body as u32],
+            cell: feature as u32,
+            position,
+            normal,
+            gap,
+            gap_noise: (1e-12 * a.shape.size().min(b.shape.size()))
+                .max(4.0 * f64::EPSILON * coordinate),
+            friction: 0.5 * (a.friction + b.friction),
+            law: NormalLaw::Rigid {
+                restitution: 0.5 * (a.restitution + b.restitution),
+            },
+            surface_velocity: -a.surface_velocity - b.surface_velocity,
+        })
+    }
+}
+
+/// Pairs that may touch, the surface first.
+fn pairs(
+    bodies: &[PlanarBody],
+    pivots: &[Pivot],
+    apart: &[[usize; 2]],
+) -> Result<Vec<[usize; 2]>, ModelError> {
+    let mut pairs = Vec::new();
+    for i in 0..bodies.len() {
+        for j in i + 1..bodies.len() {
+            let tied = pivots
+                .iter()
+                .any(|p| p.bodies == [Some(i), Some(j)] || p.bodies == [Some(j), Some(i)]);
+            let apart = apart.iter().any(|p| *p == [i, j] || *p == [j, i]);
+            let still = bodies[i].mass.is_none() && bodies[j].mass.is_none();
+            if tied || apart || still {
+                continue;
+            }
+            if !bodies[i].shape.meets(&bodies[j].shape) {
+                return Err(ModelError::Unsupported(format!(
+                    "bodies {i} and {j}: the gap of {:?} and {:?} is no closed form here",
+                    bodies[i].shape, bodies[j].shape
+                )));
+            }
+            pairs.push(if bodies[j].shape.is_surface() {
+                [j, i]
+            } else {
+                [i, j]
+            });
+        }
+    }
+    Ok(pairs)
+}
+
+impl PlanarBody {
+    /// Where a prescribed motion has brought the body after `t` \[s\].
+    fn prescribed(&self, t: f64) -> Pose64 {
+        let swing = self.oscillation.map_or(Vec2::zeros(), |o| {
+            o.amplitude * (o.angular_frequency * t).sin()
+        });
+        let mut pose = self.pose;
+        pose.advance(&self.velocity, Vec2::zeros(), t);
+        pose.translation += swing;
+        pose
+    }
+}
+
+impl MultibodyModel for Planar {
+    fn begin_step(&mut self, dt: f64) -> Result<(), ModelError> {
+        for (k, body) in self.bodies.iter().enumerate() {
+            if body.oscillation.is_some() {
+                let at = |share: f64| body.prescribed(self.clocks[k] + share * dt).translation;
+                let mean = (at(1.5) - at(0.5)) / dt;
+                self.velocities[k] = Vec3::new(mean.x, mean.y, body.velocity.z);
+            }
+        }
+        Ok(())
+    }
+
+    fn velocities(&self) -> &[Vec3] {
+        &self.velocities
+    }
+
+    fn set_velocities(&mut self, velocities: &[Vec3]) {
+        self.velocities.copy_from_slice(velocities);
+    }
+
+    fn inverse_mass(&self) -> &[Vec3] {
+        &self.inverse
+    }
+
+    fn forces(&self, _time: f64, out: &mut [Vec3]) {
+        for (force, body) in out.iter_mut().zip(&self.bodies) {
+            if let Some((mass, _)) = body.mass {
+                let weight = self.gravity * mass;
+                *force = Vec3::new(weight.x, weight.y, 0.0);
+            }
+        }
+    }
+
+    fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {
+        let own = &self.bodies[body];
+        // with the velocity it has, a body with a prescribed motion moves along that, a curve
+        if own.oscillation.is_some() && *velocity == self.velocities[body] {
+            self.clocks[body] += dt;
+            self.poses[body] = own.prescribed(self.clocks[body]);
+        } else {
+            self.poses[body].advance(velocity, Vec2::zeros(), dt);
+        }
+    }
+
+    fn mark(&mut self) {
+        let now = self.poses.iter().zip(&self.clocks);
+        self.marked.clear();
+        self.marked.extend(now.map(|(&pose, &clock)| (pose, clock)));
+    }
+
+    fn reset(&mut self, body: usize) {
+        (self.poses[body], self.clocks[body]) = self.marked[body];
+    }
+
+    fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
+        for &pair in &self.pairs {
+            let tips = 0..self.tips[pair[1]].len();
+            out.contacts
+                .extend(tips.filter_map(|feature| self.contact(pair, feature, dt)));
+        }
+        for (k, pivot) in self.pivots.iter().enumerate() {
+            let key = |feature| ContactKey {
+                pair: u64::MAX - k as u64,
+                feature,
+            };
+            let [first, second] =
+                [0, 1].map(|side| self.place(pivot.bodies[side], pivot.anchors[side]));
+            // each side at its own anchor: the rows are the derivative of the gap
+            let mut rows = self.rows([None, pivot.bodies[1]], second, Vec2::x());
+            let other = self.rows([pivot.bodies[0], None], first, Vec2::x());
+            (rows.bodies[0], rows.jacobian[0]) = (other.bodies[0], other.jacobian[0]);
+            out.joints.push(JointRow {
+                key: key(0),
+                rows,
+                kind: JointKind::Pin {
+                    gap: second - first,
+                },
+            });
+            if let Some(motor) = pivot.motor {
+                rows.jacobian = [
+                    [Vec3::new(0.0, 0.0, -1.0), Vec3::zeros()],
+                    [Vec3::new(0.0, 0.0, 1.0), Vec3::zeros()],
+                ];
+                out.joints.push(JointRow {
+                    key: key(1),
+                    rows,
+                    kind: JointKind::Motor {
+                        speed: motor.speed,
+                        max_force: motor.max_torque,
+                    },
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn potential_energy(&self) -> f64 {
+        let weight = |(body, pose): (&PlanarBody, &Pose64)| {
+            let mass = body.mass.map_or(0.0, |(mass, _)| mass);
+            -mass * self.gravity.dot(&pose.translation)
+        };
+        self.bodies.iter().zip(&self.poses).map(weight).sum()
+    }
+}
