@@ -88,6 +88,15 @@ impl PlanarShape {
             _ => (up.dot(&d) - r, up),
         }
     }
+
+    /// From the surface's frame to a contact that lies `below` \[m\] the tip at `d`: along the
+    /// normal to the last bit where the surface is round.
+    fn arm(&self, d: Vec2, below: f64, n: Vec2) -> Vec2 {
+        match self {
+            PlanarShape::Disc { .. } | PlanarShape::Bowl { .. } => n * (d.dot(&n) - below),
+            _ => d - n * below,
+        }
+    }
 }
 
 /// A sinusoidal motion on top of a constant velocity: `x(t) = x₀ + v t + A sin(ω t)`.
@@ -233,26 +242,9 @@ impl Planar {
         self.velocities.get(k).copied()
     }
 
-    /// A point that turns with body `k`, fixed in the world without one.
-    fn place(&self, body: Option<usize>, anchor: Vec2) -> Vec2 {
-        body.map_or(anchor, |k| self.poses[k].apply(anchor))
-    }
-
-    /// Rows (n, t) of the velocity of `at` on the second body relative to the first.
-    fn rows(&self, bodies: [Option<usize>; 2], at: Vec2, n: Vec2) -> Rows {
-        let t = Vec2::new(-n.y, n.x);
-        let mut rows = Rows {
-            bodies: [NO_BODY; 2],
-            jacobian: [[Vec3::zeros(); 2]; 2],
-        };
-        for (side, sign) in [(0, -1.0), (1, 1.0)] {
-            if let Some(k) = bodies[side] {
-                let arm = at - self.poses[k].translation;
-                rows.bodies[side] = k as u32;
-                rows.jacobian[side] = [n, t].map(|d| sign * Vec3::new(d.x, d.y, arm.perp(&d)));
-            }
-        }
-        rows
+    /// From the centre of `body` to a point of it, from the origin in the world.
+    fn arm(&self, body: Option<usize>, anchor: Vec2) -> Vec2 {
+        body.map_or(anchor, |k| self.poses[k].rotate(anchor))
     }
 
     /// Bound on how far a point of body `k`, `arm` \[m\] from its centre, can come in `dt` \[s\].
@@ -275,13 +267,20 @@ impl Planar {
         let (a, b) = (&self.bodies[surface], &self.bodies[body]);
         let (tip, radius) = self.tips[body][feature];
         let (frame, centre) = (self.poses[surface], self.poses[body].translation);
-        let tip = self.poses[body].apply(tip);
-        let up = frame.rotate(Vec2::y());
-        let (gap, normal) = a.shape.gap(tip - frame.translation, radius, up);
-        let position = tip - normal * radius;
-        let arms = [frame.translation, centre].map(|c| (position - c).norm());
+        let out = self.poses[body].rotate(tip);
+        let (tip, up) = (centre + out, frame.rotate(Vec2::y()));
+        let from = tip - frame.translation;
+        let (gap, normal) = a.shape.gap(from, radius, up);
+        // on the tip's own surface; half way across the gap between two bodies that move
+        let below = match a.shape {
+            PlanarShape::Disc { .. } => radius + 0.5 * gap,
+            _ => radius,
+        };
+        let arms = [a.shape.arm(from, below, normal), out - normal * below];
         // twice: an impact elsewhere in the same step may hasten this one
-        if gap > 2.0 * (self.reach(surface, arms[0], dt) + self.reach(body, arms[1], dt)) {
+        if gap
+            > 2.0 * (self.reach(surface, arms[0].norm(), dt) + self.reach(body, arms[1].norm(), dt))
+        {
             return None;
         }
         let coordinate = tip.amax().max(frame.translation.amax()).max(centre.amax());
@@ -290,11 +289,11 @@ impl Planar {
                 pair: (surface as u64) << 32 | body as u64,
                 feature: feature as u64,
             },
-            rows: self.rows([Some(surface), Some(body)], position, normal),
+            rows: rows([Some(surface), Some(body)], arms, normal),
             bodies: [surface as u32, body as u32],
             surfaces: [surface as u32, body as u32],
             cell: feature as u32,
-            position,
+            position: tip - normal * below,
             normal,
             gap,
             gap_noise: (1e-12 * a.shape.size().min(b.shape.size()))
@@ -306,6 +305,22 @@ impl Planar {
             surface_velocity: -a.surface_velocity - b.surface_velocity,
         })
     }
+}
+
+/// Rows (n, t) of the velocity of the second body relative to the first, `arms` from their centres.
+fn rows(bodies: [Option<usize>; 2], arms: [Vec2; 2], n: Vec2) -> Rows {
+    let t = Vec2::new(-n.y, n.x);
+    let mut rows = Rows {
+        bodies: [NO_BODY; 2],
+        jacobian: [[Vec3::zeros(); 2]; 2],
+    };
+    for (side, sign) in [(0, -1.0), (1, 1.0)] {
+        if let Some(k) = bodies[side] {
+            rows.bodies[side] = k as u32;
+            rows.jacobian[side] = [n, t].map(|d| sign * Vec3::new(d.x, d.y, arms[side].perp(&d)));
+        }
+    }
+    rows
 }
 
 /// Pairs that may touch, the surface first.
@@ -419,12 +434,14 @@ impl MultibodyModel for Planar {
                 pair: u64::MAX - k as u64,
                 feature,
             };
-            let [first, second] =
-                [0, 1].map(|side| self.place(pivot.bodies[side], pivot.anchors[side]));
+            let arms = [0, 1].map(|side| self.arm(pivot.bodies[side], pivot.anchors[side]));
+            let [first, second] = [0, 1].map(|side| {
+                let centre =
+                    pivot.bodies[side].map_or(Vec2::zeros(), |k| self.poses[k].translation);
+                centre + arms[side]
+            });
             // each side at its own anchor: the rows are the derivative of the gap
-            let mut rows = self.rows([None, pivot.bodies[1]], second, Vec2::x());
-            let other = self.rows([pivot.bodies[0], None], first, Vec2::x());
-            (rows.bodies[0], rows.jacobian[0]) = (other.bodies[0], other.jacobian[0]);
+            let mut rows = rows(pivot.bodies, arms, Vec2::x());
             out.joints.push(JointRow {
                 key: key(0),
                 rows,
