@@ -22,7 +22,7 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     .filter_map(|(key, given)| given.then_some(key))
     .collect();
     if let [first, second, ..] = models[..] {
-        let problem = format!("a scene is a {first} or a {second}, not both");
+        let problem = format!("a scene is a [{first}] or a [{second}], not both");
         return Err(top.key(second).conflict(problem));
     }
     let blocks = [
