@@ -1,6 +1,7 @@
 //! Closed forms, and how far a run is from them. Their parameters come from the scene.
 
 mod arcs;
+mod event_driven;
 mod motion;
 mod pivots;
 mod rods;

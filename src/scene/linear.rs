@@ -51,25 +51,35 @@ impl LinearBlock {
     /// # Errors
     /// Those of [`Linear::new`]; a block that passed its checks has none.
     pub fn model(&self) -> Result<Linear, ModelError> {
-        let system = LinearSystem {
+        let [position, velocity] = self.start();
+        Linear::new(self.system(), self.contacts(), position, velocity)
+    }
+
+    /// Mass, stiffness and load.
+    pub fn system(&self) -> LinearSystem {
+        LinearSystem {
             coordinates: self.coordinates.len(),
             mass: matrix(&self.mass),
             stiffness: self.stiffness.as_deref().map_or(Matrix3::zeros(), matrix),
             load: optional(&self.load),
-        };
-        let contacts = self.contact.iter().map(|c| LinearContact {
+        }
+    }
+
+    /// The contacts in the block's order.
+    pub fn contacts(&self) -> Vec<LinearContact> {
+        let contact = |c: &LinearContactEntry| LinearContact {
             normal: vector(&c.normal),
             tangent: optional(&c.tangent),
             gap: c.gap,
             friction: c.friction,
             restitution: c.restitution,
-        });
-        Linear::new(
-            system,
-            contacts.collect(),
-            optional(&self.position),
-            optional(&self.velocity),
-        )
+        };
+        self.contact.iter().map(contact).collect()
+    }
+
+    /// `q` and `q̇` at the start; zeros beyond the coordinates.
+    pub fn start(&self) -> [Vec3; 2] {
+        [optional(&self.position), optional(&self.velocity)]
     }
 }
 
