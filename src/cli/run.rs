@@ -42,6 +42,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     files.finish()?;
     let found = measures(&scene, &samples);
     let mut head = summary::header("run", &scene);
+    head["settings"]["model"] = json!(scene.model().word());
     head["settings"]["engine"] = json!(args.engine.name());
     head["settings"]["every"] = json!(every);
     let text = summary::write(

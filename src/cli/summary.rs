@@ -20,7 +20,6 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
         "title": scene.title,
         "scene_hash": format!("{:016x}", scene.hash),
         "settings": {
-            "model": scene.model().word(),
             "dt_s": float(scene.step.dt),
             "time_s": float(scene.step.time),
             "scheme": scene.step.stepper().scheme.name(),

@@ -19,6 +19,7 @@ mod linear;
 mod model;
 mod outcome;
 mod planar;
+mod planar_shape;
 mod pose;
 pub mod record;
 mod rotor;
@@ -30,7 +31,8 @@ pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
-pub use planar::{Oscillation, Pivot, Planar, PlanarBody, PlanarShape};
+pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
+pub use planar_shape::PlanarShape;
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::Scheme;

@@ -32,6 +32,16 @@ struct Mechanism {
     modes: Vec<Mode>,
 }
 
+/// What the closed contacts do at one position.
+struct Held {
+    /// `q̈`.
+    acceleration: Vec3,
+    closed: Vec<usize>,
+    /// `λ` of the closed contacts, and what `w·q̈` would be without it; normal, tangential in turn.
+    multipliers: DVector<f64>,
+    free: DVector<f64>,
+}
+
 /// `q` and `q̇`.
 type State = [Vec3; 2];
 
@@ -184,16 +194,26 @@ impl Mechanism {
         })
     }
 
-    /// `q̈`, the closed contacts, their multipliers, and their free accelerations.
-    fn accelerate(&self, q: &Vec3) -> Option<(Vec3, Vec<usize>, DVector<f64>, DVector<f64>)> {
-        let free = self.inverse * (self.load - self.stiffness * q);
+    /// The closed contacts in the present modes.
+    fn held(&self, q: &Vec3) -> Option<Held> {
+        let unhindered = self.unhindered(q);
         let closed: Vec<usize> = (0..self.modes.len())
             .filter(|&k| self.modes[k] != Mode::Open)
             .collect();
         let modes: Vec<Mode> = closed.iter().map(|&k| self.modes[k]).collect();
-        let b = self.along(&closed, &free);
-        let p = self.multipliers(&closed, &modes, &b)?;
-        Some((free + self.pushed(&closed, &p), closed, p, b))
+        let free = self.along(&closed, &unhindered);
+        let multipliers = self.multipliers(&closed, &modes, &free)?;
+        Some(Held {
+            acceleration: unhindered + self.pushed(&closed, &multipliers),
+            closed,
+            multipliers,
+            free,
+        })
+    }
+
+    /// `M⁻¹ (f − K q)`.
+    fn unhindered(&self, q: &Vec3) -> Vec3 {
+        self.inverse * (self.load - self.stiffness * q)
     }
 
     /// `w·x` of every lever of the contacts in `who`.
@@ -211,7 +231,7 @@ impl Mechanism {
 
     /// One Runge-Kutta step of order 4 in the present modes.
     fn smooth(&self, [q, v]: &State, h: f64) -> Option<State> {
-        let rate = |q: Vec3, v: Vec3| Some((v, self.accelerate(&q)?.0));
+        let rate = |q: Vec3, v: Vec3| Some((v, self.held(&q)?.acceleration));
         let (a, ka) = rate(*q, *v)?;
         let (b, kb) = rate(q + 0.5 * h * a, v + 0.5 * h * ka)?;
         let (c, kc) = rate(q + 0.5 * h * b, v + 0.5 * h * kb)?;
@@ -227,12 +247,12 @@ impl Mechanism {
         let opens = self.modes.iter().zip(&self.contacts).any(|(mode, c)| {
             *mode == Mode::Open && c.gap + c.normal.dot(q) < 0.0 && c.normal.dot(v) < 0.0
         });
-        let (_, closed, p, free) = self.accelerate(q)?;
-        let slack = BREAKS * free.amax();
+        let held = self.held(q)?;
+        let slack = BREAKS * held.free.amax();
         let missed = |by: f64, lever: &Vec3| by * lever.dot(&(self.inverse * lever)) > slack;
-        let fails = closed.iter().enumerate().any(|(i, &k)| {
+        let fails = held.closed.iter().enumerate().any(|(i, &k)| {
             let c = &self.contacts[k];
-            let (n, t) = (p[2 * i], p[2 * i + 1]);
+            let (n, t) = (held.multipliers[2 * i], held.multipliers[2 * i + 1]);
             let tangential = match self.modes[k] {
                 Mode::Slip(s) => s * c.tangent.dot(v) < 0.0,
                 _ => missed(t.abs() - c.friction * n, &c.tangent),
@@ -281,8 +301,7 @@ impl Mechanism {
                 }
             })
             .collect();
-        let free = self.inverse * (self.load - self.stiffness * q);
-        let b = self.along(&closed, &free);
+        let b = self.along(&closed, &self.unhindered(&q));
         let (modes, _) = self.consistent(&closed, &sliding, &b)?;
         for (&k, mode) in closed.iter().zip(modes) {
             self.modes[k] = mode;
