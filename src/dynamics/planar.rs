@@ -148,6 +148,16 @@ impl Planar {
         self.velocities.get(k).copied()
     }
 
+    /// The deepest overlap of the present configuration: surface, body with tips, gap \[m\] below 0.
+    pub fn deepest(&self) -> Option<([usize; 2], f64)> {
+        let gap = |pair: [usize; 2], tip| Some((pair, self.contact(pair, tip, 0.0)?.gap));
+        self.pairs
+            .iter()
+            .flat_map(|&pair| (0..self.tips[pair[1]].len()).filter_map(move |tip| gap(pair, tip)))
+            .filter(|(_, gap)| *gap < 0.0)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// From the centre of `body` to a point of it, from the origin in the world.
     fn arm(&self, body: Option<usize>, anchor: Vec2) -> Vec2 {
         body.map_or(anchor, |k| self.poses[k].rotate(anchor))

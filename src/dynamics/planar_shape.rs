@@ -59,7 +59,7 @@ impl PlanarShape {
     }
 
     /// Extent \[m\]; a line has none.
-    pub(super) fn size(&self) -> f64 {
+    pub fn size(&self) -> f64 {
         match *self {
             PlanarShape::Disc { radius } | PlanarShape::Bowl { radius } => 2.0 * radius,
             PlanarShape::Rod { length } => length,

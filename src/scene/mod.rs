@@ -225,7 +225,7 @@ impl Scene {
 fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, SceneError> {
     let placed = expand::expand(&file.body, &file.repeat);
     let joints = check::joints(&file.joint, &placed, document)?;
-    let touches = check::touches(&file, &placed, document)?;
+    let touches = check::touches(&placed, document)?;
     let mut materials = file.material;
     if materials.is_empty() {
         materials.push(Material::default());
@@ -239,7 +239,7 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
     }
     check::planar(&bodies, &joints, document)?;
     let model = file.study.is_some() || file.thresher.is_some();
-    Ok(Scene {
+    let scene = Scene {
         name: file.scene.name,
         title: file.scene.title,
         notes: file.scene.notes,
@@ -255,7 +255,9 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         study: file.study,
         thresher: file.thresher,
         hash,
-    })
+    };
+    check::starts(&scene, document)?;
+    Ok(scene)
 }
 
 fn resolve_body(

@@ -6,7 +6,7 @@ mod linear;
 mod planar;
 
 pub(super) use bodies::joints;
-pub(super) use planar::{planar, touches};
+pub(super) use planar::{planar, starts, touches};
 
 use super::document::{Document, Segment};
 use super::error::{Hint, Place, SceneError};

@@ -1,11 +1,15 @@
 //! Rods, lines and bowls, and what a scene with one may hold.
 
 use super::*;
+use crate::dynamics::PlanarShape;
+use crate::scene::document::Value;
 use crate::scene::file::{BodyEntry, BodyKind};
-use crate::scene::planar::{may_touch, shape, tied};
-use crate::scene::{Body, Joint};
+use crate::scene::planar::{build, may_touch, shape, tied};
+use crate::scene::{Body, Joint, Model, Scene, Shape};
 
 const SHAPES: &str = "disc, box, rod, line and bowl";
+/// Half a million pairs.
+const MOST_BODIES: usize = 1000;
 const FREQUENCY: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
 
 /// Whether the file has a shape that only closed-form geometry has.
@@ -89,18 +93,13 @@ pub(super) fn check_material(at: &At<'_>, material: &Material) -> Result<(), Sce
 /// # Errors
 /// [`SceneError::UnknownName`].
 pub(in crate::scene) fn touches(
-    file: &SceneFile,
     placed: &[BodyEntry],
     document: &Document,
 ) -> Result<Vec<Option<Vec<usize>>>, SceneError> {
     let number = |body: &BodyEntry, index: usize, name: &String| {
         let found = placed.iter().position(|other| other.name == *name);
         found.ok_or_else(|| {
-            let at = at_body(
-                file.body.iter().map(|b| b.name.as_str()),
-                &body.name,
-                document,
-            );
+            let at = at_body(&body.name, document);
             let known = placed.iter().map(|b| b.name.as_str());
             at.key("touches").index(index).unknown("body", name, known)
         })
@@ -131,6 +130,16 @@ pub(in crate::scene) fn planar(
     if !bodies.iter().any(|body| body.shape.planar_only()) {
         return Ok(());
     }
+    if bodies.len() > MOST_BODIES {
+        return Err(SceneError::OutOfRange {
+            at: At::top(document).key("body").place(),
+            value: format!("{} bodies", bodies.len()),
+            allowed: format!(
+                "1 to {MOST_BODIES} in a scene with a rod, a line or a bowl, where every pair is \
+                 looked at in every step"
+            ),
+        });
+    }
     for i in 0..bodies.len() {
         for j in i + 1..bodies.len() {
             let still = [i, j].iter().all(|&k| bodies[k].kind != BodyKind::Dynamic);
@@ -142,28 +151,54 @@ pub(in crate::scene) fn planar(
                 _ => false,
             };
             if !known {
-                let names = bodies.iter().map(|body| body.name.as_str());
                 let problem = format!(
                     "`{}` and `{}` could meet, and their gap has no closed form here; say with \
                      `touches` what each of them may touch",
                     bodies[i].name, bodies[j].name
                 );
-                return Err(at_body(names, &bodies[j].name, document).conflict(problem));
+                return Err(at_body(&bodies[j].name, document).conflict(problem));
             }
         }
     }
     Ok(())
 }
 
-/// The entry of that name in the file; all bodies for a copy that a repeat made.
-fn at_body<'d, 'n>(
-    mut names: impl Iterator<Item = &'n str>,
-    name: &str,
-    document: &'d Document,
-) -> At<'d> {
-    let at = At::top(document).key("body");
-    match names.position(|other| other == name) {
-        Some(index) if !name.contains('[') => at.index(index),
-        _ => at,
+/// Refuses a body that starts on the wrong side of what it may touch: a small overlap is pushed
+/// out, one deeper than the body cannot be meant.
+///
+/// # Errors
+/// [`SceneError::Conflict`].
+pub(in crate::scene) fn starts(scene: &Scene, document: &Document) -> Result<(), SceneError> {
+    if scene.model() != Model::Planar {
+        return Ok(());
     }
+    let top = At::top(document);
+    let model = build(scene).map_err(|error| top.key("body").conflict(error.to_string()))?;
+    let Some(([surface, body], gap)) = model.deepest() else {
+        return Ok(());
+    };
+    let (surface, body) = (&scene.bodies[surface], &scene.bodies[body]);
+    let too_big = match (&surface.shape, &body.shape) {
+        (Shape::Bowl { radius }, Shape::Disc { radius: r }) => r >= radius,
+        _ => false,
+    };
+    if too_big || -gap > shape(&body.shape).map_or(0.0, |s: PlanarShape| s.size()) {
+        let problem = format!(
+            "`{}` starts {} m behind the surface of `{}`; place it in front, or say with \
+             `touches` what it may touch",
+            body.name, -gap, surface.name
+        );
+        return Err(at_body(&body.name, document).conflict(problem));
+    }
+    Ok(())
+}
+
+/// The entry of that name in the file; all bodies for a copy that a repeat made.
+fn at_body<'d>(name: &str, document: &'d Document) -> At<'d> {
+    let at = At::top(document).key("body");
+    let index = match document.root.entry("body").map(|entry| &entry.node.value) {
+        Some(Value::Array(items)) => items.iter().position(|item| item.name() == Some(name)),
+        _ => None,
+    };
+    index.map_or(at.clone(), |index| at.index(index))
 }

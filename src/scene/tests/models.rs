@@ -156,6 +156,23 @@ fn what_closed_forms_have_not_is_told() {
     for (old, new, expected) in cases {
         refused(RODS, old, new, expected);
     }
+    let behind = "disc = 0.5\nposition = [0, -2]\n";
+    let expected = "body.disc: `disc` starts 2.5 m behind the surface of `floor`";
+    refused(RODS, disc, behind, expected);
+    let bowl = RODS.replacen("line = true", "bowl = 3", 1);
+    let expected = "body.disc: `disc` starts 0.5 m behind the surface of `floor`";
+    refused(&bowl, disc, "disc = 3.5\n", expected);
+    let crowd = "disc = 0.5\n[[repeat]]\nof = \"disc\"\ncount = [1000]\nstep = [[1, 0]]\n";
+    refused(
+        RODS,
+        disc,
+        crowd,
+        "body = 1002 bodies: allowed is 1 to 1000",
+    );
+    // a copy has no line of its own: all bodies are named
+    let copies = "disc = 0.5\nposition = [0, -2]\n[[repeat]]\nof = \"disc\"\ncount = [2]\n\
+                  step = [[9, 0]]\n";
+    refused(RODS, disc, copies, "body: `disc[0]` starts 2.5 m behind");
     for (key, value) in [
         ("touches", "[\"floor\"]"),
         (
