@@ -62,7 +62,7 @@ type State = [Vec3; 2];
 /// Written apart from stepper and solvers: neither midpoints, nor time steps, nor their code.
 ///
 /// # Source
-/// Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), chapters 5 and 8.
+/// Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996).
 pub(super) fn event_driven(block: &LinearBlock, end: f64) -> Option<Vec<(f64, Vec3)>> {
     let system = block.system();
     let rest = Matrix3::from_fn(|i, j| f64::from(u8::from(i == j && i >= system.coordinates)));

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 /// event to event; those that the run is long enough for.
 ///
 /// # Source
-/// Glocker, *Set-Valued Force Laws* (2001), section 12.4.
+/// Glocker, *Set-Valued Force Laws* (2001).
 pub(super) fn woodpecker(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(block) = &scene.linear else {
         return Vec::new();
