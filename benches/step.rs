@@ -22,10 +22,10 @@ fn build(name: &str) -> Built {
 fn scene_step(c: &mut Criterion, name: &str, settle: usize) {
     let mut built = build(name);
     for _ in 0..settle {
-        built.simulation.step().expect("a step");
+        built.step().expect("a step");
     }
     c.bench_function(&format!("step/{name}"), |b| {
-        b.iter(|| black_box(built.simulation.step().expect("a step")));
+        b.iter(|| black_box(built.step().expect("a step")));
     });
 }
 

@@ -6,7 +6,7 @@ use common::load;
 use moreau2d::contact::{NO_BODY, Vec2};
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::experiment::Engine;
-use moreau2d::scene::{self, BodyKind, Built, Scene};
+use moreau2d::scene::{self, BodyKind, Built, Model, Scene};
 
 /// Scenes of bodies, and how many steps show what they are about: 50, and for the drum 200, after
 /// which its grains lie on it.
@@ -15,7 +15,7 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
         .unwrap()
         .iter()
         .map(|listing| load(listing.name, &[]))
-        .filter(|scene| !scene.bodies.is_empty())
+        .filter(|scene| scene.study.is_none() && scene.thresher.is_none())
         .map(|scene| {
             let steps = if scene.name == "drum" { 200 } else { 50 };
             (scene, steps)
@@ -23,22 +23,16 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
         .collect()
 }
 
-/// Where every body is and how fast, by the numbers of the record.
+/// Where every body that moves on its own has come and how fast, by the numbers of the record.
 fn kinematic(scene: &Scene, built: &Built) -> Vec<(u32, Vec2, Vec2, f64)> {
     scene
         .bodies
         .iter()
-        .zip(&built.bodies)
-        .filter(|(body, _)| body.kind == BodyKind::Kinematic)
-        .map(|(_, &id)| {
-            let s = &built.simulation;
-            let u = s.velocity(id).unwrap();
-            (
-                s.number(id).unwrap(),
-                s.pose(id).unwrap().translation,
-                u.xy(),
-                u.z,
-            )
+        .enumerate()
+        .filter(|(_, body)| body.kind == BodyKind::Kinematic)
+        .map(|(k, _)| {
+            let (pose, u) = built.state(k).unwrap();
+            (built.number(k).unwrap(), pose.translation, u.xy(), u.z)
         })
         .collect()
 }
@@ -52,7 +46,7 @@ fn driven(record: &StepRecord, movers: &[(u32, Vec2, Vec2, f64)]) -> f64 {
             assert!(contact.bodies[side] != NO_BODY || side == 0);
             let mover = movers.iter().find(|m| m.0 == contact.bodies[side]);
             if let Some((_, place, velocity, spin)) = mover {
-                let arm = contact.position - (place + velocity * (0.5 * record.dt));
+                let arm = contact.position - (place - velocity * (0.5 * record.dt));
                 let v = velocity + Vec2::new(-arm.y, arm.x) * *spin;
                 let tangent = Vec2::new(-contact.normal.y, contact.normal.x);
                 let p = contact.normal * contact.impulse_n + tangent * contact.impulse_t;
@@ -70,9 +64,14 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
         let mut total: Option<f64> = None;
         let mut met = 0;
         let mut worst: f64 = 0.0;
+        let (mut gained, mut most): (f64, f64) = (0.0, 0.0);
         for step in 0..steps {
-            let movers = kinematic(&scene, &built);
+            let before = kinematic(&scene, &built);
             let record = Engine::Moreau.step(&mut built).unwrap();
+            let mut movers = kinematic(&scene, &built);
+            for (mover, before) in movers.iter_mut().zip(before) {
+                mover.2 = 0.5 * (mover.2 + before.2);
+            }
             let what = format!("{} step {step}", scene.name);
             met += record.contacts.len();
             assert_finite(&what, &built, &record);
@@ -95,21 +94,29 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
                 .sum();
             let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
             let slack = 10.0 * worst * pushed + 1e-12 * scale + 1e-15;
-            assert!(rise <= slack, "{what}: {rise} J, slack {slack}");
+            if scene.model() == Model::Planar {
+                // a contact or pin that turns within the step closes its gap at g/dt, which does
+                // work of second order, bounded over the run: (ω dt)², with ω dt up to 0.05 here
+                gained += rise;
+                most = most.max(scale);
+                assert!(gained <= 2.5e-3 * most, "{what}: {gained} J of {most} J");
+            } else {
+                assert!(rise <= slack, "{what}: {rise} J, slack {slack}");
+            }
             // one rounding of each impulse's work, a few hundred of them
             let imbalance = energy.imbalance().abs();
             assert!(imbalance <= 1e-11 * scale + 1e-15, "{what}: {imbalance}");
             total = Some(now);
         }
-        assert!(met > 0, "{}: nothing touched in {steps} steps", scene.name);
+        let touches = met > 0 || !scene.joints.is_empty();
+        assert!(touches, "{}: nothing touched in {steps} steps", scene.name);
     }
 }
 
 fn assert_finite(what: &str, built: &Built, record: &StepRecord) {
     assert!(record.penetration.is_finite(), "{what}");
-    for &body in &built.bodies {
-        let pose = built.simulation.pose(body).unwrap();
-        let u = built.simulation.velocity(body).unwrap();
+    for k in 0..built.bodies() {
+        let (pose, u) = built.state(k).unwrap();
         let finite = pose
             .translation
             .iter()
@@ -135,8 +142,8 @@ fn what_should_stand_stands() {
     for (name, steps) in [("pyramid", 50), ("tower", 50), ("beam", 50)] {
         let scene = load(name, &[]);
         let run = common::run_steps(&scene, steps);
-        for (body, &id) in scene.bodies.iter().zip(&run.built.bodies) {
-            let place = run.built.simulation.pose(id).unwrap().translation;
+        for (k, body) in scene.bodies.iter().enumerate() {
+            let place = run.state(k).0.translation;
             let moved = (place - Vec2::from(body.position)).norm();
             // certified to 1e-8 of the velocities, g Δt of 0.16 m/s in each of 50 steps of 1/60 s
             assert!(moved < 1e-7, "{name}: {} moved {moved} m", body.name);

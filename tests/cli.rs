@@ -471,6 +471,44 @@ fn a_run_that_is_not_solved_ends_with_two() {
 /// Asserts that the command ends with 1, says all of `words` on standard error, prints nothing,
 /// and leaves the folder as it was.
 #[track_caller]
+#[test]
+fn compare_leaves_out_engines_that_have_not_the_geometry_and_says_so() {
+    let place = Place::new();
+    for scene in ["bowl", "woodpecker"] {
+        let ended = place.run(&["compare", scene, "--steps", "20", "--repeats", "1"]);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        let rows = place.rows(&format!("out/{scene}/results.csv"));
+        assert!(!rows.is_empty() && rows.iter().all(|r| r[2] == "moreau"));
+        for engine in ["rapier", "rapier-stiff"] {
+            let note = format!("note: skipped {engine}: scene {scene} is made of");
+            assert!(ended.out.contains(&note), "{}", ended.out);
+        }
+    }
+}
+
+/// `x_m` of a `[linear]` block's body is its coordinate, and contacts have a body to stand on.
+#[test]
+fn hand_written_models_fill_the_same_files() {
+    let place = Place::new();
+    let ended = place.run(&["run", "woodpecker", "--steps", "10"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let bodies = place.rows("out/woodpecker/bodies.csv");
+    assert_eq!(bodies.len(), 11 * 3);
+    let start: Vec<f64> = bodies[..3].iter().map(|r| r[2].parse().unwrap()).collect();
+    assert_eq!(start, [0.0, -0.1036, -0.2788]);
+    assert!(!place.rows("out/woodpecker/contacts.csv").is_empty());
+    let ended = place.run(&["run", "riding-disc", "--steps", "10"]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(place.rows("out/riding-disc/bodies.csv").len(), 11 * 2);
+    // the numbers of both files are the scene's
+    let contacts = place.rows("out/riding-disc/contacts.csv");
+    assert_eq!(contacts.len(), 10);
+    assert!(contacts.iter().all(|r| r[1] == "0" && r[2] == "1"));
+    let summary = fs::read_to_string(place.path("out/riding-disc/summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["settings"]["model"], "planar");
+}
+
 fn assert_refused(place: &Place, args: &[&str], words: &[&str]) {
     let before = place.listing();
     let ended = place.run(args);
@@ -723,6 +761,24 @@ fn engines_without_the_impulses_of_wear_are_refused_for_wear() {
         &["compare", "thresher-study"],
         &["thresher-study", "run"],
     );
+}
+
+#[test]
+fn engines_without_the_geometry_are_refused() {
+    let place = Place::new();
+    for engine in ["rapier", "rapier-stiff"] {
+        let args = ["run", "loop", "--engine", engine];
+        let words = [
+            engine,
+            "loop",
+            "lines or bowls",
+            "rapier has not",
+            "only moreau",
+        ];
+        assert_refused(&place, &args, &words);
+        let args = ["run", "woodpecker", "--engine", engine];
+        assert_refused(&place, &args, &[engine, "[linear]", "only moreau"]);
+    }
 }
 
 #[test]

@@ -24,9 +24,8 @@ fn a_sliding_block_stops_where_and_when_coulomb_says() {
     assert!(run.error("distance") <= gate, "{}", run.error("distance"));
     assert!(run.error("stop-time") <= ROUND_OFF);
     assert_eq!(run.totals.unsolved_islands, 0);
-    let block = run.built.bodies[1];
     // at rest means at rest: nothing is left to solve for but the solver's tolerance
-    assert!(run.built.simulation.velocity(block).unwrap().norm() < 1e-12);
+    assert!(run.state(1).1.norm() < 1e-12);
 }
 
 #[test]
@@ -170,8 +169,8 @@ fn touching_balls_share_an_impact_by_newtons_law() {
             ));
         }
         let run = run_steps(&parse(&text), 1);
-        for (body, v) in run.built.bodies.iter().zip(expected) {
-            let u = run.built.simulation.velocity(*body).unwrap();
+        for (k, v) in expected.iter().enumerate() {
+            let (_, u) = run.state(k);
             // the solver's tolerance is 1e-8; exact solvers of so few contacts reach round-off
             assert!((u.x - v).abs() < 1e-12, "n {n}, e {e}: {} for {v}", u.x);
         }
@@ -206,10 +205,7 @@ fn a_pyramid_of_three_discs_stands_by_friction_alone() {
              [[body]]\nname = \"top\"\ndisc = 0.5\nmass = 1\nposition = [0, {height:?}]\n"
         )))
     };
-    let place = |run: &common::Run, k: usize| {
-        let pose = run.built.simulation.pose(run.built.bodies[k]);
-        pose.unwrap().translation
-    };
+    let place = |run: &common::Run, k: usize| run.state(k).0.translation;
     let falls = pyramid(0.98 * limit);
     assert!(height - place(&falls, 3).y > 1e-2);
     let stands = pyramid(1.02 * limit);
@@ -217,13 +213,7 @@ fn a_pyramid_of_three_discs_stands_by_friction_alone() {
 
     let last = stands.records.last().unwrap();
     let weight = G * last.dt;
-    let number = |k: usize| {
-        stands
-            .built
-            .simulation
-            .number(stands.built.bodies[k])
-            .unwrap()
-    };
+    let number = |k: usize| stands.built.number(k).unwrap();
     let find = |a: usize, b: usize| {
         let pair = [number(a), number(b)];
         let on = |c: &&moreau2d::dynamics::record::ContactRecord| {
@@ -264,7 +254,7 @@ fn a_block_dropped_on_a_belt_catches_up_and_rides_at_its_speed() {
     let share = sum(|c| c.impulse_t.abs()) / (MU * sum(|c| c.impulse_n));
     let time = run.records[catch].time - DT + share * DT;
     assert!((time / (2.0 / (MU * G)) - 1.0).abs() < 1e-9, "{time}");
-    let speed = run.built.simulation.velocity(run.built.bodies[1]).unwrap();
+    let (_, speed) = run.state(1);
     assert!((speed.x - 2.0).abs() < 1e-12, "{}", speed.x);
 }
 

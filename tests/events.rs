@@ -32,7 +32,7 @@ fn a_bouncing_ball_is_exact_whatever_the_step() {
             assert!((last.time / rest - 1.0).abs() <= ROUND_OFF, "{}", last.time);
             assert_eq!(run.totals.unsolved_islands, 0);
             // at rest where it touches: not above, not below
-            let ball = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+            let (ball, _) = run.state(1);
             assert!((ball.translation.y - 0.5).abs() <= ROUND_OFF);
         }
     }
@@ -63,12 +63,7 @@ fn events_stay_with_the_bodies_they_concern() {
     assert!(together.totals.events > 50);
     for k in 0..10 {
         let alone = run(&parse(&text(&[k])));
-        let state = |run: &common::Run, k: usize| {
-            let body = run.built.bodies[k + 1];
-            let s = &run.built.simulation;
-            (s.pose(body).unwrap(), s.velocity(body).unwrap())
-        };
-        assert_eq!(state(&together, k), state(&alone, 0), "ball {k}");
+        assert_eq!(together.state(k + 1), alone.state(1), "ball {k}");
     }
 }
 
@@ -82,7 +77,7 @@ fn fast_bodies_do_not_pass_through_thin_walls() {
              [[body]]\nname = \"bullet\"\ndisc = 0.05\nvelocity = [{speed:?}, 0]\n"
         ));
         let run = run(&scene);
-        let place = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+        let (place, _) = run.state(1);
         let hit = 4.94 / speed;
         let exact = 4.94 - 0.5 * speed * (run.totals.time - hit);
         let error = (place.translation.x - exact).abs();
@@ -102,11 +97,11 @@ fn a_moving_plate_returns_the_relative_velocity() {
          velocity = [0, -2]\n",
     );
     let run = run(&scene);
-    let ball = run.built.bodies[1];
-    let speed = run.built.simulation.velocity(ball).unwrap().y;
+    let (pose, u) = run.state(1);
+    let speed = u.y;
     assert!((speed - 2.5).abs() <= ROUND_OFF, "{speed}");
     // they met at t = 1/3, both at 1/3 of a metre
-    let place = run.built.simulation.pose(ball).unwrap().translation.y;
+    let place = pose.translation.y;
     assert!((place - (0.5 + 1.0 / 3.0 + 2.5 * 2.0 / 3.0)).abs() <= ROUND_OFF);
     let impact = run.records.iter().flat_map(|r| &r.contacts).next().unwrap();
     assert!((impact.time - 1.0 / 3.0).abs() <= ROUND_OFF);
@@ -129,7 +124,7 @@ fn impacts_of_jointed_bodies_keep_the_joint_and_the_balance() {
     // of an energy of some 2000 J
     assert!(run.totals.imbalance <= 1e-11, "{}", run.totals.imbalance);
     assert!(run.totals.energy_rise <= 1e-2 * 2000.0);
-    let bob = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+    let (bob, _) = run.state(1);
     // the pin's gap is of second order: ω² dt²/8 of its length in a swing of 4 rad/s
     assert!((bob.translation.norm() - 1.0).abs() <= 1e-4);
 }
@@ -148,13 +143,8 @@ fn touching_bodies_share_an_event() {
         ));
     }
     let run = run(&parse(&text));
-    for (body, exact) in run
-        .built
-        .bodies
-        .iter()
-        .zip([-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0])
-    {
-        let u = run.built.simulation.velocity(*body).unwrap();
+    for (k, exact) in [-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0].into_iter().enumerate() {
+        let (_, u) = run.state(k);
         assert!((u.x - exact).abs() <= ROUND_OFF, "{}", u.x);
     }
     assert_eq!(run.totals.events, 1);
@@ -243,8 +233,7 @@ fn overlaps_at_the_start_recover_without_a_launch() {
             // of bodies of 1000 kg that rise by up to a metre
             assert!(fastest <= 1e-9, "{depth} m: {fastest} J");
             for (k, exact) in [(1, 0.5), (2, 1.5)] {
-                let body = run.built.bodies[k];
-                let y = run.built.simulation.pose(body).unwrap().translation.y;
+                let y = run.state(k).0.translation.y;
                 assert!(y > exact - 4e-5 && y <= exact, "{depth} m: {y}");
             }
             assert_eq!(run.totals.recovering, 0, "{depth} m");
@@ -256,8 +245,8 @@ fn overlaps_at_the_start_recover_without_a_launch() {
         &parse(&overlapped(0.01, 0.0).replace("time = 5", "time = 5\nrecovery = false")),
         60,
     );
-    let y = kept.built.simulation.pose(kept.built.bodies[1]).unwrap();
-    assert!((y.translation - Vec2::new(0.0, 0.49)).norm() < 1e-9);
+    let (low, _) = kept.state(1);
+    assert!((low.translation - Vec2::new(0.0, 0.49)).norm() < 1e-9);
 }
 
 /// A box in a slot narrower than itself cannot get free: it stays, is not launched, and is told.
@@ -271,10 +260,9 @@ fn an_overlap_without_a_way_out_is_told() {
     );
     let run = run(&scene);
     assert_eq!(run.totals.recovering, 2);
-    let body = run.built.bodies[2];
-    let u = run.built.simulation.velocity(body).unwrap();
+    let (pose, u) = run.state(2);
     assert!(u.x.abs() <= 1e-9 && u.z.abs() <= 1e-9, "{u:?}");
-    let x = run.built.simulation.pose(body).unwrap().translation.x;
+    let x = pose.translation.x;
     assert!(x.abs() <= 0.011, "{x}");
     assert!(run.totals.energy_rise <= 1e-9);
 }

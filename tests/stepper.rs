@@ -34,7 +34,7 @@ impl MultibodyModel for Cluster {
     }
     fn shift(&mut self, _body: usize, _velocity: &Vec3, _dt: f64) {}
     fn configuration(&self, _body: usize) -> Configuration {
-        [0.0; 4]
+        [0.0; 5]
     }
     fn set_configuration(&mut self, _body: usize, _configuration: &Configuration) {}
     fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {

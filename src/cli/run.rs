@@ -18,11 +18,12 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         only_moreau(args, &scene)?;
         return run_threshing::run(args, &scene);
     }
+    args.engine.fits(&scene)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
     let every = args.every.map_or_else(
-        || (steps * built.bodies.len()).div_ceil(BODY_ROWS).max(1),
+        || (steps * built.bodies()).div_ceil(BODY_ROWS).max(1),
         |n| n as usize,
     );
     let mut files = RunFiles::create(&folder, every)?;
@@ -41,6 +42,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     files.finish()?;
     let found = measures(&scene, &samples);
     let mut head = summary::header("run", &scene);
+    head["settings"]["model"] = json!(scene.model().word());
     head["settings"]["engine"] = json!(args.engine.name());
     head["settings"]["every"] = json!(every);
     let text = summary::write(
@@ -87,11 +89,11 @@ fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
 
 /// All bodies in the scene's order.
 fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
-    let state = |(k, &body)| {
-        let (pose, u) = engine.state(built, body)?;
+    let state = |k| {
+        let (pose, u) = engine.state(built, k)?;
         Some((k as u32, pose, u))
     };
-    built.bodies.iter().enumerate().filter_map(state).collect()
+    (0..built.bodies()).filter_map(state).collect()
 }
 
 fn measure_json(m: &Measure) -> serde_json::Value {

@@ -16,8 +16,11 @@ mod cap;
 mod cluster;
 mod events;
 mod islands;
+mod linear;
 mod model;
 mod outcome;
+mod planar;
+mod planar_shape;
 mod pose;
 pub mod record;
 mod recovery;
@@ -28,10 +31,13 @@ mod stage;
 mod stepper;
 mod visco_elastic;
 
+pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
     MultibodyModel, NormalLaw,
 };
+pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
+pub use planar_shape::PlanarShape;
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};

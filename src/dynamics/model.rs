@@ -76,7 +76,7 @@ impl Detection {
 }
 
 /// Where a body is, in a model's own numbers.
-pub type Configuration = [f64; 4];
+pub type Configuration = [f64; 5];
 
 /// What a model cannot go on with.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -120,7 +120,7 @@ pub trait MultibodyModel {
     /// `q ← q + u dt` of one body, with any velocity.
     fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64);
 
-    /// Where one body is, in up to four numbers of the model's own.
+    /// Where one body is, in up to five numbers of the model's own.
     fn configuration(&self, body: usize) -> Configuration;
 
     /// Puts one body where [`MultibodyModel::configuration`] found it, bit for bit.

@@ -70,13 +70,14 @@ impl Pose64 {
         self.translation = world - self.rotate(center);
     }
 
-    /// As four numbers, for [`super::MultibodyModel::configuration`].
+    /// As numbers, for [`super::MultibodyModel::configuration`]; the last is free.
     pub(crate) fn numbers(&self) -> Configuration {
-        [self.translation.x, self.translation.y, self.cos, self.sin]
+        let at = self.translation;
+        [at.x, at.y, self.cos, self.sin, 0.0]
     }
 
     /// The pose of [`Pose64::numbers`].
-    pub(crate) fn from_numbers([x, y, cos, sin]: &Configuration) -> Self {
+    pub(crate) fn from_numbers([x, y, cos, sin, _]: &Configuration) -> Self {
         Pose64 {
             translation: Vec2::new(*x, *y),
             cos: *cos,

@@ -127,7 +127,7 @@ impl MultibodyModel for Rotor {
     }
 
     fn configuration(&self, _body: usize) -> Configuration {
-        [self.angle, 0.0, 0.0, 0.0]
+        [self.angle, 0.0, 0.0, 0.0, 0.0]
     }
 
     fn set_configuration(&mut self, _body: usize, configuration: &Configuration) {

@@ -1,5 +1,12 @@
 //! Closed forms, and how far a run is from them. Their parameters come from the scene.
 
+mod arcs;
+mod event_driven;
+mod motion;
+mod pivots;
+mod rods;
+mod woodpecker;
+
 use super::simulate::Engine;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
@@ -95,10 +102,8 @@ impl Samples {
 
 fn states(built: &Built, engine: Engine) -> Vec<(Pose64, Vec3)> {
     let unknown = (Pose64::new(Vec2::zeros(), 0.0), Vec3::repeat(f64::NAN));
-    built
-        .bodies
-        .iter()
-        .map(|&b| engine.state(built, b).unwrap_or(unknown))
+    (0..built.bodies())
+        .map(|k| engine.state(built, k).unwrap_or(unknown))
         .collect()
 }
 
@@ -117,6 +122,14 @@ pub fn measures(scene: &Scene, samples: &Samples) -> Vec<Measure> {
         Some(ClosedForm::TwoBalls) => two_balls(scene, samples),
         Some(ClosedForm::Cradle) => cradle(scene, samples),
         Some(ClosedForm::Beam) => beam(scene, samples),
+        Some(ClosedForm::Bowl) => arcs::bowl(scene, samples),
+        Some(ClosedForm::RidingDisc) => arcs::riding_disc(scene, samples),
+        Some(ClosedForm::StuckRod) => rods::stuck_rod(scene, samples),
+        Some(ClosedForm::FallingRod) => rods::falling_rod(scene, samples),
+        Some(ClosedForm::Painleve) => rods::painleve(scene, samples),
+        Some(ClosedForm::Pendulum) => pivots::pendulum(scene, samples),
+        Some(ClosedForm::DoublePendulum) => pivots::double_pendulum(scene, samples),
+        Some(ClosedForm::Woodpecker) => woodpecker::woodpecker(scene, samples),
     }
 }
 

@@ -88,9 +88,12 @@ fn run(scene: &Scene, setting: &Setting, progress: &Progress) -> Result<Point, R
         ..scene.clone()
     };
     let engine = setting.engine;
+    if let Err(RunError::Unfit(reason)) = engine.fits(&scene) {
+        return Ok(Point::Unavailable(reason));
+    }
     let mut built = scene.build()?;
-    if let Some(settings) = &setting.baseline {
-        built.simulation.set_baseline(settings);
+    if let (Some(settings), Some(world)) = (&setting.baseline, built.simulation_mut()) {
+        world.set_baseline(settings);
     }
     let mut samples = Samples::start(&built, engine);
     let steps = step_count(&scene.step);

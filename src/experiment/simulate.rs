@@ -1,9 +1,9 @@
 use crate::contact::Vec3;
-use crate::dynamics::StepError;
 use crate::dynamics::record::StepRecord;
-use crate::rapier::{BaselineSettings, BodyId, Pose64};
+use crate::dynamics::{ModelError, Pose64, StepError};
+use crate::rapier::{BaselineSettings, Simulation};
 use crate::report::ReportError;
-use crate::scene::{Built, SceneError};
+use crate::scene::{Built, Model, Scene, SceneError};
 use crate::wear::WearError;
 use std::time::Instant;
 use thiserror::Error;
@@ -44,11 +44,33 @@ impl Engine {
         }
     }
 
+    /// Whether it can step the scene at all: rapier only what is built on a rapier world.
+    ///
+    /// # Errors
+    /// [`RunError::Unfit`] with what rapier has not.
+    pub fn fits(self, scene: &Scene) -> Result<(), RunError> {
+        let lacks = match scene.model() {
+            Model::Rapier => return Ok(()),
+            _ if self == Engine::Moreau => return Ok(()),
+            Model::Planar => "rods, lines or bowls in closed form",
+            Model::Linear => "a [linear] mechanism",
+        };
+        Err(RunError::Unfit(format!(
+            "--engine {}: scene {} is made of {lacks}, which rapier has not; only moreau steps it",
+            self.name(),
+            scene.name
+        )))
+    }
+
     /// Takes its settings in a world that has not been stepped.
-    pub fn prepare(self, built: &mut Built) {
+    ///
+    /// # Errors
+    /// [`StepError::Model`] where the engine does not fit the world, see [`Engine::fits`].
+    pub fn prepare(self, built: &mut Built) -> Result<(), StepError> {
         if let Some(settings) = self.baseline() {
-            built.simulation.set_baseline(&settings);
+            rapier(built)?.set_baseline(&settings);
         }
+        Ok(())
     }
 
     /// One step.
@@ -57,19 +79,32 @@ impl Engine {
     /// [`StepError`]; rapier has none of its own.
     pub fn step(self, built: &mut Built) -> Result<StepRecord, StepError> {
         match self {
-            Engine::Moreau => built.simulation.step(),
-            _ => Ok(built.simulation.step_with_rapier()),
+            Engine::Moreau => built.step(),
+            _ => Ok(rapier(built)?.step_with_rapier()),
         }
     }
 
-    /// Pose and velocity of a body at the precision the engine has.
-    pub fn state(self, built: &Built, body: BodyId) -> Option<(Pose64, Vec3)> {
-        let s = &built.simulation;
+    /// Pose and velocity of body `k` at the precision the engine has.
+    pub fn state(self, built: &Built, k: usize) -> Option<(Pose64, Vec3)> {
         match self {
-            Engine::Moreau => Some((s.pose(body)?, s.velocity(body)?)),
-            _ => Some((s.rapier_pose(body)?, s.rapier_velocity(body)?)),
+            Engine::Moreau => built.state(k),
+            _ => {
+                let (simulation, bodies) = built.simulation()?;
+                let body = *bodies.get(k)?;
+                Some((
+                    simulation.rapier_pose(body)?,
+                    simulation.rapier_velocity(body)?,
+                ))
+            }
         }
     }
+}
+
+fn rapier(built: &mut Built) -> Result<&mut Simulation, StepError> {
+    built.simulation_mut().ok_or_else(|| {
+        let what = "the scene is not built on a rapier world".to_owned();
+        StepError::Model(ModelError::Unsupported(what))
+    })
 }
 
 /// What can stop a run.
@@ -185,7 +220,7 @@ pub fn simulate(
     steps: usize,
     observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
 ) -> Result<Totals, RunError> {
-    engine.prepare(built);
+    engine.prepare(built)?;
     advance(built, engine, steps, observe)
 }
 

@@ -1,18 +1,13 @@
 //! From a scene file to a world that can be stepped.
 
-use super::{Body, BodyKind, Mass, Scene, Shape, Step, Tooth, Update, Wear};
+use super::world::{Built, HandWritten, World};
+use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Update, Wear, planar};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::{ModelError, StepError, StepperSettings};
+use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
 use crate::rapier::{
-    BodyId, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
+    JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
 use crate::wear::{self, Archard, Profile, WearError, WearSettings};
-
-/// A scene's world, its bodies in the scene's order.
-pub struct Built {
-    pub simulation: Simulation,
-    pub bodies: Vec<BodyId>,
-}
 
 impl Step {
     /// The stepper that `[step]` asks for.
@@ -60,12 +55,29 @@ impl Wear {
 }
 
 impl Scene {
-    /// Builds the world of a scene of bodies and joints.
+    /// Builds the world of a scene of bodies and joints, or of a `[linear]` block.
     ///
     /// # Errors
     /// [`StepError`] if rapier cannot hold what the file asks for; a scene that passed its checks
     /// fails here only on shapes that `f32` cannot tell from degenerate ones.
     pub fn build(&self) -> Result<Built, StepError> {
+        let stepper = || MoreauStepper::new(self.step.stepper());
+        Ok(Built(match (self.model(), &self.linear) {
+            (Model::Linear, Some(block)) => World::Linear(HandWritten {
+                model: block.model()?,
+                stepper: stepper()?,
+                dt: self.step.dt,
+            }),
+            (Model::Planar, _) => World::Planar(HandWritten {
+                model: planar::build(self)?,
+                stepper: stepper()?,
+                dt: self.step.dt,
+            }),
+            _ => self.build_on_rapier()?,
+        }))
+    }
+
+    fn build_on_rapier(&self) -> Result<World, StepError> {
         let gravity = Vec2::from(self.gravity);
         let mut simulation = Simulation::new(self.step.stepper(), gravity, self.step.dt)?;
         let mut bodies = Vec::with_capacity(self.bodies.len());
@@ -75,7 +87,7 @@ impl Scene {
                     motion(body.kind),
                     Pose64::new(Vec2::from(body.position), body.angle),
                     Vec3::new(body.velocity[0], body.velocity[1], body.spin),
-                    &shape(&body.shape),
+                    &shape(&body.shape).map_err(|error| named(error, &body.name))?,
                     &self.surface(body),
                     mass(body),
                 )
@@ -83,25 +95,32 @@ impl Scene {
             bodies.push(id);
         }
         for joint in &self.joints {
-            let at = Vec2::from(joint.at);
-            let anchor = |body: Option<usize>| match body {
-                Some(k) => {
-                    let b = &self.bodies[k];
-                    Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
-                }
-                None => at,
-            };
             let motor = joint.motor.map(|m| JointDrive::Motor {
                 speed: m.speed,
                 max_torque: m.max_torque,
             });
             simulation.add_revolute(
                 joint.bodies.map(|b| b.map(|k| bodies[k])),
-                joint.bodies.map(anchor),
+                self.anchors(joint),
                 motor,
             )?;
         }
-        Ok(Built { simulation, bodies })
+        Ok(World::Rapier {
+            simulation: Box::new(simulation),
+            bodies,
+        })
+    }
+
+    /// The joint's place in the frame of each of its bodies \[m\].
+    pub(super) fn anchors(&self, joint: &Joint) -> [Vec2; 2] {
+        let at = Vec2::from(joint.at);
+        joint.bodies.map(|body| match body {
+            Some(k) => {
+                let b = &self.bodies[k];
+                Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+            }
+            None => at,
+        })
     }
 
     fn surface(&self, body: &Body) -> Surface {
@@ -145,9 +164,13 @@ fn motion(kind: BodyKind) -> Motion {
     }
 }
 
-fn shape(shape: &Shape) -> ShapeSpec {
+/// rapier's shape.
+///
+/// # Errors
+/// [`ModelError::Unsupported`] for those it has not.
+fn shape(shape: &Shape) -> Result<ShapeSpec, ModelError> {
     let points = |p: &[[f64; 2]]| p.iter().map(|&p| Vec2::from(p)).collect();
-    match shape {
+    Ok(match shape {
         Shape::Disc { radius } => ShapeSpec::Ball { radius: *radius },
         Shape::Box { width, height } => ShapeSpec::Box {
             half: Vec2::new(0.5 * width, 0.5 * height),
@@ -161,7 +184,12 @@ fn shape(shape: &Shape) -> ShapeSpec {
             points: points(p),
             closed: *closed,
         },
-    }
+        Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {
+            return Err(ModelError::Unsupported(
+                "rapier has no rod, line or bowl".to_owned(),
+            ));
+        }
+    })
 }
 
 fn mass(body: &Body) -> Option<MassSpec> {
@@ -182,7 +210,7 @@ fn mass(body: &Body) -> Option<MassSpec> {
 fn body_mass(body: &Body) -> f64 {
     match body.mass {
         Some(Mass::Given { mass, .. }) => mass,
-        Some(Mass::Density(density)) => density * shape(&body.shape).area(),
+        Some(Mass::Density(density)) => density * shape(&body.shape).map_or(0.0, |s| s.area()),
         None => 1.0,
     }
 }

@@ -5,7 +5,7 @@ use super::error::{Hint, SceneError};
 use std::path::Path;
 
 /// Name and text of every embedded scene, in the order the catalogue shows them.
-const EMBEDDED: [(&str, &str); 12] = [
+const EMBEDDED: [(&str, &str); 23] = [
     (
         "sliding-block",
         include_str!("../../scenes/sliding-block.toml"),
@@ -25,6 +25,26 @@ const EMBEDDED: [(&str, &str); 12] = [
     ("pyramid", include_str!("../../scenes/pyramid.toml")),
     ("tower", include_str!("../../scenes/tower.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
+    ("bowl", include_str!("../../scenes/bowl.toml")),
+    (
+        "rolling-bowl",
+        include_str!("../../scenes/rolling-bowl.toml"),
+    ),
+    ("loop", include_str!("../../scenes/loop.toml")),
+    ("stuck-rod", include_str!("../../scenes/stuck-rod.toml")),
+    ("falling-rod", include_str!("../../scenes/falling-rod.toml")),
+    ("riding-disc", include_str!("../../scenes/riding-disc.toml")),
+    ("painleve", include_str!("../../scenes/painleve.toml")),
+    ("pendulum", include_str!("../../scenes/pendulum.toml")),
+    (
+        "double-pendulum",
+        include_str!("../../scenes/double-pendulum.toml"),
+    ),
+    (
+        "slider-crank",
+        include_str!("../../scenes/slider-crank.toml"),
+    ),
+    ("woodpecker", include_str!("../../scenes/woodpecker.toml")),
     (
         "thresher-study",
         include_str!("../../scenes/thresher-study.toml"),

@@ -148,7 +148,7 @@ pub enum SceneError {
     },
     /// A scene in which nothing can happen.
     #[error(
-        "{file}: the scene has no bodies: give at least one [[body]], a [study] or a [thresher]"
+        "{file}: the scene has no bodies: give at least one [[body]], a [linear], a [study] or a [thresher]"
     )]
     NoBodies { file: String },
     /// A `--set` argument that is not `key=value`.

@@ -4,6 +4,7 @@
 //! take the default given at the field; unknown keys are refused.
 
 use super::Shape;
+use super::linear::LinearBlock;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
 use crate::dynamics::{ImpactLaw, Scheme};
@@ -27,6 +28,7 @@ pub struct SceneFile {
     pub joint: Vec<JointEntry>,
     #[serde(default)]
     pub repeat: Vec<RepeatEntry>,
+    pub linear: Option<LinearBlock>,
     pub tooth: Option<Tooth>,
     pub wear: Option<Wear>,
     pub study: Option<Study>,
@@ -179,7 +181,12 @@ impl BodyKind {
     }
 }
 
-/// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `polyline` gives its shape.
+/// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `polyline`, `rod`, `line`, `bowl`
+/// gives its shape.
+///
+/// A scene with a rod, a line or a bowl runs on closed-form geometry in `f64`, without rapier.
+/// There discs touch each other, and discs, rods and boxes touch lines and bowls; anything else is
+/// refused unless `touches` keeps it apart.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyEntry {
@@ -200,6 +207,13 @@ pub struct BodyEntry {
     /// Whether the polyline's last point is joined to its first, default false.
     /// Counter-clockwise encloses the solid, clockwise a hollow.
     pub closed: Option<bool>,
+    /// Length \[m\] of a thin rod along the body's x axis; it touches with its two ends.
+    pub rod: Option<f64>,
+    /// `true`: the body's x axis without end, the solid below it. Fixed or kinematic.
+    pub line: Option<bool>,
+    /// Radius \[m\] of a circle round the body's origin that others touch from inside. Fixed or
+    /// kinematic.
+    pub bowl: Option<f64>,
     /// Mass per area [kg/m²], of a slice one metre deep; default 1000 where no `mass` is given.
     pub density: Option<f64>,
     /// Mass \[kg\].
@@ -225,6 +239,21 @@ pub struct BodyEntry {
     /// counter-clockwise round the body: towards -x on its top.
     #[serde(default)]
     pub surface_velocity: f64,
+    /// Of a kinematic line, bowl or disc: a swing on top of its velocity.
+    pub oscillation: Option<Oscillation>,
+    /// Names of the bodies that a disc, rod or box may touch, default all; for scenes with a rod,
+    /// a line or a bowl.
+    pub touches: Option<Vec<String>>,
+}
+
+/// `oscillation = { amplitude, angular_frequency }`: moved by `A sin(ω t)`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Oscillation {
+    /// `A` \[m\].
+    pub amplitude: [f64; 2],
+    /// `ω` [rad/s].
+    pub angular_frequency: f64,
 }
 
 impl BodyEntry {
@@ -245,6 +274,9 @@ impl BodyEntry {
             .or_else(|| self.capsule.map(capsule))
             .or_else(|| self.polygon.as_ref().map(polygon))
             .or_else(|| self.polyline.as_ref().map(polyline))
+            .or_else(|| self.rod.map(|length| Shape::Rod { length }))
+            .or_else(|| self.line.map(|_| Shape::Line))
+            .or_else(|| self.bowl.map(|radius| Shape::Bowl { radius }))
     }
 }
 
@@ -361,4 +393,12 @@ pub enum ClosedForm {
     TwoBalls,
     Cradle,
     Beam,
+    Bowl,
+    StuckRod,
+    FallingRod,
+    RidingDisc,
+    Painleve,
+    Pendulum,
+    DoublePendulum,
+    Woodpecker,
 }

@@ -34,21 +34,25 @@ mod error;
 mod expand;
 pub mod file;
 mod hash;
+pub mod linear;
 mod outline;
 mod overrides;
+mod planar;
 mod reader;
 pub mod study;
 pub mod thresher;
 pub mod threshing;
 mod threshing_shapes;
+mod world;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
-pub use build::Built;
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
-pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Step};
+pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Oscillation, Step};
+pub use linear::LinearBlock;
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use thresher::{ConcaveSetting, Thresher};
+pub use world::Built;
 
 use document::Document;
 use file::{BodyEntry, DEFAULT_DENSITY, SceneFile};
@@ -69,6 +73,8 @@ pub struct Scene {
     /// Every body placed, repeats expanded, in a fixed order. Empty with a study or thresher.
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
+    /// A mechanism in place of bodies.
+    pub linear: Option<LinearBlock>,
     /// The closed form that the result is compared with.
     pub reference: Option<ClosedForm>,
     /// There whenever a study or thresher is.
@@ -100,6 +106,31 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
+    pub oscillation: Option<Oscillation>,
+    /// Indices of the bodies it may touch; `None` is all.
+    pub touches: Option<Vec<usize>>,
+}
+
+/// What the bodies of a scene are built on: no more than it needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// A rapier world: any shape of the file but rods, lines and bowls.
+    Rapier,
+    /// [`crate::dynamics::Planar`]: closed-form geometry in `f64`.
+    Planar,
+    /// [`crate::dynamics::Linear`]: constant matrices and levers.
+    Linear,
+}
+
+impl Model {
+    /// The word of the summary.
+    pub fn word(self) -> &'static str {
+        match self {
+            Model::Rapier => "rapier",
+            Model::Planar => "planar",
+            Model::Linear => "linear",
+        }
+    }
 }
 
 /// A shape in the body's frame.
@@ -115,6 +146,19 @@ pub enum Shape {
     Polygon { points: Vec<[f64; 2]> },
     /// One-sided, the solid on the left of its direction \[m\].
     Polyline { points: Vec<[f64; 2]>, closed: bool },
+    /// Along x, without width \[m\].
+    Rod { length: f64 },
+    /// The x axis without end, the solid below it.
+    Line,
+    /// A circle \[m\] that is touched from inside.
+    Bowl { radius: f64 },
+}
+
+impl Shape {
+    /// Whether rapier has not the shape: its scene runs on [`Model::Planar`].
+    pub fn planar_only(&self) -> bool {
+        matches!(self, Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. })
+    }
 }
 
 /// Where a body's inertia comes from.
@@ -166,19 +210,37 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// What the scene is built on.
+    pub fn model(&self) -> Model {
+        if self.linear.is_some() {
+            Model::Linear
+        } else if self.bodies.iter().any(|b| b.shape.planar_only()) {
+            Model::Planar
+        } else {
+            Model::Rapier
+        }
+    }
+}
+
 fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, SceneError> {
     let placed = expand::expand(&file.body, &file.repeat);
     let joints = check::joints(&file.joint, &placed, document)?;
+    let touches = check::touches(&placed, document)?;
     let mut materials = file.material;
     if materials.is_empty() {
         materials.push(Material::default());
     }
-    let bodies = placed
+    let mut bodies = placed
         .into_iter()
         .map(|body| resolve_body(body, &materials, document))
         .collect::<Result<Vec<_>, _>>()?;
+    for (body, touches) in bodies.iter_mut().zip(touches) {
+        body.touches = touches;
+    }
+    check::planar(&bodies, &joints, document)?;
     let model = file.study.is_some() || file.thresher.is_some();
-    Ok(Scene {
+    let scene = Scene {
         name: file.scene.name,
         title: file.scene.title,
         notes: file.scene.notes,
@@ -187,13 +249,16 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         materials,
         bodies,
         joints,
+        linear: file.linear,
         reference: file.reference.map(|reference| reference.closed_form),
         tooth: file.tooth.or(model.then(Tooth::default)),
         wear: file.wear.or(file.study.is_some().then(Wear::default)),
         study: file.study,
         thresher: file.thresher,
         hash,
-    })
+    };
+    check::starts(&scene, document)?;
+    Ok(scene)
 }
 
 fn resolve_body(
@@ -224,6 +289,8 @@ fn resolve_body(
         velocity: entry.velocity,
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
+        oscillation: entry.oscillation,
+        touches: None,
     })
 }
 

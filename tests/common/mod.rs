@@ -1,6 +1,8 @@
 //! What several integration tests share.
 #![allow(dead_code)] // each test binary uses a part
 
+use moreau2d::contact::Vec3;
+use moreau2d::dynamics::Pose64;
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::experiment::{Engine, Measure, Samples, Totals, measures, simulate};
 use moreau2d::scene::{self, Built, Scene};
@@ -27,6 +29,12 @@ pub struct Run {
 }
 
 impl Run {
+    /// Where body `k` of the scene is at the end, and how fast.
+    #[track_caller]
+    pub fn state(&self, k: usize) -> (Pose64, Vec3) {
+        self.built.state(k).unwrap()
+    }
+
     /// The error of the measure called `name`.
     #[track_caller]
     pub fn error(&self, name: &str) -> f64 {

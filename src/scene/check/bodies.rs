@@ -14,8 +14,11 @@ const MOST_BODIES: u64 = 100_000;
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");
     distinct(&at, "body", file.body.iter().map(|body| body.name.as_str()))?;
+    let closed_form = planar::is_planar(&file.body);
     for (index, body) in file.body.iter().enumerate() {
-        check_body(&at.index(index), body, &file.material)?;
+        let at = at.index(index);
+        check_body(&at, body, &file.material)?;
+        planar::check_body(&at, body, closed_form)?;
     }
     let at = top.key("repeat");
     let mut placed = 0_u64;
@@ -104,6 +107,9 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         ("capsule", body.capsule.is_some()),
         ("polygon", body.polygon.is_some()),
         ("polyline", body.polyline.is_some()),
+        ("rod", body.rod.is_some()),
+        ("line", body.line.is_some()),
+        ("bowl", body.bowl.is_some()),
     ]
     .into_iter()
     .filter_map(|(key, given)| given.then_some(key))
@@ -113,7 +119,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         [] => {
             return Err(SceneError::Missing {
                 at: at.place(),
-                key: "disc, box, capsule, polygon or polyline".to_owned(),
+                key: "disc, box, capsule, polygon, polyline, rod, line or bowl".to_owned(),
             });
         }
         [first, second, ..] => {
@@ -182,6 +188,11 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
             let problem = format!("{key} has no effect on a {} body", body.kind.word());
             return Err(at.key(key).conflict(problem));
         }
+    }
+    if body.density.is_some() && body.rod.is_some() {
+        return Err(at
+            .key("density")
+            .conflict("a rod has no area; give its mass"));
     }
     if body.density.is_some() && body.mass.is_some() {
         return Err(at.key("mass").conflict("give density or mass, not both"));

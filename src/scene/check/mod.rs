@@ -2,8 +2,11 @@
 
 mod blocks;
 mod bodies;
+mod linear;
+mod planar;
 
 pub(super) use bodies::joints;
+pub(super) use planar::{planar, starts, touches};
 
 use super::document::{Document, Segment};
 use super::error::{Hint, Place, SceneError};
@@ -25,8 +28,13 @@ pub(super) fn check(file: &SceneFile, document: &Document) -> Result<(), SceneEr
         "material",
         file.material.iter().map(|m| m.name.as_str()),
     )?;
+    let closed_form = planar::is_planar(&file.body);
     for (index, material) in file.material.iter().enumerate() {
-        check_material(&top.key("material").index(index), material)?;
+        let at = top.key("material").index(index);
+        check_material(&at, material)?;
+        if closed_form {
+            planar::check_material(&at, material)?;
+        }
     }
     bodies::check(&top, file)?;
     blocks::check(&top, file)

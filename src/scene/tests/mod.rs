@@ -4,6 +4,7 @@ mod content;
 mod contradictions;
 mod errors;
 mod mangled;
+mod models;
 
 use super::*;
 

@@ -1,0 +1,204 @@
+//! Rods, lines and bowls, and what a scene with one may hold.
+
+use super::*;
+use crate::dynamics::PlanarShape;
+use crate::scene::document::Value;
+use crate::scene::file::{BodyEntry, BodyKind};
+use crate::scene::planar::{build, may_touch, shape, tied};
+use crate::scene::{Body, Joint, Model, Scene, Shape};
+
+const SHAPES: &str = "disc, box, rod, line and bowl";
+/// Half a million pairs.
+const MOST_BODIES: usize = 1000;
+const FREQUENCY: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
+
+/// Whether the file has a shape that only closed-form geometry has.
+pub(super) fn is_planar(bodies: &[BodyEntry]) -> bool {
+    let only_planar = |b: &BodyEntry| b.rod.is_some() || b.line.is_some() || b.bowl.is_some();
+    bodies.iter().any(only_planar)
+}
+
+/// What the body says of itself.
+pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<(), SceneError> {
+    at.within_if("rod", body.rod, SIZE)?;
+    at.within_if("bowl", body.bowl, SIZE)?;
+    if body.line == Some(false) {
+        return Err(at
+            .key("line")
+            .conflict("`line = false` says nothing; leave it out"));
+    }
+    for (key, given) in [("line", body.line.is_some()), ("bowl", body.bowl.is_some())] {
+        if given && body.kind == BodyKind::Dynamic {
+            let problem = format!("a {key} has no mass; use kind = \"fixed\" or \"kinematic\"");
+            return Err(at.key(key).conflict(problem));
+        }
+    }
+    if body.rod.is_some() && body.kind == BodyKind::Dynamic && body.mass.is_none() {
+        return Err(SceneError::Missing {
+            at: at.place(),
+            key: "mass (a rod has no area to take it from)".to_owned(),
+        });
+    }
+    if !planar {
+        for (key, given) in [
+            ("oscillation", body.oscillation.is_some()),
+            ("touches", body.touches.is_some()),
+        ] {
+            if given {
+                let problem = format!("{key} is known only to scenes with a rod, a line or a bowl");
+                return Err(at.key(key).conflict(problem));
+            }
+        }
+        return Ok(());
+    }
+    for (key, given) in [
+        ("capsule", body.capsule.is_some()),
+        ("polygon", body.polygon.is_some()),
+        ("polyline", body.polyline.is_some()),
+    ] {
+        if given {
+            return Err(SceneError::Unsupported {
+                at: at.key(key).place(),
+                what: format!("a {key} in a scene with a rod, a line or a bowl"),
+                supported: SHAPES,
+            });
+        }
+    }
+    if let Some(oscillation) = &body.oscillation {
+        let at = at.key("oscillation");
+        if body.kind != BodyKind::Kinematic {
+            return Err(at.conflict("only a kinematic body swings by itself"));
+        }
+        at.pair("amplitude", oscillation.amplitude, PLACE)?;
+        at.within(
+            "angular_frequency",
+            oscillation.angular_frequency,
+            FREQUENCY,
+        )?;
+    }
+    Ok(())
+}
+
+/// Contacts of closed-form geometry are rigid.
+pub(super) fn check_material(at: &At<'_>, material: &Material) -> Result<(), SceneError> {
+    if material.stiffness.is_some() {
+        let problem = "contacts in a scene with a rod, a line or a bowl are rigid";
+        return Err(at.key("stiffness").conflict(problem));
+    }
+    Ok(())
+}
+
+/// The bodies that each body placed may touch, by number.
+///
+/// # Errors
+/// [`SceneError::UnknownName`].
+pub(in crate::scene) fn touches(
+    placed: &[BodyEntry],
+    document: &Document,
+) -> Result<Vec<Option<Vec<usize>>>, SceneError> {
+    let number = |body: &BodyEntry, index: usize, name: &String| {
+        let found = placed.iter().position(|other| other.name == *name);
+        found.ok_or_else(|| {
+            let at = at_body(&body.name, document);
+            let known = placed.iter().map(|b| b.name.as_str());
+            at.key("touches").index(index).unknown("body", name, known)
+        })
+    };
+    placed
+        .iter()
+        .map(|body| {
+            let list = body.touches.as_ref().map(|names| {
+                let numbers = names.iter().enumerate();
+                numbers
+                    .map(|(index, name)| number(body, index, name))
+                    .collect()
+            });
+            list.transpose()
+        })
+        .collect()
+}
+
+/// Refuses two bodies that could meet without a closed form of their gap.
+///
+/// # Errors
+/// [`SceneError::Conflict`].
+pub(in crate::scene) fn planar(
+    bodies: &[Body],
+    joints: &[Joint],
+    document: &Document,
+) -> Result<(), SceneError> {
+    if !bodies.iter().any(|body| body.shape.planar_only()) {
+        return Ok(());
+    }
+    if bodies.len() > MOST_BODIES {
+        return Err(SceneError::OutOfRange {
+            at: At::top(document).key("body").place(),
+            value: format!("{} bodies", bodies.len()),
+            allowed: format!(
+                "1 to {MOST_BODIES} in a scene with a rod, a line or a bowl, where every pair is \
+                 looked at in every step"
+            ),
+        });
+    }
+    for i in 0..bodies.len() {
+        for j in i + 1..bodies.len() {
+            let still = [i, j].iter().all(|&k| bodies[k].kind != BodyKind::Dynamic);
+            if still || tied(joints, i, j) || !may_touch(bodies, i, j) {
+                continue;
+            }
+            let known = match (shape(&bodies[i].shape), shape(&bodies[j].shape)) {
+                (Some(a), Some(b)) => a.meets(&b),
+                _ => false,
+            };
+            if !known {
+                let problem = format!(
+                    "`{}` and `{}` could meet, and their gap has no closed form here; say with \
+                     `touches` what each of them may touch",
+                    bodies[i].name, bodies[j].name
+                );
+                return Err(at_body(&bodies[j].name, document).conflict(problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a body that starts on the wrong side of what it may touch: a small overlap is pushed
+/// out, one deeper than the body cannot be meant.
+///
+/// # Errors
+/// [`SceneError::Conflict`].
+pub(in crate::scene) fn starts(scene: &Scene, document: &Document) -> Result<(), SceneError> {
+    if scene.model() != Model::Planar {
+        return Ok(());
+    }
+    let top = At::top(document);
+    let model = build(scene).map_err(|error| top.key("body").conflict(error.to_string()))?;
+    let Some(([surface, body], gap)) = model.deepest() else {
+        return Ok(());
+    };
+    let (surface, body) = (&scene.bodies[surface], &scene.bodies[body]);
+    let too_big = match (&surface.shape, &body.shape) {
+        (Shape::Bowl { radius }, Shape::Disc { radius: r }) => r >= radius,
+        _ => false,
+    };
+    if too_big || -gap > shape(&body.shape).map_or(0.0, |s: PlanarShape| s.size()) {
+        let problem = format!(
+            "`{}` starts {} m behind the surface of `{}`; place it in front, or say with \
+             `touches` what it may touch",
+            body.name, -gap, surface.name
+        );
+        return Err(at_body(&body.name, document).conflict(problem));
+    }
+    Ok(())
+}
+
+/// The entry of that name in the file; all bodies for a copy that a repeat made.
+fn at_body<'d>(name: &str, document: &'d Document) -> At<'d> {
+    let at = At::top(document).key("body");
+    let index = match document.root.entry("body").map(|entry| &entry.node.value) {
+        Some(Value::Array(items)) => items.iter().position(|item| item.name() == Some(name)),
+        _ => None,
+    };
+    index.map_or(at.clone(), |index| at.index(index))
+}

@@ -1,0 +1,99 @@
+//! What a scene becomes: something that steps, whatever it is made of.
+
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::{Linear, MoreauStepper, MultibodyModel, Planar, Pose64, StepError};
+use crate::rapier::{BodyId, Simulation};
+
+/// A scene's world; bodies are counted in the scene's order, coordinates of a `[linear]` block
+/// count as bodies.
+pub struct Built(pub(super) World);
+
+pub(super) enum World {
+    Rapier {
+        simulation: Box<Simulation>,
+        bodies: Vec<BodyId>,
+    },
+    Planar(HandWritten<Planar>),
+    Linear(HandWritten<Linear>),
+}
+
+/// A model that stands by itself, and what steps it.
+pub(super) struct HandWritten<M> {
+    pub model: M,
+    pub stepper: MoreauStepper,
+    /// \[s\]
+    pub dt: f64,
+}
+
+impl<M: MultibodyModel> HandWritten<M> {
+    fn step(&mut self) -> Result<StepRecord, StepError> {
+        self.stepper.step(&mut self.model, self.dt)
+    }
+}
+
+impl Built {
+    /// Number of bodies.
+    pub fn bodies(&self) -> usize {
+        match &self.0 {
+            World::Rapier { bodies, .. } => bodies.len(),
+            World::Planar(planar) => planar.model.velocities().len(),
+            World::Linear(linear) => linear.model.coordinates(),
+        }
+    }
+
+    /// One nonsmooth step of the scene's length.
+    ///
+    /// # Errors
+    /// [`StepError`].
+    pub fn step(&mut self) -> Result<StepRecord, StepError> {
+        match &mut self.0 {
+            World::Rapier { simulation, .. } => simulation.step(),
+            World::Planar(planar) => planar.step(),
+            World::Linear(linear) => linear.step(),
+        }
+    }
+
+    /// Pose and velocity of body `k`: of its frame, and of its centre of mass with the spin. A
+    /// coordinate of a `[linear]` block is the x of both.
+    pub fn state(&self, k: usize) -> Option<(Pose64, Vec3)> {
+        match &self.0 {
+            World::Rapier { simulation, bodies } => {
+                let body = *bodies.get(k)?;
+                Some((simulation.pose(body)?, simulation.velocity(body)?))
+            }
+            World::Planar(planar) => Some((planar.model.pose(k)?, planar.model.velocity(k)?)),
+            World::Linear(linear) => (k < linear.model.coordinates()).then(|| {
+                let place = Vec2::new(linear.model.position()[k], 0.0);
+                let velocity = Vec3::new(linear.model.velocity()[k], 0.0, 0.0);
+                (Pose64::new(place, 0.0), velocity)
+            }),
+        }
+    }
+
+    /// The number that contact records use for body `k`; `None` for coordinates, which a contact
+    /// has no one of.
+    pub fn number(&self, k: usize) -> Option<u32> {
+        match &self.0 {
+            World::Rapier { simulation, bodies } => simulation.number(*bodies.get(k)?),
+            World::Planar(planar) => (k < planar.model.velocities().len()).then_some(k as u32),
+            World::Linear(_) => None,
+        }
+    }
+
+    /// The rapier world and its bodies, where the scene is built on one.
+    pub fn simulation(&self) -> Option<(&Simulation, &[BodyId])> {
+        match &self.0 {
+            World::Rapier { simulation, bodies } => Some((simulation, bodies)),
+            _ => None,
+        }
+    }
+
+    /// As [`Built::simulation`], to be changed.
+    pub fn simulation_mut(&mut self) -> Option<&mut Simulation> {
+        match &mut self.0 {
+            World::Rapier { simulation, .. } => Some(simulation),
+            _ => None,
+        }
+    }
+}
