@@ -4,6 +4,7 @@
 //! printed, drawn and written is made of what these return.
 
 mod compare;
+mod equilibrium;
 mod reference;
 mod simulate;
 mod stall;
@@ -13,6 +14,7 @@ mod threshing;
 mod wear_history;
 
 pub use compare::{Comparison, compare};
+pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use stall::Stall;

@@ -167,7 +167,9 @@ impl Scene {
 
 fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, SceneError> {
     let placed = expand::expand(&file.body, &file.repeat);
-    let joints = check::joints(&file.joint, &placed, document)?;
+    let mut tied = file.joint;
+    tied.extend(expand::pins(&file.body, &file.repeat));
+    let joints = check::joints(&tied, &placed, document)?;
     let mut materials = file.material;
     if materials.is_empty() {
         materials.push(Material::default());

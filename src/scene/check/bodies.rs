@@ -103,6 +103,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         ("box", body.rectangle.is_some()),
         ("capsule", body.capsule.is_some()),
         ("polygon", body.polygon.is_some()),
+        ("sector", body.sector.is_some()),
         ("polyline", body.polyline.is_some()),
     ]
     .into_iter()
@@ -113,7 +114,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         [] => {
             return Err(SceneError::Missing {
                 at: at.place(),
-                key: "disc, box, capsule, polygon or polyline".to_owned(),
+                key: "disc, box, capsule, polygon, sector or polyline".to_owned(),
             });
         }
         [first, second, ..] => {
@@ -125,6 +126,22 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     for (key, size) in [("box", body.rectangle), ("capsule", body.capsule)] {
         if let Some(size) = size {
             at.pair(key, size, SIZE)?;
+        }
+    }
+    if let Some([radius, thickness, angle]) = body.sector {
+        let at = at.key("sector");
+        for (key, value, most, text) in [
+            (0, radius, SIZE.most, SIZE.text),
+            (1, thickness, 1.98 * radius, "1e-6 to 1.98 of the radius"),
+            (2, angle, 3.0, "1e-6 to 3 rad"),
+        ] {
+            if !(1e-6..=most).contains(&value) {
+                return Err(SceneError::OutOfRange {
+                    at: at.index(key).place(),
+                    value: format!("{value:?}"),
+                    allowed: text.to_owned(),
+                });
+            }
         }
     }
     if body.closed.is_some() && body.polyline.is_none() {
@@ -234,8 +251,32 @@ fn check_repeat<'b>(
         at.pair("centre", ring.centre, PLACE)?;
         at.within("radius", ring.radius, range(0.0, 1e6, "0 to 1e6 m"))?;
         at.count("count", ring.count, 1, MOST_BODIES as u32)?;
+        if let Some(arc) = ring.arc {
+            at.pair("arc", arc, ANGLE)?;
+            let span = arc[1] - arc[0];
+            if !(span > 0.0 && span <= std::f64::consts::TAU) {
+                return Err(SceneError::OutOfRange {
+                    at: at.key("arc").place(),
+                    value: format!("{arc:?}"),
+                    allowed: "[from, to] with from < to, at most a whole turn".to_owned(),
+                });
+            }
+        }
     } else {
         check_grid(at, repeat)?;
+    }
+    if let Some(pin) = repeat.pin {
+        at.pair("pin", pin, PLACE)?;
+        let grid = repeat.count.as_ref().is_some_and(|count| count.len() > 1);
+        let problem = match template.kind {
+            _ if grid => "a pin ties the copies of a row or ring, not of a grid",
+            BodyKind::Dynamic if copies(repeat) > 1 => "",
+            BodyKind::Dynamic => "a single copy has no neighbour to tie",
+            _ => "the copies are not dynamic: the pin has no effect",
+        };
+        if !problem.is_empty() {
+            return Err(at.key("pin").conflict(problem));
+        }
     }
     at.within("jitter", repeat.jitter, range(0.0, 1e6, "0 to 1e6 m"))?;
     at.within(
