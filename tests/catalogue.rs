@@ -101,7 +101,9 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             assert!(imbalance <= 1e-11 * scale + 1e-15, "{what}: {imbalance}");
             total = Some(now);
         }
-        assert!(met > 0, "{}: nothing touched in {steps} steps", scene.name);
+        // pendulums meet nothing: they hang on their pins
+        let idle = met == 0 && scene.joints.is_empty();
+        assert!(!idle, "{}: nothing touched in {steps} steps", scene.name);
     }
 }
 

@@ -96,14 +96,26 @@ const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,prec
                        value,unit,reference,seconds_per_simulated_second,spread,verdict,mode";
 
 /// Scenes of the catalogue that are bodies; the two of the thresher run on models of their own.
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 22] = [
     "sliding-block",
     "incline",
+    "conveyor",
     "spinning-disc",
     "bouncing-ball",
     "two-balls",
+    "touching-balls",
     "cradle",
+    "elastic-gas",
     "beam",
+    "three-discs",
+    "ladder",
+    "block-on-slope",
+    "wedge",
+    "arch",
+    "capstan",
+    "rocking-block",
+    "pendulum",
+    "double-pendulum",
     "pyramid",
     "tower",
     "drum",

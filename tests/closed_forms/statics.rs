@@ -1,6 +1,8 @@
 //! Supports, contact forces, and what holds.
 
 use crate::common::{load, run};
+use moreau2d::contact::Vec2;
+use moreau2d::experiment::{Engine, simulate};
 
 /// On `f32` shapes every gate on a place adds this part of the body's size.
 const SINGLE: f64 = 3e-7;
@@ -110,21 +112,25 @@ fn a_belt_on_a_drum_multiplies_its_tension() {
 }
 
 /// A minute: what each step adds, however little, would add up.
+///
+/// It does not: the first solves leave their tolerance times the 0.16 m/s of a free step, for a few
+/// steps of a row of ten boxes, and then nothing grows. So 1e-9 m takes a tolerance of 1e-10 (found:
+/// 1.2e-10 m); the default of 1e-8 keeps 1.3e-8 m.
 #[test]
 fn a_tower_of_ten_stands_a_minute_without_leaning() {
-    let scene = load("tower", &["step.time=60"]);
-    let run = run(&scene);
-    assert_eq!(run.totals.steps, 3600);
-    assert_eq!(run.totals.unsolved_islands, 0);
-    for (body, &id) in scene.bodies.iter().zip(&run.built.bodies) {
-        let pose = run.built.simulation.pose(id).unwrap();
-        let lean = (pose.translation.x - body.position[0]).abs();
-        let sink = (pose.translation.y - body.position[1]).abs();
-        assert!(
-            lean <= 1e-9 && pose.angle().abs() <= 1e-9,
-            "{}: {lean} m",
-            body.name
-        );
-        assert!(sink <= 1e-9, "{}: {sink} m", body.name);
+    for (tolerance, gate) in [("1e-10", 1e-9), ("1e-8", 1e-7)] {
+        let scene = load("tower", &[&format!("step.tolerance={tolerance}")]);
+        let mut built = scene.build().unwrap();
+        let mut worst = 0.0f64;
+        let totals = simulate(&mut built, Engine::Moreau, 3600, |_, built| {
+            for (body, &id) in scene.bodies.iter().zip(&built.bodies) {
+                let pose = Engine::Moreau.state(built, id).unwrap().0;
+                let moved = (pose.translation - Vec2::from(body.position)).amax();
+                worst = worst.max(moved).max(pose.angle().abs());
+            }
+            Ok(())
+        });
+        assert_eq!(totals.unwrap().unsolved_islands, 0);
+        assert!(worst <= gate, "tolerance {tolerance}: {worst} m");
     }
 }
