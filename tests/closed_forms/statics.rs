@@ -1,6 +1,6 @@
 //! Supports, contact forces, and what holds.
 
-use crate::common::{load, run};
+use crate::common::{load, run, run_steps};
 use moreau2d::contact::Vec2;
 use moreau2d::experiment::{Engine, simulate};
 
@@ -88,6 +88,30 @@ fn a_block_on_a_slope_does_what_comes_first() {
     assert!(slides.error("tilt") <= 1e-9);
     let holds = run(&load("block-on-slope", &["slope=0.396", "friction=0.4"]));
     assert!(holds.error("creep") <= 1e-9);
+}
+
+/// The limit of this arch by the linear programme, found by bisection on what the reference says of
+/// a scene run for one step; Milankovitch's 0.1075 is that of infinitely many voussoirs.
+#[test]
+fn an_arch_stands_if_its_thrust_can_stay_inside() {
+    let key = "body.voussoir.sector.1";
+    let must_stand = |t: f64| {
+        let scene = load("arch", &[&format!("{key}={t:?}")]);
+        run_steps(&scene, 1).measures[0].name == "creep"
+    };
+    let (mut falls, mut stands) = (0.09, 0.12);
+    while stands - falls > 1e-6 {
+        let middle = 0.5 * (falls + stands);
+        if must_stand(middle) {
+            stands = middle;
+        } else {
+            falls = middle;
+        }
+    }
+    // an arch of 27 has fewer places to open
+    assert!(stands > 0.105 && stands < 0.1075, "{stands}");
+    // corners are rounded to f32
+    assert_verdict("arch", key, stands, [0.98, 1.02], 1e-9 + SINGLE);
 }
 
 /// `T₂/T₁ → exp(μ φ)`, at second order in the angle of a link: what is left at 64 links is the
