@@ -346,6 +346,31 @@ fn flags_change_the_run() {
 }
 
 #[test]
+fn a_step_too_long_is_a_warning_and_no_error() {
+    let place = Place::new();
+    place.write("ball.toml", BALL);
+    for command in [&["run"][..], &["compare", "--repeats", "1"]] {
+        let mut args = command.to_vec();
+        args.extend(["ball.toml", "--steps", "3", "--dt", "0.1", "--out", "r"]);
+        args.extend(["--set", "material.steel.stiffness=1e6"]);
+        let ended = place.run(&args);
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        assert!(
+            ended.err.starts_with("warning: step.dt = 0.1 s"),
+            "{}",
+            ended.err
+        );
+        assert!(ended.err.contains("would do"), "{}", ended.err);
+        let summary = fs::read_to_string(place.path("r/summary.json")).unwrap();
+        let summary: Value = serde_json::from_str(&summary).unwrap();
+        let told = summary["warnings"][0].as_str().unwrap();
+        assert!(ended.err.contains(told), "{told}");
+        args.push("--quiet");
+        assert_eq!(place.run(&args).err, "");
+    }
+}
+
+#[test]
 fn quiet_prints_nothing_and_json_prints_json_alone() {
     let place = Place::new();
     for args in [

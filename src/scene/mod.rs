@@ -41,6 +41,7 @@ pub mod study;
 pub mod thresher;
 pub mod threshing;
 mod threshing_shapes;
+mod time_scales;
 
 pub use build::Built;
 pub use catalogue::{Listing, load, scenes};

@@ -4,6 +4,7 @@ mod content;
 mod contradictions;
 mod errors;
 mod mangled;
+mod warnings;
 
 use super::*;
 
