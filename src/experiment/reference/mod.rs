@@ -5,7 +5,8 @@
 //! move, or how far what must is from having moved.
 
 mod impact;
-mod pivots;
+mod joints;
+mod rocking;
 mod samples;
 mod sliding;
 mod statics;
@@ -97,8 +98,8 @@ pub fn measures(scene: &Scene, samples: &Samples) -> Vec<Measure> {
         ClosedForm::Wedge => statics::wedge,
         ClosedForm::Arch => statics::arch,
         ClosedForm::Capstan => statics::capstan,
-        ClosedForm::RockingBlock => pivots::rocking_block,
-        ClosedForm::Pendulum => pivots::pendulum,
+        ClosedForm::RockingBlock => rocking::rocking_block,
+        ClosedForm::Pendulum => joints::pendulum,
     };
     measures(scene, samples)
 }
