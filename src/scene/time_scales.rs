@@ -21,7 +21,7 @@ impl Scene {
     ///
     /// ```text
     /// compliant contact    T = π √(m_eff/k)          the time of an impact without damping
-    /// body that spins      T = 2 π/|ω|               a disc looks the same at every angle
+    /// body that spins      T = 2 π/|ω|               a disc without a joint looks always the same
     /// spring of a joint    T = 2 π √(I_eff/k)
     /// ```
     ///
@@ -97,11 +97,19 @@ impl Scene {
     }
 
     fn fastest_spin(&self) -> Option<Motion> {
-        let turns = |body: &&Body| !matches!(body.shape, Shape::Disc { .. }) && body.spin != 0.0;
-        let fastest = self.bodies.iter().filter(turns);
+        let mut turns: Vec<bool> = self
+            .bodies
+            .iter()
+            .map(|body| !matches!(body.shape, Shape::Disc { .. }))
+            .collect();
+        for body in self.joints.iter().flat_map(|joint| joint.bodies) {
+            body.into_iter().for_each(|k| turns[k] = true);
+        }
+        let fastest = self.bodies.iter().zip(turns);
         fastest
-            .max_by(|a, b| a.spin.abs().total_cmp(&b.spin.abs()))
-            .map(|body| Motion {
+            .filter(|(body, turns)| *turns && body.spin != 0.0)
+            .max_by(|(a, _), (b, _)| a.spin.abs().total_cmp(&b.spin.abs()))
+            .map(|(body, _)| Motion {
                 what: format!("the spin of {}", body.name),
                 period: TAU / body.spin.abs(),
             })

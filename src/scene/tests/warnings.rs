@@ -39,9 +39,11 @@ fn spinning_bodies_need_twenty_steps_a_turn() {
     let spin = BALL.replacen("disc = 0.5", "box = [1, 2]\nspin = -40", 1);
     assert_warns(&spin, &[], &["the spin of ball: its period of 1.571e-1 s"]);
     assert_warns(&spin, &["step.dt=7.85e-3"], &[]);
-    // a disc looks the same at every angle
+    // a disc looks the same at every angle, unless it turns about a pin
     let disc = BALL.replacen("disc = 0.5", "disc = 0.5\nspin = -40", 1);
     assert_warns(&disc, &[], &[]);
+    let pin = "[[joint]]\nkind = \"revolute\"\nbodies = [\"ball\", \"world\"]\nat = [0, 2]\n";
+    assert_warns(&format!("{disc}{pin}"), &[], &["the spin of ball"]);
 }
 
 #[test]
