@@ -276,8 +276,10 @@ fn compare_sets_engines_side_by_side() {
         assert!(rows.iter().any(|r| r[2] == engine), "{engine}");
         assert!(ended.out.contains(engine));
     }
-    // the scene's closed form is measured for each of them
-    assert_eq!(rows.iter().filter(|r| r[9] == "acceleration").count(), 3);
+    // the scene's closed form is measured at every point, more in tests/compare.rs
+    let count = |measure| rows.iter().filter(|r| r[9] == measure).count();
+    assert!(count("acceleration") > 3);
+    assert_eq!(count("acceleration"), count("penetration"));
 }
 
 #[test]

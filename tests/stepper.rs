@@ -6,8 +6,8 @@ use common::{Random, load, run_steps};
 use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactStatus, StepRecord};
 use moreau2d::dynamics::{
-    ContactKey, ContactPoint, Detection, ModelError, MoreauStepper, MultibodyModel, NormalLaw,
-    Rotor, RotorContact, Scheme, StepperSettings,
+    Configuration, ContactKey, ContactPoint, Detection, ModelError, MoreauStepper, MultibodyModel,
+    NormalLaw, Rotor, RotorContact, Scheme, StepperSettings,
 };
 use moreau2d::rapier::{BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
 
@@ -33,8 +33,10 @@ impl MultibodyModel for Cluster {
         out.copy_from_slice(&self.forces);
     }
     fn shift(&mut self, _body: usize, _velocity: &Vec3, _dt: f64) {}
-    fn mark(&mut self) {}
-    fn reset(&mut self, _body: usize) {}
+    fn configuration(&self, _body: usize) -> Configuration {
+        [0.0; 4]
+    }
+    fn set_configuration(&mut self, _body: usize, _configuration: &Configuration) {}
     fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         out.contacts.extend_from_slice(&self.contacts);
         Ok(())
@@ -328,6 +330,7 @@ fn redundant_contacts_are_flagged_and_only_they() {
             scheme: Scheme::Moreau,
             solver: solver.to_owned(),
             tolerance: 1e-8,
+            ..StepperSettings::default()
         })
         .unwrap();
         let record = stepper.step(&mut rotor, 1e-3).unwrap();

@@ -1,77 +1,110 @@
+use super::compare_table::table;
 use super::{CompareArgs, Outcome, print_out, summary};
-use crate::experiment::{self, Engine, RunError};
-use crate::report::{Align, CsvFile, OutputFolder, Progress, Table, number, quantity};
+use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
+use crate::report::{
+    Chart, CsvFile, OutputFolder, Progress, ResultRow, Row, convergence, energy, panels, read_rows,
+    work_precision,
+};
+use crate::scene::{Scene, Scheme};
 use serde_json::json;
 
 pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
-    let scene = args.common.load()?;
+    let mut scene = args.common.load()?;
     if scene.study.is_some() || scene.thresher.is_some() {
         return Err(RunError::Unfit(format!(
             "scene {}: a wear scene is not compared with rapier, which gives no slip; use `run`",
             scene.name
         )));
     }
+    // every step length of the comparison covers the same time
+    if let Some(steps) = args.common.steps {
+        scene.step.time = f64::from(steps) * scene.step.dt;
+    }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
-    let engines: Vec<Engine> = Engine::ALL.iter().map(|(_, engine)| *engine).collect();
-    let steps = args.common.step_count(&scene);
+    let comparison = Comparison {
+        schemes: schemes(args, &scene),
+        ladder: args.ladder,
+        sweep: !args.no_sweep,
+    };
+    let settings = comparison.settings(&scene.step);
+    let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
-    let total = steps * engines.len() * repeats;
-    let progress = Progress::new(&scene.name, total as u64, args.common.quiet);
-    let comparison = experiment::compare(&scene, &engines, steps, repeats, &progress)?;
+    let progress = Progress::new(&scene.name, (steps * repeats) as u64, args.common.quiet);
+    let results = run_settings(&scene, &settings, repeats, &progress)?;
     drop(progress);
     let mut file = CsvFile::create(&folder)?;
-    for row in &comparison.rows {
+    for row in &results.rows {
         file.write(row)?;
     }
     file.finish()?;
-    let more = json!({ "rows": comparison.rows.len(), "repeats": repeats });
+    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let pictures = draw(&folder, &rows, args.ladder)?;
+    let more = json!({
+        "rows": rows.len(),
+        "points": settings.len(),
+        "repeats": repeats,
+        "pictures": pictures,
+        "warnings": results.notes,
+    });
     let text = summary::write(&folder, summary::header("compare", &scene), more)?;
     let target = folder.commit()?;
     if args.common.json {
         print_out(&text);
     } else if !args.common.quiet {
+        let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
+        let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
         let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&table(&comparison, &engines));
-        out.push_str(&format!("results in {}\n", target.display()));
+        out.push_str(&table(&rows, &columns, Engine::RapierStiff.name()));
+        for note in &results.notes {
+            out.push_str(&format!("note: {note}\n"));
+        }
+        out.push_str(&format!(
+            "results.csv{} in {}\n",
+            pictures
+                .iter()
+                .map(|p| format!(", {p}"))
+                .collect::<String>(),
+            target.display()
+        ));
         print_out(&out);
     }
     Ok(Outcome::Done)
 }
 
-/// One line a measure, one column an engine.
-fn table(comparison: &experiment::Comparison, engines: &[Engine]) -> String {
-    let mut head = vec![("measure (less is better)", Align::Left)];
-    head.extend(engines.iter().map(|e| (e.name(), Align::Right)));
-    let mut table = Table::new(head);
-    let mut measures: Vec<(&str, &str)> = Vec::new();
-    for row in &comparison.rows {
-        if !measures.iter().any(|(m, _)| *m == row.measure) {
-            measures.push((&row.measure, &row.unit));
+/// What flags ask for, else the scene's own scheme first and then the others.
+fn schemes(args: &CompareArgs, scene: &Scene) -> Vec<(Scheme, bool)> {
+    let own = (scene.step.scheme, scene.step.events);
+    if args.common.scheme.is_some() || args.common.events {
+        return vec![own];
+    }
+    let all = [
+        (Scheme::Staggered, false),
+        (Scheme::Staggered, true),
+        (Scheme::Moreau, false),
+    ];
+    let others = all.into_iter().filter(|other| *other != own);
+    std::iter::once(own).chain(others).collect()
+}
+
+/// Writes the pictures that have something to show, and gives their names.
+fn draw(
+    folder: &OutputFolder,
+    rows: &[ResultRow],
+    ladder: bool,
+) -> Result<Vec<&'static str>, RunError> {
+    type Draw = fn(&[ResultRow]) -> Vec<Chart>;
+    let all: [(&str, Draw); 3] = [
+        ("work-precision.svg", work_precision),
+        ("convergence.svg", convergence),
+        ("energy.svg", energy),
+    ];
+    let mut written = Vec::new();
+    for (name, draw) in &all[..if ladder { 3 } else { 1 }] {
+        let charts = draw(rows);
+        if !charts.is_empty() {
+            folder.write(name, panels(&charts)?)?;
+            written.push(*name);
         }
     }
-    for (measure, unit) in measures {
-        let unit = if unit == "1" || unit.is_empty() {
-            String::new()
-        } else {
-            format!(" [{unit}]")
-        };
-        let mut cells = vec![format!("{measure}{unit}")];
-        for engine in engines {
-            let row = comparison
-                .rows
-                .iter()
-                .find(|r| r.engine == engine.name() && r.measure == measure);
-            cells.push(row.map_or("-".to_owned(), |r| number(r.value, 3)));
-        }
-        table.push(cells);
-    }
-    let mut cells = vec!["time per simulated second".to_owned()];
-    for engine in engines {
-        let time = comparison.engines.iter().find(|e| e.0 == engine.name());
-        cells.push(time.map_or("-".to_owned(), |t| {
-            format!("{} ± {} %", quantity(t.2, "s", 3), number(100.0 * t.3, 2))
-        }));
-    }
-    table.push(cells);
-    format!("{table}")
+    Ok(written)
 }

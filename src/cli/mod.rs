@@ -1,13 +1,14 @@
 //! The program: parse, call, print.
 
 mod compare;
+mod compare_table;
 mod run;
 mod run_files;
 mod run_study;
 mod run_threshing;
 mod summary;
 
-use crate::experiment::{Engine, RunError};
+use crate::experiment::{Engine, RunError, step_count};
 use crate::scene::{self, Scene, SceneError};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -27,7 +28,7 @@ enum Command {
     Scenes,
     /// Simulate a scene; wear it if the scene has any.
     Run(RunArgs),
-    /// Step a scene with our solver and with rapier's, and compare.
+    /// Step a scene with our solver and with rapier's, and set accuracy against speed.
     Compare(CompareArgs),
 }
 
@@ -59,6 +60,9 @@ struct Common {
     /// Time-stepping scheme: staggered or moreau.
     #[arg(long, value_name = "NAME")]
     scheme: Option<String>,
+    /// Locate impacts in time inside the steps.
+    #[arg(long)]
+    events: bool,
     /// Impulse solver: auto, enumeration, nsgs, direct or lemke.
     #[arg(long, value_name = "NAME")]
     solver: Option<String>,
@@ -94,10 +98,18 @@ struct RunArgs {
 struct CompareArgs {
     #[command(flatten)]
     common: Common,
-    /// Runs of each engine, interleaved; times are medians.
+    /// Runs of each point, interleaved; times are medians.
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
+    /// Six step lengths in place of three, and pictures of error and energy against them:
+    /// 1/30 to 1/1000 s, or twice to a sixteenth of a scene's step that is not 1/60 s.
+    #[arg(long)]
+    ladder: bool,
+    /// rapier in its default and its stiff preset only, without the sweep of its settings: for
+    /// scenes that take long.
+    #[arg(long)]
+    no_sweep: bool,
 }
 
 impl RunArgs {
@@ -144,6 +156,9 @@ impl Common {
                 flags.push(format!("{key}={value}"));
             }
         }
+        if self.events {
+            flags.push("step.events=true".to_owned());
+        }
         for (key, value) in [("step.scheme", &self.scheme), ("step.solver", &self.solver)] {
             if let Some(value) = value {
                 flags.push(format!("{key}=\"{}\"", value.escape_default()));
@@ -165,8 +180,7 @@ impl Common {
     fn step_count(&self, scene: &Scene) -> usize {
         self.steps
             .map(|n| n as usize)
-            // a time that is a whole number of steps up to rounding is that many steps
-            .unwrap_or_else(|| (scene.step.time / scene.step.dt * (1.0 - 1e-12)).ceil() as usize)
+            .unwrap_or_else(|| step_count(&scene.step))
     }
 
     fn folder(&self, scene: &Scene) -> PathBuf {

@@ -59,8 +59,7 @@ impl RunFiles {
         }
         self.steps.write(&StepRow::from(record))?;
         for contact in &record.contacts {
-            self.contacts
-                .write(&ContactRow::new(record.time, contact))?;
+            self.contacts.write(&ContactRow::new(contact))?;
         }
         self.add_bodies(record.time, states())
     }

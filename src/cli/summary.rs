@@ -22,7 +22,10 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
         "settings": {
             "dt_s": float(scene.step.dt),
             "time_s": float(scene.step.time),
-            "scheme": scene.step.stepper().scheme.name(),
+            "scheme": scene.step.scheme.name(),
+            "events": scene.step.events,
+            "impact_law": scene.step.impact_law.name(),
+            "recovery": scene.step.recovery,
             "solver": scene.step.solver,
             "tolerance": float(scene.step.tolerance),
         },
@@ -44,6 +47,9 @@ pub(super) fn totals(t: &Totals) -> Value {
         "redundant_steps": t.redundant_steps,
         "capped_islands": t.capped,
         "relaxed_islands": t.relaxed,
+        "events": t.events,
+        "still_recovering_pairs": t.recovering,
+        "impact_gain_j": float(t.impact_gain),
         "worst_residual": float(t.residual),
         "worst_residual_velocity_m_s": float(t.residual_velocity),
         "worst_penetration_m": float(t.penetration),
@@ -117,6 +123,19 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
         out.push(format!(
             "{} times penetrations could not be pushed out without contradiction",
             t.relaxed
+        ));
+    }
+    if t.recovering > 0 {
+        out.push(format!(
+            "{} pairs that started overlapped are overlapped still",
+            t.recovering
+        ));
+    }
+    // round-off of the cap is no news
+    if t.impact_gain > 1e-9 * t.kinetic_most {
+        out.push(format!(
+            "impacts added {} J of energy: impact_law = \"capped\" would not",
+            number(t.impact_gain, 3)
         ));
     }
     out

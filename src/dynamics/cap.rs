@@ -53,27 +53,14 @@ pub(super) fn cap(
             capped: false,
         };
     }
-    let end = |p: &[Vec2], problem: &ContactProblem, free: &dyn Fn(usize) -> Vec2| {
-        let mut gamma = problem.operator.apply(p);
-        for (i, g) in gamma.iter_mut().enumerate() {
-            *g += problem.free[i] - free(i);
-        }
-        gamma
-    };
-    let work = |p: &[Vec2], gamma: &[Vec2]| -> f64 {
-        (0..p.len())
-            .filter(|&i| blocks[i].rigid)
-            .map(|i| 0.5 * p[i].dot(&(blocks[i].gamma_a + gamma[i])))
-            .sum()
-    };
     let first = impulses.to_vec();
-    let gamma_1 = end(&first, problem, &|i| blocks[i].free);
+    let gamma_1 = end_velocity(problem, &first, |i| blocks[i].free);
     let scale: f64 = (0..first.len())
         .filter(|&i| blocks[i].rigid)
         .map(|i| 0.5 * first[i].norm_squared() * problem.operator.diagonal(i).trace())
         .sum();
     let allowed = if impact { 1e-13 } else { 0.02 } * scale;
-    if work(&first, &gamma_1) <= allowed {
+    if work_of(blocks, &first, &gamma_1) <= allowed {
         return Capped {
             report,
             capped: false,
@@ -92,7 +79,7 @@ pub(super) fn cap(
     }
     let mut zero = vec![Vec2::zeros(); first.len()];
     let second = solver.solve(&plain, &mut zero, tolerance);
-    let gamma_0 = end(&zero, &plain, &calm);
+    let gamma_0 = end_velocity(&plain, &zero, calm);
     let at = |s: f64| {
         let p: Vec<Vec2> = zero.iter().zip(&first).map(|(a, b)| a.lerp(b, s)).collect();
         let g: Vec<Vec2> = gamma_0
@@ -100,7 +87,7 @@ pub(super) fn cap(
             .zip(&gamma_1)
             .map(|(a, b)| a.lerp(b, s))
             .collect();
-        (work(&p, &g), p)
+        (work_of(blocks, &p, &g), p)
     };
     let share = largest_share([at(0.0).0, at(0.5).0, at(1.0).0]);
     impulses.copy_from_slice(&at(share).1);
@@ -114,6 +101,33 @@ pub(super) fn cap(
         report,
         capped: true,
     }
+}
+
+/// `γ_E = G P + b − free` of every block.
+fn end_velocity(
+    problem: &ContactProblem,
+    impulses: &[Vec2],
+    free: impl Fn(usize) -> Vec2,
+) -> Vec<Vec2> {
+    let mut gamma = problem.operator.apply(impulses);
+    for (i, g) in gamma.iter_mut().enumerate() {
+        *g += problem.free[i] - free(i);
+    }
+    gamma
+}
+
+/// `W` of equation (1) of [`cap`] \[J\].
+fn work_of(blocks: &[CapBlock], impulses: &[Vec2], gamma_end: &[Vec2]) -> f64 {
+    (0..impulses.len())
+        .filter(|&i| blocks[i].rigid)
+        .map(|i| 0.5 * impulses[i].dot(&(blocks[i].gamma_a + gamma_end[i])))
+        .sum()
+}
+
+/// Energy \[J\] that the rigid contacts of an island add by these impulses.
+pub(super) fn work(problem: &ContactProblem, blocks: &[CapBlock], impulses: &[Vec2]) -> f64 {
+    let gamma = end_velocity(problem, impulses, |i| blocks[i].free);
+    work_of(blocks, impulses, &gamma)
 }
 
 /// Largest `s` in [0, 1] with `w(s) ≤ 0`, `w` the parabola through (0, ½, 1).

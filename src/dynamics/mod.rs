@@ -12,23 +12,28 @@
 //! What enters (4) for each contact is the [`Scheme`]: the published activation rule, or the
 //! staggered one, which is second order in persistent contact.
 
-mod blocks;
 mod cap;
+mod cluster;
+mod events;
 mod islands;
 mod model;
 mod outcome;
 mod pose;
 pub mod record;
+mod recovery;
 mod rotor;
 mod rules;
+mod solve;
+mod stage;
 mod stepper;
 mod visco_elastic;
 
 pub use model::{
-    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
+    MultibodyModel, NormalLaw,
 };
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
-pub use rules::Scheme;
+pub use rules::{ImpactLaw, Scheme};
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

@@ -1,109 +1,114 @@
 //! What a step did: energy, contacts, what is remembered, and whether a solve can be believed.
 
-use super::blocks::{Memory, Scratch, Source};
-use super::model::{ContactKey, Detection, JointKind, NormalLaw};
+use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, StepRecord};
+use super::stage::{Memories, Memory, Source, Stage};
 use crate::contact::{ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use crate::solver::SolveReport;
-use std::collections::HashMap;
 
-/// Energy, contacts and memory from the impulses and both velocities.
-pub(super) fn fill_record(
-    s: &Scratch,
-    detection: &Detection,
+/// Adds work, contacts and memory of those blocks of a stage that `used` keeps.
+pub(super) fn record_stage(
+    stage: &Stage,
+    used: impl Fn(usize) -> bool,
     inverse_mass: &[Vec3],
-    dt: f64,
+    time: f64,
     record: &mut StepRecord,
-    memory: &mut HashMap<ContactKey, Memory>,
+    memory: &mut Memories,
 ) {
-    let energy = &mut record.energy;
-    energy.kinetic_start = kinetic(&s.start, inverse_mass);
-    energy.kinetic_end = kinetic(&s.end, inverse_mass);
-    let mean: Vec<Vec3> = s
-        .start
-        .iter()
-        .zip(&s.end)
-        .map(|(a, e)| 0.5 * (a + e))
-        .collect();
-    energy.forces = forces_work(&s.forces, &mean, inverse_mass, dt);
-    memory.clear();
-    for (i, (block, &p)) in s.blocks.iter().zip(&s.impulses).enumerate() {
-        let own = mobile_velocity(&block.rows, &mean, inverse_mass);
+    let mean = |k: usize| 0.5 * (stage.start[k] + stage.end[k]);
+    for (i, (block, &p)) in stage.blocks.iter().zip(&stage.impulses).enumerate() {
+        if !used(i) {
+            continue;
+        }
+        let own = mobile_velocity(&block.rows, mean, inverse_mass);
         match block.source {
             Source::Joint(index) => {
-                let joint = detection.joints[index];
+                let joint = &stage.detection.joints[index];
                 match joint.kind {
-                    JointKind::Pin { .. } => energy.joints += p.dot(&own),
-                    JointKind::Motor { .. } => energy.motors += p.x * own.x,
+                    JointKind::Pin { .. } => record.energy.joints += p.dot(&own),
+                    JointKind::Motor { .. } => record.energy.motors += p.x * own.x,
                 }
-                memory.insert(
-                    joint.key,
-                    Memory {
-                        impulse: p,
-                        dt,
-                        stuck: None,
-                    },
-                );
+                let kept = Memory {
+                    impulse: p,
+                    dt: stage.length,
+                    stuck: None,
+                };
+                memory.insert(joint.key, kept);
             }
             Source::Contact(index) => {
-                let contact = detection.contacts[index];
+                let contact = &stage.detection.contacts[index];
                 // the whole impulse, with the given load where friction alone was solved
-                let (impulse, mu) = match contact.law {
-                    NormalLaw::Load { force } => (Vec2::new(force * dt, p.x), contact.friction),
-                    _ => (p, contact.friction),
+                let impulse = match contact.law {
+                    NormalLaw::Load { force } => Vec2::new(force * stage.length, p.x),
+                    _ => p,
                 };
-                let work = mobile_velocity(&contact.rows, &mean, inverse_mass);
-                energy.contact_n += impulse.x * work.x;
-                energy.contact_t += impulse.y * work.y;
-                let surface = Vec2::new(0.0, contact.surface_velocity);
-                let gamma_e = contact.rows.velocity(&s.end) + surface;
-                let gamma_mean = contact.rows.velocity(&mean) + surface;
-                // the velocity that the friction law sees, within what the solve resolves:
-                // on the border of the cone a contact may stick, inside it it must
-                let added = block.free - s.gamma_free(i, detection);
-                let added = match contact.law {
-                    NormalLaw::Load { .. } => added.x,
-                    _ => added.y,
-                };
-                let sticks =
-                    mu > 0.0 && impulse.x > 0.0 && (gamma_e.y + added).abs() <= s.resolution[i];
-                let kept = Memory {
-                    impulse,
-                    dt,
-                    stuck: sticks.then_some(gamma_e.y),
-                };
+                let work = mobile_velocity(&contact.rows, mean, inverse_mass);
+                record.energy.contact_n += impulse.x * work.x;
+                record.energy.contact_t += impulse.y * work.y;
+                let kept = record_contact(stage, i, contact, impulse, time, record);
                 memory.insert(contact.key, kept);
-                if impulse.x > 0.0 || contact.gap <= 0.0 {
-                    let slip = if sticks && block.stuck_before {
-                        0.0
-                    } else {
-                        dt * gamma_mean.y
-                    };
-                    let slip_velocity = slip / dt;
-                    record.contacts.push(ContactRecord {
-                        bodies: contact.bodies,
-                        surfaces: contact.surfaces,
-                        cell: contact.cell,
-                        position: contact.position,
-                        normal: contact.normal,
-                        gap: contact.gap,
-                        impulse_n: impulse.x,
-                        impulse_t: impulse.y,
-                        slip,
-                        load_slip: impulse.x * slip_velocity.abs(),
-                        friction_work: -impulse.y * slip_velocity,
-                        normal_work: impulse.x * gamma_mean.x,
-                        status: status(impulse.x, block.impact, sticks, gamma_e.y),
-                    });
-                }
-                if !block.impact {
-                    let end_gap = contact.gap + 0.5 * dt * gamma_e.x;
-                    record.penetration = record.penetration.max(-end_gap);
-                } else {
-                    record.penetration_impact = record.penetration_impact.max(-contact.gap);
-                }
             }
         }
+    }
+}
+
+/// Writes what a contact did, and says what is to be remembered of it.
+fn record_contact(
+    stage: &Stage,
+    i: usize,
+    contact: &ContactPoint,
+    impulse: Vec2,
+    time: f64,
+    record: &mut StepRecord,
+) -> Memory {
+    let block = &stage.blocks[i];
+    let surface = Vec2::new(0.0, contact.surface_velocity);
+    let gamma_e = contact.rows.velocity(&stage.end) + surface;
+    let gamma_mean = 0.5 * (contact.rows.velocity(&stage.start) + surface + gamma_e);
+    // the velocity that the friction law sees, within what the solve resolves: on the border of
+    // the cone a contact may stick, inside it it must
+    let added = block.free - stage.gamma_free(i);
+    let added = match contact.law {
+        NormalLaw::Load { .. } => added.x,
+        _ => added.y,
+    };
+    let sticks = contact.friction > 0.0
+        && impulse.x > 0.0
+        && (gamma_e.y + added).abs() <= stage.resolution[i];
+    let instant = stage.length == 0.0;
+    if impulse.x > 0.0 || contact.gap <= 0.0 && !instant {
+        let slip_velocity = if sticks && block.stuck_before {
+            0.0
+        } else {
+            gamma_mean.y
+        };
+        record.contacts.push(ContactRecord {
+            time,
+            bodies: contact.bodies,
+            surfaces: contact.surfaces,
+            cell: contact.cell,
+            position: contact.position,
+            normal: contact.normal,
+            gap: contact.gap,
+            impulse_n: impulse.x,
+            impulse_t: impulse.y,
+            slip: stage.length * slip_velocity,
+            load_slip: impulse.x * slip_velocity.abs(),
+            friction_work: -impulse.y * slip_velocity,
+            normal_work: impulse.x * gamma_mean.x,
+            status: status(impulse.x, block.impact || instant, sticks, gamma_e.y),
+        });
+    }
+    if block.impact || instant {
+        record.penetration_impact = record.penetration_impact.max(-contact.gap);
+    } else if !stage.excused.contains(&contact.key.pair) {
+        let end_gap = contact.gap + 0.5 * stage.length * gamma_e.x;
+        record.penetration = record.penetration.max(-end_gap);
+    }
+    Memory {
+        impulse,
+        dt: stage.length,
+        stuck: sticks.then_some(gamma_e.y),
     }
 }
 
@@ -112,7 +117,7 @@ pub(super) fn fill_record(
 /// Where friction and restitution wedge bodies, impulses can grow until any residual is small
 /// beside them. What then stays open as a velocity is large beside the velocities that the bodies
 /// have, by a thousandth and more; a true solution misses them by the tolerance.
-pub(super) fn ran_away(report: &SolveReport, members: &[u32], s: &Scratch) -> bool {
+pub(super) fn ran_away(report: &SolveReport, members: &[u32], s: &Stage) -> bool {
     let open = report.residual.velocity;
     // [m/s], far below any motion that matters and far above round-off
     if open <= 1e-9 {
@@ -158,16 +163,8 @@ pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution:
     rows > coordinates
 }
 
-pub(super) fn count(record: &mut StepRecord, report: &SolveReport) {
-    record.sweeps += report.sweeps;
-    record.factorisations += report.factorisations;
-    record.pivots += report.pivots;
-    record.unsolved += usize::from(!report.solved());
-    record.residual = record.residual.max(report.residual.relative);
-    record.residual_velocity = record.residual_velocity.max(report.residual.velocity);
-}
-
-fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
+/// `T` \[J\] of everything movable.
+pub(super) fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
     velocities
         .iter()
         .zip(inverse_mass)
@@ -180,26 +177,29 @@ fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
         .sum()
 }
 
-fn forces_work(forces: &[Vec3], mean: &[Vec3], inverse_mass: &[Vec3], dt: f64) -> f64 {
-    (0..forces.len())
+/// Work \[J\] of a stage's forces on the bodies that `of` names.
+pub(super) fn forces_work(stage: &Stage, inverse_mass: &[Vec3], of: impl Fn(usize) -> bool) -> f64 {
+    (0..stage.forces.len())
+        .filter(|&k| of(k))
         .map(|k| {
+            let mean = 0.5 * (stage.start[k] + stage.end[k]);
             (0..3)
                 .filter(|&i| inverse_mass[k][i] > 0.0)
-                .map(|i| dt * forces[k][i] * mean[k][i])
+                .map(|i| stage.length * stage.forces[k][i] * mean[i])
                 .sum::<f64>()
         })
         .sum()
 }
 
 /// `W ū` over the coordinates that can move: impulses do no work on what moves on its own.
-fn mobile_velocity(rows: &Rows, mean: &[Vec3], inverse_mass: &[Vec3]) -> Vec2 {
+fn mobile_velocity(rows: &Rows, mean: impl Fn(usize) -> Vec3, inverse_mass: &[Vec3]) -> Vec2 {
     let mut gamma = Vec2::zeros();
     for side in 0..2 {
         if rows.bodies[side] == NO_BODY {
             continue;
         }
         let body = rows.bodies[side] as usize;
-        let u = mean[body].zip_map(&inverse_mass[body], |v, w| if w > 0.0 { v } else { 0.0 });
+        let u = mean(body).zip_map(&inverse_mass[body], |v, w| if w > 0.0 { v } else { 0.0 });
         gamma.x += rows.jacobian[side][0].dot(&u);
         gamma.y += rows.jacobian[side][1].dot(&u);
     }

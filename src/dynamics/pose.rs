@@ -1,3 +1,4 @@
+use super::model::Configuration;
 use crate::contact::{Vec2, Vec3};
 
 /// A planar rigid motion in `f64`: rotation by (cos, sin), then translation \[m\].
@@ -67,5 +68,19 @@ impl Pose64 {
         let scale = 1.5 - 0.5 * (c * c + s * s);
         (self.cos, self.sin) = (c * scale, s * scale);
         self.translation = world - self.rotate(center);
+    }
+
+    /// As four numbers, for [`super::MultibodyModel::configuration`].
+    pub(crate) fn numbers(&self) -> Configuration {
+        [self.translation.x, self.translation.y, self.cos, self.sin]
+    }
+
+    /// The pose of [`Pose64::numbers`].
+    pub(crate) fn from_numbers([x, y, cos, sin]: &Configuration) -> Self {
+        Pose64 {
+            translation: Vec2::new(*x, *y),
+            cos: *cos,
+            sin: *sin,
+        }
     }
 }

@@ -31,6 +31,9 @@ impl ContactStatus {
 /// One contact in one step. Signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactRecord {
+    /// When it acted \[s\]: the end of the step, of an impact located by events its instant. Of
+    /// the last of many ever smaller bounces, the instant at which they all are over.
+    pub time: f64,
     /// The model's number of each body; [`crate::contact::NO_BODY`] for the outside world.
     pub bodies: [u32; 2],
     /// The model's number of each surface: a body may have several.
@@ -110,6 +113,12 @@ pub struct StepRecord {
     /// Islands whose restitution was capped, and whose push-outs had to be dropped.
     pub capped: usize,
     pub relaxed: usize,
+    /// Impacts located in time inside the step.
+    pub events: usize,
+    /// Pairs that started overlapped and are still being moved apart.
+    pub recovering: usize,
+    /// Energy that rigid contacts added in impacts \[J\]: round-off under the capped law.
+    pub impact_gain: f64,
     pub energy: StepEnergy,
     /// Worst penetration \[m\] at the end of the step, carried there from the midpoint with the
     /// end velocity, contacts in an impact left out.
@@ -119,6 +128,30 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
+    /// Takes in what some of the bodies did by themselves in the same step.
+    pub(super) fn add(&mut self, part: &StepRecord) {
+        self.contacts.extend_from_slice(&part.contacts);
+        self.islands += part.islands;
+        self.sweeps += part.sweeps;
+        self.factorisations += part.factorisations;
+        self.pivots += part.pivots;
+        self.residual = self.residual.max(part.residual);
+        self.residual_velocity = self.residual_velocity.max(part.residual_velocity);
+        self.unsolved += part.unsolved;
+        self.redundant += part.redundant;
+        self.capped += part.capped;
+        self.relaxed += part.relaxed;
+        self.events += part.events;
+        self.impact_gain += part.impact_gain;
+        self.energy.forces += part.energy.forces;
+        self.energy.contact_n += part.energy.contact_n;
+        self.energy.contact_t += part.energy.contact_t;
+        self.energy.joints += part.energy.joints;
+        self.energy.motors += part.energy.motors;
+        self.penetration = self.penetration.max(part.penetration);
+        self.penetration_impact = self.penetration_impact.max(part.penetration_impact);
+    }
+
     /// Sum of `friction_work` over the contacts \[J\].
     pub fn friction_work(&self) -> f64 {
         self.contacts.iter().map(|c| c.friction_work).sum()

@@ -1,5 +1,6 @@
 use super::model::{
-    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
+    MultibodyModel, NormalLaw,
 };
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
@@ -51,7 +52,6 @@ pub struct Rotor {
     pub motor: Option<RotorMotor>,
     velocity: [Vec3; 1],
     inverse: [Vec3; 1],
-    marked: f64,
 }
 
 impl Rotor {
@@ -80,7 +80,6 @@ impl Rotor {
             motor: None,
             velocity: [Vec3::new(0.0, 0.0, speed)],
             inverse: [Vec3::new(0.0, 0.0, 1.0 / inertia)],
-            marked: angle,
         })
     }
 
@@ -127,12 +126,12 @@ impl MultibodyModel for Rotor {
         self.angle += velocity.z * dt;
     }
 
-    fn mark(&mut self) {
-        self.marked = self.angle;
+    fn configuration(&self, _body: usize) -> Configuration {
+        [self.angle, 0.0, 0.0, 0.0]
     }
 
-    fn reset(&mut self, _body: usize) {
-        self.angle = self.marked;
+    fn set_configuration(&mut self, _body: usize, configuration: &Configuration) {
+        self.angle = configuration[0];
     }
 
     fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {

@@ -1,10 +1,13 @@
 //! What each contact asks of the contact problem: activation, free term, law.
 
 use super::model::{ContactPoint, NormalLaw};
+use super::stage::Span;
 use crate::contact::{Law, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// How contacts enter a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Gap-aware rules on positions staggered at midpoints: order 2 in persistent contact.
     #[default]
@@ -34,15 +37,57 @@ impl Scheme {
     }
 }
 
+/// What impacts return, where several or frictional ones can invent energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ImpactLaw {
+    /// Newton's law, blended per island with the plastic one where it would add energy.
+    #[default]
+    Capped,
+    /// Newton's law as it stands, `γ_N⁺ = −e γ_N⁻`; what it adds is reported.
+    Newton,
+    /// One coefficient for both directions, `e_T = e_N`: never adds energy where all contacts of
+    /// an island share it, but reverses sliding.
+    Uniform,
+}
+
+impl ImpactLaw {
+    /// The name a user types.
+    pub fn name(self) -> &'static str {
+        match self {
+            ImpactLaw::Capped => "capped",
+            ImpactLaw::Newton => "newton",
+            ImpactLaw::Uniform => "uniform",
+        }
+    }
+}
+
+/// What decides how contacts enter a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Rules {
+    pub scheme: Scheme,
+    pub law: ImpactLaw,
+    /// Contacts that come in fast wait until they are located in time.
+    pub events: bool,
+}
+
+impl Rules {
+    /// Whether gaps and joint distances are closed, or left as the published rule leaves them.
+    pub fn corrects_gaps(&self) -> bool {
+        self.scheme == Scheme::Staggered
+    }
+}
+
 /// What is known of a contact when its rule is chosen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Situation {
-    pub dt: f64,
+    pub span: Span,
     /// Relative velocity at the start, and as if no contact acted \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// Reference acceleration \[m/s²\]: see [`reference_acceleration`].
+    /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
+    pub applied: f64,
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
     pub stuck: Option<f64>,
@@ -57,27 +102,37 @@ pub(super) struct Rule {
     pub impact: bool,
 }
 
-/// The rule of one contact under `scheme`, or `None` if it takes no part in this step.
+/// Whether a contact takes part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Choice {
+    Out,
+    /// Not yet: its impact is to be located in time first.
+    Wait,
+    In(Rule),
+}
+
+/// The rule of one contact.
 ///
 /// The free term returned is what is added to `γ_F`: `b = γ_F + free`.
-pub(super) fn rule(scheme: Scheme, contact: &ContactPoint, now: &Situation) -> Option<Rule> {
+pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Choice {
     let g = contact.gap.signum() * (contact.gap.abs() - contact.gap_noise).max(0.0);
     match contact.law {
-        NormalLaw::Rigid { restitution } => match scheme {
-            Scheme::Moreau => (contact.gap <= 0.0).then(|| Rule {
-                free: Vec2::new(restitution * now.gamma_a.x, 0.0),
+        NormalLaw::Rigid { restitution } => match rules.scheme {
+            Scheme::Moreau if contact.gap > 0.0 => Choice::Out,
+            Scheme::Moreau => Choice::In(Rule {
+                free: rebound(rules, restitution, now.gamma_a),
                 law: rigid(contact),
                 impact: restitution > 0.0 && now.gamma_a.x < 0.0,
             }),
-            Scheme::Staggered => staggered(contact, restitution, g, now),
+            Scheme::Staggered => staggered(rules, contact, restitution, g, now),
         },
         NormalLaw::ViscoElastic { stiffness, damping } => {
             visco_elastic(contact, stiffness, damping, now)
         }
         // only the friction row is left, bounded by what is given
         NormalLaw::Load { force } => {
-            let bound = contact.friction * force * now.dt;
-            Some(Rule {
+            let bound = contact.friction * force * now.span.length;
+            Choice::In(Rule {
                 free: Vec2::zeros(),
                 law: Law::Bounded {
                     lower: -bound,
@@ -87,6 +142,39 @@ pub(super) fn rule(scheme: Scheme, contact: &ContactPoint, now: &Situation) -> O
             })
         }
     }
+}
+
+/// The rule of a touching contact in an instant of impact: Newton's law with the coefficient
+/// `in_force` where it closes, its own where it opens.
+pub(super) fn impact_rule(
+    rules: &Rules,
+    contact: &ContactPoint,
+    gamma: Vec2,
+    in_force: f64,
+) -> Rule {
+    let own = match contact.law {
+        NormalLaw::Rigid { restitution } => restitution,
+        _ => 0.0,
+    };
+    let closing = gamma.x < 0.0;
+    Rule {
+        free: rebound(rules, if closing { in_force } else { own }, gamma),
+        law: rigid(contact),
+        impact: closing && in_force > 0.0,
+    }
+}
+
+/// `e γ_A`, in both directions under the uniform law.
+fn rebound(rules: &Rules, e: f64, gamma: Vec2) -> Vec2 {
+    match rules.law {
+        ImpactLaw::Uniform => e * gamma,
+        _ => Vec2::new(e * gamma.x, 0.0),
+    }
+}
+
+/// Half of the velocity that the reference acceleration gives in a step: slower rebounds are none.
+pub(super) fn rest_velocity(acceleration: f64, step: f64) -> f64 {
+    0.5 * acceleration * step
 }
 
 fn rigid(contact: &ContactPoint) -> Law {
@@ -110,35 +198,39 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// ```
 ///
 /// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
-fn staggered(contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Option<Rule> {
-    let (dt, closing) = (now.dt, -now.gamma_a.x);
-    let v_r = 0.5 * now.acceleration * dt;
-    let g_r = v_r * dt;
-    let smooth = (now.carried && g < g_r) || e * closing <= v_r;
-    let normal = if smooth {
-        if g >= 0.0 {
-            if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
-                return None;
-            }
-            g / dt
-        } else if e > 0.0 && closing < 0.0 {
-            -e * closing
-        } else if now.carried {
-            -(-g / dt).min(closing.max(0.0))
-        } else {
-            // what is deep at the midpoint came there in this very step: a landing, no rebound
-            0.0
+///
+/// With event location whatever is new and closes faster than `v_r/2` waits, landings included.
+fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
+    let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
+    let v_r = rest_velocity(now.acceleration, now.span.step);
+    let g_r = v_r * now.span.step;
+    let persists = now.carried && g < g_r;
+    if rules.events && !persists && closing > 0.5 * rest_velocity(now.applied, now.span.step) {
+        return Choice::Wait;
+    }
+    let smooth = persists || e * closing <= v_r;
+    let mut free = Vec2::zeros();
+    if !smooth {
+        if g + 0.5 * dt * now.gamma_f.x > 0.0 {
+            return Choice::Out;
         }
-    } else if g + 0.5 * dt * now.gamma_f.x <= 0.0 {
-        -e * closing
-    } else {
-        return None;
-    };
-    let tangential = now
-        .stuck
-        .map_or(0.0, |previous| -0.5 * (previous - now.gamma_a.y));
-    Some(Rule {
-        free: Vec2::new(normal, tangential),
+        free = rebound(rules, e, now.gamma_a);
+    } else if g >= 0.0 {
+        if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
+            return Choice::Out;
+        }
+        free.x = g / dt;
+    } else if e > 0.0 && closing < 0.0 {
+        free.x = -e * closing;
+    } else if now.carried {
+        free.x = -(-g / dt).min(closing.max(0.0));
+    }
+    // what is else deep at the midpoint came there in this very step: a landing, no rebound
+    if let (true, Some(previous)) = (smooth, now.stuck) {
+        free.y = -0.5 * (previous - now.gamma_a.y);
+    }
+    Choice::In(Rule {
+        free,
         law: rigid(contact),
         impact: !smooth,
     })
@@ -149,23 +241,18 @@ fn staggered(contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Option<
 ///
 /// Active iff `g ≤ 0` or `g + Δt γ_F ≤ 0`; damping acts only at `g ≤ 0`, else it would push
 /// before the surfaces touch. The gap is used as it is: a dead band would be a lost force.
-fn visco_elastic(
-    contact: &ContactPoint,
-    stiffness: f64,
-    damping: f64,
-    now: &Situation,
-) -> Option<Rule> {
-    let g = contact.gap;
-    if g > 0.0 && g + now.dt * now.gamma_f.x > 0.0 {
-        return None;
+fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Situation) -> Choice {
+    let (g, dt) = (contact.gap, now.span.length);
+    if g > 0.0 && g + dt * now.gamma_f.x > 0.0 {
+        return Choice::Out;
     }
     let damping = if g <= 0.0 { damping } else { 0.0 };
-    let gain = stiffness * now.dt + damping;
-    Some(Rule {
+    let gain = stiffness * dt + damping;
+    Choice::In(Rule {
         free: Vec2::new(stiffness * g / gain, 0.0),
         law: Law::Contact {
             friction: contact.friction,
-            compliance: 1.0 / (now.dt * gain),
+            compliance: 1.0 / (dt * gain),
         },
         impact: false,
     })
@@ -178,19 +265,35 @@ pub(super) fn reference_acceleration(
     velocities: &[Vec3],
     accelerations: &[Vec3],
 ) -> f64 {
+    let mut a = applied_acceleration(contact, accelerations);
+    for (omega, arm) in turning(contact, velocities) {
+        a = a.max(omega * omega * arm);
+    }
+    a
+}
+
+/// `a_ref` \[m/s²\] of the forces alone: what an impact located in time is held against.
+pub(super) fn applied_acceleration(contact: &ContactPoint, accelerations: &[Vec3]) -> f64 {
     let mut a: f64 = 0.0;
-    for side in 0..2 {
-        let body = contact.rows.bodies[side];
-        if body == crate::contact::NO_BODY {
-            continue;
-        }
-        let [n, t] = contact.rows.jacobian[side];
-        let arm = n.z.hypot(t.z);
-        let free = accelerations[body as usize];
-        let omega = velocities[body as usize].z;
-        a = a
-            .max(free.xy().norm() + free.z.abs() * arm)
-            .max(omega * omega * arm);
+    for (body, arm) in levers(contact) {
+        let free = accelerations[body];
+        a = a.max(free.xy().norm() + free.z.abs() * arm);
     }
     if a > 0.0 { a } else { 0.1 }
+}
+
+/// Spin \[rad/s\] of each body and distance \[m\] of its centre from the contact.
+pub(super) fn turning<'a>(
+    contact: &'a ContactPoint,
+    velocities: &'a [Vec3],
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    levers(contact).map(|(body, arm)| (velocities[body].z, arm))
+}
+
+fn levers(contact: &ContactPoint) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let rows = &contact.rows;
+    let sides = rows.bodies.iter().zip(&rows.jacobian);
+    sides
+        .filter(|(body, _)| **body != crate::contact::NO_BODY)
+        .map(|(body, [n, t])| (*body as usize, n.z.hypot(t.z)))
 }

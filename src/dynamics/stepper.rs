@@ -1,19 +1,26 @@
-use super::blocks::{Memory, Scratch, free_velocities, island_problem};
-use super::cap::{CapBlock, cap, is_rigid};
-use super::islands::Islands;
-use super::model::{ContactKey, Detection, ModelError, MultibodyModel};
-use super::outcome::{count, fill_record, ran_away, redundant};
+use super::cluster::Context;
+use super::events::{self, release_lone, see_from_the_start};
+use super::model::{Configuration, ModelError, MultibodyModel};
+use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
-use super::rules::Scheme;
-use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::solver::{ImpulseSolver, SolveStatus, solver_by_name};
-use std::collections::HashMap;
+use super::recovery::OverlapRecovery;
+use super::rules::{ImpactLaw, Rules, Scheme};
+use super::solve::IslandSolver;
+use super::stage::{Memories, Span, Stage};
+use crate::contact::{NO_BODY, Vec3};
+use crate::solver::solver_by_name;
 use thiserror::Error;
 
 /// How a [`MoreauStepper`] steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepperSettings {
     pub scheme: Scheme,
+    /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
+    pub events: bool,
+    /// What impacts return; the published scheme knows no cap.
+    pub impact_law: ImpactLaw,
+    /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
+    pub recovery: bool,
     /// A name of [`crate::solver::SOLVERS`].
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
@@ -24,9 +31,26 @@ impl Default for StepperSettings {
     fn default() -> Self {
         StepperSettings {
             scheme: Scheme::Staggered,
+            events: false,
+            impact_law: ImpactLaw::Capped,
+            recovery: true,
             solver: "auto".to_owned(),
             tolerance: 1e-8,
         }
+    }
+}
+
+impl StepperSettings {
+    fn rules(&self) -> Rules {
+        Rules {
+            scheme: self.scheme,
+            law: self.impact_law,
+            events: self.events,
+        }
+    }
+
+    fn recovers(&self) -> bool {
+        self.recovery && self.scheme == Scheme::Staggered
     }
 }
 
@@ -42,6 +66,9 @@ pub enum StepError {
     /// The tolerance is not a positive finite number.
     #[error("solver tolerance is {0}, must be finite and above 0")]
     Tolerance(f64),
+    /// Event location with a scheme that ignores gaps.
+    #[error("event location needs the scheme 'staggered'; 'moreau' ignores gaps")]
+    Events,
     /// A velocity or position is NaN or infinite; the model stands as it did before.
     #[error("body {body} has a velocity that is not finite at t = {time} s")]
     NonFinite { body: usize, time: f64 },
@@ -52,35 +79,40 @@ pub enum StepError {
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
 pub struct MoreauStepper {
     settings: StepperSettings,
-    solver: Box<dyn ImpulseSolver>,
+    solver: IslandSolver,
     time: f64,
-    memory: HashMap<ContactKey, Memory>,
-    memory_next: HashMap<ContactKey, Memory>,
-    detection: Detection,
-    islands: Islands,
-    scratch: Scratch,
+    memory: Memories,
+    memory_next: Memories,
+    stage: Stage,
+    recovery: OverlapRecovery,
+    origin: Vec<Configuration>,
+    inverse_mass: Vec<Vec3>,
 }
 
 impl MoreauStepper {
     /// A stepper at t = 0 with no memory.
     ///
     /// # Errors
-    /// [`StepError::Solver`], [`StepError::Tolerance`].
+    /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`].
     pub fn new(settings: StepperSettings) -> Result<Self, StepError> {
         let solver = solver_by_name(&settings.solver)
             .ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
         if !(settings.tolerance > 0.0 && settings.tolerance.is_finite()) {
             return Err(StepError::Tolerance(settings.tolerance));
         }
+        if settings.events && settings.scheme == Scheme::Moreau {
+            return Err(StepError::Events);
+        }
         Ok(MoreauStepper {
+            solver: IslandSolver::new(solver, settings.tolerance),
             settings,
-            solver,
             time: 0.0,
-            memory: HashMap::new(),
-            memory_next: HashMap::new(),
-            detection: Detection::default(),
-            islands: Islands::default(),
-            scratch: Scratch::default(),
+            memory: Memories::new(),
+            memory_next: Memories::new(),
+            stage: Stage::default(),
+            recovery: OverlapRecovery::default(),
+            origin: Vec::new(),
+            inverse_mass: Vec::new(),
         })
     }
 
@@ -102,7 +134,8 @@ impl MoreauStepper {
     /// Advances `model` by `dt` \[s\].
     ///
     /// # Errors
-    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`].
+    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]; the model then stands as
+    /// it did before, velocities included.
     pub fn step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -112,140 +145,129 @@ impl MoreauStepper {
             return Err(StepError::Dt(dt));
         }
         model.begin_step(dt)?;
-        let s = &mut self.scratch;
-        s.start.clear();
-        s.start.extend_from_slice(model.velocities());
-        check_finite(&s.start, self.time)?;
-
-        let potential_start = model.potential_energy();
-        model.mark();
-        model.advance(0.5 * dt);
-        self.detection.clear();
-        if let Err(error) = model.detect(dt, &mut self.detection) {
-            put_back(model);
-            return Err(error.into());
+        let start = &mut self.stage.start;
+        start.clear();
+        start.extend_from_slice(model.velocities());
+        check_finite(start, self.time)?;
+        self.inverse_mass.clear();
+        self.inverse_mass.extend_from_slice(model.inverse_mass());
+        self.origin.clear();
+        let bodies = self.stage.start.len();
+        self.origin
+            .extend((0..bodies).map(|body| model.configuration(body)));
+        let result = self.step_from_start(model, dt);
+        if result.is_err() {
+            model.set_velocities(&self.stage.start);
+            for (body, place) in self.origin.iter().enumerate() {
+                model.set_configuration(body, place);
+            }
         }
-        free_velocities(model, &self.detection, self.time, dt, s);
-        let scheme = self.settings.scheme;
-        self.scratch.collect(
-            &self.detection,
-            &self.memory,
-            scheme,
-            model.inverse_mass(),
-            dt,
-        );
+        result
+    }
+
+    fn step_from_start<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        dt: f64,
+    ) -> Result<StepRecord, StepError> {
+        let rules = self.settings.rules();
+        let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
         let mut record = StepRecord {
             time: self.time + dt,
             dt,
             ..StepRecord::default()
         };
-        self.solve_islands(model.inverse_mass(), &mut record);
+        record.energy.potential_start = model.potential_energy();
+        record.energy.kinetic_start = kinetic(&stage.start, w);
 
-        let s = &mut self.scratch;
-        // u_E from the impulses alone, so that the energy balance closes to round-off
-        s.end.clear();
-        s.end.extend_from_slice(&s.free);
-        for (block, &impulse) in s.blocks.iter().zip(&s.impulses) {
-            block.rows.push(impulse, model.inverse_mass(), &mut s.end);
-        }
-        if let Err(error) = check_finite(&s.end, self.time) {
-            put_back(model);
-            return Err(error);
-        }
-        fill_record(
-            &self.scratch,
-            &self.detection,
-            model.inverse_mass(),
-            dt,
-            &mut record,
-            &mut self.memory_next,
-        );
-        std::mem::swap(&mut self.memory, &mut self.memory_next);
-        model.set_velocities(&self.scratch.end);
         model.advance(0.5 * dt);
+        stage.detect(model, dt)?;
+        if rules.events {
+            let place = |body: u32| Some(self.origin[body as usize]);
+            see_from_the_start(model, stage, &self.memory, place, dt, dt)?;
+        }
+        stage.free_velocities(model, self.time + 0.5 * dt, dt);
+        stage.collect(&rules, &self.memory, None, w, Span::whole(dt));
+        if self.settings.recovers() {
+            self.recovery.look(stage, w);
+        }
+        self.solver.solve(stage, w, &rules);
+        if rules.events {
+            release_lone(stage, &self.solver, dt);
+        }
+        stage.end_velocities(w);
+        check_finite(&stage.end, self.time)?;
+
+        let islands = std::mem::take(&mut self.solver.islands);
+        let outcomes = std::mem::take(&mut self.solver.outcomes);
+        let clusters = if rules.events {
+            let context = Context {
+                main: stage,
+                memory: &self.memory,
+                rules,
+                inverse_mass: w,
+                origin: &self.origin,
+                time: self.time,
+                dt,
+            };
+            events::run(model, &mut self.solver, &context)?
+        } else {
+            Vec::new()
+        };
+        let mut apart = vec![false; w.len()];
+        for &body in clusters.iter().flat_map(|c| &c.bodies) {
+            apart[body as usize] = true;
+        }
+        let used = |i: usize| {
+            let mut sides = stage.rows[i].bodies.iter().filter(|b| **b != NO_BODY);
+            sides.all(|b| !apart[*b as usize])
+        };
+        for (k, outcome) in outcomes.iter().enumerate() {
+            outcome.count_work(&mut record);
+            if islands.blocks(k).iter().any(|&i| used(i as usize)) {
+                outcome.count(&mut record);
+            }
+        }
+        (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
+
+        self.memory_next.clear();
+        let end = self.time + dt;
+        record_stage(stage, used, w, end, &mut record, &mut self.memory_next);
+        record.energy.forces += forces_work(stage, w, |body| !apart[body]);
+        for cluster in &clusters {
+            record.add(&cluster.record);
+            let memory = cluster.memory.iter().map(|(key, m)| (*key, *m));
+            self.memory_next.extend(memory);
+            for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
+                stage.end[body as usize] = *u;
+            }
+        }
+        record.energy.kinetic_end = kinetic(&stage.end, w);
+        model.set_velocities(&stage.end);
+        for body in (0..apart.len()).filter(|&body| !apart[body]) {
+            model.shift(body, &stage.end[body], 0.5 * dt);
+        }
+        for cluster in &clusters {
+            for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
+                model.set_configuration(body as usize, place);
+            }
+        }
+        if self.settings.recovers() {
+            let moves = self.recovery.moves(stage, w, dt, &mut self.solver);
+            record.recovering = self.recovery.pairs();
+            for (body, d) in moves {
+                model.shift(body as usize, &d, 1.0);
+            }
+        }
+        std::mem::swap(&mut self.memory, &mut self.memory_next);
         model.end_step();
-        record.energy.potential_start = potential_start;
         record.energy.potential_end = model.potential_energy();
         self.time += dt;
         Ok(record)
     }
-
-    /// Solves island after island and gathers the impulses.
-    fn solve_islands(&mut self, inverse_mass: &[Vec3], record: &mut StepRecord) {
-        let s = &mut self.scratch;
-        let tolerance = self.settings.tolerance;
-        self.islands.build(inverse_mass.len(), &s.rows);
-        s.local_of.clear();
-        s.local_of.resize(inverse_mass.len(), NO_BODY);
-        s.resolution.clear();
-        s.resolution.resize(s.blocks.len(), 0.0);
-        record.islands = self.islands.len();
-        for k in 0..self.islands.len() {
-            let members = self.islands.blocks(k);
-            let mut problem = island_problem(members, s, inverse_mass);
-            let warm: Vec<Vec2> = members.iter().map(|&i| s.impulses[i as usize]).collect();
-            let mut impulses = warm.clone();
-            let mut report = self.solver.solve(&problem, &mut impulses, tolerance);
-            if ran_away(&report, members, s) {
-                report.status = SolveStatus::Unsolved;
-            }
-            let cap_blocks: Vec<CapBlock> = members
-                .iter()
-                .map(|&i| {
-                    let block = &s.blocks[i as usize];
-                    CapBlock {
-                        gamma_a: block.gamma_a,
-                        free: block.free - s.gamma_free(i as usize, &self.detection),
-                        rigid: is_rigid(&block.law),
-                        impact: block.impact,
-                    }
-                })
-                .collect();
-            if self.settings.scheme == Scheme::Staggered {
-                let pushes = cap_blocks.iter().any(|b| b.rigid && b.free.x < 0.0);
-                if !report.solved() && pushes {
-                    // push-outs that contradict each other are dropped
-                    for (b, c) in problem.free.iter_mut().zip(&cap_blocks) {
-                        if c.rigid {
-                            b.x -= c.free.x.min(0.0);
-                        }
-                    }
-                    let mut relaxed = warm;
-                    let again = self.solver.solve(&problem, &mut relaxed, tolerance);
-                    if again.residual.velocity < report.residual.velocity {
-                        impulses = relaxed;
-                        report = again.after(&report);
-                        record.relaxed += 1;
-                    }
-                } else {
-                    let capped = cap(
-                        self.solver.as_mut(),
-                        &problem,
-                        &cap_blocks,
-                        &mut impulses,
-                        report,
-                        tolerance,
-                    );
-                    report = capped.report;
-                    record.capped += usize::from(capped.capped);
-                }
-            }
-            count(record, &report);
-            let resolution = 10.0 * tolerance * report.residual.velocity_scale;
-            record.redundant += usize::from(redundant(&problem, &impulses, resolution));
-            for (&i, &p) in members.iter().zip(&impulses) {
-                s.impulses[i as usize] = p;
-                s.resolution[i as usize] = resolution;
-            }
-        }
-    }
 }
 
-fn put_back<M: MultibodyModel + ?Sized>(model: &mut M) {
-    (0..model.velocities().len()).for_each(|body| model.reset(body));
-}
-
-fn check_finite(velocities: &[Vec3], time: f64) -> Result<(), StepError> {
+pub(super) fn check_finite(velocities: &[Vec3], time: f64) -> Result<(), StepError> {
     match velocities
         .iter()
         .position(|u| u.iter().any(|x| !x.is_finite()))

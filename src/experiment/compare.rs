@@ -1,129 +1,127 @@
-use super::reference::{Samples, measures};
-use super::simulate::{Engine, RunError, Totals, simulate};
-use crate::report::{Progress, ResultRow};
-use crate::scene::{Scene, Scheme};
+use super::setting::Setting;
+use super::simulate::Engine;
+use crate::rapier::BaselineSettings;
+use crate::scene::{Scheme, Step};
 
-/// Engines side by side on one scene.
-#[derive(Debug, Clone)]
-pub struct Comparison {
-    pub rows: Vec<ResultRow>,
-    /// Per engine: its name, totals of the last repeat, and wall time per simulated second.
-    pub engines: Vec<(&'static str, Totals, f64, f64)>,
-}
+/// The sweep of rapier's settings: every combination, at the scene's step and at a quarter of it.
+const FREQUENCIES: [f64; 4] = [30.0, 120.0, 500.0, 2000.0];
+const SUBSTEPS: [usize; 2] = [4, 40];
+const ITERATIONS: [usize; 2] = [1, 4];
 
-/// Runs every engine on `scene`, interleaved, `repeats` times, and measures.
+/// Steps per second of the ladder where the scene's step is 1/60 s.
+const LADDER: [f64; 6] = [30.0, 60.0, 125.0, 250.0, 500.0, 1000.0];
+
+/// Step lengths \[s\] of a comparison round `dt`, falling, and the place of `dt` among them.
 ///
-/// Errors against the scene's closed form, worst penetration, rise of energy and, for ours, the
-/// residual; wall time is the median of the repeats, spread half of their range over it.
-///
-/// # Errors
-/// [`RunError`]; an engine that fails in a step is a row with NaN, not an error.
-pub fn compare(
-    scene: &Scene,
-    engines: &[Engine],
-    steps: usize,
-    repeats: usize,
-    progress: &Progress,
-) -> Result<Comparison, RunError> {
-    let mut times: Vec<Vec<f64>> = vec![Vec::new(); engines.len()];
-    let mut results = vec![None; engines.len()];
-    for _ in 0..repeats.max(1) {
-        for (k, &engine) in engines.iter().enumerate() {
-            let mut built = scene.build()?;
-            let mut samples = Samples::start(&built, engine);
-            let outcome = simulate(&mut built, engine, steps, |record, built| {
-                if scene.reference.is_some() {
-                    samples.add(record, built, engine);
-                }
-                progress.advance();
-                Ok(())
-            });
-            match outcome {
-                Ok(totals) => {
-                    times[k].push(totals.wall / totals.time);
-                    results[k] = Some((totals, measures(scene, &samples)));
-                }
-                Err(RunError::Step(error)) => {
-                    progress.message(format!("{}: {error}", engine.name()));
-                }
-                Err(error) => return Err(error),
-            }
-        }
+/// Without a ladder `dt`, its half and its quarter. The ladder is 1/30, 1/60, 1/125, 1/250, 1/500
+/// and 1/1000 s where `dt` is 1/60 s within 1 %, else 2, 1, 1/2, 1/4, 1/8 and 1/16 times `dt`.
+fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
+    if !ladder {
+        return (vec![dt, dt / 2.0, dt / 4.0], 0);
     }
-    let mut comparison = Comparison {
-        rows: Vec::new(),
-        engines: Vec::new(),
+    let mut lengths: Vec<f64> = if (60.0 * dt - 1.0).abs() < 0.01 {
+        LADDER.map(f64::recip).to_vec()
+    } else {
+        (-1..5).map(|k| dt / 2f64.powi(k)).collect()
     };
-    for (k, &engine) in engines.iter().enumerate() {
-        let (time, spread) = median_and_spread(&mut times[k]);
-        let mut row = |measure: &str, value: f64, unit: &str, reference: &str| {
-            comparison.rows.push(ResultRow {
-                scene: scene.name.clone(),
-                rung: String::new(),
-                engine: engine.name().to_owned(),
-                scheme: match (engine, scene.step.scheme) {
-                    (Engine::Moreau, Scheme::Staggered) => "staggered",
-                    (Engine::Moreau, Scheme::Moreau) => "moreau",
-                    _ => "",
+    lengths[1] = dt;
+    (lengths, 1)
+}
+
+/// What a comparison runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Comparison {
+    /// Ours runs in each of these, with and without event location.
+    pub schemes: Vec<(Scheme, bool)>,
+    /// The ladder of six step lengths in place of three.
+    pub ladder: bool,
+    /// The sweep of rapier's settings beside its two presets.
+    pub sweep: bool,
+}
+
+impl Comparison {
+    /// The points: ours in each scheme, rapier's default and its stiff preset at every step
+    /// length; then the sweep of frequency, substeps and iterations at two step lengths, under
+    /// the name of the stiff engine. rapier's accuracy is bounded by all four together, so that a
+    /// single preset alone is no fair peer.
+    ///
+    /// # Arguments
+    /// - `step`: of the scene: the step length to compare round, the simulated time, and of ours
+    ///   solver and tolerance.
+    pub fn settings(&self, step: &Step) -> Vec<Setting> {
+        let (lengths, base) = step_lengths(step.dt, self.ladder);
+        let ours = self.schemes.iter().map(|&(scheme, events)| {
+            let step = Step {
+                scheme,
+                events,
+                ..step.clone()
+            };
+            Setting::new(Engine::Moreau, &step)
+        });
+        let peers = [Engine::Rapier, Engine::RapierStiff].map(|e| Setting::new(e, step));
+        let mut settings = Vec::new();
+        for setting in ours.chain(peers) {
+            settings.extend(lengths.iter().map(|&dt| setting.with_dt(dt)));
+        }
+        if self.sweep {
+            for dt in [lengths[base], lengths[base + 2]] {
+                for baseline in sweep() {
+                    let mut setting = Setting::new(Engine::RapierStiff, step).with_dt(dt);
+                    setting.baseline = Some(baseline);
+                    if !settings.contains(&setting) {
+                        settings.push(setting);
+                    }
                 }
-                .to_owned(),
-                solver: match engine {
-                    Engine::Moreau => scene.step.solver.clone(),
-                    _ => "soft".to_owned(),
-                },
-                setting: setting(engine, scene),
-                dt_s: scene.step.dt,
-                threads: 1,
-                precision: match engine {
-                    Engine::Moreau => "f64",
-                    _ => "f32",
-                }
-                .to_owned(),
-                measure: measure.to_owned(),
-                value,
-                unit: unit.to_owned(),
-                reference: reference.to_owned(),
-                seconds_per_simulated_second: Some(time),
-                spread: Some(spread),
-                verdict: String::new(),
-                mode: String::new(),
-            });
-        };
-        match &results[k] {
-            None => row("failed", f64::NAN, "", ""),
-            Some((totals, found)) => {
-                for m in found {
-                    row(m.name, m.error, m.unit, "closed form");
-                }
-                row("penetration", totals.penetration, "m", "0");
-                row("energy-rise", totals.energy_rise.max(0.0), "J", "0");
-                if engine == Engine::Moreau {
-                    row("residual", totals.residual, "1", "0");
-                    row("unsolved-islands", totals.unsolved_islands as f64, "1", "0");
-                }
-                comparison
-                    .engines
-                    .push((engine.name(), *totals, time, spread));
             }
         }
-    }
-    Ok(comparison)
-}
-
-fn setting(engine: Engine, scene: &Scene) -> String {
-    match engine {
-        Engine::Moreau => format!("tolerance {:e}", scene.step.tolerance),
-        Engine::Rapier => "default, recycling off".to_owned(),
-        Engine::RapierStiff => "500 Hz, 40 iterations, recycling off".to_owned(),
+        settings
     }
 }
 
-fn median_and_spread(times: &mut [f64]) -> (f64, f64) {
-    if times.is_empty() {
-        return (f64::NAN, f64::NAN);
+fn sweep() -> impl Iterator<Item = BaselineSettings> {
+    FREQUENCIES.into_iter().flat_map(|contact_frequency| {
+        SUBSTEPS.into_iter().flat_map(move |substeps| {
+            ITERATIONS
+                .into_iter()
+                .map(move |iterations| BaselineSettings {
+                    contact_frequency,
+                    substeps,
+                    iterations,
+                })
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ladder_holds_the_scenes_own_step() {
+        let (lengths, base) = step_lengths(1.0 / 60.0, true);
+        assert_eq!(lengths, LADDER.map(f64::recip));
+        assert_eq!(lengths[base], 1.0 / 60.0);
+        let (lengths, base) = step_lengths(2e-3, true);
+        assert_eq!(lengths, [4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4]);
+        assert_eq!(lengths[base], 2e-3);
+        // near 1/60 the scene's own step takes the place of 1/60
+        assert_eq!(step_lengths(0.0167, true).0[..2], [1.0 / 30.0, 0.0167]);
     }
-    times.sort_by(f64::total_cmp);
-    let median = times[times.len() / 2];
-    let range = times[times.len() - 1] - times[0];
-    (median, 0.5 * range / median)
+
+    #[test]
+    fn no_point_runs_twice_and_every_combination_runs() {
+        let mut comparison = Comparison {
+            schemes: vec![(Scheme::Staggered, false)],
+            ladder: false,
+            sweep: true,
+        };
+        let settings = comparison.settings(&Step::default());
+        for (k, setting) in settings.iter().enumerate() {
+            assert!(!settings[..k].contains(setting), "{setting:?}");
+        }
+        // three lengths of ours, default and preset; the sweep's 2 x 16 less the preset's two
+        assert_eq!(settings.len(), 9 + 32 - 2);
+        comparison.sweep = false;
+        assert_eq!(comparison.settings(&Step::default()), settings[..9]);
+    }
 }

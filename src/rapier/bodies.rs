@@ -39,7 +39,6 @@ pub(super) struct Bodies {
     pub inverse_mass: Vec<Vec3>,
     exact: HashMap<RigidBodyHandle, ExactBody>,
     index: HashMap<RigidBodyHandle, u32>,
-    marked: Vec<Pose64>,
 }
 
 impl Bodies {
@@ -186,17 +185,6 @@ impl Bodies {
             let shadow = &mut self.list[body];
             shadow.pose.advance(u, shadow.center, dt);
         }
-    }
-
-    /// Remembers all poses.
-    pub fn mark(&mut self) {
-        self.marked.clear();
-        self.marked.extend(self.list.iter().map(|s| s.pose));
-    }
-
-    /// Puts one body back to where `mark` found it.
-    pub fn reset(&mut self, body: usize) {
-        self.list[body].pose = self.marked[body];
     }
 
     /// Gives rapier the poses, rounded, and where `velocities` is set the velocities too.

@@ -7,14 +7,16 @@
 //! contact graph stand at the last midpoint.
 
 use super::bodies::Bodies;
+use super::dispatcher::FreshManifolds;
 use super::joints::OUTSIDE;
 use super::kernels::{Exact, Touch, touches};
+use super::points::{Pair, mix, parry_points, same_place, segment_length};
 use super::widen;
-use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-use crate::dynamics::{ContactKey, ContactPoint, Detection, ModelError, NormalLaw};
+use crate::dynamics::{ContactPoint, Detection, ModelError, NormalLaw};
 use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
-use rapier2d::parry::query::TrackedContact;
+use rapier2d::parry::query::PersistentQueryDispatcher;
 use rapier2d::parry::shape::TypedShape;
 use rapier2d::prelude::*;
 use std::collections::HashMap;
@@ -78,13 +80,9 @@ impl Detector {
         self.refresh(world)?;
         self.measure_bodies(world, bodies);
         let bodies = &*bodies;
-        let fastest = (0..bodies.list.len())
-            .map(|k| speed_bound(bodies, k as u32))
-            .fold(0.0, f64::max);
-        let drop = acceleration * dt * dt;
-        let prediction = 2.0 * (fastest * dt + drop) + 1e-6;
+        let span = Span::new(bodies, acceleration, dt);
         world.collision_pipeline.step(
-            prediction as f32,
+            span.prediction as f32,
             &mut world.islands,
             &mut world.broad_phase,
             &mut world.narrow_phase,
@@ -94,87 +92,136 @@ impl Detector {
             &(),
         );
         self.order.clear();
-        let mut found = std::mem::take(&mut self.touches);
         for pair in world.narrow_phase.contact_pairs() {
-            if !pair.manifolds().iter().any(live) || joined(world, pair) {
-                continue;
-            }
-            let (Some(k1), Some(k2)) = (self.look(pair.collider1), self.look(pair.collider2))
-            else {
-                continue;
-            };
-            let (c1, c2) = (
-                &world.colliders[pair.collider1],
-                &world.colliders[pair.collider2],
-            );
-            let numbers = [c1, c2].map(|c| {
-                c.parent()
-                    .and_then(|h| bodies.index_of(h))
-                    .unwrap_or(OUTSIDE)
-            });
-            let place = |k: usize, known: &Known| match numbers[k] {
-                OUTSIDE => known.local,
-                body => bodies.list[body as usize].pose.compose(&known.local),
-            };
-            let poses = [place(0, k1), place(1, k2)];
-            let speeds = numbers.map(|b| {
-                if b == OUTSIDE {
-                    0.0
-                } else {
-                    speed_bound(bodies, b)
-                }
-            });
-            // what these two can do in a step, or what a neighbour can do to them
-            let reach = (1.1 * (speeds[0] + speeds[1]) * dt + 2.0 * drop)
-                .max(prediction.min(k1.size.min(k2.size)));
-            let setting = Pair {
-                numbers,
-                surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
-                law: self.normal_law(pair, combine_restitution(c1, c2, k1, k2)),
-                friction: combine_friction(c1, c2, k1, k2),
-                // on side 1 the surface runs along +t, on side 2 along −t
-                belt: -self.speed(pair.collider1) - self.speed(pair.collider2),
-                size: k1.size.min(k2.size),
-            };
-            if let (Some(s1), Some(s2)) = (&k1.exact, &k2.exact) {
-                touches(&poses[0], s1, &poses[1], s2, reach, &mut found);
-                for touch in &found {
-                    let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
-                    self.order.push(([0, 0, touch.feature, 0], point));
-                }
-            } else {
-                let one = [pair.collider1, pair.collider2].map(|h| {
-                    self.surfaces
-                        .get(&h)
-                        .is_some_and(|s| s.one_point_per_segment)
-                });
-                let from = self.order.len();
-                for manifold in pair.manifolds().iter().filter(|m| live(m)) {
-                    let setting = match (one[0], one[1]) {
-                        (true, _) => setting.over(segment_length(c1, manifold.subshape1)),
-                        (_, true) => setting.over(segment_length(c2, manifold.subshape2)),
-                        _ => setting,
-                    };
-                    parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
-                        if self.order[from..]
-                            .iter()
-                            .any(|(_, p)| same_place(p, &touch, setting.size))
-                        {
-                            return;
-                        }
-                        let sub = [order[0], order[1]];
-                        let feature = mix(order);
-                        let point = setting.point(bodies, &touch, sub, feature, false);
-                        self.order.push((order, point));
-                    });
-                }
+            if pair.manifolds().iter().any(live) && !joined(world, pair) {
+                let manifolds = pair.manifolds().iter().filter(|m| live(m));
+                self.pair_points(
+                    world,
+                    bodies,
+                    [pair.collider1, pair.collider2],
+                    Some(manifolds),
+                    span,
+                );
             }
         }
-        self.touches = found;
-        // rapier's graph order depends on history; a stored state must not
+        self.give(out);
+        Ok(())
+    }
+
+    /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses and
+    /// without the world: gaps of exact shapes from our kernels, others from parry.
+    pub fn detect_pairs(
+        &mut self,
+        world: &PhysicsWorld,
+        bodies: &Bodies,
+        pairs: &[[u32; 2]],
+        acceleration: f64,
+        dt: f64,
+        out: &mut Detection,
+    ) {
+        let span = Span::new(bodies, acceleration, dt);
+        self.order.clear();
+        for pair in pairs {
+            let known = pair.map(|slot| self.known.get(slot as usize).and_then(Option::as_ref));
+            let [Some(k1), Some(k2)] = known else {
+                continue;
+            };
+            let handles = [k1.handle, k2.handle];
+            if k1.exact.is_some() && k2.exact.is_some() {
+                let none: Option<std::iter::Empty<&ContactManifold>> = None;
+                self.pair_points(world, bodies, handles, none, span);
+                continue;
+            }
+            let colliders = handles.map(|h| &world.colliders[h]);
+            let poses = [k1, k2].map(|k| k.pose(world, bodies).to_rapier());
+            let mut manifolds = Vec::new();
+            // parry refuses only pairs that it refused in the full pass as well
+            let _ = FreshManifolds.contact_manifolds(
+                &poses[0].inv_mul(&poses[1]),
+                colliders[0].shape(),
+                colliders[1].shape(),
+                span.prediction as f32,
+                &mut manifolds,
+                &mut None,
+            );
+            let found = manifolds.iter().filter(|m| !m.points.is_empty());
+            self.pair_points(world, bodies, handles, Some(found), span);
+        }
+        self.give(out);
+    }
+
+    /// Hands over what was found, in an order of its own: rapier's graph order depends on
+    /// history, and a stored state must not.
+    fn give(&mut self, out: &mut Detection) {
         self.order.sort_by_key(|(order, p)| (p.surfaces, *order));
         out.contacts.extend(self.order.iter().map(|(_, p)| *p));
-        Ok(())
+    }
+
+    /// Adds the contact points of one pair; `manifolds` are parry's, where the shapes need them.
+    fn pair_points<'a>(
+        &mut self,
+        world: &PhysicsWorld,
+        bodies: &Bodies,
+        handles: [ColliderHandle; 2],
+        manifolds: Option<impl Iterator<Item = &'a ContactManifold>>,
+        span: Span,
+    ) {
+        let (Some(k1), Some(k2)) = (self.look(handles[0]), self.look(handles[1])) else {
+            return;
+        };
+        let (c1, c2) = (&world.colliders[handles[0]], &world.colliders[handles[1]]);
+        let numbers = [k1, k2].map(|k| k.body(world, bodies));
+        let poses = [k1, k2].map(|k| k.pose(world, bodies));
+        let speeds = numbers.map(|b| match b {
+            OUTSIDE => 0.0,
+            body => speed_bound(bodies, body),
+        });
+        // what these two can do in a step, or what a neighbour can do to them
+        let reach = (1.1 * (speeds[0] + speeds[1]) * span.dt + 2.0 * span.drop)
+            .max(span.prediction.min(k1.size.min(k2.size)));
+        let setting = Pair {
+            numbers,
+            surfaces: handles.map(|h| h.into_raw_parts().0),
+            law: self.normal_law(handles, combine_restitution(c1, c2, k1, k2)),
+            friction: combine_friction(c1, c2, k1, k2),
+            // on side 1 the surface runs along +t, on side 2 along −t
+            belt: -self.speed(handles[0]) - self.speed(handles[1]),
+            size: k1.size.min(k2.size),
+        };
+        if let (Some(s1), Some(s2)) = (k1.exact.clone(), k2.exact.clone()) {
+            let mut found = std::mem::take(&mut self.touches);
+            touches(&poses[0], &s1, &poses[1], &s2, reach, &mut found);
+            for touch in &found {
+                let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
+                self.order.push(([0, 0, touch.feature, 0], point));
+            }
+            self.touches = found;
+            return;
+        }
+        let one = handles.map(|h| {
+            self.surfaces
+                .get(&h)
+                .is_some_and(|s| s.one_point_per_segment)
+        });
+        let from = self.order.len();
+        for manifold in manifolds.into_iter().flatten() {
+            let setting = match (one[0], one[1]) {
+                (true, _) => setting.over(segment_length(c1, manifold.subshape1)),
+                (_, true) => setting.over(segment_length(c2, manifold.subshape2)),
+                _ => setting,
+            };
+            parry_points(manifold, &poses, reach, one[0] || one[1], |touch, order| {
+                if self.order[from..]
+                    .iter()
+                    .any(|(_, p)| same_place(p, &touch, setting.size))
+                {
+                    return;
+                }
+                let sub = [order[0], order[1]];
+                let point = setting.point(bodies, &touch, sub, mix(order), false);
+                self.order.push((order, point));
+            });
+        }
     }
 
     fn look(&self, handle: ColliderHandle) -> Option<&Known> {
@@ -188,9 +235,9 @@ impl Detector {
         self.surfaces.get(&handle).map_or(0.0, |s| s.speed)
     }
 
-    fn normal_law(&self, pair: &ContactPair, restitution: f64) -> NormalLaw {
+    fn normal_law(&self, pair: [ColliderHandle; 2], restitution: f64) -> NormalLaw {
         let of = |h| self.surfaces.get(&h).and_then(|s| s.compliance);
-        match (of(pair.collider1), of(pair.collider2)) {
+        match (of(pair[0]), of(pair[1])) {
             (None, None) => NormalLaw::Rigid { restitution },
             (Some((stiffness, damping)), None) | (None, Some((stiffness, damping))) => {
                 NormalLaw::ViscoElastic { stiffness, damping }
@@ -282,75 +329,43 @@ impl Detector {
     }
 }
 
-/// What all contacts of a pair of colliders share.
-#[derive(Clone, Copy)]
-struct Pair {
-    numbers: [u32; 2],
-    surfaces: [u32; 2],
-    law: NormalLaw,
-    friction: f64,
-    belt: f64,
-    size: f64,
-}
-
-impl Pair {
-    /// The law of a foundation over `length` \[m\] of surface.
-    fn over(mut self, length: f64) -> Pair {
-        if let NormalLaw::ViscoElastic { stiffness, damping } = &mut self.law {
-            *stiffness *= length;
-            *damping *= length;
-        }
-        self
+impl Known {
+    /// The body it belongs to, or [`OUTSIDE`].
+    fn body(&self, world: &PhysicsWorld, bodies: &Bodies) -> u32 {
+        world.colliders[self.handle]
+            .parent()
+            .and_then(|h| bodies.index_of(h))
+            .unwrap_or(OUTSIDE)
     }
 
-    fn point(
-        &self,
-        bodies: &Bodies,
-        touch: &Touch,
-        segments: [u32; 2],
-        feature: u64,
-        exact: bool,
-    ) -> ContactPoint {
-        let (n, p) = (touch.normal, touch.point);
-        let t = Vec2::new(-n.y, n.x);
-        let mut coordinate = p.amax();
-        let mut jacobian = [[Vec3::zeros(); 2]; 2];
-        for (side, sign) in [(0, -1.0), (1, 1.0)] {
-            let number = self.numbers[side];
-            if number == NO_BODY {
-                continue;
-            }
-            let shadow = &bodies.list[number as usize];
-            coordinate = coordinate.max(shadow.pose.translation.amax());
-            let r = p - shadow.pose.apply(shadow.center);
-            let row = |d: Vec2| Vec3::new(sign * d.x, sign * d.y, sign * (r.x * d.y - r.y * d.x));
-            jacobian[side] = [row(n), row(t)];
+    fn pose(&self, world: &PhysicsWorld, bodies: &Bodies) -> Pose64 {
+        match self.body(world, bodies) {
+            OUTSIDE => self.local,
+            body => bodies.list[body as usize].pose.compose(&self.local),
         }
-        // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
-        let (relative, ulp) = if exact {
-            (1e-12, f64::EPSILON)
-        } else {
-            (2e-6, f64::from(f32::EPSILON))
-        };
-        ContactPoint {
-            key: ContactKey {
-                pair: u64::from(self.surfaces[0]) << 32 | u64::from(self.surfaces[1]),
-                feature,
-            },
-            rows: Rows {
-                bodies: self.numbers,
-                jacobian,
-            },
-            bodies: self.numbers,
-            surfaces: self.surfaces,
-            cell: segments[0].max(segments[1]),
-            position: p,
-            normal: n,
-            gap: touch.gap,
-            gap_noise: (relative * self.size).max(4.0 * ulp * coordinate),
-            friction: self.friction,
-            law: self.law,
-            surface_velocity: self.belt,
+    }
+}
+
+/// How far things can come in a step.
+#[derive(Clone, Copy)]
+struct Span {
+    dt: f64,
+    /// By acceleration alone \[m\].
+    drop: f64,
+    /// Of the fastest two together \[m\].
+    prediction: f64,
+}
+
+impl Span {
+    fn new(bodies: &Bodies, acceleration: f64, dt: f64) -> Span {
+        let fastest = (0..bodies.list.len())
+            .map(|k| speed_bound(bodies, k as u32))
+            .fold(0.0, f64::max);
+        let drop = acceleration * dt * dt;
+        Span {
+            dt,
+            drop,
+            prediction: 2.0 * (fastest * dt + drop) + 1e-6,
         }
     }
 }
@@ -361,16 +376,6 @@ fn live(manifold: &ContactManifold) -> bool {
             .data
             .solver_flags
             .contains(SolverFlags::COMPUTE_RIGID_IMPULSES)
-}
-
-/// Length \[m\] of a polyline's segment; 1 for any other shape.
-fn segment_length(collider: &Collider, segment: u32) -> f64 {
-    match collider.shape().as_polyline() {
-        Some(polyline) if (segment as usize) < polyline.num_segments() => {
-            f64::from(polyline.segment(segment).length())
-        }
-        _ => 1.0,
-    }
 }
 
 /// Whether a joint between the two bodies switches their contacts off.
@@ -388,65 +393,6 @@ fn joined(world: &PhysicsWorld, pair: &ContactPair) -> bool {
 fn speed_bound(bodies: &Bodies, k: u32) -> f64 {
     let u = &bodies.velocities[k as usize];
     u.xy().norm() + u.z.abs() * bodies.list[k as usize].radius
-}
-
-/// Points of a manifold as touches, nearer than `reach`.
-fn parry_points(
-    manifold: &ContactManifold,
-    poses: &[Pose64; 2],
-    reach: f64,
-    deepest_only: bool,
-    mut push: impl FnMut(Touch, [u32; 4]),
-) {
-    let part = |pose: &Pose64, sub: Option<&Pose>| match sub {
-        Some(sub) => pose.compose(&Pose64::from_rapier(sub)),
-        None => *pose,
-    };
-    let w1 = part(&poses[0], manifold.subshape_pos1());
-    let w2 = part(&poses[1], manifold.subshape_pos2());
-    let wide = |v: Vector| Vec2::new(f64::from(v.x), f64::from(v.y));
-    let normal = w1.rotate(wide(manifold.local_n1)).normalize();
-    if !normal.x.is_finite() {
-        return;
-    }
-    let mut give = |p: &TrackedContact<ContactData>, features: [u32; 2]| {
-        let gap = f64::from(p.dist);
-        if gap <= reach {
-            let touch = Touch {
-                normal,
-                point: 0.5 * (w1.apply(wide(p.local_p1)) + w2.apply(wide(p.local_p2))),
-                gap,
-                feature: 0,
-            };
-            let [f1, f2] = features;
-            push(touch, [manifold.subshape1, manifold.subshape2, f1, f2]);
-        }
-    };
-    if deepest_only {
-        let deepest = manifold
-            .points
-            .iter()
-            .min_by(|a, b| a.dist.total_cmp(&b.dist));
-        // one point a segment: its feature must not flicker between the two ends
-        deepest.iter().for_each(|p| give(p, [0, 0]));
-    } else {
-        for p in &manifold.points {
-            give(p, [p.fid1.0, p.fid2.0]);
-        }
-    }
-}
-
-/// Two segments of a polyline report their common end twice.
-fn same_place(known: &ContactPoint, touch: &Touch, size: f64) -> bool {
-    (known.position - touch.point).norm() < 1e-4 * size && known.normal.dot(&touch.normal) > 0.9999
-}
-
-fn mix(order: [u32; 4]) -> u64 {
-    order
-        .iter()
-        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
-            (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3)
-        })
 }
 
 fn combine(c1: f64, c2: f64, rule: CoefficientCombineRule) -> f64 {

@@ -13,6 +13,7 @@ mod joints;
 mod kernels;
 mod mass;
 mod pipeline;
+mod points;
 mod pose;
 mod simulation;
 mod widen;

@@ -4,10 +4,10 @@ use super::dispatcher::FreshManifolds;
 use super::joints::{joint_rows, spring_torques};
 use super::widen;
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Detection, ModelError, MoreauStepper, MultibodyModel, StepError, StepperSettings,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, StepError,
+    StepperSettings,
 };
 use rapier2d::prelude::*;
 
@@ -204,6 +204,21 @@ struct RapierModel<'a> {
     gravity: Vec2,
 }
 
+impl RapierModel<'_> {
+    /// Largest acceleration \[m/s²\] of any body by gravity and the user's forces.
+    fn acceleration(&self) -> f64 {
+        (0..self.bodies.list.len())
+            .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
+            .map(|k| {
+                let body = &self.world.bodies[self.bodies.list[k].handle];
+                let w = self.bodies.inverse_mass[k].xy().amax();
+                let push = f64::from(body.user_force().length()) * w;
+                self.gravity.norm() * f64::from(body.gravity_scale()).abs() + push
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
 impl MultibodyModel for RapierModel<'_> {
     fn begin_step(&mut self, dt: f64) -> Result<(), ModelError> {
         if self.world.soft_bodies.iter().next().is_some() {
@@ -255,27 +270,31 @@ impl MultibodyModel for RapierModel<'_> {
         self.bodies.shift(body, velocity, dt);
     }
 
-    fn mark(&mut self) {
-        self.bodies.mark();
+    fn configuration(&self, body: usize) -> Configuration {
+        self.bodies.list[body].pose.numbers()
     }
 
-    fn reset(&mut self, body: usize) {
-        self.bodies.reset(body);
+    fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
+        self.bodies.list[body].pose = Pose64::from_numbers(configuration);
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         self.bodies.write(self.world, false);
-        let acceleration = (0..self.bodies.list.len())
-            .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
-            .map(|k| {
-                let body = &self.world.bodies[self.bodies.list[k].handle];
-                let w = self.bodies.inverse_mass[k].xy().amax();
-                let push = f64::from(body.user_force().length()) * w;
-                self.gravity.norm() * f64::from(body.gravity_scale()).abs() + push
-            })
-            .fold(0.0, f64::max);
+        let acceleration = self.acceleration();
         self.detector
             .detect(self.world, self.bodies, acceleration, dt, out)?;
+        joint_rows(self.world, self.bodies, dt, out)
+    }
+
+    fn detect_pairs(
+        &mut self,
+        pairs: &[[u32; 2]],
+        dt: f64,
+        out: &mut Detection,
+    ) -> Result<(), ModelError> {
+        let acceleration = self.acceleration();
+        self.detector
+            .detect_pairs(self.world, self.bodies, pairs, acceleration, dt, out);
         joint_rows(self.world, self.bodies, dt, out)
     }
 

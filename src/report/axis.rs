@@ -48,7 +48,8 @@ pub(super) struct Ticks {
     pub minor: Vec<f64>,
 }
 
-/// Room around the data: 4 % at either end, none below an axis that starts at exactly 0.
+/// Room around the data: 4 % at either end, none below an axis that starts at exactly 0. A log
+/// axis has a decade at least, so that round-off does not fill the picture.
 ///
 /// `None` where the range overflows.
 pub(super) fn padded(low: f64, high: f64, scale: Scale) -> Option<(f64, f64)> {
@@ -65,7 +66,8 @@ pub(super) fn padded(low: f64, high: f64, scale: Scale) -> Option<(f64, f64)> {
         let range = (middle - span / 2.0, middle + span / 2.0);
         return (range.0.is_finite() && range.1.is_finite()).then_some(range);
     }
-    let pad = 0.04 * span;
+    let least = if scale == Scale::Log { 1.0 } else { 0.0 };
+    let pad = (0.04 * span).max(0.5 * (least - span));
     let from = if scale == Scale::Linear && low == 0.0 {
         0.0
     } else {
@@ -248,6 +250,8 @@ mod tests {
         assert_eq!(padded(0.0, 0.0, Scale::Linear), Some((-0.5, 0.5)));
         assert_eq!(padded(0.0, 100.0, Scale::Linear), Some((0.0, 104.0)));
         assert_eq!(padded(-f64::MAX, f64::MAX, Scale::Linear), None);
+        assert_eq!(padded(2.0, 2.5, Scale::Log), Some((1.75, 2.75)));
+        assert_eq!(padded(-10.0, 0.0, Scale::Log), Some((-10.4, 0.4)));
         for value in [5e-324, -1e-300, f64::MAX] {
             let range = padded(value, value, Scale::Linear);
             for tick in range

@@ -83,6 +83,14 @@ pub struct Mark {
     pub label: String,
 }
 
+/// The name of a point, drawn beside it where there is room.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointLabel {
+    pub x: f64,
+    pub y: f64,
+    pub text: String,
+}
+
 /// A chart: what to show, in the units of its axes, and nothing about how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -93,6 +101,10 @@ pub struct Chart {
     pub series: Vec<Series>,
     pub lines: Vec<HLine>,
     pub marks: Vec<Mark>,
+    /// The most important first: those that find no room are left out.
+    pub labels: Vec<PointLabel>,
+    /// Where on a log axis zeros are drawn: the axis says 0 there, and nothing below.
+    pub zero: Option<f64>,
     /// One unit is as long in x as in y, so that a shape looks like itself.
     pub equal_aspect: bool,
 }
@@ -115,6 +127,8 @@ impl Chart {
             series: Vec::new(),
             lines: Vec::new(),
             marks: Vec::new(),
+            labels: Vec::new(),
+            zero: None,
             equal_aspect: false,
         }
     }

@@ -87,6 +87,9 @@ row! {
         redundant: usize,
         capped: usize,
         relaxed: usize,
+        events: usize,
+        recovering: usize,
+        impact_gain_j: f64,
         kinetic_j: f64,
         potential_j: f64,
         work_forces_j: f64,
@@ -177,9 +180,9 @@ row! {
 
 impl ContactRow {
     /// The row of `contact` in the step that ends at `time` in s.
-    pub fn new(time: f64, contact: &ContactRecord) -> Self {
+    pub fn new(contact: &ContactRecord) -> Self {
         ContactRow {
-            time_s: time,
+            time_s: contact.time,
             body_1: contact.bodies[0],
             body_2: contact.bodies[1],
             cell: contact.cell,
@@ -214,6 +217,9 @@ impl From<&StepRecord> for StepRow {
             redundant: step.redundant,
             capped: step.capped,
             relaxed: step.relaxed,
+            events: step.events,
+            recovering: step.recovering,
+            impact_gain_j: step.impact_gain,
             kinetic_j: step.energy.kinetic_end,
             potential_j: step.energy.potential_end,
             work_forces_j: step.energy.forces,
@@ -338,7 +344,8 @@ mod tests {
         assert_eq!(
             header::<StepRow>(),
             "time_s,dt_s,contacts,islands,sweeps,factorisations,pivots,residual,\
-             residual_velocity_m_s,unsolved,redundant,capped,relaxed,kinetic_j,potential_j,\
+             residual_velocity_m_s,unsolved,redundant,capped,relaxed,events,recovering,\
+             impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
              imbalance_j,penetration_m,penetration_impact_m\n"
         );
@@ -426,6 +433,7 @@ mod tests {
     #[test]
     fn records_land_in_their_columns() {
         let contact = ContactRecord {
+            time: 0.5,
             bodies: [1, 2],
             surfaces: [0, 0],
             cell: 3,
@@ -440,7 +448,7 @@ mod tests {
             normal_work: 0.0,
             status: ContactStatus::SlipMinus,
         };
-        let (_root, path) = written(&[ContactRow::new(0.5, &contact)]);
+        let (_root, path) = written(&[ContactRow::new(&contact)]);
         let text = fs::read_to_string(path).unwrap();
         assert_eq!(
             text.lines().nth(1).unwrap(),
@@ -460,6 +468,9 @@ mod tests {
             redundant: 9,
             capped: 10,
             relaxed: 11,
+            events: 22,
+            recovering: 23,
+            impact_gain: 24.0,
             energy: StepEnergy {
                 kinetic_start: 100.0,
                 kinetic_end: 12.0,
@@ -479,7 +490,7 @@ mod tests {
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0"
+            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0"
         );
     }
 

@@ -4,6 +4,7 @@ use plotters::style::{FontTransform, WHITE};
 
 use super::canvas::{Canvas, Drawn, Point, U, stroke, units};
 use super::chart::{Chart, Dash, Extent, Style};
+use super::labels;
 use super::layout::{LEGEND_ROW, Layout, MARGIN, SMALL, TEXT, TITLE};
 use super::legend::{Entry, Look, legend, looks};
 use super::palette;
@@ -24,6 +25,7 @@ pub(super) fn draw(chart: &Chart, extent: Extent) -> Result<String, String> {
             draw_series(&canvas, chart, &layout, look, &looks)?;
         }
         draw_annotations(&canvas, chart, &layout)?;
+        draw_labels(&canvas, chart, &layout)?;
         draw_legend(&canvas, &layout, &legend)?;
         canvas.area.present().map_err(|e| e.to_string())?;
     }
@@ -188,8 +190,8 @@ fn draw_series(canvas: &Canvas, chart: &Chart, l: &Layout, look: &Look, all: &[L
 }
 
 fn draw_annotations(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
-    for line in &chart.lines {
-        if let Some(place) = chart.y.scale.place(line.value) {
+    for value in chart.lines.iter().map(|line| line.value).chain(chart.zero) {
+        if let Some(place) = chart.y.scale.place(value) {
             let y = l.pixel((l.extent.x.0, place)).1;
             let ends = [(l.left, y), (l.right, y)];
             canvas.dashed(&ends, Dash::Dashed, stroke(palette::FAINT_INK, 1.1))?;
@@ -209,6 +211,31 @@ fn draw_annotations(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
             let ends = a.zip(b).filter(|_| mark.x_error > 0.0);
             canvas.note_of_crossing(l.pixel(place), ends.map(|(a, b)| [a, b]))?;
         }
+    }
+    Ok(())
+}
+
+fn draw_labels(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
+    let pixel = |&p: &(f64, f64)| chart.place(p).map(|place| l.pixel(place));
+    let points = chart.series.iter().flat_map(|s| &s.points);
+    let markers: Vec<Point> = points.filter_map(pixel).collect();
+    let joined = chart
+        .series
+        .iter()
+        .filter(|s| matches!(s.style, Style::Line | Style::LinePoints));
+    let pieces = joined
+        .flat_map(|s| s.points.windows(2))
+        .filter_map(|pair| pixel(&pair[0]).zip(pixel(&pair[1])));
+    let levels = chart.lines.iter().map(|line| line.value).chain(chart.zero);
+    let across = levels.filter_map(|v| chart.y.scale.place(v)).map(|place| {
+        let y = l.pixel((l.extent.x.0, place)).1;
+        ((l.left, y), (l.right, y))
+    });
+    let lines: Vec<(Point, Point)> = pieces.chain(across).collect();
+    for (at, text) in labels::place(chart, l, &markers, &lines) {
+        let look = (SMALL, palette::FAINT_INK);
+        let anchor = (HPos::Left, VPos::Center);
+        canvas.text(&text, at, look, anchor, FontTransform::None)?;
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ pub(super) const SMALL: f64 = 11.5;
 pub(super) const LEGEND_ROW: f64 = 20.0;
 
 /// Width in px to allow for a text: a generic sans-serif may turn out as wide as DejaVu Sans.
-fn width_of(text: &str, size: f64) -> f64 {
+pub(super) fn width_of(text: &str, size: f64) -> f64 {
     let em = text.chars().map(|c| match c {
         '\u{2e80}'.. => 1.05,
         c if c.is_uppercase() => 0.75,
@@ -108,7 +108,12 @@ impl Layout {
             }
             wanted -= 1;
         };
-        let y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+        let mut y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+        if let Some(zero) = chart.zero.and_then(|zero| chart.y.scale.place(zero)) {
+            y.major.retain(|(place, _)| *place > zero);
+            y.minor.retain(|place| *place > zero);
+            y.major.push((zero, "0".to_owned()));
+        }
         let y_labels = widest(&mut y.major.iter().map(|t| t.1.as_str()), TEXT);
         let left = MARGIN + 1.6 * TEXT + y_labels + 14.0;
         let right = left + width;

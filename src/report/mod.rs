@@ -9,22 +9,29 @@ mod chart;
 mod csv_files;
 mod drawing;
 mod folder;
+mod labels;
 mod layout;
 mod legend;
+mod order;
 mod palette;
+mod panels;
 mod progress;
+mod result_charts;
 mod table;
 mod wear_charts;
 
 pub use axis::{Axis, Scale};
-pub use chart::{Chart, Colour, Dash, HLine, Mark, Series, Style};
+pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub use csv_files::{
     BodyRow, ComparisonRow, ContactRow, CsvFile, LifeRow, ProfileRow, ResultRow, Row, StepRow,
     WearRow, read_rows,
 };
 pub use folder::OutputFolder;
+pub use order::observed_order;
+pub use panels::panels;
 pub use progress::Progress;
-pub use table::{Align, Table, number, quantity};
+pub use result_charts::{convergence, energy, work_precision};
+pub use table::{Align, Table, number, quantity, step_length};
 pub use wear_charts::{
     HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
 };

@@ -120,6 +120,16 @@ pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
     }
 }
 
+/// A step length \[s\] as people write it: 1/60 s, or 0.0167 s where it is no whole fraction.
+pub fn step_length(dt: f64) -> String {
+    let per_second = dt.recip().round();
+    if (dt * per_second - 1.0).abs() < 1e-9 {
+        format!("1/{per_second} s")
+    } else {
+        format!("{} s", number(dt, 3))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,6 +169,15 @@ x                      1  beyond
         ] {
             assert_eq!(number(value, digits), text);
         }
+    }
+
+    #[test]
+    fn step_lengths_are_fractions_where_they_are() {
+        assert_eq!(step_length(1.0 / 60.0), "1/60 s");
+        assert_eq!(step_length(2e-3), "1/500 s");
+        assert_eq!(step_length(0.0167), "0.0167 s");
+        // more than a second: no fraction
+        assert_eq!(step_length(3.0), "3.00 s");
     }
 
     #[test]

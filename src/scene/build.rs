@@ -1,9 +1,8 @@
 //! From a scene file to a world that can be stepped.
 
-use super::file::Scheme as FileScheme;
 use super::{Body, BodyKind, Mass, Scene, Shape, Step, Tooth, Update, Wear};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::{ModelError, Scheme, StepError, StepperSettings};
+use crate::dynamics::{ModelError, StepError, StepperSettings};
 use crate::rapier::{
     BodyId, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
@@ -19,10 +18,10 @@ impl Step {
     /// The stepper that `[step]` asks for.
     pub fn stepper(&self) -> StepperSettings {
         StepperSettings {
-            scheme: match self.scheme {
-                FileScheme::Staggered => Scheme::Staggered,
-                FileScheme::Moreau => Scheme::Moreau,
-            },
+            scheme: self.scheme,
+            events: self.events,
+            impact_law: self.impact_law,
+            recovery: self.recovery,
             solver: self.solver.clone(),
             tolerance: self.tolerance,
         }

@@ -6,6 +6,7 @@
 use super::Shape;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
+use crate::dynamics::{ImpactLaw, Scheme};
 use crate::solver::SOLVERS;
 use serde::{Deserialize, Serialize};
 
@@ -89,6 +90,12 @@ pub struct Step {
     pub time: f64,
     /// Default `staggered`.
     pub scheme: Scheme,
+    /// Whether impacts are located in time inside the step, default no; `staggered` only.
+    pub events: bool,
+    /// What impacts return, default `capped`: Newton's law that never adds energy.
+    pub impact_law: ImpactLaw,
+    /// Whether bodies that start overlapped are moved apart, default yes; `staggered` only.
+    pub recovery: bool,
     /// A name of [`crate::solver::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
@@ -101,20 +108,13 @@ impl Default for Step {
             dt: 1.0 / 60.0,
             time: 10.0,
             scheme: Scheme::default(),
+            events: false,
+            impact_law: ImpactLaw::default(),
+            recovery: true,
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
         }
     }
-}
-
-/// A time-stepping scheme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    #[default]
-    Staggered,
-    /// Moreau's midpoint rule, as published.
-    Moreau,
 }
 
 /// `[[material]]`: what the surface of a body is like.

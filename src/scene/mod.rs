@@ -43,10 +43,11 @@ pub mod threshing;
 mod threshing_shapes;
 mod time_scales;
 
+pub use crate::dynamics::{ImpactLaw, Scheme};
 pub use build::Built;
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
-pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Scheme, Step};
+pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Step};
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use thresher::{ConcaveSetting, Thresher};
 

@@ -163,6 +163,7 @@ mod tests {
 
     fn record(cell: u32, load_slip: f64, status: ContactStatus) -> ContactRecord {
         ContactRecord {
+            time: 0.0,
             bodies: [0, 1],
             surfaces: [0, 0],
             cell,

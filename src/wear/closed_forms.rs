@@ -53,6 +53,7 @@ fn rough(n: usize) -> Vec<f64> {
 
 fn contact(x: f64, load_slip: f64) -> ContactRecord {
     ContactRecord {
+        time: 0.0,
         bodies: [0, 1],
         surfaces: [0, 0],
         cell: 0,

@@ -9,6 +9,7 @@ pub(super) use bodies::joints;
 use super::document::{Document, Segment};
 use super::error::{Hint, Place, SceneError};
 use super::file::{Gravity, Header, Material, SceneFile, Step};
+use crate::dynamics::Scheme;
 use crate::solver::SOLVERS;
 
 /// Checks everything that can be checked without placing the bodies.
@@ -250,6 +251,10 @@ fn step(at: &At<'_>, step: &Step) -> Result<(), SceneError> {
     at.within("tolerance", step.tolerance, TOLERANCE)?;
     if !SOLVERS.contains(&step.solver.as_str()) {
         return Err(at.key("solver").unknown("solver", &step.solver, SOLVERS));
+    }
+    if step.events && step.scheme == Scheme::Moreau {
+        let problem = "event location needs the scheme staggered; moreau ignores gaps";
+        return Err(at.key("events").conflict(problem));
     }
     Ok(())
 }

@@ -1,0 +1,104 @@
+//! The comparison as a person reads it, from the rows of `results.csv` alone.
+
+use crate::experiment::Setting;
+use crate::report::{Align, ResultRow, Table, number, quantity, step_length};
+
+/// One line a measure; a column for each of `columns`, and one for the best of all points of the
+/// engine `swept`, whose settings follow below.
+pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> String {
+    let of = |setting: &Setting, measure: &str| {
+        let label = setting.label();
+        rows.iter().find(|r| {
+            r.engine == setting.engine.name()
+                && r.scheme == setting.scheme()
+                && r.setting == label
+                && r.dt_s == setting.step.dt
+                && (r.measure == measure || measure.is_empty())
+        })
+    };
+    let mut head = vec![("measure (less is better)".to_owned(), Align::Left)];
+    for setting in columns {
+        head.push((setting.name(), Align::Right));
+    }
+    head.push((format!("{swept}, best of all"), Align::Right));
+    let mut table = Table::new(head);
+    let mut below = String::new();
+    for (measure, unit) in measures(rows) {
+        let unit = match unit {
+            "1" | "" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
+        let mut cells = vec![format!("{measure}{unit}")];
+        for setting in columns {
+            let row = of(setting, measure);
+            cells.push(row.map_or("-".to_owned(), |r| number(r.value, 3)));
+        }
+        if let Some(best) = best(rows, swept, measure) {
+            cells.push(number(best.value, 3));
+            let mut same = rows
+                .iter()
+                .filter(|r| r.engine == swept && r.measure == measure);
+            // where all are equal there is no best
+            if !same.all(|r| r.value == best.value) {
+                below.push_str(&format!(
+                    "  {measure}: dt {}, {}, {} a simulated second\n",
+                    step_length(best.dt_s),
+                    best.setting,
+                    time(best)
+                ));
+            }
+        } else {
+            cells.push("-".to_owned());
+        }
+        table.push(cells);
+    }
+    let mut cells = vec!["time per simulated second".to_owned()];
+    cells.extend(
+        columns
+            .iter()
+            .map(|s| of(s, "").map_or("-".to_owned(), time)),
+    );
+    table.push(cells);
+    if !below.is_empty() {
+        below.insert_str(
+            0,
+            &format!("{swept}, best of all its points in each measure:\n"),
+        );
+    }
+    format!("{table}{below}")
+}
+
+/// Names and units, in the order of the rows.
+fn measures(rows: &[ResultRow]) -> Vec<(&str, &str)> {
+    let mut measures: Vec<(&str, &str)> = Vec::new();
+    for row in rows {
+        if !measures.iter().any(|(name, _)| *name == row.measure) {
+            measures.push((&row.measure, &row.unit));
+        }
+    }
+    measures
+}
+
+/// The least value, and of equal ones the fastest.
+fn best<'a>(rows: &'a [ResultRow], engine: &str, measure: &str) -> Option<&'a ResultRow> {
+    let key = |r: &ResultRow| {
+        (
+            r.value,
+            r.seconds_per_simulated_second.unwrap_or(f64::INFINITY),
+        )
+    };
+    rows.iter()
+        .filter(|r| r.engine == engine && r.measure == measure && r.value.is_finite())
+        .min_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        })
+}
+
+fn time(row: &ResultRow) -> String {
+    match (row.seconds_per_simulated_second, row.spread) {
+        (Some(t), Some(s)) => format!("{} ± {} %", quantity(t, "s", 3), number(100.0 * s, 2)),
+        (Some(t), None) => quantity(t, "s", 3),
+        _ => "-".to_owned(),
+    }
+}

@@ -1,0 +1,324 @@
+//! A cluster of bodies, stepped by itself from event to event.
+
+mod instant;
+mod search;
+
+use super::StepError;
+use super::events::{release_lone, see_from_the_start};
+use super::model::{Configuration, MultibodyModel};
+use super::outcome::{forces_work, record_stage};
+use super::record::StepRecord;
+use super::rules::Rules;
+use super::solve::IslandSolver;
+use super::stage::{Memories, Span, Stage, belongs, movable};
+use super::stepper::check_finite;
+use crate::contact::{Law, NO_BODY, Vec2, Vec3};
+
+/// Impacts of a cluster in one step, before the rest of it is stepped by the plain rule.
+const EVENTS: usize = 4;
+/// The same for two bodies that touch nothing else: their events cost one small solve each.
+const LONE_EVENTS: usize = 64;
+
+/// What all clusters of a step share.
+pub(super) struct Context<'a> {
+    pub main: &'a Stage,
+    pub memory: &'a Memories,
+    pub rules: Rules,
+    pub inverse_mass: &'a [Vec3],
+    /// Configurations of all bodies at the start of the step.
+    pub origin: &'a [Configuration],
+    /// Start and length of the step \[s\].
+    pub time: f64,
+    pub dt: f64,
+}
+
+/// What became of a cluster in a step.
+pub(super) struct Cluster {
+    /// Movable ones, ascending.
+    pub bodies: Vec<u32>,
+    /// One a body: velocity and configuration at the end, and `∫ u dt`.
+    pub end: Vec<Vec3>,
+    pub configuration: Vec<Configuration>,
+    pub displacement: Vec<Vec3>,
+    pub record: StepRecord,
+    pub memory: Memories,
+}
+
+/// Steps clusters; keeps its arrays.
+#[derive(Default)]
+pub(super) struct Runner {
+    /// The interval stepped last, and the instant at the end of it.
+    flow: Stage,
+    instant: Stage,
+    members: Vec<bool>,
+    pairs: Vec<[u32; 2]>,
+    /// Bodies of the cluster, and those that move on their own beside it.
+    moved: Vec<u32>,
+    /// Where they are at the start of the interval.
+    here: Vec<Configuration>,
+    /// What the cluster remembers of its own since the step began.
+    remembered: Option<Memories>,
+    record: StepRecord,
+}
+
+/// The rest of a step.
+#[derive(Clone, Copy)]
+struct Rest {
+    /// Its start and length \[s\].
+    at: f64,
+    length: f64,
+}
+
+impl Runner {
+    /// Steps `bodies` through the step of `context`. On return they stand at its end, all others
+    /// as on entry.
+    ///
+    /// # Errors
+    /// [`StepError`] of the detection, or velocities that are not finite.
+    pub fn run<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        bodies: Vec<u32>,
+    ) -> Result<Cluster, StepError> {
+        self.gather(context, &bodies);
+        let escorts = self.moved[bodies.len()..].to_vec();
+        let place = |model: &M, all: &[u32]| -> Vec<Configuration> {
+            let of = |b: &u32| model.configuration(*b as usize);
+            all.iter().map(of).collect()
+        };
+        let aside = place(model, &escorts);
+        let origin = |b: &u32| context.origin[*b as usize];
+        self.here = self.moved.iter().map(origin).collect();
+        self.restore(model);
+        self.flow.start.clone_from(&context.main.start);
+        self.flow.excused.clone_from(&context.main.excused);
+        self.remembered = None;
+        self.record = StepRecord::default();
+        let mut cluster = Cluster {
+            end: Vec::new(),
+            configuration: Vec::new(),
+            displacement: vec![Vec3::zeros(); bodies.len()],
+            bodies,
+            record: StepRecord::default(),
+            memory: Memories::default(),
+        };
+        let (end, mut elapsed, mut limit) = (context.time + context.dt, 0.0, LONE_EVENTS);
+        loop {
+            let rest = Rest {
+                at: context.time + elapsed,
+                length: context.dt - elapsed,
+            };
+            let plain = self.record.events >= limit;
+            let rules = Rules {
+                events: !plain,
+                ..context.rules
+            };
+            let span = Span {
+                step: context.dt,
+                length: rest.length,
+                horizon: 0.5 * (rest.length + context.dt),
+            };
+            // the main trial has shown this far already
+            let shown = elapsed == 0.0 && !plain;
+            if shown {
+                self.take_over(context);
+            } else {
+                self.advance(model, solver, context, &rules, span, rest.at)?;
+            }
+            // the search leaves bodies where it looked last
+            let middle = place(model, &self.moved);
+            let next = if plain {
+                None
+            } else {
+                self.next(model, context)?
+            };
+            let Some((contact, time)) = next else {
+                if shown {
+                    self.restore(model);
+                    self.advance(model, solver, context, &rules, span, rest.at)?;
+                } else {
+                    for (&b, at) in self.moved.iter().zip(&middle) {
+                        model.set_configuration(b as usize, at);
+                    }
+                }
+                self.finish_interval(model);
+                self.keep(solver, context, end, &mut cluster);
+                break;
+            };
+            let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
+            let Some((key, time)) = found else {
+                // nothing closes after all: what is left is stepped plainly
+                limit = 0;
+                self.restore(model);
+                continue;
+            };
+            elapsed += time;
+            if time > 0.0 {
+                self.keep(solver, context, context.time + elapsed, &mut cluster);
+                self.remembered = Some(std::mem::take(&mut cluster.memory));
+            }
+            self.forget_sticking(context);
+            let rest = Rest {
+                at: context.time + elapsed,
+                length: context.dt - elapsed,
+            };
+            if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
+                limit = EVENTS;
+            }
+            self.here = place(model, &self.moved);
+            std::mem::swap(&mut self.flow.start, &mut self.instant.end);
+        }
+        check_finite(&self.flow.end, context.time)?;
+        cluster.record = std::mem::take(&mut self.record);
+        let velocity = |b: &u32| self.flow.end[*b as usize];
+        cluster.end = cluster.bodies.iter().map(velocity).collect();
+        cluster.configuration = place(model, &cluster.bodies);
+        for (&b, place) in escorts.iter().zip(&aside) {
+            model.set_configuration(b as usize, place);
+        }
+        Ok(cluster)
+    }
+
+    /// Who belongs, who moves along, and which pairs of surfaces may touch.
+    fn gather(&mut self, context: &Context, bodies: &[u32]) {
+        self.members.clear();
+        self.members.resize(context.inverse_mass.len(), false);
+        for &b in bodies {
+            self.members[b as usize] = true;
+        }
+        self.pairs.clear();
+        self.moved.clear();
+        self.moved.extend_from_slice(bodies);
+        for contact in &context.main.detection.contacts {
+            let sides = movable(&contact.rows, context.inverse_mass).bodies;
+            let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
+            if real.peek().is_none() || !real.all(|b| self.members[*b as usize]) {
+                continue;
+            }
+            self.pairs.push(contact.surfaces);
+            for b in contact.rows.bodies {
+                if b != NO_BODY && !self.moved.contains(&b) {
+                    self.moved.push(b);
+                }
+            }
+        }
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+    }
+
+    fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        for (&b, place) in self.moved.iter().zip(&self.here) {
+            model.set_configuration(b as usize, place);
+        }
+    }
+
+    /// The path, and what waits on it, from the trial of the whole step.
+    fn take_over(&mut self, context: &Context) {
+        let (main, flow) = (context.main, &mut self.flow);
+        flow.length = main.length;
+        flow.end.clone_from(&main.end);
+        flow.forces.clone_from(&main.forces);
+        flow.accelerations.clone_from(&main.accelerations);
+        flow.detection.clear();
+        flow.waiting.clear();
+        for &i in &main.waiting {
+            let contact = main.detection.contacts[i];
+            if self.pairs.binary_search(&contact.surfaces).is_ok() {
+                flow.waiting.push(flow.detection.contacts.len());
+                flow.detection.contacts.push(contact);
+            }
+        }
+        flow.blocks.clear();
+        flow.impulses.clear();
+        let members = Some(self.members.as_slice());
+        for (i, block) in main.blocks.iter().enumerate() {
+            if belongs(&main.rows[i], members, context.inverse_mass) {
+                flow.blocks.push(*block);
+                flow.impulses.push(main.impulses[i]);
+            }
+        }
+    }
+
+    /// Whether nothing holds the bodies or presses on them: they fly.
+    fn idle(&self) -> bool {
+        let mut blocks = self.flow.blocks.iter().zip(&self.flow.impulses);
+        blocks.all(|(b, p)| matches!(b.law, Law::Contact { .. }) && *p == Vec2::zeros())
+    }
+
+    /// Cuts the interval of bodies that fly to `time`; moves them to its end.
+    fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
+        let flow = &mut self.flow;
+        flow.length = time;
+        flow.clear_blocks();
+        for (end, (start, a)) in flow
+            .end
+            .iter_mut()
+            .zip(flow.start.iter().zip(&flow.accelerations))
+        {
+            *end = start + time * a;
+        }
+        for &b in &self.moved {
+            let mean = 0.5 * (self.flow.start[b as usize] + self.flow.end[b as usize]);
+            model.shift(b as usize, &mean, time);
+        }
+    }
+
+    /// Solves an interval from `here`; leaves the bodies at its midpoint.
+    fn advance<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        rules: &Rules,
+        span: Span,
+        at: f64,
+    ) -> Result<(), StepError> {
+        let flow = &mut self.flow;
+        model.set_velocities(&flow.start);
+        for &b in &self.moved {
+            let u = flow.start[b as usize];
+            model.shift(b as usize, &u, 0.5 * span.length);
+        }
+        flow.detect_pairs(model, &self.pairs, context.dt)?;
+        let memory = self.remembered.as_ref().unwrap_or(context.memory);
+        if rules.events {
+            let (moved, here) = (&self.moved, &self.here);
+            let place = |b: u32| moved.iter().position(|m| *m == b).map(|k| here[k]);
+            see_from_the_start(model, flow, memory, place, span.length, span.step)?;
+        }
+        flow.free_velocities(model, at + 0.5 * span.length, span.length);
+        let w = context.inverse_mass;
+        flow.collect(rules, memory, Some(&self.members), w, span);
+        solver.solve(flow, w, rules);
+        let spent = solver.outcomes.iter();
+        spent.for_each(|outcome| outcome.count_work(&mut self.record));
+        if rules.events {
+            release_lone(flow, solver, span.step);
+        }
+        flow.end_velocities(w);
+        Ok(())
+    }
+
+    /// Moves the bodies from the midpoint of the interval to its end.
+    fn finish_interval<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        for &b in &self.moved {
+            let u = self.flow.end[b as usize];
+            model.shift(b as usize, &u, 0.5 * self.flow.length);
+        }
+    }
+
+    /// Records the interval solved last.
+    fn keep(&mut self, solver: &IslandSolver, context: &Context, time: f64, cluster: &mut Cluster) {
+        let (flow, w) = (&self.flow, context.inverse_mass);
+        let (record, memory) = (&mut self.record, &mut cluster.memory);
+        solver.outcomes.iter().for_each(|o| o.count(record));
+        memory.clear();
+        record_stage(flow, |_| true, w, time, record, memory);
+        record.energy.forces += forces_work(flow, w, |k| self.members[k]);
+        for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
+            *d += 0.5 * flow.length * (flow.start[b as usize] + flow.end[b as usize]);
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! When and where the next pair of a cluster closes.
+
+use super::{Context, Rest, Runner};
+use crate::contact::NO_BODY;
+use crate::dynamics::StepError;
+use crate::dynamics::events::{crossing, touch_tolerance};
+use crate::dynamics::model::{ContactKey, ContactPoint, MultibodyModel};
+use crate::dynamics::rules::Rules;
+use crate::dynamics::solve::IslandSolver;
+use crate::dynamics::stage::Span;
+
+/// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
+const SEARCHES: usize = 60;
+
+impl Runner {
+    /// The first pair of waiting contacts to close on the path of the interval, one of them, and
+    /// after what time.
+    pub(super) fn next<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        context: &Context,
+    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
+        let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
+        for &i in &self.flow.waiting {
+            let contact = self.flow.detection.contacts[i];
+            let guess = crossing(&self.flow, &contact, context.dt).unwrap_or(self.flow.length);
+            match guesses
+                .iter_mut()
+                .find(|(c, _)| c.surfaces == contact.surfaces)
+            {
+                Some((_, earlier)) => *earlier = earlier.min(guess),
+                None => guesses.push((contact, guess)),
+            }
+        }
+        let mut first: Option<(ContactPoint, f64)> = None;
+        for (contact, guess) in guesses {
+            if let Some(time) = self.locate(model, context, &contact, guess)?
+                && first.is_none_or(|(_, earliest)| time < earliest)
+            {
+                first = Some((contact, time));
+            }
+        }
+        Ok(first)
+    }
+
+    /// The instant at which the pair of `contact` closes on the path of the interval, sought by
+    /// Newton's iteration within a bracket on the gap detected there, from `first` on.
+    ///
+    /// The parabola that `first` comes from is that of a straight normal; surfaces that curve or
+    /// turn, and normals that flip in an overlap, are seen only by detection.
+    fn locate<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        context: &Context,
+        contact: &ContactPoint,
+        first: f64,
+    ) -> Result<Option<f64>, StepError> {
+        let end = self.flow.length;
+        let (mut open, mut closed) = (0.0, None);
+        let mut time = first;
+        for _ in 0..SEARCHES {
+            if time == 0.0 {
+                return Ok(Some(time));
+            }
+            let found = self.nearest(model, context, contact, time)?;
+            let mut better = f64::NAN;
+            match found {
+                Some((gap, closing, resolution)) => {
+                    if gap.abs() <= resolution {
+                        return Ok((closing > 0.0).then_some(time));
+                    }
+                    if gap > 0.0 {
+                        open = time;
+                    } else {
+                        closed = Some(time);
+                    }
+                    better = time + gap / closing;
+                }
+                None => open = time,
+            }
+            let limit = match closed {
+                None if time == end => return Ok(None),
+                None => end,
+                Some(closed) => closed,
+            };
+            time = if better > open && better < limit {
+                better
+            } else if closed.is_none() {
+                end
+            } else {
+                0.5 * (open + limit)
+            };
+        }
+        Ok(Some(time))
+    }
+
+    /// Smallest gap of a pair at `time` on the path of the interval, the velocity at which it
+    /// closes, and what is as good as zero; `None` where nothing of it is near.
+    fn nearest<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        context: &Context,
+        contact: &ContactPoint,
+        time: f64,
+    ) -> Result<Option<(f64, f64, f64)>, StepError> {
+        let (flow, share) = (&self.flow, time / self.flow.length);
+        let at = |b: u32, share: f64| {
+            let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
+            a + share * (e - a)
+        };
+        for (&b, place) in self.moved.iter().zip(&self.here) {
+            if contact.rows.bodies.contains(&b) {
+                model.set_configuration(b as usize, place);
+                model.shift(b as usize, &at(b, 0.5 * share), time);
+            }
+        }
+        self.instant
+            .detect_pairs(model, &[contact.surfaces], context.dt)?;
+        let all = self.instant.detection.contacts.iter();
+        let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
+        Ok(nearest.map(|c| {
+            let mut closing = 0.0;
+            for (side, &b) in c.rows.bodies.iter().enumerate() {
+                if b != NO_BODY {
+                    closing -= c.rows.jacobian[side][0].dot(&at(b, share));
+                }
+            }
+            let touch = touch_tolerance(c, flow, context.dt);
+            (c.gap, closing, (2.0 * c.gap_noise).max(1e-5 * touch))
+        }))
+    }
+
+    /// Steps to the instant at which `contact` closes and finds the contacts there: which one
+    /// closes, and how long after the start of the rest.
+    #[allow(clippy::too_many_arguments)] // the state of one search
+    pub(super) fn seek<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        rules: &Rules,
+        contact: &ContactPoint,
+        time: f64,
+        rest: Rest,
+    ) -> Result<Option<(ContactKey, f64)>, StepError> {
+        self.restore(model);
+        if time > 0.0 && self.idle() {
+            solver.outcomes.clear();
+            self.fly(model, time);
+            self.instant.start.clone_from(&self.flow.end);
+        } else if time > 0.0 {
+            let span = Span {
+                step: context.dt,
+                length: time,
+                horizon: 0.5 * rest.length,
+            };
+            self.advance(model, solver, context, rules, span, rest.at)?;
+            self.finish_interval(model);
+            self.instant.start.clone_from(&self.flow.end);
+        } else {
+            self.instant.start.clone_from(&self.flow.start);
+        }
+        let instant = &mut self.instant;
+        instant.accelerations.clone_from(&self.flow.accelerations);
+        model.set_velocities(&instant.start);
+        instant.detect_pairs(model, &self.pairs, context.dt)?;
+        let closes = |c: &&ContactPoint| {
+            c.surfaces == contact.surfaces && c.rows.velocity(&instant.start).x < 0.0
+        };
+        let all = instant.detection.contacts.iter().filter(closes);
+        let found = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
+        Ok(found.map(|c| (c.key, time)))
+    }
+}

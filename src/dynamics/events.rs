@@ -1,0 +1,257 @@
+//! Event location: when, inside a step, a contact that came in fast closes.
+//!
+//! Contacts that close fast wait (see [`super::rules`]). A trial without them gives every body a
+//! path, `q(t) = q_A + t u_A + t² (u_E − u_A)/(2h)`; on it the gap of a waiting contact is a
+//! parabola, and where it falls through zero the bodies it concerns are stepped again by
+//! themselves: to that instant, through an impact of no duration, and on. All others keep what
+//! the trial gave them, so that an event costs as much as its own cluster of bodies.
+
+use super::cluster::{Cluster, Context, Runner};
+use super::islands::Islands;
+use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
+use super::rules::{reference_acceleration, rest_velocity, turning};
+use super::solve::IslandSolver;
+use super::stage::{Memories, Source, Stage, movable};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+
+/// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference
+/// acceleration closes in a hundredth of a step.
+pub(super) fn touch_tolerance(contact: &ContactPoint, stage: &Stage, step: f64) -> f64 {
+    let acceleration = reference_acceleration(contact, &stage.start, &stage.accelerations);
+    let fall = rest_velocity(acceleration, step) * step;
+    (2.0 * contact.gap_noise).max(1e-4 * fall)
+}
+
+/// Instant after the start of `stage` at which a contact closes, if it does.
+///
+/// With `g(t) = c₀ + γ_A t + (γ_E − γ_A) t²/(2h)`, `c₀ = g_M − γ_A h/2`: the first root with
+/// falling gap, or 0 where the surfaces touch and close at the start.
+pub(super) fn crossing(stage: &Stage, contact: &ContactPoint, step: f64) -> Option<f64> {
+    let h = stage.length;
+    let c1 = contact.rows.velocity(&stage.start).x;
+    let c2 = (contact.rows.velocity(&stage.end).x - c1) / (2.0 * h);
+    let c0 = contact.gap - 0.5 * h * c1;
+    if c1 < 0.0 && c0 <= touch_tolerance(contact, stage, step) {
+        return Some(0.0);
+    }
+    let c0 = c0.max(0.0);
+    let square = c1 * c1 - 4.0 * c0 * c2;
+    if square <= 0.0 {
+        return None;
+    }
+    let root = square.sqrt();
+    let time = if c1 < 0.0 {
+        2.0 * c0 / (root - c1)
+    } else if c2 < 0.0 {
+        -(c1 + root) / (2.0 * c2)
+    } else {
+        return None;
+    };
+    (time <= h).then_some(time)
+}
+
+/// Whether a contact may close on the path of `stage` although its parabola does not: what turning
+/// bodies add to the gap, or sliding along curved surfaces, is of second order in the step.
+fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
+    let h = stage.length;
+    let gamma = contact.rows.velocity(&stage.start);
+    let (mut turn, mut spin, mut arms) = (0.0, 0.0f64, 0.0);
+    for (omega, arm) in turning(contact, &stage.start) {
+        turn += omega * omega * arm;
+        spin += omega.abs();
+        arms += arm;
+    }
+    let slide = gamma.y.abs();
+    let curve = if arms > 0.0 {
+        slide * slide / arms
+    } else {
+        0.0
+    };
+    let bend = 0.5 * h * h * (turn + slide * spin + curve);
+    let end = contact.gap + 0.5 * h * contact.rows.velocity(&stage.end).x;
+    let start = contact.gap - 0.5 * h * gamma.x;
+    end.min(start) <= bend
+}
+
+/// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
+/// nothing else cost no solve, so that every bounce can be followed.
+pub(super) fn release_lone(stage: &mut Stage, solver: &IslandSolver, step: f64) {
+    for k in 0..solver.islands.len() {
+        let &[i] = solver.islands.blocks(k) else {
+            continue;
+        };
+        let block = &stage.blocks[i as usize];
+        let (Source::Contact(index), false) = (block.source, block.carried_before) else {
+            continue;
+        };
+        let contact = &stage.detection.contacts[index];
+        let NormalLaw::Rigid { restitution: e } = contact.law else {
+            continue;
+        };
+        let speed = contact.rows.velocity(&stage.start).x;
+        let at_start = contact.gap - 0.5 * stage.length * speed;
+        let a = reference_acceleration(contact, &stage.start, &stage.accelerations);
+        // all bounces that are left take less than a thousandth of a step: it rests
+        let rests = at_start <= touch_tolerance(contact, stage, step)
+            && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
+        if e > 0.0 && !rests && stage.impulses[i as usize].x > 0.0 {
+            stage.impulses[i as usize] = Vec2::zeros();
+            stage.waiting.push(index);
+        }
+    }
+}
+
+/// Contacts with thin bodies that were passed before the midpoint show their far side there, and
+/// seem to open: they are detected at the start instead, and carried to the midpoint.
+pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    stage: &mut Stage,
+    memory: &Memories,
+    start: impl Fn(u32) -> Option<Configuration>,
+    length: f64,
+    step: f64,
+) -> Result<(), ModelError> {
+    let mut pairs: Vec<[u32; 2]> = Vec::new();
+    let mut bodies: Vec<u32> = Vec::new();
+    for contact in &stage.detection.contacts {
+        let opening = contact.rows.velocity(&stage.start).x;
+        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+        let carried = memory.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
+        let at_start = contact.gap - 0.5 * length * opening;
+        if rigid && !carried && opening > 0.0 && at_start < -2.0 * contact.gap_noise {
+            pairs.push(contact.surfaces);
+            bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
+        }
+    }
+    if pairs.is_empty() {
+        return Ok(());
+    }
+    pairs.dedup();
+    bodies.sort_unstable();
+    bodies.dedup();
+    let moved: Vec<(usize, Configuration)> = bodies
+        .iter()
+        .filter(|&&b| start(b).is_some())
+        .map(|&b| (b as usize, model.configuration(b as usize)))
+        .collect();
+    for &(body, _) in &moved {
+        if let Some(place) = start(body as u32) {
+            model.set_configuration(body, &place);
+        }
+    }
+    let mut found = super::model::Detection::default();
+    let result = model.detect_pairs(&pairs, step, &mut found);
+    for (body, place) in &moved {
+        model.set_configuration(*body, place);
+    }
+    result?;
+    for mut contact in found.contacts {
+        let closing = -contact.rows.velocity(&stage.start).x;
+        if contact.gap > 0.0 && contact.gap < 0.5 * length * closing {
+            contact.gap -= 0.5 * length * closing;
+            stage
+                .detection
+                .contacts
+                .retain(|c| c.surfaces != contact.surfaces || c.gap < 0.0 && c.key == contact.key);
+            stage.detection.contacts.push(contact);
+        }
+    }
+    Ok(())
+}
+
+/// Steps every cluster of bodies in which something closes; `main` is the trial over the step.
+///
+/// A cluster that would run into a body outside takes in that body's, and starts again.
+pub(super) fn run<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    solver: &mut IslandSolver,
+    context: &Context,
+) -> Result<Vec<Cluster>, super::StepError> {
+    let main = context.main;
+    let count = main.start.len();
+    let crossing: Vec<Rows> = main
+        .waiting
+        .iter()
+        .map(|&i| &main.detection.contacts[i])
+        .filter(|c| crossing(main, c, context.dt).is_some() || may_close(main, c))
+        .map(|contact| movable(&contact.rows, context.inverse_mass))
+        .collect();
+    if crossing.is_empty() {
+        return Ok(Vec::new());
+    }
+    // joined bodies belong together, and those that press on each other in the trial
+    let mut links: Vec<Rows> = (0..main.blocks.len())
+        .filter(|&i| {
+            main.impulses[i] != Vec2::zeros() || matches!(main.blocks[i].source, Source::Joint(_))
+        })
+        .map(|i| main.rows[i])
+        .collect();
+    let mut runner = Runner::default();
+    let mut done: Vec<Cluster> = Vec::new();
+    loop {
+        let groups = group(count, &crossing, &links);
+        done.retain(|cluster| groups.contains(&cluster.bodies));
+        for bodies in groups {
+            if !done.iter().any(|cluster| cluster.bodies == bodies) {
+                done.push(runner.run(model, solver, context, bodies)?);
+            }
+        }
+        done.sort_by_key(|cluster| cluster.bodies[0]);
+        match collision(&done, context) {
+            Some(rows) => links.push(rows),
+            None => return Ok(done),
+        }
+    }
+}
+
+/// Bodies of each cluster, ascending.
+fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
+    let all: Vec<Rows> = crossing.iter().chain(links).copied().collect();
+    let mut islands = Islands::default();
+    islands.build(count, &all);
+    (0..islands.len())
+        .filter(|&k| {
+            islands
+                .blocks(k)
+                .iter()
+                .any(|&i| (i as usize) < crossing.len())
+        })
+        .map(|k| {
+            let mut bodies: Vec<u32> = islands
+                .blocks(k)
+                .iter()
+                .flat_map(|&i| all[i as usize].bodies)
+                .filter(|b| *b != NO_BODY)
+                .collect();
+            bodies.sort_unstable();
+            bodies.dedup();
+            bodies
+        })
+        .collect()
+}
+
+/// A contact between a cluster and a body outside it that ends overlapped, by the path of both.
+fn collision(done: &[Cluster], context: &Context) -> Option<Rows> {
+    let main = context.main;
+    let mut owner = vec![NO_BODY; main.start.len()];
+    // displacement from the midpoint of the trial to the end of the step
+    let mut moved: Vec<Vec3> = main.end.iter().map(|u| 0.5 * context.dt * u).collect();
+    for (k, cluster) in done.iter().enumerate() {
+        for (&body, d) in cluster.bodies.iter().zip(&cluster.displacement) {
+            owner[body as usize] = k as u32;
+            moved[body as usize] = d - 0.5 * context.dt * main.start[body as usize];
+        }
+    }
+    main.detection.contacts.iter().find_map(|contact| {
+        let rows = movable(&contact.rows, context.inverse_mass);
+        let [a, b] = rows.bodies;
+        if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
+            return None;
+        }
+        let start = contact.gap - 0.5 * context.dt * contact.rows.velocity(&main.start).x;
+        let end = contact.gap + contact.rows.velocity(&moved).x;
+        let touch = touch_tolerance(contact, main, context.dt);
+        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+        (rigid && end < start.min(0.0) - touch).then_some(rows)
+    })
+}

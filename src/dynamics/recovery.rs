@@ -1,0 +1,164 @@
+//! Pairs that start overlapped are moved apart, without a launch.
+
+use super::islands::Islands;
+use super::model::NormalLaw;
+use super::rules::{reference_acceleration, rest_velocity};
+use super::solve::IslandSolver;
+use super::stage::{Stage, movable};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use std::collections::BTreeSet;
+
+/// Share of an overlap that is undone in a step.
+const SHARE: f64 = 0.2;
+
+/// Position correction for pairs that were overlapped when they were first seen.
+///
+/// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
+/// it is above a slop, displacements `d` of least kinetic norm are found with
+///
+/// ```text
+/// J d ≥ 0.2 (x − slop)   of these contacts
+/// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
+/// ```
+///
+/// a frictionless contact problem of its own. Velocities and kinetic energy stay as they are. Pairs
+/// that touch later are never corrected: noise of their gaps would make them creep.
+#[derive(Default)]
+pub(super) struct OverlapRecovery {
+    /// Pairs of surfaces seen in the last step, ascending, and those that overlapped at first.
+    seen: Vec<u64>,
+    overlapped: BTreeSet<u64>,
+}
+
+impl OverlapRecovery {
+    /// Takes in the contacts of a step, before it is solved.
+    pub fn look(&mut self, stage: &mut Stage, inverse_mass: &[Vec3]) {
+        let mut pairs = Vec::new();
+        for contact in &stage.detection.contacts {
+            let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+            if !rigid || movable(&contact.rows, inverse_mass).bodies == [NO_BODY; 2] {
+                continue;
+            }
+            let pair = contact.key.pair;
+            pairs.push(pair);
+            let opening = contact.rows.velocity(&stage.start).x;
+            let at_start = contact.gap - 0.5 * stage.length * opening;
+            if at_start < -slop(contact, stage) && self.seen.binary_search(&pair).is_err() {
+                self.overlapped.insert(pair);
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        // who is gone is forgotten
+        self.overlapped
+            .retain(|pair| pairs.binary_search(pair).is_ok());
+        self.seen = pairs;
+        stage.excused.clone_from(&self.overlapped);
+    }
+
+    /// Pairs that are still overlapped.
+    pub fn pairs(&self) -> usize {
+        self.overlapped.len()
+    }
+
+    /// Displacements of bodies after the step that `stage` was.
+    pub fn moves(
+        &mut self,
+        stage: &Stage,
+        inverse_mass: &[Vec3],
+        dt: f64,
+        solver: &mut IslandSolver,
+    ) -> Vec<(u32, Vec3)> {
+        if self.overlapped.is_empty() {
+            return Vec::new();
+        }
+        let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+        let mut excess = BTreeSet::new();
+        for contact in &stage.detection.contacts {
+            let own = movable(&contact.rows, inverse_mass);
+            if !matches!(contact.law, NormalLaw::Rigid { .. }) || own.bodies == [NO_BODY; 2] {
+                continue;
+            }
+            let left = contact.gap + dt * contact.rows.velocity(&stage.end).x;
+            let slop = slop(contact, stage);
+            let x = -left - slop;
+            // a share at a time never gets there: a tenth of the slop is near enough
+            let moves = x > 0.1 * slop && self.overlapped.contains(&contact.key.pair);
+            if moves {
+                excess.insert(contact.key.pair);
+            }
+            rows.push(own);
+            free.push(Vec2::new(
+                if moves { -SHARE * x } else { left.max(0.0) },
+                0.0,
+            ));
+            laws.push(Law::Contact {
+                friction: 0.0,
+                compliance: 0.0,
+            });
+        }
+        self.overlapped = excess;
+        if self.overlapped.is_empty() {
+            return Vec::new();
+        }
+        for joint in &stage.detection.joints {
+            let own = movable(&joint.rows, inverse_mass);
+            let pin = matches!(joint.kind, super::model::JointKind::Pin { .. });
+            if pin && own.bodies != [NO_BODY; 2] {
+                rows.push(own);
+                free.push(Vec2::zeros());
+                laws.push(Law::Pin);
+            }
+        }
+        displacements(&rows, &free, &laws, inverse_mass, solver)
+    }
+}
+
+/// Solves (1) on every island that has something to move.
+fn displacements(
+    rows: &[Rows],
+    free: &[Vec2],
+    laws: &[Law],
+    inverse_mass: &[Vec3],
+    solver: &mut IslandSolver,
+) -> Vec<(u32, Vec3)> {
+    let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
+    let mut islands = Islands::default();
+    islands.build(inverse_mass.len(), rows);
+    for k in 0..islands.len() {
+        let members = islands.blocks(k);
+        if members.iter().all(|&i| free[i as usize].x >= 0.0) {
+            continue;
+        }
+        let of = |i: &u32| *i as usize;
+        let problem = ContactProblem {
+            operator: Delassus::Bodies(BodyOperator {
+                inverse_mass: inverse_mass.to_vec(),
+                rows: members.iter().map(|i| rows[of(i)]).collect(),
+            }),
+            free: members.iter().map(|i| free[of(i)]).collect(),
+            laws: members.iter().map(|i| laws[of(i)]).collect(),
+        };
+        let mut push = vec![Vec2::zeros(); members.len()];
+        // walls that contradict each other leave no solution: nothing is moved then
+        if solver
+            .solver
+            .solve(&problem, &mut push, solver.tolerance)
+            .solved()
+        {
+            for (i, p) in members.iter().zip(&push) {
+                rows[of(i)].push(*p, inverse_mass, &mut moved);
+            }
+        }
+    }
+    let some = |(_, d): &(u32, Vec3)| *d != Vec3::zeros();
+    (0..).zip(moved).filter(some).collect()
+}
+
+/// Overlap \[m\] that is left alone: noise, or a hundredth of what the reference acceleration
+/// makes in a step.
+fn slop(contact: &super::model::ContactPoint, stage: &Stage) -> f64 {
+    let acceleration = reference_acceleration(contact, &stage.start, &stage.accelerations);
+    let fall = rest_velocity(acceleration, stage.length) * stage.length;
+    (2.0 * contact.gap_noise).max(0.01 * fall)
+}

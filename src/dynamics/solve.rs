@@ -1,0 +1,156 @@
+//! The contact problems of a stage: island after island, each solved, capped and judged.
+
+use super::cap::{CapBlock, cap, is_rigid, work};
+use super::islands::Islands;
+use super::outcome::{ran_away, redundant};
+use super::record::StepRecord;
+use super::rules::{ImpactLaw, Rules, Scheme};
+use super::stage::{Block, Stage};
+use crate::contact::{ContactProblem, Vec2, Vec3};
+use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
+
+/// How one island was solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct IslandOutcome {
+    report: SolveReport,
+    capped: bool,
+    relaxed: bool,
+    redundant: bool,
+    /// Energy that an impact added \[J\], 0 or more.
+    gain: f64,
+}
+
+impl IslandOutcome {
+    /// Adds the work, whether the result is used or not.
+    pub fn count_work(&self, record: &mut StepRecord) {
+        record.sweeps += self.report.sweeps;
+        record.factorisations += self.report.factorisations;
+        record.pivots += self.report.pivots;
+    }
+
+    /// Adds what can be said of a result that is used.
+    pub fn count(&self, record: &mut StepRecord) {
+        record.unsolved += usize::from(!self.report.solved());
+        record.residual = record.residual.max(self.report.residual.relative);
+        record.residual_velocity = record.residual_velocity.max(self.report.residual.velocity);
+        record.islands += 1;
+        record.capped += usize::from(self.capped);
+        record.relaxed += usize::from(self.relaxed);
+        record.redundant += usize::from(self.redundant);
+        record.impact_gain += self.gain;
+    }
+}
+
+/// Splits stages into islands and solves them.
+pub(super) struct IslandSolver {
+    pub solver: Box<dyn ImpulseSolver>,
+    pub tolerance: f64,
+    pub islands: Islands,
+    /// Of the last stage, one an island.
+    pub outcomes: Vec<IslandOutcome>,
+}
+
+impl IslandSolver {
+    pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
+        IslandSolver {
+            solver,
+            tolerance,
+            islands: Islands::default(),
+            outcomes: Vec::new(),
+        }
+    }
+
+    /// Finds the impulses of all blocks of `stage`.
+    pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
+        self.islands.build(inverse_mass.len(), &stage.rows);
+        self.outcomes.clear();
+        for k in 0..self.islands.len() {
+            let outcome = self.solve_island(k, stage, inverse_mass, rules);
+            self.outcomes.push(outcome);
+        }
+    }
+
+    fn solve_island(
+        &mut self,
+        k: usize,
+        stage: &mut Stage,
+        inverse_mass: &[Vec3],
+        rules: &Rules,
+    ) -> IslandOutcome {
+        let members = self.islands.blocks(k);
+        let mut problem = stage.island_problem(members, inverse_mass);
+        let warm: Vec<Vec2> = members
+            .iter()
+            .map(|&i| stage.impulses[i as usize])
+            .collect();
+        let mut impulses = warm.clone();
+        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
+        if ran_away(&report, members, stage) {
+            report.status = SolveStatus::Unsolved;
+        }
+        let mut blocks: Vec<CapBlock> = members
+            .iter()
+            .map(|&i| cap_block(&stage.blocks[i as usize], stage.gamma_free(i as usize)))
+            .collect();
+        let mut outcome = IslandOutcome {
+            report,
+            capped: false,
+            relaxed: false,
+            redundant: false,
+            gain: 0.0,
+        };
+        let pushes = blocks.iter().any(|b| b.rigid && b.free.x < 0.0);
+        if rules.scheme == Scheme::Staggered && !report.solved() && pushes {
+            drop_pushes(&mut problem, &mut blocks);
+            let mut relaxed = warm;
+            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
+            if again.residual.velocity < report.residual.velocity {
+                impulses = relaxed;
+                outcome.report = again.after(&report);
+                outcome.relaxed = true;
+            }
+        } else if rules.scheme == Scheme::Staggered && rules.law == ImpactLaw::Capped {
+            let solver = self.solver.as_mut();
+            let capped = cap(
+                solver,
+                &problem,
+                &blocks,
+                &mut impulses,
+                report,
+                self.tolerance,
+            );
+            outcome.report = capped.report;
+            outcome.capped = capped.capped;
+        }
+        if blocks.iter().any(|b| b.impact) {
+            outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
+        }
+        let resolution = 10.0 * self.tolerance * outcome.report.residual.velocity_scale;
+        outcome.redundant = redundant(&problem, &impulses, resolution);
+        for (&i, &p) in members.iter().zip(&impulses) {
+            stage.impulses[i as usize] = p;
+            stage.resolution[i as usize] = resolution;
+        }
+        outcome
+    }
+}
+
+/// Push-outs that contradict each other, as of a block that overlaps walls on both sides, go.
+fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
+    for (b, block) in problem.free.iter_mut().zip(blocks) {
+        if block.rigid {
+            let push = block.free.x.min(0.0);
+            b.x -= push;
+            block.free.x -= push;
+        }
+    }
+}
+
+fn cap_block(block: &Block, gamma_free: Vec2) -> CapBlock {
+    CapBlock {
+        gamma_a: block.gamma_a,
+        free: block.free - gamma_free,
+        rigid: is_rigid(&block.law),
+        impact: block.impact,
+    }
+}

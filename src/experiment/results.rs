@@ -1,0 +1,379 @@
+use super::reference::{Measure, Samples, measures};
+use super::setting::{Setting, step_count};
+use super::simulate::{Engine, RunError, Totals, advance};
+use crate::report::{Progress, ResultRow, step_length};
+use crate::scene::Scene;
+
+/// What an experiment found.
+#[derive(Debug, Clone, Default)]
+pub struct Results {
+    /// One a measure and point, the points in their order.
+    pub rows: Vec<ResultRow>,
+    /// Engines with points that failed or that cannot run this scene, and the first reason.
+    pub notes: Vec<String>,
+}
+
+/// A point under way.
+enum Point {
+    /// Totals and errors of the last repeat; wall time per simulated second of each.
+    Measured(Box<Totals>, Vec<Measure>, Vec<f64>),
+    /// In a word, and in a sentence.
+    Failed(&'static str, String),
+    /// The engine cannot step such a scene at all.
+    Unavailable(String),
+}
+
+/// Runs every setting on `scene` and measures: the engine under every comparison.
+///
+/// Repeats are interleaved: every point runs once before any runs again, so that a machine that
+/// slows down slows all of them. Only the steps are timed. All but the times is deterministic.
+///
+/// # Arguments
+/// - `settings`: the points; `scene.step` plays no part.
+/// - `repeats`: runs of each point, 1 at least.
+/// - `progress`: advanced once a step.
+///
+/// # Returns
+/// Rows for each point: the errors against the scene's closed form; `penetration` \[m\];
+/// `energy-rise` \[J\], the most by which the energy exceeds its start; for ours `residual` and
+/// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
+/// their range over it, empty for a single run. A point that fails in a step, or whose energy is
+/// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
+/// solve certified has `unsolved`. A measure that others show and this one does not, such as the
+/// time of an event that never comes, is NaN, `fail` and `never`.
+///
+/// # Errors
+/// [`RunError::Step`] where the scene cannot be built. A failing point is a row, not an error;
+/// one that says [`RunError::Unfit`] is left out. Both are told in the notes.
+pub fn run_settings(
+    scene: &Scene,
+    settings: &[Setting],
+    repeats: usize,
+    progress: &Progress,
+) -> Result<Results, RunError> {
+    let mut points: Vec<Option<Point>> = settings.iter().map(|_| None).collect();
+    interleave(&mut points, repeats, |k, point| {
+        if matches!(point, None | Some(Point::Measured(..))) {
+            let ended = run(scene, &settings[k], progress)?;
+            *point = Some(match (point.take(), ended) {
+                (Some(Point::Measured(_, _, mut times)), Point::Measured(totals, found, now)) => {
+                    times.extend(now);
+                    Point::Measured(totals, found, times)
+                }
+                (_, ended) => ended,
+            });
+        }
+        Ok::<_, RunError>(())
+    })?;
+    Ok(gather(scene, settings, points))
+}
+
+/// Visits all of `points` once a repeat.
+fn interleave<P, E>(
+    points: &mut [P],
+    repeats: usize,
+    mut visit: impl FnMut(usize, &mut P) -> Result<(), E>,
+) -> Result<(), E> {
+    for _ in 0..repeats.max(1) {
+        for (k, point) in points.iter_mut().enumerate() {
+            visit(k, point)?;
+        }
+    }
+    Ok(())
+}
+
+fn run(scene: &Scene, setting: &Setting, progress: &Progress) -> Result<Point, RunError> {
+    let scene = Scene {
+        step: setting.step.clone(),
+        ..scene.clone()
+    };
+    let engine = setting.engine;
+    let mut built = scene.build()?;
+    if let Some(settings) = &setting.baseline {
+        built.simulation.set_baseline(settings);
+    }
+    let mut samples = Samples::start(&built, engine);
+    let steps = step_count(&scene.step);
+    let outcome = advance(&mut built, engine, steps, |record, built| {
+        if scene.reference.is_some() {
+            samples.add(record, built, engine);
+        }
+        progress.advance();
+        Ok(())
+    });
+    match outcome {
+        // NaN compares as nothing: maxima over the run would not show it
+        Ok(totals) if !totals.energy_end.is_finite() => Ok(Point::Failed(
+            "explodes",
+            "the energy is not finite".to_owned(),
+        )),
+        Ok(totals) => Ok(Point::Measured(
+            Box::new(totals),
+            measures(&scene, &samples),
+            vec![totals.wall / totals.time],
+        )),
+        Err(RunError::Step(error)) => Ok(Point::Failed("stops", error.to_string())),
+        Err(RunError::Unfit(reason)) => Ok(Point::Unavailable(reason)),
+        Err(error) => Err(error),
+    }
+}
+
+fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -> Results {
+    let mut known: Vec<Measure> = Vec::new();
+    for point in points.iter().flatten() {
+        if let Point::Measured(_, found, _) = point {
+            for m in found {
+                if !known.iter().any(|k| k.name == m.name) {
+                    known.push(m.clone());
+                }
+            }
+        }
+    }
+    for m in &mut known {
+        m.error = f64::NAN;
+    }
+    let mut results = Results {
+        rows: Vec::new(),
+        notes: notes(settings, &points),
+    };
+    for (setting, point) in settings.iter().zip(&mut points) {
+        let blank = row(scene, setting);
+        match point {
+            None | Some(Point::Unavailable(_)) => {}
+            Some(Point::Failed(mode, _)) => {
+                for figure in figures(setting.engine, None, &known) {
+                    results.rows.push(ResultRow {
+                        verdict: "fail".to_owned(),
+                        mode: (*mode).to_owned(),
+                        ..figure.filled(&blank)
+                    });
+                }
+            }
+            Some(Point::Measured(totals, found, times)) => {
+                let (time, spread) = median_and_spread(times);
+                let unsolved = totals.unsolved_islands > 0;
+                let blank = ResultRow {
+                    seconds_per_simulated_second: time,
+                    spread,
+                    verdict: if unsolved { "unsolved" } else { "" }.to_owned(),
+                    ..blank
+                };
+                let shown: Vec<Measure> = known
+                    .iter()
+                    .map(|k| found.iter().find(|m| m.name == k.name).unwrap_or(k).clone())
+                    .collect();
+                for figure in figures(setting.engine, Some(totals), &shown) {
+                    let mut row = figure.filled(&blank);
+                    if row.value.is_nan() {
+                        row.verdict = "fail".to_owned();
+                        row.mode = "never".to_owned();
+                    }
+                    results.rows.push(row);
+                }
+            }
+        }
+    }
+    results
+}
+
+/// One sentence for each engine and scheme with points that were left out or failed.
+fn notes(settings: &[Setting], points: &[Option<Point>]) -> Vec<String> {
+    let mut notes: Vec<(String, &str, usize, String)> = Vec::new();
+    for (setting, point) in settings.iter().zip(points) {
+        let (what, reason) = match point {
+            Some(Point::Failed(_, reason)) => ("failed", reason),
+            Some(Point::Unavailable(reason)) => ("skipped", reason),
+            _ => continue,
+        };
+        match notes
+            .iter_mut()
+            .find(|n| n.0 == setting.name() && n.1 == what)
+        {
+            Some((_, _, count, _)) => *count += 1,
+            None => {
+                let dt = step_length(setting.step.dt);
+                let first = format!("{}, dt {dt}: {reason}", setting.label());
+                notes.push((setting.name(), what, 1, first));
+            }
+        }
+    }
+    let sentence = |(name, what, count, first)| match count {
+        1 => format!("{name} {what}, {first}"),
+        _ => format!("{name} {what} at {count} points, first at {first}"),
+    };
+    notes.into_iter().map(sentence).collect()
+}
+
+/// A measure's name, value, unit, and what it is measured against.
+struct Figure(&'static str, f64, &'static str, &'static str);
+
+impl Figure {
+    fn filled(&self, blank: &ResultRow) -> ResultRow {
+        ResultRow {
+            measure: self.0.to_owned(),
+            value: self.1,
+            unit: self.2.to_owned(),
+            reference: self.3.to_owned(),
+            ..blank.clone()
+        }
+    }
+}
+
+/// All figures of a point; of a failed one, without totals, they are NaN.
+fn figures(engine: Engine, totals: Option<&Totals>, closed: &[Measure]) -> Vec<Figure> {
+    let of = |value: fn(&Totals) -> f64| totals.map_or(f64::NAN, value);
+    let mut figures: Vec<Figure> = closed
+        .iter()
+        .map(|m| Figure(m.name, m.error, m.unit, "closed form"))
+        .collect();
+    figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
+    figures.push(Figure("energy-rise", of(|t| t.energy_rise), "J", "0"));
+    // rapier certifies nothing
+    if engine == Engine::Moreau {
+        figures.push(Figure("residual", of(|t| t.residual), "1", "0"));
+        let unsolved = of(|t| t.unsolved_islands as f64);
+        figures.push(Figure("unsolved-islands", unsolved, "1", "0"));
+    }
+    figures
+}
+
+/// A row of `setting` without a figure.
+fn row(scene: &Scene, setting: &Setting) -> ResultRow {
+    ResultRow {
+        scene: scene.name.clone(),
+        rung: String::new(),
+        engine: setting.engine.name().to_owned(),
+        scheme: setting.scheme().to_owned(),
+        solver: setting.solver().to_owned(),
+        setting: setting.label(),
+        dt_s: setting.step.dt,
+        threads: 1,
+        precision: setting.precision().to_owned(),
+        measure: String::new(),
+        value: f64::NAN,
+        unit: String::new(),
+        reference: String::new(),
+        seconds_per_simulated_second: None,
+        spread: None,
+        verdict: String::new(),
+        mode: String::new(),
+    }
+}
+
+/// Median, and half the range over it where there is a range.
+fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
+    times.sort_by(f64::total_cmp);
+    let (Some(least), Some(most)) = (times.first(), times.last()) else {
+        return (None, None);
+    };
+    let median = 0.5 * (times[(times.len() - 1) / 2] + times[times.len() / 2]);
+    let spread = (times.len() > 1).then(|| 0.5 * (most - least) / median);
+    (Some(median), spread)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeats_are_interleaved() {
+        let mut order = Vec::new();
+        let mut points = ["a", "b", "c"];
+        let ended: Result<(), ()> = interleave(&mut points, 2, |_, p| {
+            order.push(*p);
+            Ok(())
+        });
+        assert_eq!(ended, Ok(()));
+        assert_eq!(order, ["a", "b", "c", "a", "b", "c"]);
+    }
+
+    fn measured(errors: &[(&'static str, f64)], unsolved_islands: usize) -> Option<Point> {
+        let totals = Totals {
+            unsolved_islands,
+            ..Totals::default()
+        };
+        let found = errors.iter().map(|&(name, error)| Measure {
+            name,
+            unit: "1",
+            computed: 0.0,
+            exact: 0.0,
+            error,
+        });
+        Some(Point::Measured(
+            Box::new(totals),
+            found.collect(),
+            vec![1.0, 3.0],
+        ))
+    }
+
+    /// Failed points keep a row for every measure, skipped ones have none, and both are told.
+    #[test]
+    fn failures_are_rows_and_skipped_points_are_notes() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n[[body]]\nname = \"b\"\ndisc = 1\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let settings = [
+            Engine::Moreau,
+            Engine::Rapier,
+            Engine::Moreau,
+            Engine::RapierStiff,
+        ]
+        .map(|engine| Setting::new(engine, &scene.step));
+        let points = vec![
+            measured(&[("time", 0.1), ("place", 0.2)], 1),
+            measured(&[("place", 0.3)], 0),
+            Some(Point::Failed("stops", "why".to_owned())),
+            Some(Point::Unavailable("no such world".to_owned())),
+        ];
+        let results = gather(&scene, &settings, points);
+        let rows = |engine: &str, verdict: &str| -> Vec<(String, bool, String)> {
+            let of = results
+                .rows
+                .iter()
+                .filter(|r| r.engine == engine && r.verdict == verdict);
+            of.map(|r| (r.measure.clone(), r.value.is_nan(), r.mode.clone()))
+                .collect()
+        };
+        let expect = |names: &[&str], nan: bool, mode: &str| -> Vec<(String, bool, String)> {
+            names
+                .iter()
+                .map(|&n| (n.to_owned(), nan, mode.to_owned()))
+                .collect()
+        };
+        let ours = [
+            "time",
+            "place",
+            "penetration",
+            "energy-rise",
+            "residual",
+            "unsolved-islands",
+        ];
+        assert_eq!(rows("moreau", "unsolved"), expect(&ours, false, ""));
+        assert_eq!(rows("moreau", "fail"), expect(&ours, true, "stops"));
+        assert_eq!(rows("rapier", "fail"), expect(&["time"], true, "never"));
+        assert_eq!(
+            rows("rapier", ""),
+            expect(&["place", "penetration", "energy-rise"], false, "")
+        );
+        assert!(results.rows.iter().all(|r| r.engine != "rapier-stiff"));
+        assert_eq!(results.notes.len(), 2, "{:?}", results.notes);
+        assert!(
+            results.notes[0].starts_with("moreau staggered failed, tolerance 1e-8, dt 1/60 s: why")
+        );
+        assert!(
+            results.notes[1].contains("skipped") && results.notes[1].ends_with("no such world")
+        );
+        // two repeats: median and half the range over it, but no time for what failed
+        assert_eq!(results.rows[0].seconds_per_simulated_second, Some(2.0));
+        assert_eq!(results.rows[0].spread, Some(0.5));
+        let failed = results.rows.iter().find(|r| r.mode == "stops");
+        assert_eq!(failed.and_then(|r| r.seconds_per_simulated_second), None);
+    }
+
+    #[test]
+    fn spread_needs_a_second_run() {
+        assert_eq!(median_and_spread(&mut [2.0]), (Some(2.0), None));
+        let (median, spread) = median_and_spread(&mut [5.0, 1.0, 3.0, 2.0]);
+        assert_eq!((median, spread), (Some(2.5), Some(0.8)));
+        assert_eq!(median_and_spread(&mut []), (None, None));
+    }
+}

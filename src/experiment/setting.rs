@@ -1,0 +1,91 @@
+use super::simulate::Engine;
+use crate::rapier::BaselineSettings;
+use crate::scene::{ImpactLaw, Step};
+
+/// One point of an experiment: who steps, how, and how finely.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    pub engine: Engine,
+    /// Step length and simulated time \[s\]; of ours scheme, solver and tolerance as well.
+    pub step: Step,
+    /// rapier's solver settings where rapier steps.
+    pub baseline: Option<BaselineSettings>,
+}
+
+impl Setting {
+    /// `engine` with its own preset.
+    pub fn new(engine: Engine, step: &Step) -> Setting {
+        Setting {
+            engine,
+            step: step.clone(),
+            baseline: engine.baseline(),
+        }
+    }
+
+    /// The same with steps of `dt` \[s\].
+    pub fn with_dt(&self, dt: f64) -> Setting {
+        let mut other = self.clone();
+        other.step.dt = dt;
+        other
+    }
+
+    /// Engine and scheme, as tables head their columns.
+    pub fn name(&self) -> String {
+        let events = match self.engine {
+            Engine::Moreau if self.step.events => "events",
+            _ => "",
+        };
+        let words = [self.engine.name(), self.scheme(), events];
+        words.join(" ").trim_end().to_owned()
+    }
+
+    /// Everything that `results.csv` has no column of its own for, in parts separated by `", "`:
+    /// for ours the tolerance and what differs from the default, for rapier frequency, substeps,
+    /// iterations and recycling.
+    pub fn label(&self) -> String {
+        if let Some(settings) = &self.baseline {
+            return settings.to_string();
+        }
+        let mut label = format!("tolerance {:e}", self.step.tolerance);
+        if self.step.events {
+            label.push_str(", events");
+        }
+        if self.step.impact_law != ImpactLaw::default() {
+            label.push_str(&format!(", {} impacts", self.step.impact_law.name()));
+        }
+        if !self.step.recovery {
+            label.push_str(", no recovery");
+        }
+        label
+    }
+
+    /// The scheme's name; empty where the engine has only its own.
+    pub fn scheme(&self) -> &'static str {
+        match self.engine {
+            Engine::Moreau => self.step.scheme.name(),
+            Engine::Rapier | Engine::RapierStiff => "",
+        }
+    }
+
+    /// The impulse solver's name; `soft` for rapier's.
+    pub fn solver(&self) -> &str {
+        match self.engine {
+            Engine::Moreau => &self.step.solver,
+            Engine::Rapier | Engine::RapierStiff => "soft",
+        }
+    }
+
+    /// Of the state that is stepped.
+    pub fn precision(&self) -> &'static str {
+        match self.engine {
+            Engine::Moreau => "f64",
+            Engine::Rapier | Engine::RapierStiff => "f32",
+        }
+    }
+}
+
+/// Steps of `step.dt` that cover `step.time`.
+pub fn step_count(step: &Step) -> usize {
+    // a time that is a whole number of steps up to rounding is that many steps
+    (step.time / step.dt * (1.0 - 1e-12)).ceil() as usize
+}

@@ -1,0 +1,151 @@
+//! From what touches to contact points: rows, keys, laws.
+
+use super::bodies::Bodies;
+use super::kernels::Touch;
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
+use rapier2d::geometry::ContactManifold;
+use rapier2d::parry::query::TrackedContact;
+use rapier2d::prelude::*;
+
+/// What all contacts of a pair of colliders share.
+#[derive(Clone, Copy)]
+pub(super) struct Pair {
+    pub numbers: [u32; 2],
+    pub surfaces: [u32; 2],
+    pub law: NormalLaw,
+    pub friction: f64,
+    pub belt: f64,
+    pub size: f64,
+}
+
+impl Pair {
+    /// The law of a foundation over `length` \[m\] of surface.
+    pub fn over(mut self, length: f64) -> Pair {
+        if let NormalLaw::ViscoElastic { stiffness, damping } = &mut self.law {
+            *stiffness *= length;
+            *damping *= length;
+        }
+        self
+    }
+
+    pub fn point(
+        &self,
+        bodies: &Bodies,
+        touch: &Touch,
+        segments: [u32; 2],
+        feature: u64,
+        exact: bool,
+    ) -> ContactPoint {
+        let (n, p) = (touch.normal, touch.point);
+        let t = Vec2::new(-n.y, n.x);
+        let mut coordinate = p.amax();
+        let mut jacobian = [[Vec3::zeros(); 2]; 2];
+        for (side, sign) in [(0, -1.0), (1, 1.0)] {
+            let number = self.numbers[side];
+            if number == NO_BODY {
+                continue;
+            }
+            let shadow = &bodies.list[number as usize];
+            coordinate = coordinate.max(shadow.pose.translation.amax());
+            let r = p - shadow.pose.apply(shadow.center);
+            let row = |d: Vec2| Vec3::new(sign * d.x, sign * d.y, sign * (r.x * d.y - r.y * d.x));
+            jacobian[side] = [row(n), row(t)];
+        }
+        // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
+        let (relative, ulp) = if exact {
+            (1e-12, f64::EPSILON)
+        } else {
+            (2e-6, f64::from(f32::EPSILON))
+        };
+        ContactPoint {
+            key: ContactKey {
+                pair: u64::from(self.surfaces[0]) << 32 | u64::from(self.surfaces[1]),
+                feature,
+            },
+            rows: Rows {
+                bodies: self.numbers,
+                jacobian,
+            },
+            bodies: self.numbers,
+            surfaces: self.surfaces,
+            cell: segments[0].max(segments[1]),
+            position: p,
+            normal: n,
+            gap: touch.gap,
+            gap_noise: (relative * self.size).max(4.0 * ulp * coordinate),
+            friction: self.friction,
+            law: self.law,
+            surface_velocity: self.belt,
+        }
+    }
+}
+
+/// Length \[m\] of a polyline's segment; 1 for any other shape.
+pub(super) fn segment_length(collider: &Collider, segment: u32) -> f64 {
+    match collider.shape().as_polyline() {
+        Some(polyline) if (segment as usize) < polyline.num_segments() => {
+            f64::from(polyline.segment(segment).length())
+        }
+        _ => 1.0,
+    }
+}
+
+/// Points of a manifold as touches, nearer than `reach`.
+pub(super) fn parry_points(
+    manifold: &ContactManifold,
+    poses: &[Pose64; 2],
+    reach: f64,
+    deepest_only: bool,
+    mut push: impl FnMut(Touch, [u32; 4]),
+) {
+    let part = |pose: &Pose64, sub: Option<&Pose>| match sub {
+        Some(sub) => pose.compose(&Pose64::from_rapier(sub)),
+        None => *pose,
+    };
+    let w1 = part(&poses[0], manifold.subshape_pos1());
+    let w2 = part(&poses[1], manifold.subshape_pos2());
+    let wide = |v: Vector| Vec2::new(f64::from(v.x), f64::from(v.y));
+    let normal = w1.rotate(wide(manifold.local_n1)).normalize();
+    if !normal.x.is_finite() {
+        return;
+    }
+    let mut give = |p: &TrackedContact<ContactData>, features: [u32; 2]| {
+        let gap = f64::from(p.dist);
+        if gap <= reach {
+            let touch = Touch {
+                normal,
+                point: 0.5 * (w1.apply(wide(p.local_p1)) + w2.apply(wide(p.local_p2))),
+                gap,
+                feature: 0,
+            };
+            let [f1, f2] = features;
+            push(touch, [manifold.subshape1, manifold.subshape2, f1, f2]);
+        }
+    };
+    if deepest_only {
+        let deepest = manifold
+            .points
+            .iter()
+            .min_by(|a, b| a.dist.total_cmp(&b.dist));
+        // one point a segment: its feature must not flicker between the two ends
+        deepest.iter().for_each(|p| give(p, [0, 0]));
+    } else {
+        for p in &manifold.points {
+            give(p, [p.fid1.0, p.fid2.0]);
+        }
+    }
+}
+
+/// Two segments of a polyline report their common end twice.
+pub(super) fn same_place(known: &ContactPoint, touch: &Touch, size: f64) -> bool {
+    (known.position - touch.point).norm() < 1e-4 * size && known.normal.dot(&touch.normal) > 0.9999
+}
+
+pub(super) fn mix(order: [u32; 4]) -> u64 {
+    order
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, &word| {
+            (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3)
+        })
+}

@@ -1,0 +1,332 @@
+//! Work-precision, convergence and energy, from the rows of `results.csv` alone.
+
+use super::axis::Axis;
+use super::chart::{Chart, Colour, Dash, PointLabel, Series, Style};
+use super::csv_files::ResultRow;
+use super::order::observed_order;
+use super::table::step_length;
+
+/// Errors, relative or in SI units, in which a step length cannot show.
+const ROUND_OFF: f64 = 1e-12;
+/// Standard error of an order from which it says nothing.
+const UNCLEAR: f64 = 0.4;
+
+/// Rows that differ in their step length only, in its order.
+struct Family<'a> {
+    /// Index of the palette: one an engine and scheme.
+    look: usize,
+    measure: &'a str,
+    name: String,
+    rows: Vec<&'a ResultRow>,
+}
+
+/// Error against wall time for every measure that is not 0 everywhere: a chart a measure.
+///
+/// Points that differ in their step alone are joined where there are three or more; others are
+/// single points of their engine. Each is labelled with what tells it from the others of its
+/// engine, those first that no point of the same engine beats in both error and time.
+///
+/// # Arguments
+/// - `rows`: of one scene. A row without a time is not drawn; one with a NaN is counted under
+///   the picture.
+pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
+    let mut charts: Vec<Chart> = Vec::new();
+    let families = families(rows);
+    for measure in drawable(rows.iter()) {
+        let of: Vec<&ResultRow> = rows.iter().filter(|r| r.measure == measure).collect();
+        let mut chart = Chart::new(
+            title(of[0]),
+            Axis::log("wall time per simulated second [s]"),
+            Axis::log(axis_label(of[0])),
+        );
+        if charts.is_empty() {
+            chart.subtitle = format!(
+                "Lower left is better; lines join steps of different length. {} Labels that \
+                 find no room are in results.csv.",
+                settings(rows)
+            );
+        }
+        let floor = floor(&of, &mut chart);
+        let mut labels = Vec::new();
+        for family in families.iter().filter(|f| f.measure == measure) {
+            let ladder = family.rows.len() > 2;
+            let points: Vec<(f64, f64)> = family.rows.iter().filter_map(|r| timed(r)).collect();
+            let name = match ladder {
+                true => family.name.clone(),
+                false => single_name(family.rows[0], rows),
+            };
+            draw(&mut chart, family.look, name, &points, ladder, floor);
+            for row in &family.rows {
+                if let Some((x, y)) = timed(row) {
+                    let beaten = of.iter().filter(|o| o.engine == row.engine).any(|o| {
+                        timed(o).is_some_and(|(t, e)| t <= x && e <= y && (t, e) != (x, y))
+                    });
+                    let text = match ladder {
+                        true => step_length(row.dt_s),
+                        false => point_text(row, rows),
+                    };
+                    let y = if y > 0.0 { y } else { floor };
+                    labels.push((beaten, PointLabel { x, y, text }));
+                }
+            }
+        }
+        labels.sort_by_key(|(beaten, _)| *beaten);
+        chart.labels = labels.into_iter().map(|(_, label)| label).collect();
+        charts.push(chart);
+    }
+    charts
+}
+
+/// Error against step length with the observed order, of the closed forms and of penetration: a
+/// chart a measure, a line a setting with three steps or more.
+pub fn convergence(rows: &[ResultRow]) -> Vec<Chart> {
+    let energy = |r: &ResultRow| r.measure.starts_with("energy");
+    against_step(rows, |r| {
+        (r.reference == "closed form" && !energy(r)) || r.measure == "penetration"
+    })
+}
+
+/// Every measure whose name starts with `energy` against step length, drawn as [`convergence`].
+pub fn energy(rows: &[ResultRow]) -> Vec<Chart> {
+    against_step(rows, |r| r.measure.starts_with("energy"))
+}
+
+fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<Chart> {
+    let mut charts: Vec<Chart> = Vec::new();
+    let families = families(rows);
+    let ladders: Vec<&Family> = families.iter().filter(|f| f.rows.len() > 2).collect();
+    let shown = ladders.iter().flat_map(|f| f.rows.iter().copied());
+    for measure in drawable(shown.clone()) {
+        let of: Vec<&ResultRow> = shown.clone().filter(|r| r.measure == measure).collect();
+        if !wanted(of[0]) {
+            continue;
+        }
+        let mut chart = Chart::new(
+            title(of[0]),
+            Axis::log("step length [s]"),
+            Axis::log(axis_label(of[0])),
+        );
+        if charts.is_empty() {
+            chart.subtitle = format!(
+                "Observed order by least squares, with its standard error. {}",
+                settings(rows)
+            );
+        }
+        let floor = floor(&of, &mut chart);
+        for family in ladders.iter().filter(|f| f.measure == measure) {
+            let points: Vec<(f64, f64)> = family.rows.iter().map(|r| (r.dt_s, r.value)).collect();
+            let name = format!("{}, {}", family.name, order_text(&points));
+            draw(&mut chart, family.look, name, &points, true, floor);
+        }
+        charts.push(chart);
+    }
+    charts
+}
+
+/// The order where one can be told; round-off has none.
+fn order_text(points: &[(f64, f64)]) -> String {
+    if points.iter().all(|p| p.1 == 0.0) {
+        return "0".to_owned();
+    }
+    if points.iter().all(|p| p.1 < ROUND_OFF) {
+        return format!("below {ROUND_OFF:e}");
+    }
+    match observed_order(points) {
+        Some((order, error)) if error < UNCLEAR => {
+            format!("order {order:.2} ± {error:.2}").replace('-', "−")
+        }
+        _ => "no clear order".to_owned(),
+    }
+}
+
+/// Measures, in the order of the rows, of which some value can stand on a log axis.
+fn drawable<'a>(rows: impl Iterator<Item = &'a ResultRow>) -> Vec<&'a str> {
+    let mut measures: Vec<(&str, bool)> = Vec::new();
+    for row in rows {
+        let stands = row.value > 0.0 && row.value.is_finite();
+        match measures.iter_mut().find(|(name, _)| *name == row.measure) {
+            Some((_, drawable)) => *drawable |= stands,
+            None => measures.push((&row.measure, stands)),
+        }
+    }
+    let kept = measures.into_iter().filter(|(_, drawable)| *drawable);
+    kept.map(|(name, _)| name).collect()
+}
+
+fn title(row: &ResultRow) -> String {
+    format!("{}: {}", row.scene, row.measure)
+}
+
+fn axis_label(row: &ResultRow) -> String {
+    match row.unit.as_str() {
+        "1" => format!("{} [-]", row.measure),
+        unit => format!("{} [{unit}]", row.measure),
+    }
+}
+
+/// Where zeros are drawn: a decade below the least positive value.
+fn floor(rows: &[&ResultRow], chart: &mut Chart) -> f64 {
+    let least = rows
+        .iter()
+        .map(|r| r.value)
+        .filter(|v| *v > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let floor = 10f64.powf(least.log10().floor() - 1.0);
+    if rows.iter().any(|r| r.value == 0.0) {
+        chart.zero = Some(floor);
+    }
+    floor
+}
+
+/// Adds `points` under one look: joined where positive, on the floor where 0.
+///
+/// Lines are drawn in their order, markers over them in the reverse order, so that of lines and
+/// points that lie on each other all can be seen; the name goes to the legend with a series that
+/// has no points.
+fn draw(
+    chart: &mut Chart,
+    look: usize,
+    name: String,
+    points: &[(f64, f64)],
+    joined: bool,
+    floor: f64,
+) {
+    let series = |name: &str, points: Vec<(f64, f64)>, style: Style| {
+        let mut series = Series::new(name, style, points);
+        series.colour = Colour::Palette(look);
+        series.dash = [Dash::Solid, Dash::Dashed][look % 2];
+        series
+    };
+    let mut lines = chart.series.partition_point(|s| s.style == Style::Line);
+    let mut markers: Vec<(f64, f64)> = points.to_vec();
+    if joined {
+        for run in points.split(|p| p.1 == 0.0).filter(|run| !run.is_empty()) {
+            chart
+                .series
+                .insert(lines, series("", run.to_vec(), Style::Line));
+            lines += 1;
+        }
+        // a point that failed is counted once, with its line
+        markers.retain(|p| p.1.is_finite());
+    }
+    for point in markers.iter_mut().filter(|p| p.1 == 0.0) {
+        point.1 = floor;
+    }
+    chart
+        .series
+        .insert(lines, series("", markers, Style::Points));
+    // single points of one engine share a line of the legend
+    if !chart.series.iter().any(|s| s.name == name) {
+        let style = if joined {
+            Style::LinePoints
+        } else {
+            Style::Points
+        };
+        chart.series.push(series(&name, Vec::new(), style));
+    }
+}
+
+/// Time and error; a failed point keeps its NaN, one that was not timed has no place.
+fn timed(row: &ResultRow) -> Option<(f64, f64)> {
+    match row.seconds_per_simulated_second {
+        Some(time) => Some((time, row.value)),
+        None => row.value.is_nan().then_some((f64::NAN, f64::NAN)),
+    }
+}
+
+/// What is drawn in one colour: ours by scheme and setting, peers by engine.
+fn kind(row: &ResultRow, rows: &[ResultRow]) -> String {
+    let mut words = vec![row.engine.clone()];
+    if !row.scheme.is_empty() {
+        words.push(row.scheme.clone());
+        words.extend(own_parts(row, rows).into_iter().map(str::to_owned));
+    }
+    words.join(" ")
+}
+
+/// The parts of a row's setting that not every row of its engine and scheme has.
+fn own_parts<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
+    let like = |r: &&ResultRow| r.engine == row.engine && r.scheme == row.scheme;
+    let common = |part: &str| {
+        let has = |r: &ResultRow| r.setting.split(", ").any(|p| p == part);
+        rows.iter().filter(like).all(has)
+    };
+    row.setting.split(", ").filter(|p| !common(p)).collect()
+}
+
+fn families(rows: &[ResultRow]) -> Vec<Family<'_>> {
+    let mut kinds: Vec<String> = Vec::new();
+    let mut families: Vec<Family> = Vec::new();
+    for row in rows {
+        let kind = kind(row, rows);
+        let look = kinds.iter().position(|k| *k == kind).unwrap_or(kinds.len());
+        if look == kinds.len() {
+            kinds.push(kind.clone());
+        }
+        let same = |r: &ResultRow| {
+            (&r.measure, &r.engine, &r.scheme, &r.solver, &r.setting)
+                == (
+                    &row.measure,
+                    &row.engine,
+                    &row.scheme,
+                    &row.solver,
+                    &row.setting,
+                )
+        };
+        match families.iter_mut().find(|f| same(f.rows[0])) {
+            Some(family) => family.rows.push(row),
+            None => families.push(Family {
+                look,
+                measure: &row.measure,
+                name: match row.scheme.is_empty() {
+                    true => [vec![row.engine.as_str()], own_parts(row, rows)]
+                        .concat()
+                        .join(", "),
+                    false => kind,
+                },
+                rows: vec![row],
+            }),
+        }
+    }
+    for family in &mut families {
+        family.rows.sort_by(|a, b| b.dt_s.total_cmp(&a.dt_s));
+    }
+    families
+}
+
+/// What every engine has in common over its points.
+fn settings(rows: &[ResultRow]) -> String {
+    let mut texts: Vec<String> = Vec::new();
+    for row in rows {
+        let own = own_parts(row, rows);
+        let common: Vec<&str> = row
+            .setting
+            .split(", ")
+            .filter(|p| !own.contains(p))
+            .collect();
+        let text = format!("{}: {}.", row.engine, common.join(", "));
+        if !common.is_empty() && !texts.contains(&text) {
+            texts.push(text);
+        }
+    }
+    texts.join(" ")
+}
+
+/// The numbers that tell a point of a sweep, in the order that [`single_name`] explains.
+fn point_text(row: &ResultRow, rows: &[ResultRow]) -> String {
+    let parts = own_parts(row, rows);
+    let numbers = parts.iter().map(|p| p.split(' ').next().unwrap_or(p));
+    [step_length(row.dt_s)]
+        .into_iter()
+        .chain(numbers.map(str::to_owned))
+        .collect::<Vec<_>>()
+        .join(" · ")
+}
+
+/// Legend of single points: what the numbers of their labels are.
+fn single_name(row: &ResultRow, rows: &[ResultRow]) -> String {
+    let parts = own_parts(row, rows);
+    let words = parts.iter().filter_map(|p| p.split(' ').nth(1));
+    let explained: Vec<&str> = ["step"].into_iter().chain(words).collect();
+    format!("{}: {}", row.engine, explained.join(" · "))
+}

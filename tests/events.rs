@@ -1,0 +1,280 @@
+//! Impacts located in time, and what starts overlapped.
+
+mod common;
+
+use common::{LADDER, load, parse, run, run_steps};
+use moreau2d::contact::Vec2;
+use moreau2d::dynamics::record::ContactStatus;
+use moreau2d::dynamics::{MoreauStepper, Scheme, StepError, StepperSettings};
+
+const G: f64 = 9.81;
+/// Ballistic flight and impacts are exact: what is left is one rounding a step over a thousand.
+const ROUND_OFF: f64 = 1e-12;
+
+#[test]
+fn a_bouncing_ball_is_exact_whatever_the_step() {
+    for e in [0.5, 0.9] {
+        for dt in LADDER {
+            let flags = [
+                "step.events=true".to_owned(),
+                format!("material.bouncy.restitution={e}"),
+                format!("step.dt={dt}"),
+            ];
+            let run = run(&load("bouncing-ball", &[&flags[0], &flags[1], &flags[2]]));
+            let apex = run.error("apex-3");
+            assert!(apex <= ROUND_OFF, "e {e}, dt {dt}: apex {apex}");
+            // infinitely many bounces end at this instant, and the record names it
+            let mut impacts = run.records.iter().flat_map(|r| &r.contacts);
+            let last = impacts
+                .rfind(|c| c.status == ContactStatus::Impact)
+                .unwrap();
+            let rest = (2.0 / G).sqrt() * (1.0 + e) / (1.0 - e);
+            assert!((last.time / rest - 1.0).abs() <= ROUND_OFF, "{}", last.time);
+            assert_eq!(run.totals.unsolved_islands, 0);
+            // at rest where it touches: not above, not below
+            let ball = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+            assert!((ball.translation.y - 0.5).abs() <= ROUND_OFF);
+        }
+    }
+}
+
+/// Ten balls far from each other: every one does what it does alone, bit for bit, although their
+/// events fall into the same steps.
+#[test]
+fn events_stay_with_the_bodies_they_concern() {
+    let text = |balls: &[usize]| {
+        let mut text = "[scene]\nname = \"balls\"\ntitle = \"Balls\"\n[step]\ntime = 3\n\
+                        events = true\n[[material]]\nname = \"m\"\nrestitution = 0.8\n\
+                        [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [40, 2]\n\
+                        position = [15, -1]\n"
+            .to_owned();
+        for k in balls {
+            text.push_str(&format!(
+                "[[body]]\nname = \"b{k}\"\ndisc = 0.1\nmass = 1\nspin = 3\n\
+                 position = [{}, {:?}]\n",
+                3 * k,
+                1.1 + 0.037 * *k as f64
+            ));
+        }
+        text
+    };
+    let all: Vec<usize> = (0..10).collect();
+    let together = run(&parse(&text(&all)));
+    assert!(together.totals.events > 50);
+    for k in 0..10 {
+        let alone = run(&parse(&text(&[k])));
+        let state = |run: &common::Run, k: usize| {
+            let body = run.built.bodies[k + 1];
+            let s = &run.built.simulation;
+            (s.pose(body).unwrap(), s.velocity(body).unwrap())
+        };
+        assert_eq!(state(&together, k), state(&alone, 0), "ball {k}");
+    }
+}
+
+#[test]
+fn fast_bodies_do_not_pass_through_thin_walls() {
+    for speed in [20.0, 100.0, 300.0] {
+        let scene = parse(&format!(
+            "[scene]\nname = \"bullet\"\ntitle = \"A bullet\"\n[gravity]\ny = 0\n[step]\n\
+             time = 1\nevents = true\n[[material]]\nname = \"m\"\nrestitution = 0.5\n\
+             [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [0.02, 4]\nposition = [5, 0]\n\
+             [[body]]\nname = \"bullet\"\ndisc = 0.05\nvelocity = [{speed:?}, 0]\n"
+        ));
+        let run = run(&scene);
+        let place = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+        let hit = 4.94 / speed;
+        let exact = 4.94 - 0.5 * speed * (run.totals.time - hit);
+        let error = (place.translation.x - exact).abs();
+        assert!(error <= 1e-11 * speed, "{speed} m/s: {error} m");
+        assert_eq!(run.totals.penetration, 0.0);
+    }
+}
+
+/// The plate moves at V: what the ball leaves it with is `V + e (V − v)` at the instant of contact.
+#[test]
+fn a_moving_plate_returns_the_relative_velocity() {
+    let scene = parse(
+        "[scene]\nname = \"plate\"\ntitle = \"A plate\"\n[gravity]\ny = 0\n[step]\ntime = 1\n\
+         events = true\n[[material]]\nname = \"m\"\nrestitution = 0.5\n[[body]]\n\
+         name = \"plate\"\nkind = \"kinematic\"\nbox = [4, 1]\nposition = [0, -0.5]\n\
+         velocity = [0, 1]\n[[body]]\nname = \"ball\"\ndisc = 0.5\nposition = [0, 1.5]\n\
+         velocity = [0, -2]\n",
+    );
+    let run = run(&scene);
+    let ball = run.built.bodies[1];
+    let speed = run.built.simulation.velocity(ball).unwrap().y;
+    assert!((speed - 2.5).abs() <= ROUND_OFF, "{speed}");
+    // they met at t = 1/3, both at 1/3 of a metre
+    let place = run.built.simulation.pose(ball).unwrap().translation.y;
+    assert!((place - (0.5 + 1.0 / 3.0 + 2.5 * 2.0 / 3.0)).abs() <= ROUND_OFF);
+    let impact = run.records.iter().flat_map(|r| &r.contacts).next().unwrap();
+    assert!((impact.time - 1.0 / 3.0).abs() <= ROUND_OFF);
+    assert_eq!(impact.slip, 0.0);
+}
+
+/// A ball on an arm hits a post: the pin holds, and the work of every impulse is accounted for.
+#[test]
+fn impacts_of_jointed_bodies_keep_the_joint_and_the_balance() {
+    let scene = parse(
+        "[scene]\nname = \"arm\"\ntitle = \"An arm hits a post\"\n[step]\ntime = 5\n\
+         events = true\ndt = 0.005\n[[material]]\nname = \"m\"\nrestitution = 0.7\n\
+         [[body]]\nname = \"post\"\nkind = \"fixed\"\nbox = [0.2, 0.2]\n\
+         position = [-0.35, -1]\n[[body]]\nname = \"bob\"\ndisc = 0.25\nposition = [1, 0]\n\
+         [[joint]]\nkind = \"revolute\"\nbodies = [\"world\", \"bob\"]\nat = [0, 0]\n",
+    );
+    let run = run(&scene);
+    assert!(run.totals.events > 3, "{}", run.totals.events);
+    assert_eq!(run.totals.unsolved_islands, 0);
+    // of an energy of some 2000 J
+    assert!(run.totals.imbalance <= 1e-11, "{}", run.totals.imbalance);
+    assert!(run.totals.energy_rise <= 1e-2 * 2000.0);
+    let bob = run.built.simulation.pose(run.built.bodies[1]).unwrap();
+    // the pin's gap is of second order: ω² dt²/8 of its length in a swing of 4 rad/s
+    assert!((bob.translation.norm() - 1.0).abs() <= 1e-4);
+}
+
+/// Three balls that touch: an impact of no duration shares by Newton's law as a step does.
+#[test]
+fn touching_bodies_share_an_event() {
+    let mut text = "[scene]\nname = \"row\"\ntitle = \"A row\"\n[gravity]\ny = 0\n[step]\n\
+                    time = 1\nevents = true\n[[material]]\nname = \"m\"\nfriction = 0\n\
+                    restitution = 1\n"
+        .to_owned();
+    for (k, (x, v)) in [(-1.37, 1), (0.0, 0), (1.0, 0)].into_iter().enumerate() {
+        text.push_str(&format!(
+            "[[body]]\nname = \"b{k}\"\ndisc = 0.5\nmass = 1\nposition = [{x:?}, 0]\n\
+             velocity = [{v}, 0]\n"
+        ));
+    }
+    let run = run(&parse(&text));
+    for (body, exact) in run
+        .built
+        .bodies
+        .iter()
+        .zip([-1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0])
+    {
+        let u = run.built.simulation.velocity(*body).unwrap();
+        assert!((u.x - exact).abs() <= ROUND_OFF, "{}", u.x);
+    }
+    assert_eq!(run.totals.events, 1);
+}
+
+/// Frictionless boxes that bounce without loss: events overlap nothing, where the plain rule
+/// notices an impact up to half a step late.
+#[test]
+fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
+    let mut text = "[scene]\nname = \"pile\"\ntitle = \"Sixteen boxes\"\n[step]\ntime = 2\n\
+                    [[material]]\nname = \"m\"\nfriction = 0\nrestitution = 1\n"
+        .to_owned();
+    let walls = [(6, 2, 2, -1), (2, 10, -1, 3), (2, 10, 5, 3), (6, 2, 2, 6)];
+    for (k, (w, h, x, y)) in walls.into_iter().enumerate() {
+        text.push_str(&format!(
+            "[[body]]\nname = \"w{k}\"\nkind = \"fixed\"\nbox = [{w}, {h}]\n\
+             position = [{x}, {y}]\n"
+        ));
+    }
+    let mut random = common::Random(12345);
+    for k in 0..16 {
+        let u = [(); 4].map(|()| random.between(-1.0, 1.0));
+        text.push_str(&format!(
+            "[[body]]\nname = \"b{k}\"\nbox = [0.5, 0.3]\nmass = 1\n\
+             position = [{:?}, {:?}]\nangle = {:?}\nvelocity = [{:?}, {:?}]\nspin = {:?}\n",
+            0.5 + 0.95 * (k % 4) as f64,
+            0.6 + 0.9 * (k / 4) as f64,
+            1.5 * u[0],
+            2.0 * u[1],
+            2.0 * u[2],
+            3.0 * u[3]
+        ));
+    }
+    let plain = run(&parse(&text));
+    let located = run(&parse(&text.replace("time = 2", "time = 2\nevents = true")));
+    let loss = |run: &common::Run| 1.0 - run.totals.energy_end / run.totals.energy_start;
+    assert!(located.totals.events > 100);
+    // slow contacts land without rebound, by rule
+    assert!(loss(&located) < 0.02, "{}", loss(&located));
+    assert!(loss(&plain) > loss(&located));
+    assert!(located.totals.energy_rise <= 1e-9);
+    assert!(
+        located.totals.penetration < 0.02,
+        "{}",
+        located.totals.penetration
+    );
+    assert_eq!(located.totals.unsolved_islands, 0);
+}
+
+#[test]
+fn events_need_a_scheme_that_sees_gaps() {
+    let settings = StepperSettings {
+        scheme: Scheme::Moreau,
+        events: true,
+        ..StepperSettings::default()
+    };
+    assert!(matches!(
+        MoreauStepper::new(settings),
+        Err(StepError::Events)
+    ));
+}
+
+fn overlapped(depth: f64, restitution: f64) -> String {
+    format!(
+        "[scene]\nname = \"o\"\ntitle = \"Overlapped\"\n[step]\ntime = 5\n[[material]]\n\
+         name = \"m\"\nrestitution = {restitution:?}\n[[body]]\nname = \"floor\"\n\
+         kind = \"fixed\"\nbox = [10, 2]\nposition = [0, -1]\n[[body]]\nname = \"low\"\n\
+         box = [1, 1]\nposition = [0, {:?}]\n[[body]]\nname = \"high\"\nbox = [1, 1]\n\
+         position = [0, {:?}]\n",
+        0.5 - depth,
+        1.5 - 2.0 * depth
+    )
+}
+
+/// Bodies that start overlapped come apart by position alone: nothing is launched.
+#[test]
+fn overlaps_at_the_start_recover_without_a_launch() {
+    for depth in [0.001, 0.01, 0.5] {
+        for restitution in [0.0, 0.5] {
+            let run = run(&parse(&overlapped(depth, restitution)));
+            let fastest = run
+                .records
+                .iter()
+                .map(|r| r.energy.kinetic_end)
+                .fold(0.0, f64::max);
+            // of bodies of 1000 kg that rise by up to a metre
+            assert!(fastest <= 1e-9, "{depth} m: {fastest} J");
+            for (k, exact) in [(1, 0.5), (2, 1.5)] {
+                let body = run.built.bodies[k];
+                let y = run.built.simulation.pose(body).unwrap().translation.y;
+                assert!(y > exact - 4e-5 && y <= exact, "{depth} m: {y}");
+            }
+            assert_eq!(run.totals.recovering, 0, "{depth} m");
+            // what is left counts from then on
+            assert!(run.totals.penetration <= 2e-5);
+        }
+    }
+    let kept = run_steps(
+        &parse(&overlapped(0.01, 0.0).replace("time = 5", "time = 5\nrecovery = false")),
+        60,
+    );
+    let y = kept.built.simulation.pose(kept.built.bodies[1]).unwrap();
+    assert!((y.translation - Vec2::new(0.0, 0.49)).norm() < 1e-9);
+}
+
+/// A box in a slot narrower than itself cannot get free: it stays, is not launched, and is told.
+#[test]
+fn an_overlap_without_a_way_out_is_told() {
+    let scene = parse(
+        "[scene]\nname = \"slot\"\ntitle = \"A slot\"\n[step]\ntime = 1\n\
+         [[body]]\nname = \"left\"\nkind = \"fixed\"\nbox = [2, 90]\nposition = [-1.49, 0]\n\
+         [[body]]\nname = \"right\"\nkind = \"fixed\"\nbox = [2, 90]\nposition = [1.49, 0]\n\
+         [[body]]\nname = \"box\"\nbox = [1, 1]\nvelocity = [1, 0]\n",
+    );
+    let run = run(&scene);
+    assert_eq!(run.totals.recovering, 2);
+    let body = run.built.bodies[2];
+    let u = run.built.simulation.velocity(body).unwrap();
+    assert!(u.x.abs() <= 1e-9 && u.z.abs() <= 1e-9, "{u:?}");
+    let x = run.built.simulation.pose(body).unwrap().translation.x;
+    assert!(x.abs() <= 0.011, "{x}");
+    assert!(run.totals.energy_rise <= 1e-9);
+}
