@@ -4,7 +4,7 @@ use crate::common::{LADDER, load, order, rms, run};
 
 /// Errors of `measure` at every step length, rms over twelve `flags`: where in its step something
 /// happens makes single runs scatter.
-fn ladder(scene: &str, measure: &str, flags: impl Fn(usize) -> Vec<String>) -> [f64; 6] {
+pub fn ladder(scene: &str, measure: &str, flags: impl Fn(usize) -> Vec<String>) -> [f64; 6] {
     LADDER.map(|dt| {
         rms((0..12).map(|k| {
             let mut all = flags(k);
@@ -51,7 +51,7 @@ fn pendulums_converge_at_order_two() {
 }
 
 /// A block tilted by `angle` about its left foot.
-fn tilted(angle: f64) -> Vec<String> {
+pub fn tilted(angle: f64) -> Vec<String> {
     let (sin, cos) = angle.sin_cos();
     let [x, y] = [-0.1 + 0.1 * cos - 0.5 * sin, 0.1 * sin + 0.5 * cos];
     vec![
