@@ -3,13 +3,14 @@
 mod common;
 
 use common::load;
-use moreau2d::contact::{NO_BODY, Vec2};
-use moreau2d::dynamics::record::StepRecord;
+use moreau2d::contact::{NO_BODY, Vec2, Vec3};
+use moreau2d::dynamics::record::{ContactRecord, StepRecord};
 use moreau2d::experiment::Engine;
-use moreau2d::scene::{self, BodyKind, Built, Model, Scene};
+use moreau2d::scene::{self, Body, BodyKind, Built, Model, Scene, Shape};
+use std::collections::HashMap;
 
-/// Scenes of bodies, and how many steps show what they are about: 50, and for the drum 200, after
-/// which its grains lie on it.
+/// Scenes of bodies, and how many steps show what they are about: 50 or all there are, and for the
+/// drum 200, after which its grains lie on it.
 fn scenes_of_bodies() -> Vec<(Scene, usize)> {
     scene::scenes()
         .unwrap()
@@ -17,44 +18,119 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
         .map(|listing| load(listing.name, &[]))
         .filter(|scene| scene.study.is_none() && scene.thresher.is_none())
         .map(|scene| {
-            let steps = if scene.name == "drum" { 200 } else { 50 };
+            let whole = (scene.step.time / scene.step.dt).round() as usize;
+            let steps = if scene.name == "drum" {
+                200
+            } else {
+                50.min(whole)
+            };
             (scene, steps)
         })
         .collect()
 }
 
-/// Where every body that moves on its own has come and how fast, by the numbers of the record.
-fn kinematic(scene: &Scene, built: &Built) -> Vec<(u32, Vec2, Vec2, f64)> {
+/// A body that moves on its own, or whose surface does.
+struct Mover {
+    /// By the record.
+    number: u32,
+    place: Vec2,
+    velocity: Vec2,
+    spin: f64,
+    surface: f64,
+}
+
+fn movers(scene: &Scene, built: &Built) -> Vec<Mover> {
+    let moves = |body: &Body| body.kind == BodyKind::Kinematic || body.surface_velocity != 0.0;
     scene
         .bodies
         .iter()
         .enumerate()
-        .filter(|(_, body)| body.kind == BodyKind::Kinematic)
-        .map(|(k, _)| {
+        .filter(|(_, body)| moves(body))
+        .map(|(k, body)| {
             let (pose, u) = built.state(k).unwrap();
-            (built.number(k).unwrap(), pose.translation, u.xy(), u.z)
+            let own = match body.kind {
+                BodyKind::Kinematic => u,
+                _ => Vec3::zeros(),
+            };
+            Mover {
+                number: built.number(k).unwrap(),
+                place: pose.translation,
+                velocity: own.xy(),
+                spin: own.z,
+                surface: body.surface_velocity,
+            }
         })
         .collect()
 }
 
+/// The movers half way between two instants.
+fn between(before: Vec<Mover>, after: Vec<Mover>) -> Vec<Mover> {
+    let mean = |(a, b): (Mover, Mover)| Mover {
+        place: 0.5 * (a.place + b.place),
+        velocity: 0.5 * (a.velocity + b.velocity),
+        spin: 0.5 * (a.spin + b.spin),
+        ..b
+    };
+    before.into_iter().zip(after).map(mean).collect()
+}
+
 /// What bodies that move on their own and belts gave to the others \[J\]: impulse times the
 /// velocity of their surface at the contact point of the midpoint.
-fn driven(record: &StepRecord, movers: &[(u32, Vec2, Vec2, f64)]) -> f64 {
+fn driven(record: &StepRecord, movers: &[Mover]) -> f64 {
     let mut work = 0.0;
     for contact in &record.contacts {
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
             assert!(contact.bodies[side] != NO_BODY || side == 0);
-            let mover = movers.iter().find(|m| m.0 == contact.bodies[side]);
-            if let Some((_, place, velocity, spin)) = mover {
-                let arm = contact.position - (place - velocity * (0.5 * record.dt));
-                let v = velocity + Vec2::new(-arm.y, arm.x) * *spin;
+            let mover = movers.iter().find(|m| m.number == contact.bodies[side]);
+            if let Some(m) = mover {
+                let arm = contact.position - m.place;
+                let v = m.velocity + Vec2::new(-arm.y, arm.x) * m.spin;
                 let tangent = Vec2::new(-contact.normal.y, contact.normal.x);
                 let p = contact.normal * contact.impulse_n + tangent * contact.impulse_t;
-                work += sign * p.dot(&v);
+                // counter-clockwise round body 1 is along +t, round body 2 along −t
+                work += sign * p.dot(&v) + contact.impulse_t * m.surface;
             }
         }
     }
     work
+}
+
+/// Place \[m\] and spin [rad/s] of every body with corners, by the numbers of the record.
+fn spins(scene: &Scene, built: &Built) -> HashMap<u32, (Vec2, f64)> {
+    let cornered = |body: &Body| !matches!(body.shape, Shape::Disc { .. });
+    let bodies = scene.bodies.iter().enumerate();
+    bodies
+        .filter(|(_, body)| cornered(body))
+        .map(|(k, _)| {
+            let (pose, u) = built.state(k).unwrap();
+            (built.number(k).unwrap(), (pose.translation, u.z))
+        })
+        .collect()
+}
+
+/// What a turn about a corner may exchange \[J\]. From the middle of one step to that of the next the
+/// corner of a body that turns at ω leaves its pivot by r ω² Δt²/2 towards the arm r, and the
+/// contact takes it back a step later: the mean of both velocities is off by up to r ω Δω Δt,
+/// which the impulse works on. It is the scheme's error of second order. (A disc has no corner.)
+fn turning(
+    record: &StepRecord,
+    before: &HashMap<u32, (Vec2, f64)>,
+    after: &HashMap<u32, (Vec2, f64)>,
+) -> f64 {
+    let one = |c: &ContactRecord| -> f64 {
+        let tangent = Vec2::new(-c.normal.y, c.normal.x);
+        let side = |body: &u32| {
+            let (Some((_, start)), Some((place, end))) = (before.get(body), after.get(body)) else {
+                return 0.0;
+            };
+            let arm = c.position - place;
+            let moment = c.impulse_n * arm.dot(&c.normal).abs()
+                + c.impulse_t.abs() * arm.dot(&tangent).abs();
+            moment * start.abs().max(end.abs()) * (end - start).abs()
+        };
+        record.dt * c.bodies.iter().map(side).sum::<f64>()
+    };
+    record.contacts.iter().map(one).sum()
 }
 
 #[test]
@@ -66,12 +142,10 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
         let mut worst: f64 = 0.0;
         let (mut gained, mut most): (f64, f64) = (0.0, 0.0);
         for step in 0..steps {
-            let before = kinematic(&scene, &built);
+            let moved = movers(&scene, &built);
+            let before = spins(&scene, &built);
             let record = Engine::Moreau.step(&mut built).unwrap();
-            let mut movers = kinematic(&scene, &built);
-            for (mover, before) in movers.iter_mut().zip(before) {
-                mover.2 = 0.5 * (mover.2 + before.2);
-            }
+            let movers = between(moved, movers(&scene, &built));
             let what = format!("{} step {step}", scene.name);
             met += record.contacts.len();
             assert_finite(&what, &built, &record);
@@ -81,7 +155,9 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             let now = energy.kinetic_end + energy.potential_end;
             // the potential at the start of the first step: forces are constant here
             let start = energy.kinetic_start + energy.potential_end + energy.forces;
-            let rise = now - total.unwrap_or(start) - energy.motors - driven(&record, &movers);
+            // pins turn at the end of their arms too: their exchange has closed forms of its own
+            let given = energy.motors + energy.joints + driven(&record, &movers);
+            let rise = now - total.unwrap_or(start) - given;
             // what the solves left open: the judge's velocity on all impulses, a few rows a block.
             // The worst so far, not this step's: an opening that one solve leaves is closed by a
             // later one (the rise of a tower of ten falls with the tolerance, a hundredfold each
@@ -93,7 +169,8 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
                 .map(|c| c.impulse_n + c.impulse_t.abs())
                 .sum();
             let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
-            let slack = 10.0 * worst * pushed + 1e-12 * scale + 1e-15;
+            let turned = turning(&record, &before, &spins(&scene, &built));
+            let slack = 10.0 * worst * pushed + turned + 1e-12 * scale + 1e-15;
             if scene.model() == Model::Planar {
                 // a contact or pin that turns within the step closes its gap at g/dt, which does
                 // work of second order, bounded over the run: (ω dt)², with ω dt up to 0.05 here
@@ -108,8 +185,9 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             assert!(imbalance <= 1e-11 * scale + 1e-15, "{what}: {imbalance}");
             total = Some(now);
         }
-        let touches = met > 0 || !scene.joints.is_empty();
-        assert!(touches, "{}: nothing touched in {steps} steps", scene.name);
+        // pendulums meet nothing: they hang on their pins
+        let idle = met == 0 && scene.joints.is_empty();
+        assert!(!idle, "{}: nothing touched in {steps} steps", scene.name);
     }
 }
 

@@ -155,33 +155,44 @@ fn gross(cluster: &Cluster, start: &[Vec3], record: &StepRecord) -> f64 {
     fastest * record.contacts.iter().map(pushed).sum::<f64>()
 }
 
-/// Identity of `mechanics`, Moreau's rule, one restitution coefficient ε for all rows:
-/// `ΔT − ū·h Δt = [ξ·P − (1−ε)/2 P·(G P + c)] / (1+ε)`, `c = Wᵀ M⁻¹ h Δt`, `ξ = γ_E + ε γ_A`.
+/// Energy of a step by Moreau's rule, row by row with the restitution ε of each:
+/// `ΔT − ū·h Δt = Σ [ξ P − (1−ε)/2 P (G P + c)] / (1+ε)`, `c = Wᵀ M⁻¹ h Δt`, `ξ = γ_E + ε γ_A`.
+///
+/// The normal rows have `epsilon`, the tangential ones 0: with friction and restitution together
+/// the coefficients are not one, and energy may rise (Kane's paradox), but the sum still holds.
+/// Of it `ξ_N P_N = 0` and `ξ_T P_T = −μ P_N |ξ_T|`.
 #[track_caller]
 fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: bool, seed: u64) {
     let mut random = Random(seed);
-    let mut loaded = 0;
+    let (mut loaded, mut unsolved) = (0, 0);
     for case in 0..500 {
         let mut cluster = Cluster::random(&mut random, epsilon, friction, forces);
         let (start, record) = one_step(&mut cluster, scheme);
-        assert_eq!(record.unsolved, 0, "case {case}");
+        if record.unsolved > 0 {
+            unsolved += 1;
+            continue;
+        }
         let end = &cluster.velocities;
         let t = [&start, end].map(|u| cluster.kinetic(u));
         let work: f64 = (0..start.len())
             .map(|k| 0.5 * (start[k] + end[k]).dot(&cluster.forces[k]) * 0.01)
             .sum();
-        let (mut products, mut slack, mut dissipated) = (0.0, 0.0, 0.0);
+        let (mut products, mut predicted, mut dissipated) = (0.0, 0.0, 0.0);
         for (contact, done) in cluster.contacts.iter().zip(&record.contacts) {
             let p = Vec2::new(done.impulse_n, done.impulse_t);
             let a = contact.rows.velocity(&start);
             let e = contact.rows.velocity(end);
-            let xi = e + epsilon * a;
+            let restitution = Vec2::new(epsilon, 0.0);
+            let xi = e + restitution.component_mul(&a);
             products += xi.dot(&p);
-            slack += p.dot(&(e - a)); // G P + c = γ_E − γ_A
+            let taken = p.component_mul(&(e - a)); // P (G P + c), as G P + c = γ_E − γ_A
+            for row in 0..2 {
+                let kept = xi[row] * p[row] - 0.5 * (1.0 - restitution[row]) * taken[row];
+                predicted += kept / (1.0 + restitution[row]);
+            }
             dissipated -= contact.friction * done.impulse_n * xi.y.abs();
             loaded += usize::from(done.impulse_n > 0.0);
         }
-        let predicted = (products - 0.5 * (1.0 - epsilon) * slack) / (1.0 + epsilon);
         let scale = t[0] + t[1] + work.abs() + gross(&cluster, &start, &record);
         // round-off of sums of some twenty products
         assert!(
@@ -194,9 +205,20 @@ fn assert_energy_identity(scheme: Scheme, epsilon: f64, friction: bool, forces: 
             "case {case}"
         );
         assert!((record.energy.kinetic_end - t[1]).abs() <= 1e-13 * scale);
-        // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10 a contact
-        assert!((products - dissipated).abs() <= 1e-9 * scale, "case {case}");
+        // complementarity and maximal dissipation hold to the solver's tolerance of 1e-10 a contact,
+        // and in a wedge, where impulses are huge, to the velocity that the judge found, on each
+        let pushed: f64 = record
+            .contacts
+            .iter()
+            .map(|c| c.impulse_n + c.impulse_t.abs())
+            .sum();
+        let open = 1e-9 * scale + 4.0 * record.residual_velocity * pushed;
+        assert!((products - dissipated).abs() <= open, "case {case}");
     }
+    // with coefficients that differ a problem need not have a solution, and no method has a
+    // certificate: up to 15 of 500 end unsolved, and say so
+    let most = if friction && epsilon > 0.0 { 15 } else { 0 };
+    assert!(unsolved <= most, "{unsolved} unsolved");
     assert!(loaded > 300, "{loaded} loaded contacts show something");
 }
 
@@ -213,6 +235,14 @@ fn energy_of_frictionless_collisions_with_any_restitution() {
     for (seed, epsilon) in [(3, 0.2), (4, 0.7), (5, 1.0)] {
         assert_energy_identity(Scheme::Moreau, epsilon, false, false, seed);
         assert_energy_identity(Scheme::Moreau, epsilon, false, true, seed);
+    }
+}
+
+#[test]
+fn energy_of_frictional_collisions_with_restitution() {
+    for (seed, epsilon) in [(8, 0.2), (9, 0.7), (10, 1.0)] {
+        assert_energy_identity(Scheme::Moreau, epsilon, true, false, seed);
+        assert_energy_identity(Scheme::Moreau, epsilon, true, true, seed);
     }
 }
 

@@ -143,7 +143,7 @@ fn engine(name: &str) -> Result<Engine, String> {
 }
 
 impl Common {
-    /// The scene with all flags applied.
+    /// The scene with all flags applied; warnings about it go to standard error.
     fn load(&self) -> Result<Scene, SceneError> {
         let mut flags = self.set.clone();
         let named = [
@@ -164,7 +164,16 @@ impl Common {
                 flags.push(format!("{key}=\"{}\"", value.escape_default()));
             }
         }
-        scene::load(&self.scene, &flags)
+        let scene = scene::load(&self.scene, &flags)?;
+        if !self.quiet {
+            let text: String = scene
+                .step_warnings()
+                .iter()
+                .map(|warning| format!("warning: {warning}\n"))
+                .collect();
+            print_err(&text);
+        }
+        Ok(scene)
     }
 
     /// Number of steps of the run.
@@ -228,6 +237,12 @@ fn list_scenes() -> Result<Outcome, RunError> {
     }
     print_out(&text);
     Ok(Outcome::Done)
+}
+
+/// Prints to standard error; nobody to read it is no fault.
+fn print_err(text: &str) {
+    use std::io::Write;
+    let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
 /// Prints to standard output; a closed pipe (`| head`) ends quietly.

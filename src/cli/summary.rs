@@ -10,7 +10,7 @@ pub(super) fn float(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
 }
 
-/// What every summary holds: program, scene, settings.
+/// What every summary holds: program, scene, settings, and warnings about the scene.
 pub(super) fn header(command: &str, scene: &Scene) -> Value {
     json!({
         "program": "moreau2d",
@@ -29,6 +29,7 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
             "solver": scene.step.solver,
             "tolerance": float(scene.step.tolerance),
         },
+        "warnings": scene.step_warnings(),
     })
 }
 
@@ -140,13 +141,19 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     out
 }
 
-/// Writes `summary.json` and gives its text.
+/// Writes `summary.json` and gives its text; `more` adds to the header, its warnings to those there.
 pub(super) fn write(
     folder: &OutputFolder,
     mut summary: Value,
     more: Value,
 ) -> Result<String, ReportError> {
-    if let (Value::Object(summary), Value::Object(more)) = (&mut summary, more) {
+    if let (Value::Object(summary), Value::Object(mut more)) = (&mut summary, more) {
+        if let (Some(Value::Array(known)), Some(Value::Array(new))) =
+            (summary.get_mut("warnings"), more.get_mut("warnings"))
+        {
+            known.append(new);
+            more.remove("warnings");
+        }
         summary.extend(more);
     }
     let mut text = format!("{summary:#}");

@@ -29,6 +29,7 @@
 //! no order. A picture without a value above 0 is not written.
 
 mod compare;
+mod equilibrium;
 mod reference;
 mod results;
 mod setting;
@@ -40,6 +41,7 @@ mod threshing;
 mod wear_history;
 
 pub use compare::Comparison;
+pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
 pub use results::{Results, run_settings};
 pub use setting::{Setting, step_count};

@@ -1,9 +1,9 @@
 //! The reference drive: rapier finds the pairs, parry or our kernels the gaps.
 //!
-//! All poses are written to the world and rapier's `CollisionPipeline` runs on it. Pairs of balls
-//! and boxes get their gaps from `f64` kernels (1e-15 m); all others from parry in `f32`
-//! (3e-7 m for 1 m shapes at the origin, 2e-6 m at 10 m, 2e-5 m at 100 m), manifolds always fresh.
-//! Costs about what rapier's own detection does. Between steps the world's own query tree and
+//! All poses are written to the world and rapier's `CollisionPipeline` runs on it. Pairs of balls,
+//! boxes and convex polygons get their gaps from `f64` kernels (1e-15 m); all others from parry in
+//! `f32` (3e-7 m for 1 m shapes at the origin, 2e-6 m at 10 m, 2e-5 m at 100 m), manifolds always
+//! fresh. Costs about what rapier's own detection does. Between steps the world's own query tree and
 //! contact graph stand at the last midpoint.
 
 use super::bodies::Bodies;
@@ -188,9 +188,9 @@ impl Detector {
             belt: -self.speed(handles[0]) - self.speed(handles[1]),
             size: k1.size.min(k2.size),
         };
-        if let (Some(s1), Some(s2)) = (k1.exact, k2.exact) {
+        if let (Some(s1), Some(s2)) = (k1.exact.clone(), k2.exact.clone()) {
             let mut found = std::mem::take(&mut self.touches);
-            touches(&poses[0], s1, &poses[1], s2, reach, &mut found);
+            touches(&poses[0], &s1, &poses[1], &s2, reach, &mut found);
             for touch in &found {
                 let point = setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
                 self.order.push(([0, 0, touch.feature, 0], point));
@@ -304,6 +304,12 @@ impl Detector {
                         widen(c.half_extents.x),
                         widen(c.half_extents.y),
                     ))),
+                    TypedShape::ConvexPolygon(p) => Some(Exact::Polygon(
+                        p.points()
+                            .iter()
+                            .map(|q| Vec2::new(widen(q.x), widen(q.y)))
+                            .collect(),
+                    )),
                     _ => None,
                 },
                 size: {

@@ -1,15 +1,19 @@
-//! Gaps of balls and boxes in `f64`: exact to round-off, where parry's are to 1e-7 of the size.
+//! Gaps of balls, boxes and convex polygons in `f64`: exact to round-off, where parry's are to 1e-7 of the size.
 
+use super::convex::{polygon_ball, polygon_polygon};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
+use std::sync::Arc;
 
 /// A shape with a closed-form gap.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Exact {
     /// Radius \[m\].
     Ball(f64),
     /// Half extents \[m\].
     Box(Vec2),
+    /// Corners, counter-clockwise, at least three.
+    Polygon(Arc<[Vec2]>),
 }
 
 /// One contact between two exact shapes, signs as in [`crate::contact`].
@@ -22,18 +26,28 @@ pub(super) struct Touch {
     pub feature: u32,
 }
 
+impl Touch {
+    /// The same contact with the shapes in the other order.
+    fn reversed(self) -> Touch {
+        Touch {
+            normal: -self.normal,
+            ..self
+        }
+    }
+}
+
 /// Contacts of shape 1 with shape 2 that are nearer than `reach` \[m\], at most two.
 pub(super) fn touches(
     pose1: &Pose64,
-    shape1: Exact,
+    shape1: &Exact,
     pose2: &Pose64,
-    shape2: Exact,
+    shape2: &Exact,
     reach: f64,
     out: &mut Vec<Touch>,
 ) {
     out.clear();
     match (shape1, shape2) {
-        (Exact::Ball(r1), Exact::Ball(r2)) => {
+        (&Exact::Ball(r1), &Exact::Ball(r2)) => {
             let d = pose2.translation - pose1.translation;
             let distance = d.norm();
             // concentric balls have no normal of their own: push upwards, by rule
@@ -50,17 +64,22 @@ pub(super) fn touches(
                 feature: 0,
             });
         }
-        (Exact::Box(half), Exact::Ball(r)) => {
+        (&Exact::Box(half), &Exact::Ball(r)) => {
             out.push(box_ball(pose1, half, pose2.translation, r));
         }
-        (Exact::Ball(r), Exact::Box(half)) => {
-            let touch = box_ball(pose2, half, pose1.translation, r);
-            out.push(Touch {
-                normal: -touch.normal,
-                ..touch
-            });
+        (&Exact::Ball(r), &Exact::Box(half)) => {
+            out.push(box_ball(pose2, half, pose1.translation, r).reversed());
         }
-        (Exact::Box(h1), Exact::Box(h2)) => box_box(pose1, h1, pose2, h2, out),
+        (&Exact::Box(h1), &Exact::Box(h2)) => box_box(pose1, h1, pose2, h2, out),
+        (Exact::Polygon(points), &Exact::Ball(r)) => {
+            out.push(polygon_ball(pose1, points, pose2.translation, r));
+        }
+        (&Exact::Ball(r), Exact::Polygon(points)) => {
+            out.push(polygon_ball(pose2, points, pose1.translation, r).reversed());
+        }
+        (Exact::Polygon(a), Exact::Polygon(b)) => polygon_polygon(pose1, a, pose2, b, out),
+        (Exact::Polygon(a), &Exact::Box(h)) => polygon_polygon(pose1, a, pose2, &corners(h), out),
+        (&Exact::Box(h), Exact::Polygon(b)) => polygon_polygon(pose1, &corners(h), pose2, b, out),
     }
     out.retain(|t| t.gap <= reach);
 }
@@ -101,6 +120,10 @@ fn face(half: Vec2, k: usize) -> (Vec2, f64) {
         2 => (-Vec2::x(), half.x),
         _ => (-Vec2::y(), half.y),
     }
+}
+
+fn corners(half: Vec2) -> [Vec2; 4] {
+    std::array::from_fn(|k| corner(half, k))
 }
 
 fn corner(half: Vec2, k: usize) -> Vec2 {
@@ -210,7 +233,7 @@ fn box_box(pose1: &Pose64, h1: Vec2, pose2: &Pose64, h2: Vec2, out: &mut Vec<Tou
 mod tests {
     use super::*;
 
-    fn gaps(p1: Pose64, s1: Exact, p2: Pose64, s2: Exact) -> Vec<Touch> {
+    fn gaps(p1: Pose64, s1: &Exact, p2: Pose64, s2: &Exact) -> Vec<Touch> {
         let mut out = Vec::new();
         touches(&p1, s1, &p2, s2, 1.0, &mut out);
         out
@@ -222,7 +245,7 @@ mod tests {
         for offset in [0.0, 1000.0] {
             let a = Pose64::new(Vec2::new(offset, 0.0), 0.0);
             let b = Pose64::new(Vec2::new(offset + 0.25, 1.0 + 1e-7), 0.0);
-            let found = gaps(a, unit, b, unit);
+            let found = gaps(a, &unit, b, &unit);
             assert_eq!(found.len(), 2);
             for t in &found {
                 // one rounding of the offset's coordinate
@@ -238,7 +261,7 @@ mod tests {
         let (ball, bx) = (Exact::Ball(0.5), Exact::Box(Vec2::new(0.5, 0.5)));
         let low = Pose64::new(Vec2::zeros(), 0.3);
         let high = Pose64::new(Vec2::new(0.1, 1.2), -0.7);
-        for (s1, s2) in [(ball, ball), (ball, bx), (bx, ball), (bx, bx)] {
+        for (s1, s2) in [(&ball, &ball), (&ball, &bx), (&bx, &ball), (&bx, &bx)] {
             let up = gaps(low, s1, high, s2);
             let down = gaps(high, s2, low, s1);
             assert_eq!(up.len(), down.len());
@@ -268,9 +291,9 @@ mod tests {
                 .fold(f64::INFINITY, f64::min);
             let found = gaps(
                 floor,
-                Exact::Box(Vec2::new(5.0, 1.0)),
+                &Exact::Box(Vec2::new(5.0, 1.0)),
                 pose,
-                Exact::Box(half),
+                &Exact::Box(half),
             );
             let least = found.iter().map(|t| t.gap).fold(f64::INFINITY, f64::min);
             assert!((least - lowest).abs() < 1e-15);

@@ -6,6 +6,7 @@
 
 mod baseline;
 mod bodies;
+mod convex;
 mod detection;
 mod dispatcher;
 mod joints;

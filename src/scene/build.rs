@@ -207,7 +207,7 @@ fn mass(body: &Body) -> Option<MassSpec> {
 }
 
 /// Mass \[kg\] of a body for the damping of its contacts; a fixed one counts as the other's.
-fn body_mass(body: &Body) -> f64 {
+pub(super) fn body_mass(body: &Body) -> f64 {
     match body.mass {
         Some(Mass::Given { mass, .. }) => mass,
         Some(Mass::Density(density)) => density * shape(&body.shape).map_or(0.0, |s| s.area()),

@@ -5,12 +5,13 @@ use super::error::{Hint, SceneError};
 use std::path::Path;
 
 /// Name and text of every embedded scene, in the order the catalogue shows them.
-const EMBEDDED: [(&str, &str); 23] = [
+const EMBEDDED: &[(&str, &str)] = &[
     (
         "sliding-block",
         include_str!("../../scenes/sliding-block.toml"),
     ),
     ("incline", include_str!("../../scenes/incline.toml")),
+    ("conveyor", include_str!("../../scenes/conveyor.toml")),
     (
         "spinning-disc",
         include_str!("../../scenes/spinning-disc.toml"),
@@ -20,8 +21,26 @@ const EMBEDDED: [(&str, &str); 23] = [
         include_str!("../../scenes/bouncing-ball.toml"),
     ),
     ("two-balls", include_str!("../../scenes/two-balls.toml")),
+    (
+        "touching-balls",
+        include_str!("../../scenes/touching-balls.toml"),
+    ),
     ("cradle", include_str!("../../scenes/cradle.toml")),
+    ("elastic-gas", include_str!("../../scenes/elastic-gas.toml")),
     ("beam", include_str!("../../scenes/beam.toml")),
+    ("three-discs", include_str!("../../scenes/three-discs.toml")),
+    ("ladder", include_str!("../../scenes/ladder.toml")),
+    (
+        "block-on-slope",
+        include_str!("../../scenes/block-on-slope.toml"),
+    ),
+    ("wedge", include_str!("../../scenes/wedge.toml")),
+    ("arch", include_str!("../../scenes/arch.toml")),
+    ("capstan", include_str!("../../scenes/capstan.toml")),
+    (
+        "rocking-block",
+        include_str!("../../scenes/rocking-block.toml"),
+    ),
     ("pyramid", include_str!("../../scenes/pyramid.toml")),
     ("tower", include_str!("../../scenes/tower.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),

@@ -1,6 +1,6 @@
 //! From the checked file to a flat list of placed bodies.
 
-use super::file::{BodyEntry, RepeatEntry};
+use super::file::{BodyEntry, JointEntry, JointKind, RepeatEntry};
 
 /// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
 /// by repeat.
@@ -25,6 +25,34 @@ pub(super) fn expand(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<BodyE
         }
     }
     placed
+}
+
+/// The joints of every repeat with a `pin`, between consecutive copies.
+pub(super) fn pins(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<JointEntry> {
+    let mut joints = Vec::new();
+    for repeat in repeats {
+        let template = bodies.iter().find(|body| body.name == repeat.of);
+        let (Some([x, y]), Some(template)) = (repeat.pin, template) else {
+            continue;
+        };
+        let copies = place(template, repeat);
+        let whole = repeat.ring.is_some_and(|ring| ring.arc.is_none());
+        let last = copies.len() - usize::from(!whole);
+        for (k, copy) in copies.iter().enumerate().take(last) {
+            let (sin, cos) = copy.angle.sin_cos();
+            let next = &copies[(k + 1) % copies.len()];
+            joints.push(JointEntry {
+                kind: JointKind::Revolute,
+                bodies: [copy.name.clone(), next.name.clone()],
+                at: [
+                    copy.position[0] + cos * x - sin * y,
+                    copy.position[1] + sin * x + cos * y,
+                ],
+                motor: None,
+            });
+        }
+    }
+    joints
 }
 
 /// Number of copies that a repeat makes; 0 when it says neither `count` nor `ring`.
@@ -74,7 +102,7 @@ fn place(template: &BodyEntry, repeat: &RepeatEntry) -> Vec<BodyEntry> {
     if let Some(ring) = &repeat.ring {
         return (0..ring.count)
             .map(|k| {
-                let angle = std::f64::consts::TAU * f64::from(k) / f64::from(ring.count);
+                let angle = ring.angle(k);
                 let at = [
                     ring.centre[0] + ring.radius * angle.cos(),
                     ring.centre[1] + ring.radius * angle.sin(),

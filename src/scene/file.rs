@@ -181,8 +181,8 @@ impl BodyKind {
     }
 }
 
-/// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `polyline`, `rod`, `line`, `bowl`
-/// gives its shape.
+/// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `sector`, `polyline`, `rod`, `line`,
+/// `bowl` gives its shape.
 ///
 /// A scene with a rod, a line or a bowl runs on closed-form geometry in `f64`, without rapier.
 /// There discs touch each other, and discs, rods and boxes touch lines and bowls; anything else is
@@ -202,6 +202,9 @@ pub struct BodyEntry {
     pub capsule: Option<[f64; 2]>,
     /// Corners \[m\] of a convex polygon, counter-clockwise.
     pub polygon: Option<Vec<[f64; 2]>>,
+    /// A voussoir: mean radius \[m\], thickness \[m\] and angle \[rad\] of a straight-sided sector of
+    /// a ring, its axis along the body's x axis. The body's origin is the ring's centre.
+    pub sector: Option<[f64; 3]>,
     /// Points \[m\] of a one-sided chain, the solid on the left of its direction.
     pub polyline: Option<Vec<[f64; 2]>>,
     /// Whether the polyline's last point is joined to its first, default false.
@@ -273,10 +276,25 @@ impl BodyEntry {
             .or_else(|| self.rectangle.map(rectangle))
             .or_else(|| self.capsule.map(capsule))
             .or_else(|| self.polygon.as_ref().map(polygon))
+            .or_else(|| self.sector.map(sector))
             .or_else(|| self.polyline.as_ref().map(polyline))
             .or_else(|| self.rod.map(|length| Shape::Rod { length }))
             .or_else(|| self.line.map(|_| Shape::Line))
             .or_else(|| self.bowl.map(|radius| Shape::Bowl { radius }))
+    }
+}
+
+/// The four corners of a voussoir, counter-clockwise: its joints are radii, its faces straight.
+fn sector([radius, thickness, angle]: [f64; 3]) -> Shape {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    let (inner, outer) = (radius - 0.5 * thickness, radius + 0.5 * thickness);
+    Shape::Polygon {
+        points: vec![
+            [inner * cos, -inner * sin],
+            [outer * cos, -outer * sin],
+            [outer * cos, outer * sin],
+            [inner * cos, inner * sin],
+        ],
     }
 }
 
@@ -354,6 +372,9 @@ pub struct RepeatEntry {
     /// steps later: 1 makes a pyramid. Default 0.
     pub shrink: Option<u32>,
     pub ring: Option<Ring>,
+    /// Ties each copy of a row or ring to the next by a revolute joint at this point of its own
+    /// frame \[m\]: a chain, a belt. On a whole ring the last copy is tied to the first.
+    pub pin: Option<[f64; 2]>,
     /// Largest random displacement along x and y \[m\], default 0.
     #[serde(default)]
     pub jitter: f64,
@@ -364,7 +385,8 @@ pub struct RepeatEntry {
     pub seed: Option<u32>,
 }
 
-/// Copies evenly spaced on a circle, the first at angle 0, each turned with its place.
+/// Copies evenly spaced on a circle, each turned with its place: on the whole circle with the first
+/// at angle 0, on an arc each in the middle of its share.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
@@ -373,6 +395,19 @@ pub struct Ring {
     /// Radius \[m\].
     pub radius: f64,
     pub count: u32,
+    /// Where the arc starts and ends \[rad\]; default the whole circle.
+    pub arc: Option<[f64; 2]>,
+}
+
+impl Ring {
+    /// Angle \[rad\] of copy `k`.
+    pub fn angle(&self, k: u32) -> f64 {
+        let share = |k: f64| k / f64::from(self.count);
+        match self.arc {
+            None => std::f64::consts::TAU * share(f64::from(k)),
+            Some([from, to]) => from + (to - from) * share(f64::from(k) + 0.5),
+        }
+    }
 }
 
 /// `[reference]`: what the result is compared with.
@@ -386,19 +421,34 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClosedForm {
+    // sliding
     SlidingBlock,
     Incline,
-    BouncingBall,
     SpinningDisc,
+    Conveyor,
+    // impacts
+    BouncingBall,
     TwoBalls,
     Cradle,
+    TouchingBalls,
+    ElasticGas,
+    // statics
     Beam,
-    Bowl,
+    ThreeDiscs,
+    Ladder,
+    BlockOnSlope,
+    Wedge,
+    Arch,
+    Capstan,
+    // motion about a pivot
+    RockingBlock,
+    Pendulum,
     StuckRod,
     FallingRod,
-    RidingDisc,
     Painleve,
-    Pendulum,
-    DoublePendulum,
+    // on curves and moving surfaces
+    Bowl,
+    RidingDisc,
+    // mechanisms
     Woodpecker,
 }

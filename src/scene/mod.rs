@@ -43,6 +43,7 @@ pub mod study;
 pub mod thresher;
 pub mod threshing;
 mod threshing_shapes;
+mod time_scales;
 mod world;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
@@ -225,7 +226,9 @@ impl Scene {
 
 fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, SceneError> {
     let placed = expand::expand(&file.body, &file.repeat);
-    let joints = check::joints(&file.joint, &placed, document)?;
+    let mut tied = file.joint;
+    tied.extend(expand::pins(&file.body, &file.repeat));
+    let joints = check::joints(&tied, &placed, document)?;
     let touches = check::touches(&placed, document)?;
     let mut materials = file.material;
     if materials.is_empty() {

@@ -35,13 +35,17 @@ impl Run {
         self.built.state(k).unwrap()
     }
 
+    /// The measure called `name`.
+    #[track_caller]
+    pub fn measure(&self, name: &str) -> &Measure {
+        let found = self.measures.iter().find(|m| m.name == name);
+        found.unwrap_or_else(|| panic!("no measure {name} in {:?}", self.measures))
+    }
+
     /// The error of the measure called `name`.
     #[track_caller]
     pub fn error(&self, name: &str) -> f64 {
-        let found = self.measures.iter().find(|m| m.name == name);
-        found
-            .unwrap_or_else(|| panic!("no measure {name} in {:?}", self.measures))
-            .error
+        self.measure(name).error
     }
 }
 

@@ -1,15 +1,10 @@
-//! Bodies, repeats and joints.
+//! Bodies and joints.
 
 use super::*;
 use crate::scene::Joint;
-use crate::scene::expand::copies;
-use crate::scene::file::{BodyEntry, BodyKind, JointEntry, JointKind, RepeatEntry, WORLD};
+use crate::scene::file::{BodyEntry, BodyKind, JointEntry, JointKind, WORLD};
 use crate::scene::outline::{check_chain, check_polygon, signed_area};
 use std::collections::HashMap;
-
-/// Most bodies a scene may place, a polygon or polyline counted by its points: beyond it a slip
-/// of a zero in `count` would fill the memory.
-const MOST_BODIES: u64 = 100_000;
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");
@@ -20,49 +15,10 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
         check_body(&at, body, &file.material)?;
         planar::check_body(&at, body, closed_form)?;
     }
-    let at = top.key("repeat");
-    let mut placed = 0_u64;
-    for (index, repeat) in file.repeat.iter().enumerate() {
-        let at = at.index(index);
-        let template = check_repeat(&at, repeat, &file.body)?;
-        placed = placed.saturating_add(copies(repeat).saturating_mul(points(template)));
-        if placed > MOST_BODIES {
-            let key = if repeat.ring.is_some() {
-                "ring"
-            } else {
-                "count"
-            };
-            return Err(SceneError::OutOfRange {
-                at: at.key(key).place(),
-                value: format!("{} copies", copies(repeat)),
-                allowed: format!(
-                    "{MOST_BODIES} in the whole scene, polygons counted by their corners"
-                ),
-            });
-        }
-    }
-    let base = |repeat: &RepeatEntry| repeat.name.clone().unwrap_or_else(|| repeat.of.clone());
-    for (index, repeat) in file.repeat.iter().enumerate() {
-        if file.repeat[..index]
-            .iter()
-            .any(|other| base(other) == base(repeat))
-        {
-            return Err(SceneError::Duplicate {
-                at: at.index(index).place(),
-                what: "repeat",
-                name: base(repeat),
-            });
-        }
-    }
     for (index, joint) in file.joint.iter().enumerate() {
         check_joint(&top.key("joint").index(index), joint)?;
     }
     Ok(())
-}
-
-fn points(body: &BodyEntry) -> u64 {
-    let outline = body.polygon.as_ref().or(body.polyline.as_ref());
-    outline.map_or(1, |points| points.len().max(1) as u64)
 }
 
 fn check_body(at: &At<'_>, body: &BodyEntry, materials: &[Material]) -> Result<(), SceneError> {
@@ -106,6 +62,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         ("box", body.rectangle.is_some()),
         ("capsule", body.capsule.is_some()),
         ("polygon", body.polygon.is_some()),
+        ("sector", body.sector.is_some()),
         ("polyline", body.polyline.is_some()),
         ("rod", body.rod.is_some()),
         ("line", body.line.is_some()),
@@ -119,7 +76,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         [] => {
             return Err(SceneError::Missing {
                 at: at.place(),
-                key: "disc, box, capsule, polygon, polyline, rod, line or bowl".to_owned(),
+                key: "disc, box, capsule, polygon, sector, polyline, rod, line or bowl".to_owned(),
             });
         }
         [first, second, ..] => {
@@ -131,6 +88,22 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     for (key, size) in [("box", body.rectangle), ("capsule", body.capsule)] {
         if let Some(size) = size {
             at.pair(key, size, SIZE)?;
+        }
+    }
+    if let Some([radius, thickness, angle]) = body.sector {
+        let at = at.key("sector");
+        for (key, value, most, text) in [
+            (0, radius, SIZE.most, SIZE.text),
+            (1, thickness, 1.98 * radius, "1e-6 to 1.98 of the radius"),
+            (2, angle, 3.0, "1e-6 to 3 rad"),
+        ] {
+            if !(1e-6..=most).contains(&value) {
+                return Err(SceneError::OutOfRange {
+                    at: at.index(key).place(),
+                    value: format!("{value:?}"),
+                    allowed: text.to_owned(),
+                });
+            }
         }
     }
     if body.closed.is_some() && body.polyline.is_none() {
@@ -158,22 +131,6 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         )?;
     }
     Ok(())
-}
-
-impl At<'_> {
-    fn at_point(&self, index: usize, point: [f64; 2]) -> Result<(), SceneError> {
-        const CORNER: Range = range(-1e6, 1e6, "-1e6 to 1e6 m");
-        for (axis, value) in point.into_iter().enumerate() {
-            if !(CORNER.least..=CORNER.most).contains(&value) {
-                return Err(SceneError::OutOfRange {
-                    at: self.index(index).index(axis).place(),
-                    value: format!("{value:?}"),
-                    allowed: CORNER.text.to_owned(),
-                });
-            }
-        }
-        Ok(())
-    }
 }
 
 fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
@@ -213,111 +170,6 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
             at: at.place(),
             key: "mass and inertia (the polyline encloses no solid to take them from)".to_owned(),
         });
-    }
-    Ok(())
-}
-
-fn check_repeat<'b>(
-    at: &At<'_>,
-    repeat: &RepeatEntry,
-    bodies: &'b [BodyEntry],
-) -> Result<&'b BodyEntry, SceneError> {
-    let Some(template) = bodies.iter().find(|body| body.name == repeat.of) else {
-        let known = bodies.iter().map(|body| &body.name);
-        return Err(at.key("of").unknown("body", &repeat.of, known));
-    };
-    if let Some(name) = &repeat.name {
-        at.name("name", name)?;
-    }
-    if let Some(ring) = &repeat.ring {
-        for (key, given) in [
-            ("count", repeat.count.is_some()),
-            ("step", repeat.step.is_some()),
-            ("shrink", repeat.shrink.is_some()),
-        ] {
-            if given {
-                return Err(at
-                    .key(key)
-                    .conflict("a repeat is a grid or a ring, not both"));
-            }
-        }
-        let at = at.key("ring");
-        at.pair("centre", ring.centre, PLACE)?;
-        at.within("radius", ring.radius, range(0.0, 1e6, "0 to 1e6 m"))?;
-        at.count("count", ring.count, 1, MOST_BODIES as u32)?;
-    } else {
-        check_grid(at, repeat)?;
-    }
-    at.within("jitter", repeat.jitter, range(0.0, 1e6, "0 to 1e6 m"))?;
-    at.within(
-        "radius_spread",
-        repeat.radius_spread,
-        range(0.0, 0.9, "0 to 0.9"),
-    )?;
-    if repeat.radius_spread > 0.0 && template.disc.is_none() {
-        return Err(at
-            .key("radius_spread")
-            .conflict("only discs have a radius to spread"));
-    }
-    let random = repeat.jitter > 0.0 || repeat.radius_spread > 0.0;
-    match repeat.seed {
-        None if random => Err(SceneError::Missing {
-            at: at.place(),
-            key: "seed".to_owned(),
-        }),
-        Some(_) if !random => Err(at
-            .key("seed")
-            .conflict("a seed has no effect without jitter or radius_spread")),
-        _ => Ok(template),
-    }
-}
-
-fn check_grid(at: &At<'_>, repeat: &RepeatEntry) -> Result<(), SceneError> {
-    let (Some(count), Some(step)) = (&repeat.count, &repeat.step) else {
-        let missing = if repeat.count.is_none() {
-            "count"
-        } else {
-            "step"
-        };
-        return Err(SceneError::Missing {
-            at: at.place(),
-            key: format!("{missing} (or ring)"),
-        });
-    };
-    if !(1..=2).contains(&count.len()) {
-        return Err(SceneError::WrongType {
-            at: at.key("count").place(),
-            expected: "an array of 1 or 2 numbers".to_owned(),
-            found: format!("{} of them", count.len()),
-        });
-    }
-    if step.len() != count.len() {
-        return Err(SceneError::WrongType {
-            at: at.key("step").place(),
-            expected: format!("{} pairs [dx, dy], one for each count", count.len()),
-            found: format!("{} of them", step.len()),
-        });
-    }
-    for index in 0..count.len() {
-        if count[index] == 0 {
-            return Err(SceneError::OutOfRange {
-                at: at.key("count").index(index).place(),
-                value: "0".to_owned(),
-                allowed: format!("1 to {MOST_BODIES}"),
-            });
-        }
-        at.key("step").at_point(index, step[index])?;
-    }
-    if let Some(shrink) = repeat.shrink {
-        let rows = u64::from(count.get(1).copied().unwrap_or(1));
-        let most = u64::from(count[0] - 1) / (rows - 1).max(1);
-        if u64::from(shrink) > most {
-            return Err(SceneError::OutOfRange {
-                at: at.key("shrink").place(),
-                value: shrink.to_string(),
-                allowed: format!("0 to {most}, so that the last of {rows} rows has a copy"),
-            });
-        }
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ mod blocks;
 mod bodies;
 mod linear;
 mod planar;
+mod repeats;
 
 pub(super) use bodies::joints;
 pub(super) use planar::{planar, starts, touches};
@@ -37,6 +38,7 @@ pub(super) fn check(file: &SceneFile, document: &Document) -> Result<(), SceneEr
         }
     }
     bodies::check(&top, file)?;
+    repeats::check(&top, file)?;
     blocks::check(&top, file)
 }
 
@@ -130,6 +132,21 @@ impl<'a> At<'a> {
                     at: self.key(key).index(index).place(),
                     value: format!("{value:?}"),
                     allowed: range.text.to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks point `index` of a list.
+    fn at_point(&self, index: usize, point: [f64; 2]) -> Result<(), SceneError> {
+        const CORNER: Range = range(-1e6, 1e6, "-1e6 to 1e6 m");
+        for (axis, value) in point.into_iter().enumerate() {
+            if !(CORNER.least..=CORNER.most).contains(&value) {
+                return Err(SceneError::OutOfRange {
+                    at: self.index(index).index(axis).place(),
+                    value: format!("{value:?}"),
+                    allowed: CORNER.text.to_owned(),
                 });
             }
         }

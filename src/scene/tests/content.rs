@@ -35,6 +35,14 @@ fn repeats_place_grids_pyramids_and_rings() {
     assert!((second.position[0] - 1.0).abs() < 1e-15 && second.position[1] == 2.0);
     assert_eq!(second.angle, std::f64::consts::FRAC_PI_2);
 
+    // On an arc each copy stands in the middle of its share.
+    let arc = "ring = { centre = [0, 0], radius = 1, count = 2, arc = [0, 3] }";
+    let angles = repeat(arc).unwrap().bodies[1..]
+        .iter()
+        .map(|b| b.angle)
+        .collect::<Vec<_>>();
+    assert_eq!(angles, [0.75, 2.25]);
+
     let random = "count = [40]\nstep = [[1, 0]]\njitter = 0.1\nradius_spread = 0.2\nseed = ";
     let scene = repeat(&format!("{random}7")).unwrap();
     assert_eq!(scene, repeat(&format!("{random}7")).unwrap());
@@ -58,6 +66,45 @@ fn joints_reach_copies_by_name() {
     let scene = parse(&text, &[]).unwrap();
     assert_eq!(scene.joints[0].bodies, [Some(2), None]);
     assert_eq!(scene.joints[0].motor.unwrap().speed, 3.0);
+}
+
+#[test]
+fn pins_tie_copies_into_chains_and_rings() {
+    let joints = |keys: &str| {
+        let text = format!("{BALL}[[repeat]]\nof = \"ball\"\npin = [0.5, 0]\n{keys}\n");
+        parse(&text, &[]).unwrap().joints
+    };
+    let chain = joints("count = [3]\nstep = [[1, 0]]");
+    let ends: Vec<_> = chain.iter().map(|j| (j.bodies, j.at)).collect();
+    let expected = [
+        ([Some(1), Some(2)], [0.5, 1.0]),
+        ([Some(2), Some(3)], [1.5, 1.0]),
+    ];
+    assert_eq!(ends, expected);
+    // a whole ring closes, and the point turns with the copy
+    let ring = joints("ring = { centre = [0, 0], radius = 1, count = 4 }");
+    assert_eq!(ring.len(), 4);
+    assert_eq!(ring[3].bodies, [Some(4), Some(1)]);
+    let [x, y] = ring[1].at;
+    // a rounding of the cosine at 90 degrees
+    assert!(x.abs() < 1e-15 && (y - 1.5).abs() < 1e-15, "{x} {y}");
+    let arc = joints("ring = { centre = [0, 0], radius = 1, count = 4, arc = [0, 1] }");
+    assert_eq!(arc.len(), 3);
+}
+
+#[test]
+fn a_sector_is_a_voussoir() {
+    let text = BALL.replacen("disc = 0.5", "sector = [2, 0.5, 0.4]", 1);
+    let Shape::Polygon { points } = &parse(&text, &[]).unwrap().bodies[1].shape else {
+        panic!("no polygon")
+    };
+    let polar = points.iter().map(|[x, y]| (x.hypot(*y), y.atan2(*x)));
+    let expected = [(1.75, -0.2), (2.25, -0.2), (2.25, 0.2), (1.75, 0.2)];
+    for (found, expected) in polar.zip(expected) {
+        // a few roundings there and back
+        assert!((found.0 - expected.0).abs() < 1e-14);
+        assert!((found.1 - expected.1).abs() < 1e-14);
+    }
 }
 
 #[test]
@@ -144,6 +191,13 @@ fn catalogue_scenes_hold_what_their_titles_say() {
     assert_eq!(bodies("tower"), 1 + 10);
     assert_eq!(bodies("cradle"), 5);
     assert_eq!(bodies("drum"), 1 + 200);
+    assert_eq!(bodies("arch"), 1 + 27);
+    let capstan = load("capstan", &[]).unwrap();
+    // 64 links, the drum and two weights; a pin between links and one at each end
+    assert_eq!(
+        (capstan.bodies.len(), capstan.joints.len()),
+        (64 + 3, 63 + 2)
+    );
     let incline = load("incline", &[]).unwrap();
     // tan of the slope over the friction coefficient, two roundings.
     let ratio = incline.gravity[0] / -incline.gravity[1] / incline.materials[0].friction;

@@ -148,6 +148,18 @@ fn repeats_are_checked() {
             "ring.radius = -1.0: allowed is 0 to 1e6 m",
         ),
         (
+            "ring = { centre = [0, 0], radius = 1, count = 3, arc = [1, 0] }",
+            "ring.arc = [1.0, 0.0]: allowed is [from, to] with from < to",
+        ),
+        (
+            "count = [3, 3]\nstep = [[1, 0], [0, 1]]\npin = [0, 0]",
+            "repeat.0.pin: a pin ties the copies of a row or ring, not of a grid",
+        ),
+        (
+            "count = [1]\nstep = [[1, 0]]\npin = [0, 0]",
+            "a single copy has no neighbour to tie",
+        ),
+        (
             "count = [1]\nstep = [[1, 0]]\n[[repeat]]\nof = \"ball\"\ncount = [1]\nstep = [[0, 1]]",
             "already a repeat named `ball`",
         ),

@@ -15,6 +15,11 @@ fn ranges_name_line_key_value_and_what_is_allowed() {
         ),
         (
             dt,
+            "dt = 0",
+            "t.toml:5:1: step.dt = 0.0: allowed is 1e-9 to 1 s",
+        ),
+        (
+            dt,
             "dt = nan",
             "t.toml:5:1: step.dt = NaN: allowed is a finite number",
         ),
@@ -42,6 +47,16 @@ fn ranges_name_line_key_value_and_what_is_allowed() {
             steel,
             "name = \"steel\"\nrestitution = 1.5",
             "8:1: material.steel.restitution = 1.5: allowed is 0 to 1",
+        ),
+        (
+            steel,
+            "name = \"steel\"\nrestitution = -0.1",
+            "8:1: material.steel.restitution = -0.1: allowed is 0 to 1",
+        ),
+        (
+            disc,
+            "sector = [1, 2, 0.1]",
+            "14:14: body.ball.sector.1 = 2.0: allowed is 1e-6 to 1.98 of the radius",
         ),
         (
             disc,

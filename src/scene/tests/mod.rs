@@ -5,6 +5,7 @@ mod contradictions;
 mod errors;
 mod mangled;
 mod models;
+mod warnings;
 
 use super::*;
 

@@ -1,0 +1,92 @@
+//! Blocks and discs that slide, stop, roll or are carried along.
+//!
+//! # Source
+//! Elementary mechanics with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Dynamics*.
+
+use super::{Measure, Samples, down, find, friction};
+use crate::scene::{Scene, Shape};
+
+/// `d = v²/(2 μ g)`, `t = v/(μ g)`.
+pub(super) fn sliding_block(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(floor), Some(block)) = (find(scene, "floor"), find(scene, "block")) else {
+        return Vec::new();
+    };
+    let mu = friction(scene, floor, block);
+    let v = scene.bodies[block].velocity[0];
+    let g = down(scene);
+    let moved = s.last()[block].0.translation.x - scene.bodies[block].position[0];
+    let mut out = vec![Measure::relative("distance", moved, v * v / (2.0 * mu * g))];
+    if let Some(time) = s.first_stick(mu) {
+        out.push(Measure::relative("stop-time", time, v / (mu * g)));
+    }
+    out
+}
+
+/// Slides with `a = g (sin φ − μ cos φ)`, or holds.
+pub(super) fn incline(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(floor), Some(block)) = (find(scene, "floor"), find(scene, "block")) else {
+        return Vec::new();
+    };
+    let mu = friction(scene, floor, block);
+    let (along, across) = (scene.gravity[0], down(scene));
+    let time = s.end();
+    let (pose, u) = s.last()[block];
+    let exact = along - mu * across;
+    if exact > 0.0 {
+        vec![Measure::relative("acceleration", u.x / time, exact)]
+    } else {
+        let creep = pose.translation.x - scene.bodies[block].position[0];
+        vec![Measure::absolute("creep", "m", creep, 0.0)]
+    }
+}
+
+/// Rolls from `t = (v + ω R)/(3 μ g)` with `(2 v − ω R)/3`; place at the end.
+pub(super) fn spinning_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(floor), Some(disc)) = (find(scene, "floor"), find(scene, "disc")) else {
+        return Vec::new();
+    };
+    let Shape::Disc { radius: r } = scene.bodies[disc].shape else {
+        return Vec::new();
+    };
+    let body = &scene.bodies[disc];
+    let (mu, g) = (friction(scene, floor, disc), down(scene));
+    let (v, w) = (body.velocity[0], body.spin);
+    let rolling = (v + w * r) / (3.0 * mu * g);
+    let end = s.end();
+    let speed = (2.0 * v - w * r) / 3.0;
+    let (pose, u) = s.last()[disc];
+    let place =
+        body.position[0] + v * rolling - 0.5 * mu * g * rolling * rolling + speed * (end - rolling);
+    let mut out = Vec::new();
+    if let Some(time) = s.first_stick(mu) {
+        out.push(Measure::relative("rolling-time", time, rolling));
+    }
+    if end > rolling {
+        out.push(Measure::relative("rolling-speed", u.x, speed));
+        out.push(Measure::relative(
+            "distance",
+            pose.translation.x - body.position[0],
+            place - body.position[0],
+        ));
+    }
+    out
+}
+
+/// Dropped on a belt of speed v: carried to it in `t = v/(μ g)`, then `u = v`.
+pub(super) fn conveyor(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(belt), Some(block)) = (find(scene, "belt"), find(scene, "block")) else {
+        return Vec::new();
+    };
+    let mu = friction(scene, belt, block);
+    // the top of the belt runs towards −x where its speed is positive
+    let v = -scene.bodies[belt].surface_velocity;
+    let catch = v.abs() / (mu * down(scene));
+    let mut out = Vec::new();
+    if let Some(time) = s.first_stick(mu) {
+        out.push(Measure::relative("catch-time", time, catch));
+    }
+    if s.end() > catch {
+        out.push(Measure::relative("speed", s.last()[block].1.x, v));
+    }
+    out
+}

@@ -1,0 +1,248 @@
+//! Supports, contact forces, and whether something holds.
+//!
+//! # Source
+//! Equilibrium of rigid bodies with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Statics*;
+//! the arch by limit analysis, see [`crate::experiment::equilibrium`].
+
+use super::super::equilibrium::{self, Joint, Load};
+use super::{Measure, Samples, down, find, friction, mass};
+use crate::contact::Vec2;
+use crate::scene::{Body, Scene, Shape};
+
+/// What must fall has to have gone this part of its size by the end of the run: far beyond creep,
+/// and within the two seconds of a scene for an excess of 1 % of gravity (0.2 m).
+const GONE: f64 = 1e-2;
+
+/// `N₁ = W b/(a+b)`, `N₂ = W a/(a+b)`, each with half of the beam's own weight.
+pub(super) fn beam(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let names = ["left", "right", "beam", "load"].map(|n| find(scene, n));
+    let [Some(left), Some(right), Some(beam), Some(load)] = names else {
+        return Vec::new();
+    };
+    let (Some(own), Some(weight)) = (mass(scene, beam), mass(scene, load)) else {
+        return Vec::new();
+    };
+    let Shape::Box { height, .. } = scene.bodies[beam].shape else {
+        return Vec::new();
+    };
+    let g = down(scene);
+    let x = |k: usize| scene.bodies[k].position[0];
+    let (a, b) = (x(load) - x(left), x(right) - x(load));
+    let under = scene.bodies[beam].position[1] - 0.5 * height;
+    let force = |post: usize| s.force(Vec2::new(x(post), under), 0.5 * height).x;
+    let half = 0.5 * own * g;
+    vec![
+        Measure::relative("left-force", force(left), half + weight * g * b / (a + b)),
+        Measure::relative("right-force", force(right), half + weight * g * a / (a + b)),
+    ]
+}
+
+/// Three equal discs, the base ones apart, `sin α` = half their distance over the diameter: under
+/// the top disc `n = W/2`, `t = n tan(α/2)`, on the floor `3 W/2`; holds iff `μ ≥ tan(α/2)`.
+///
+/// A base disc takes no moment: its two friction forces are equal, and the resultant of each
+/// contact passes through the other.
+pub(super) fn three_discs(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let [Some(left), Some(right), Some(top)] = ["left", "right", "top"].map(|n| find(scene, n))
+    else {
+        return Vec::new();
+    };
+    let (Some(m), Shape::Disc { radius }) = (mass(scene, top), &scene.bodies[top].shape) else {
+        return Vec::new();
+    };
+    let place = |k: usize| Vec2::from(scene.bodies[k].position);
+    let weight = m * down(scene);
+    let sine = 0.25 * (place(right).x - place(left).x) / radius;
+    let limit = (0.5 * sine.asin()).tan();
+    let hold = friction(scene, left, top) >= limit;
+    let motion = s.motion(top, Vec2::zeros());
+    let mut out = vec![Measure::verdict(hold, motion, GONE * radius)];
+    if hold {
+        // of the two sides, the one that is farther off
+        let worst = |name, a: f64, b: f64, exact: f64| {
+            let [a, b] = [a, b].map(|f| Measure::relative(name, f / weight, exact));
+            if a.error > b.error { a } else { b }
+        };
+        let [l, r] = [left, right].map(|k| s.force(0.5 * (place(k) + place(top)), 0.2 * radius));
+        let under = |k: usize| s.force(place(k) - Vec2::new(0.0, *radius), 0.2 * radius).x;
+        out.push(worst("top-normal", l.x, r.x, 0.5));
+        out.push(worst("top-friction", l.y, r.y, 0.5 * limit));
+        out.push(worst("floor-normal", under(left), under(right), 1.5));
+    }
+    out
+}
+
+/// A capsule, half length l and radius r, at φ from the floor on a smooth wall: holds iff
+/// `μ ≥ l cos φ/(2 l sin φ + r)`.
+///
+/// Moments about the foot: `W l cos φ = H (2 l sin φ + r − r)` with the wall's push H at the height
+/// of the upper centre and the floor's friction at the foot, r below the lower centre.
+pub(super) fn ladder(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(floor), Some(ladder)) = (find(scene, "floor"), find(scene, "ladder")) else {
+        return Vec::new();
+    };
+    let body = &scene.bodies[ladder];
+    let Shape::Capsule { length, radius } = body.shape else {
+        return Vec::new();
+    };
+    let limit = 0.5 * length * body.angle.cos() / (length * body.angle.sin() + radius);
+    let hold = friction(scene, floor, ladder) >= limit;
+    let motion = s.motion(ladder, Vec2::zeros());
+    vec![Measure::verdict(hold, motion, GONE * length)]
+}
+
+/// A block, b wide and h high, on a slope: slides iff `tan > μ`, tips iff `tan > b/h`, whichever
+/// comes first. Sliding at `a = g (sin − μ cos)` it never tips, `μ < b/h`.
+pub(super) fn block_on_slope(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let (Some(floor), Some(block)) = (find(scene, "floor"), find(scene, "block")) else {
+        return Vec::new();
+    };
+    let Shape::Box { width, height } = scene.bodies[block].shape else {
+        return Vec::new();
+    };
+    let mu = friction(scene, floor, block);
+    let (along, across) = (scene.gravity[0], down(scene));
+    let slope = along / across;
+    if slope > mu && mu < width / height {
+        let (pose, u) = s.last()[block];
+        return vec![
+            Measure::relative("acceleration", u.x / s.end(), along - mu * across),
+            Measure::absolute("tilt", "rad", pose.angle(), 0.0),
+        ];
+    }
+    let hold = slope <= width / height;
+    let motion = s.motion(block, Vec2::zeros());
+    vec![Measure::verdict(hold, motion, GONE * height)]
+}
+
+/// A wedge without weight, of half angle β, squeezed between two faces: stays iff `μ ≥ tan β`.
+///
+/// Two forces, one at each face, balance only on a common line, which is at β from one of the two
+/// normals at least.
+pub(super) fn wedge(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let [Some(floor), Some(wedge), Some(lid)] = ["floor", "wedge", "lid"].map(|n| find(scene, n))
+    else {
+        return Vec::new();
+    };
+    let limit = (0.5 * scene.bodies[lid].angle).tan();
+    let hold = friction(scene, floor, wedge) >= limit;
+    let inside = s.motion(wedge, Vec2::zeros());
+    let size = Vec2::from(scene.bodies[lid].position).norm();
+    vec![Measure::verdict(hold, inside, GONE * size)]
+}
+
+/// Voussoirs on two springings: stands iff a distribution of forces in the friction cones of the
+/// joints balances the weights.
+pub(super) fn arch(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let stones: Vec<usize> = (0..scene.bodies.len())
+        .filter(|&k| scene.bodies[k].name.starts_with("voussoir["))
+        .collect();
+    let (Some(&first), Some(floor)) = (stones.first(), find(scene, "floor")) else {
+        return Vec::new();
+    };
+    let corners: Vec<_> = stones.iter().map(|&k| voussoir(&scene.bodies[k])).collect();
+    let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
+        return Vec::new();
+    };
+    let inside = friction(scene, first, first);
+    let springing = friction(scene, first, floor);
+    // an error of the programme is no verdict: the measure is not a number
+    let stands = equilibrium::stands(&loads(&corners), &joints(&corners, inside, springing));
+    let motion = |k: &usize| {
+        let [inner, outer, ..] = corners[0].map(|c| c.norm());
+        s.motion(*k, Vec2::new(0.5 * (inner + outer), 0.0))
+    };
+    let most = stones.iter().map(motion).fold(0.0, f64::max);
+    match stands {
+        Ok(hold) => vec![Measure::verdict(hold, most, GONE * corners[0][0].norm())],
+        Err(_) => vec![Measure::absolute("creep", "m", f64::NAN, 0.0)],
+    }
+}
+
+/// Corners in the world \[m\]: inner and outer at the start of its angle, outer and inner at its end.
+fn voussoir(body: &Body) -> Option<[Vec2; 4]> {
+    let Shape::Polygon { points } = &body.shape else {
+        return None;
+    };
+    let (sin, cos) = body.angle.sin_cos();
+    let place = |[x, y]: [f64; 2]| {
+        Vec2::from(body.position) + Vec2::new(cos * x - sin * y, sin * x + cos * y)
+    };
+    let corners: [[f64; 2]; 4] = points.as_slice().try_into().ok()?;
+    Some(corners.map(place))
+}
+
+/// Weights of voussoirs as areas, at their centroids.
+fn loads(corners: &[[Vec2; 4]]) -> Vec<Load> {
+    corners
+        .iter()
+        .map(|c| {
+            let halves = [[c[0], c[1], c[2]], [c[0], c[2], c[3]]];
+            let area = halves.map(|[a, b, c]| 0.5 * (b - a).perp(&(c - a)));
+            let centre = halves.map(|[a, b, c]| (a + b + c) / 3.0);
+            let total = area[0] + area[1];
+            Load {
+                force: Vec2::new(0.0, -total),
+                at: (centre[0] * area[0] + centre[1] * area[1]) / total,
+            }
+        })
+        .collect()
+}
+
+/// Two contacts a joint, at its ends; before the first voussoir and after the last one the ground.
+fn joints(corners: &[[Vec2; 4]], inside: f64, springing: f64) -> Vec<Joint> {
+    let n = corners.len();
+    let mut out = Vec::with_capacity(2 * n + 2);
+    for k in 0..=n {
+        let [a, b] = if k < n {
+            [corners[k][0], corners[k][1]]
+        } else {
+            [corners[n - 1][3], corners[n - 1][2]]
+        };
+        let radius = (b - a).normalize();
+        for position in [a, b] {
+            out.push(Joint {
+                bodies: [k.checked_sub(1), (k < n).then_some(k)],
+                position,
+                normal: Vec2::new(-radius.y, radius.x),
+                friction: if k == 0 || k == n { springing } else { inside },
+            });
+        }
+    }
+    out
+}
+
+/// A belt without weight on a drum: slips iff its tensions differ by more than `exp(μ φ)`, and
+/// then by just that. (Euler 1769, Eytelwein 1808.)
+///
+/// Tensions from the weights' accelerations, `T = m (g + a)`, in the first step: the belt is still
+/// at rest, without centrifugal force.
+pub(super) fn capstan(scene: &Scene, s: &Samples) -> Vec<Measure> {
+    let [Some(heavy), Some(light), Some(drum)] = ["heavy", "light", "drum"].map(|n| find(scene, n))
+    else {
+        return Vec::new();
+    };
+    let links: Vec<usize> = (0..scene.bodies.len())
+        .filter(|&k| scene.bodies[k].name.starts_with("link["))
+        .collect();
+    let (Some(&first), Some(&last)) = (links.first(), links.last()) else {
+        return Vec::new();
+    };
+    let (Some(m2), Some(m1)) = (mass(scene, heavy), mass(scene, light)) else {
+        return Vec::new();
+    };
+    let n = links.len() as f64;
+    let angle = (scene.bodies[last].angle - scene.bodies[first].angle) * n / (n - 1.0);
+    let ratio = (friction(scene, drum, first) * angle).exp();
+    if m2 / m1 <= ratio {
+        let motion = s.motion(heavy, Vec2::zeros());
+        return vec![Measure::verdict(true, motion, 0.0)];
+    }
+    if s.steps() == 0 {
+        return Vec::new();
+    }
+    let g = down(scene);
+    let tension = |k: usize, m: f64| m * (g + s.states[1][k].1.y / s.step_length(0));
+    let computed = tension(heavy, m2) / tension(light, m1);
+    vec![Measure::relative("tension-ratio", computed, ratio)]
+}

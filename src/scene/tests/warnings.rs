@@ -1,0 +1,68 @@
+//! Steps too long for what moves fastest.
+
+use super::*;
+
+#[track_caller]
+fn assert_warns(text: &str, flags: &[&str], expected: &[&str]) {
+    let found = parse(text, flags).unwrap().step_warnings();
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (warning, part) in found.iter().zip(expected) {
+        assert!(warning.contains(part), "{warning}\n  lacks {part}");
+    }
+}
+
+/// A disc of 1 kg on a contact of 1e6 N/m: π/1000 s, a twentieth of it 1.57e-4 s.
+#[test]
+fn contacts_need_twenty_steps() {
+    let text = BALL
+        .replacen("name = \"steel\"", "name = \"steel\"\nstiffness = 1e6", 1)
+        .replacen("disc = 0.5", "disc = 0.5\nmass = 1", 1);
+    // both surfaces are of it: two springs in series are half as stiff
+    let half = "[[material]]\nname = \"hard\"\n[[body]]\nname = \"floor\"\nmaterial = \"hard\"";
+    let text = text.replacen("[[body]]\nname = \"floor\"", half, 1);
+    let words = "step.dt = 0.01 s is too long for the contact of ball with floor: its period of \
+                 3.142e-3 s needs 20 steps; step.dt = 1.57e-4 would do";
+    assert_warns(&text, &[], &[words]);
+    assert_warns(&text, &["step.dt=1.57e-4"], &[]);
+    let soft = text.replacen("material = \"hard\"\n", "", 1);
+    assert_warns(&soft, &["step.dt=2.22e-4"], &[]);
+    assert_warns(&soft, &["step.dt=2.23e-4"], &["step.dt = 2.22e-4 would do"]);
+    // a corner is easier to push than the middle: a rod's end has a quarter of its mass
+    let rod = text.replacen("disc = 0.5", "box = [1, 1e-6]", 1);
+    assert_warns(&rod, &[], &["step.dt = 7.85e-5 would do"]);
+    // rigid contacts have no period
+    assert_warns(BALL, &["step.dt=1"], &[]);
+}
+
+#[test]
+fn spinning_bodies_need_twenty_steps_a_turn() {
+    let spin = BALL.replacen("disc = 0.5", "box = [1, 2]\nspin = -40", 1);
+    assert_warns(&spin, &[], &["the spin of ball: its period of 1.571e-1 s"]);
+    assert_warns(&spin, &["step.dt=7.85e-3"], &[]);
+    // a disc looks the same at every angle, unless it turns about a pin
+    let disc = BALL.replacen("disc = 0.5", "disc = 0.5\nspin = -40", 1);
+    assert_warns(&disc, &[], &[]);
+    let pin = "[[joint]]\nkind = \"revolute\"\nbodies = [\"ball\", \"world\"]\nat = [0, 2]\n";
+    assert_warns(&format!("{disc}{pin}"), &[], &["the spin of ball"]);
+}
+
+#[test]
+fn the_crop_of_the_thresher_needs_its_short_steps() {
+    let warnings = |dt: &str| {
+        load("thresher", &[format!("step.dt={dt}")])
+            .unwrap()
+            .step_warnings()
+    };
+    let found = warnings("1e-4");
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].contains("the crop's contacts"), "{found:?}");
+    assert!(found[1].contains("the bending of the crop"), "{found:?}");
+}
+
+#[test]
+fn no_scene_of_the_catalogue_steps_too_far() {
+    for listing in scenes().unwrap() {
+        let found = load(listing.name, &[]).unwrap().step_warnings();
+        assert!(found.is_empty(), "{}: {found:?}", listing.name);
+    }
+}

@@ -1,0 +1,162 @@
+//! The published study of tooth wear, against the rebuilt data and its own algebra.
+
+use crate::common::load;
+use moreau2d::experiment::{StudyOutcome, run_study};
+use moreau2d::report::Progress;
+
+fn study(flags: &[&str]) -> StudyOutcome {
+    let scene = load("thresher-study", flags);
+    run_study(&scene, &Progress::new("test", 1, true)).unwrap()
+}
+
+/// Gate of the study: the row "torque-balanced Winkler share quadratic refit" of the rebuilt data,
+/// printed to 1 µm there.
+#[test]
+fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
+    let row = [
+        7620.0, 8526.0, 9408.0, 10270.0, 11123.0, 11967.0, 1274.0, 1450.0, 1624.0, 1796.0, 1968.0,
+        2138.0,
+    ];
+    let outcome = study(&[]);
+    assert_eq!(outcome.comparison.len(), 12);
+    for (point, um) in outcome.comparison.iter().zip(row) {
+        assert!((point.computed_um - um).abs() <= 1.0, "{point:?}: {um}");
+        assert!(point.published_um.is_finite());
+        let error = point.computed_um / point.published_um - 1.0;
+        assert!((point.relative_error - error).abs() < 1e-12);
+    }
+    assert_eq!(
+        outcome.comparison.iter().filter(|p| p.calibrated).count(),
+        1
+    );
+    assert!(outcome.comparison[0].calibrated && outcome.calibrated);
+    // 0.6953 ms in the rebuilt data
+    assert!(
+        (outcome.contact_time - 0.6953e-3).abs() < 5e-8,
+        "{}",
+        outcome.contact_time
+    );
+    let difference = outcome.oracle_difference.unwrap();
+    assert!(difference <= 1e-6, "{difference}");
+    assert_eq!(outcome.totals.unsolved_islands, 0);
+    let others: Vec<f64> = outcome
+        .comparison
+        .iter()
+        .filter(|p| !p.calibrated)
+        .map(|p| p.relative_error.abs())
+        .collect();
+    let mean = others.iter().sum::<f64>() / others.len() as f64;
+    let worst = others.iter().copied().fold(0.0, f64::max);
+    // as the rebuilt data print them, to their last digit
+    assert!(
+        (mean - 0.116).abs() < 5e-4 && (worst - 0.299).abs() < 5e-4,
+        "{mean} {worst}"
+    );
+}
+
+/// Life at the calibrated point: 4e6 cycles of one revolution at 70 rad/s.
+#[test]
+fn a_cycle_of_the_study_is_one_revolution() {
+    let outcome = study(&[]);
+    let hours = 4e6 * std::f64::consts::TAU / 70.0 / 3600.0;
+    let at_4e6: Vec<_> = outcome
+        .history
+        .wear
+        .iter()
+        .filter(|w| w.cycles == 4e6)
+        .collect();
+    assert_eq!(at_4e6.len(), 26);
+    assert!((at_4e6[0].hours / hours - 1.0).abs() < 1e-12);
+    let deepest = at_4e6.iter().map(|w| w.depth_m).fold(0.0, f64::max);
+    assert!((deepest - 7.62e-3).abs() < 1e-6, "{deepest}");
+}
+
+/// The study's own means: Moreau's rule and an LCP by Lemke's method. 50 steps in place of 20 000
+/// a cycle: after a stall nothing happens any more.
+const LITERAL: [&str; 4] = [
+    "reading=literal",
+    "step.scheme=moreau",
+    "step.solver=lemke",
+    "step.time=5e-5",
+];
+
+#[test]
+fn the_literal_reading_stalls_in_one_step() {
+    let outcome = study(&LITERAL);
+    let stall = outcome.stall.unwrap();
+    assert_eq!(stall.wearing_steps, 1);
+    // relative to 120 rad/s at the solver's tolerance of 1e-8
+    assert!(stall.speed_after <= 1.2e-6, "{}", stall.speed_after);
+    // T^0 ω²: the torque acts for one step of 1e-6 s before the stall, 0.28 of 70 rad/s
+    assert!(
+        stall.torque_exponent.abs() <= 0.01,
+        "{}",
+        stall.torque_exponent
+    );
+    assert!(
+        (stall.speed_exponent - 2.0).abs() <= 0.01,
+        "{}",
+        stall.speed_exponent
+    );
+    assert_eq!(outcome.totals.unsolved_islands, 0);
+    assert!(outcome.oracle_difference.is_none() && !outcome.calibrated);
+}
+
+#[test]
+fn wear_of_the_literal_reading_goes_as_speed_squared_whatever_the_torque() {
+    let mut flags = LITERAL.to_vec();
+    // one batch: the same new profile everywhere
+    flags.push("study.batches=1");
+    let rows = study(&flags).comparison;
+    let at = |t: f64, w: f64| {
+        let row = rows.iter().find(|r| r.torque_nm == t && r.omega_rad_s == w);
+        row.unwrap().computed_um
+    };
+    for w in [70.0, 80.0, 90.0, 100.0, 110.0, 120.0] {
+        let torque = at(146.39, w) / at(20.87, w);
+        assert!((torque - 1.0).abs() <= 0.01, "at {w} rad/s: {torque}");
+        let speed = at(146.39, w) / at(146.39, 70.0) / (w / 70.0f64).powi(2);
+        assert!((speed - 1.0).abs() <= 0.01, "at {w} rad/s: {speed}");
+    }
+}
+
+#[test]
+fn every_loading_by_a_single_cell_passes_the_judge() {
+    let outcome = study(&LITERAL);
+    assert_eq!(outcome.stall.unwrap().single_cell, (26, 26));
+}
+
+// --- found, not yet mended --------------------------------------------------------------------
+
+/// Bug: the scene leaves scheme and solver at the product's defaults, which are not the study's.
+/// Under `staggered` the rotor rebounds with half its speed (see `stepper.rs`); with `direct` the
+/// shares, and so the wear of a cycle, hang on where its iteration stopped.
+#[test]
+fn the_literal_reading_stalls_as_the_scene_stands() {
+    let outcome = study(&["reading=literal", "step.time=5e-5"]);
+    let stall = outcome.stall.unwrap();
+    assert_eq!(stall.wearing_steps, 1);
+    assert!(stall.speed_after <= 1.2e-6, "{}", stall.speed_after);
+    assert!(
+        stall.torque_exponent.abs() <= 0.01,
+        "{}",
+        stall.torque_exponent
+    );
+    assert!(
+        (stall.speed_exponent - 2.0).abs() <= 0.01,
+        "{}",
+        stall.speed_exponent
+    );
+}
+
+/// Bug: with Lemke's method sliding cells count as sticking for a round-off (see `stepper.rs`) and
+/// lose 0.4 % of their wear, without a warning.
+#[test]
+fn the_study_agrees_with_its_algebra_whatever_the_solver() {
+    for solver in ["auto", "nsgs", "direct", "lemke"] {
+        let outcome = study(&[&format!("step.solver={solver}"), "study.speeds=[70]"]);
+        let difference = outcome.oracle_difference.unwrap();
+        assert!(difference <= 1e-6, "{solver}: {difference}");
+        assert_eq!(outcome.totals.unsolved_islands, 0, "{solver}");
+    }
+}
