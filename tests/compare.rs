@@ -67,25 +67,27 @@ fn every_point_is_in_the_table_once_with_time_and_spread() {
     let ladder: BTreeSet<u64> = [30.0, 60.0, 125.0, 250.0, 500.0, 1000.0]
         .map(|n: f64| n.recip().to_bits())
         .into();
-    for (engine, scheme) in [
-        ("moreau", "staggered"),
-        ("moreau", "moreau"),
-        ("rapier", ""),
-        ("rapier-stiff", ""),
+    for (engine, scheme, events) in [
+        ("moreau", "staggered", false),
+        ("moreau", "staggered", true),
+        ("moreau", "moreau", false),
+        ("rapier", "", false),
+        ("rapier-stiff", "", false),
     ] {
-        let of = rows
-            .iter()
-            .filter(|r| r.engine == engine && r.scheme == scheme);
+        let of = rows.iter().filter(|r| {
+            let located = r.setting.ends_with(", events");
+            r.engine == engine && r.scheme == scheme && located == events
+        });
         assert_eq!(
             of.map(|r| r.dt_s.to_bits()).collect::<BTreeSet<_>>(),
             ladder,
             "{engine}"
         );
     }
-    // four engines and schemes on the ladder, and the sweep: 4 frequencies, 2 numbers of substeps
+    // five engines and schemes on the ladder, and the sweep: 4 frequencies, 2 numbers of substeps
     // and 2 of iterations at two steps, where the preset stands already
     let points: BTreeSet<Point> = rows.iter().map(point).collect();
-    assert_eq!(points.len(), 4 * 6 + 2 * (4 * 2 * 2 - 1));
+    assert_eq!(points.len(), 5 * 6 + 2 * (4 * 2 * 2 - 1));
     for measure in [
         "striker-speed",
         "target-speed",
@@ -123,7 +125,7 @@ fn settings_of_a_peer_are_spelled_in_full() {
     assert!(stiff.contains("500 Hz, x2 at fixed bodies, 40 substeps, 1 PGS, recycling off"));
     assert_eq!(
         settings("moreau"),
-        BTreeSet::from(["tolerance 1e-8".to_owned()])
+        BTreeSet::from(["tolerance 1e-8", "tolerance 1e-8, events"].map(str::to_owned))
     );
     // a single run has no spread
     assert!(rows.iter().all(|r| r.spread.is_none()));
@@ -254,10 +256,11 @@ fn the_distance_of_the_sliding_block_converges_with_order_two() {
         &["--ladder", "--repeats", "1", "--no-sweep"],
     )
     .rows();
-    for scheme in ["staggered", "moreau"] {
+    for (scheme, events) in [("staggered", false), ("staggered", true), ("moreau", false)] {
         let points: Vec<(f64, f64)> = rows
             .iter()
             .filter(|r| r.scheme == scheme && r.measure == "distance")
+            .filter(|r| r.setting.ends_with(", events") == events)
             .map(|r| (r.dt_s, r.value))
             .collect();
         assert_eq!(points.len(), 6);

@@ -222,7 +222,10 @@ fn rods_swing_on_pivots() {
         // the second mode of two rods turns 0.3 rad in the coarsest step: the order is reached at
         // the fine end
         let p = (errors[4] / errors[5]).log2();
-        assert!((p - 2.0).abs() < fine, "{count} rods, order {p}: {errors:?}");
+        assert!(
+            (p - 2.0).abs() < fine,
+            "{count} rods, order {p}: {errors:?}"
+        );
     }
 }
 

@@ -26,7 +26,9 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         ladder: args.ladder,
         sweep: !args.no_sweep,
     };
-    let settings = comparison.settings(&scene.step);
+    let mut settings = comparison.settings(&scene.step);
+    let skipped = skipped(&scene, &settings);
+    settings.retain(|s| s.engine.fits(&scene).is_ok());
     let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
     let progress = Progress::new(&scene.name, (steps * repeats) as u64, args.common.quiet);
@@ -44,7 +46,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         "points": settings.len(),
         "repeats": repeats,
         "pictures": pictures,
-        "warnings": results.notes,
+        "warnings": skipped.iter().chain(&results.notes).collect::<Vec<_>>(),
     });
     let text = summary::write(&folder, summary::header("compare", &scene), more)?;
     let target = folder.commit()?;
@@ -55,7 +57,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&table(&rows, &columns, Engine::RapierStiff.name()));
-        for note in &results.notes {
+        for note in skipped.iter().chain(&results.notes) {
             out.push_str(&format!("note: {note}\n"));
         }
         out.push_str(&format!(
@@ -69,6 +71,16 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         print_out(&out);
     }
     Ok(Outcome::Done)
+}
+
+/// One sentence for each engine that has not what the scene is made of.
+fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
+    let mut engines: Vec<Engine> = settings.iter().map(|s| s.engine).collect();
+    engines.dedup();
+    let unfit = engines.iter().filter_map(|e| e.fits(scene).err());
+    unfit
+        .map(|error| error.to_string().replacen("--engine ", "skipped ", 1))
+        .collect()
 }
 
 /// What flags ask for, else the scene's own scheme first and then the others.

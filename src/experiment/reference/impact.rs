@@ -36,7 +36,8 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
             break;
         }
     }
-    // at rest from the first step after which the ball never has the millionth of its energy
+    // at rest from the first step after which the ball never has the millionth of its energy; an
+    // impact located in that step says when in it
     let moving = s
         .states
         .iter()
@@ -46,7 +47,7 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
         && e < 1.0
     {
         let exact = (2.0 * h / g).sqrt() * (1.0 + e) / (1.0 - e);
-        out.push(Measure::relative("rest-time", s.time[k + 1], exact));
+        out.push(Measure::relative("rest-time", s.settled[k], exact));
     }
     out
 }

@@ -23,6 +23,8 @@ pub struct Samples {
     tangent: Vec<f64>,
     normal: Vec<f64>,
     pub(super) sticks: Vec<bool>,
+    /// Of each step: when the last impact that was located in it was over, else its end \[s\].
+    pub(super) settled: Vec<f64>,
     /// Of each step: its loaded contacts.
     pub(super) contacts: Vec<Vec<Touch>>,
 }
@@ -52,6 +54,9 @@ impl Samples {
         self.normal.push(loaded.clone().map(|c| c.impulse_n).sum());
         self.sticks
             .push(loaded.clone().any(|c| c.status == ContactStatus::Stick));
+        let impacts = loaded.clone().filter(|c| c.time < record.time);
+        let settled = impacts.map(|c| c.time).reduce(f64::max);
+        self.settled.push(settled.unwrap_or(record.time));
         let touch = |c: &ContactRecord| Touch {
             position: c.position,
             impulse: Vec2::new(c.impulse_n, c.impulse_t),
