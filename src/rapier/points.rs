@@ -37,8 +37,18 @@ impl Pair {
         feature: u64,
         exact: bool,
     ) -> ContactPoint {
-        let (n, p) = (touch.normal, touch.point);
+        let n = touch.normal;
         let t = Vec2::new(-n.y, n.x);
+        let movable = self
+            .numbers
+            .map(|k| k != NO_BODY && bodies.inverse_mass[k as usize] != Vec3::zeros());
+        // across an open gap both impulses act half way, to keep the angular momentum of the two;
+        // where only one body feels them, on its own surface, to give friction its right lever
+        let p = match movable {
+            [true, false] => touch.point - 0.5 * touch.gap * n,
+            [false, true] => touch.point + 0.5 * touch.gap * n,
+            _ => touch.point,
+        };
         let mut coordinate = p.amax();
         let mut jacobian = [[Vec3::zeros(); 2]; 2];
         for (side, sign) in [(0, -1.0), (1, 1.0)] {

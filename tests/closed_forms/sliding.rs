@@ -99,3 +99,23 @@ fn a_block_holds_a_minute_on_an_incline_a_thousandth_too_flat() {
     let creep = run.error("creep");
     assert!(creep <= 1e-9, "{creep} m");
 }
+
+/// The floor's impulses have no moment about the point of contact: a disc that lands without spin
+/// ends with two thirds of its speed, wherever in a step it lands.
+#[test]
+fn a_disc_that_lands_rolls_with_two_thirds_of_its_speed() {
+    for events in [false, true] {
+        for k in 0..8 {
+            let run = run(&load(
+                "spinning-disc",
+                &[
+                    &format!("body.disc.position=[0, {:?}]", 0.9 + 0.01 * f64::from(k)),
+                    "body.disc.spin=0",
+                    &format!("step.events={events}"),
+                ],
+            ));
+            let (_, u) = run.state(1);
+            assert!((u.x / 5.0 - 2.0 / 3.0).abs() < 1e-12, "{}", u.x / 5.0);
+        }
+    }
+}
