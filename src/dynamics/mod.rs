@@ -10,7 +10,13 @@
 //! ```
 //!
 //! What enters (4) for each contact is the [`Scheme`]: the published activation rule, or the
-//! staggered one, which is second order in persistent contact.
+//! staggered one, which is second order in persistent contact. With the staggered one
+//!
+//! - impacts can be located in time ([`StepperSettings::events`]): bodies that collide inside a
+//!   step are stepped by themselves to the instant, through an impact of no duration, and on;
+//! - the [`ImpactLaw`] says what they return, by default Newton's law that never adds energy;
+//! - pairs that start overlapped are moved apart by position alone
+//!   ([`StepperSettings::recovery`]).
 
 mod cap;
 mod cluster;
