@@ -73,6 +73,11 @@ fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
     end.min(start) <= bend
 }
 
+/// Whether a contact rather lands than rebounds.
+pub(super) fn lands(contact: &ContactPoint) -> bool {
+    matches!(contact.law, NormalLaw::Rigid { restitution } if restitution < 0.5)
+}
+
 /// Bodies from which on those that may come to touch are a crowd.
 const CROWD: usize = 5;
 

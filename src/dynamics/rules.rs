@@ -270,11 +270,13 @@ pub(super) fn reference_acceleration(
     velocities: &[Vec3],
     accelerations: &[Vec3],
 ) -> f64 {
-    let mut a = applied_acceleration(contact, accelerations);
-    for (omega, arm) in turning(contact, velocities) {
-        a = a.max(omega * omega * arm);
-    }
-    a
+    centripetal(contact, velocities).max(applied_acceleration(contact, accelerations))
+}
+
+/// Largest centripetal acceleration \[m/s²\] of the contact point on a turning body.
+pub(super) fn centripetal(contact: &ContactPoint, velocities: &[Vec3]) -> f64 {
+    let of = |(omega, arm)| omega * omega * arm;
+    turning(contact, velocities).map(of).fold(0.0, f64::max)
 }
 
 /// `a_ref` \[m/s²\] of the forces alone: what an impact located in time is held against.
@@ -300,5 +302,5 @@ fn levers(contact: &ContactPoint) -> impl Iterator<Item = (usize, f64)> + '_ {
     let sides = rows.bodies.iter().zip(&rows.jacobian);
     sides
         .filter(|(body, _)| **body != crate::contact::NO_BODY)
-        .map(|(body, [n, t])| (*body as usize, n.z.hypot(t.z)))
+        .map(|(body, [n, t])| (*body as usize, (n.z * n.z + t.z * t.z).sqrt()))
 }

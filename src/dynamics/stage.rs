@@ -3,10 +3,11 @@
 
 use super::model::{ContactKey, Detection, JointKind, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{
-    Choice, Rule, Rules, Situation, applied_acceleration, impact_rule, reference_acceleration, rule,
+    Choice, Rule, Rules, Situation, applied_acceleration, centripetal, impact_rule, rule,
 };
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use std::collections::{BTreeSet, HashMap};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 
 /// What is kept of a contact from one step to the next.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +20,7 @@ pub(super) struct Memory {
 }
 
 /// What is remembered of all contacts and joints.
-pub(super) type Memories = HashMap<ContactKey, Memory>;
+pub(super) type Memories = FxHashMap<ContactKey, Memory>;
 
 /// Lengths of time that rules need \[s\].
 #[derive(Debug, Clone, Copy)]
@@ -162,12 +163,13 @@ impl Stage {
             }
             let surface = Vec2::new(0.0, contact.surface_velocity);
             let known = memory.get(&contact.key);
+            let applied = applied_acceleration(contact, &self.accelerations);
             let now = Situation {
                 span,
                 gamma_a: contact.rows.velocity(&self.start) + surface,
                 gamma_f: contact.rows.velocity(&self.free) + surface,
-                acceleration: reference_acceleration(contact, &self.start, &self.accelerations),
-                applied: applied_acceleration(contact, &self.accelerations),
+                acceleration: centripetal(contact, &self.start).max(applied),
+                applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
                 crowded: contact

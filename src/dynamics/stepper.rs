@@ -1,5 +1,5 @@
 use super::cluster::Context;
-use super::events::{self, find_crowds, release_lone, see_from_the_start};
+use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::model::{Configuration, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
@@ -87,6 +87,8 @@ pub struct MoreauStepper {
     recovery: OverlapRecovery,
     origin: Vec<Configuration>,
     inverse_mass: Vec<Vec3>,
+    /// Whether contacts have been met that hardly rebound.
+    lands: bool,
 }
 
 impl MoreauStepper {
@@ -107,12 +109,13 @@ impl MoreauStepper {
             solver: IslandSolver::new(solver, settings.tolerance),
             settings,
             time: 0.0,
-            memory: Memories::new(),
-            memory_next: Memories::new(),
+            memory: Memories::default(),
+            memory_next: Memories::default(),
             stage: Stage::default(),
             recovery: OverlapRecovery::default(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
+            lands: false,
         })
     }
 
@@ -181,9 +184,14 @@ impl MoreauStepper {
         record.energy.kinetic_start = kinetic(&stage.start, w);
 
         model.advance(0.5 * dt);
-        // a crowd must be seen a step before it closes: see `find_crowds`
-        let ahead = if rules.events { 2.0 * dt } else { dt };
+        // a crowd that lands must be seen a step before it closes: see `find_crowds`
+        let ahead = if rules.events && self.lands {
+            2.0 * dt
+        } else {
+            dt
+        };
         stage.detect(model, ahead)?;
+        self.lands = self.lands || stage.detection.contacts.iter().any(lands);
         if rules.events {
             let place = |body: u32| Some(self.origin[body as usize]);
             see_from_the_start(model, stage, &self.memory, place, dt, dt)?;

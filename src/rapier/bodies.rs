@@ -3,7 +3,7 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::Pose64;
 use rapier2d::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
 /// `f32` ones are not good enough.
@@ -37,8 +37,8 @@ pub(super) struct Bodies {
     pub list: Vec<Shadow>,
     pub velocities: Vec<Vec3>,
     pub inverse_mass: Vec<Vec3>,
-    exact: HashMap<RigidBodyHandle, ExactBody>,
-    index: HashMap<RigidBodyHandle, u32>,
+    exact: FxHashMap<RigidBodyHandle, ExactBody>,
+    index: FxHashMap<RigidBodyHandle, u32>,
 }
 
 impl Bodies {
@@ -69,7 +69,7 @@ impl Bodies {
     }
 
     fn rebuild(&mut self, world: &mut PhysicsWorld, handles: &[RigidBodyHandle]) {
-        let mut old: HashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
+        let mut old: FxHashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
             .list
             .drain(..)
             .zip(self.velocities.drain(..).zip(self.inverse_mass.drain(..)))

@@ -19,7 +19,7 @@ use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
 use rapier2d::parry::query::PersistentQueryDispatcher;
 use rapier2d::parry::shape::TypedShape;
 use rapier2d::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// The cell of a contact on a collider without cells.
 pub const NO_CELL: u32 = 0;
@@ -59,8 +59,10 @@ struct Known {
 #[derive(Default)]
 pub(super) struct Detector {
     known: Vec<Option<Known>>,
-    pub surfaces: HashMap<ColliderHandle, SurfaceLaw>,
+    pub surfaces: FxHashMap<ColliderHandle, SurfaceLaw>,
     touches: Vec<Touch>,
+    /// Of the last full pass.
+    span: Span,
     order: Vec<([u32; 4], ContactPoint)>,
 }
 
@@ -81,6 +83,7 @@ impl Detector {
         self.measure_bodies(world, bodies);
         let bodies = &*bodies;
         let span = Span::new(bodies, acceleration, dt);
+        self.span = span;
         world.collision_pipeline.step(
             span.prediction as f32,
             &mut world.islands,
@@ -115,11 +118,10 @@ impl Detector {
         world: &PhysicsWorld,
         bodies: &Bodies,
         pairs: &[[u32; 2]],
-        acceleration: f64,
         dt: f64,
         out: &mut Detection,
     ) {
-        let span = Span::new(bodies, acceleration, dt);
+        let span = Span { dt, ..self.span };
         self.order.clear();
         for pair in pairs {
             let known = pair.map(|slot| self.known.get(slot as usize).and_then(Option::as_ref));
@@ -347,7 +349,7 @@ impl Known {
 }
 
 /// How far things can come in a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Span {
     dt: f64,
     /// By acceleration alone \[m\].

@@ -295,9 +295,8 @@ impl MultibodyModel for RapierModel<'_> {
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
-        let acceleration = self.acceleration();
         self.detector
-            .detect_pairs(self.world, self.bodies, pairs, acceleration, dt, out);
+            .detect_pairs(self.world, self.bodies, pairs, dt, out);
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 
