@@ -63,7 +63,7 @@ struct Common {
     /// Locate impacts in time inside the steps.
     #[arg(long)]
     events: bool,
-    /// Impulse solver: auto, enumeration, nsgs, direct or lemke.
+    /// Impulse solver: auto, enumeration, nsgs, direct, lemke or prox.
     #[arg(long, value_name = "NAME")]
     solver: Option<String>,
     /// Relative natural-map residual at which an island counts as solved.

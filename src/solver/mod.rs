@@ -11,6 +11,7 @@ mod interior_point;
 mod lemke;
 mod nsgs;
 mod pairs;
+mod prox;
 mod response;
 mod sparse;
 mod status_newton;
@@ -25,6 +26,7 @@ pub use direct::Direct;
 pub use enumeration::Enumeration;
 pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, solve_lcp};
 pub use nsgs::Nsgs;
+pub use prox::Prox;
 
 use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
 
@@ -107,7 +109,7 @@ pub trait ImpulseSolver: Send {
 }
 
 /// Names of all solvers, in the order the help shows them.
-pub const SOLVERS: [&str; 5] = ["auto", "enumeration", "nsgs", "direct", "lemke"];
+pub const SOLVERS: [&str; 6] = ["auto", "enumeration", "nsgs", "direct", "lemke", "prox"];
 
 /// The solver of that name, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
@@ -117,6 +119,7 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "direct" => Box::new(Direct::default()),
         "nsgs" => Box::new(Nsgs::default()),
         "lemke" => Box::new(Lemke::default()),
+        "prox" => Box::new(Prox::default()),
         _ => return None,
     })
 }

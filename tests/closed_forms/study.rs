@@ -153,7 +153,7 @@ fn the_literal_reading_stalls_as_the_scene_stands() {
 /// lose 0.4 % of their wear, without a warning.
 #[test]
 fn the_study_agrees_with_its_algebra_whatever_the_solver() {
-    for solver in ["auto", "nsgs", "direct", "lemke"] {
+    for solver in ["auto", "nsgs", "direct", "lemke", "prox"] {
         let outcome = study(&[&format!("step.solver={solver}"), "study.speeds=[70]"]);
         let difference = outcome.oracle_difference.unwrap();
         assert!(difference <= 1e-6, "{solver}: {difference}");
