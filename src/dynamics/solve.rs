@@ -7,7 +7,7 @@ use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
 use crate::contact::{ContactProblem, Vec2, Vec3};
-use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
+use crate::solver::{ImpulseSolver, Nsgs, SolveReport, SolveStatus};
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +86,16 @@ impl IslandSolver {
         let mut impulses = warm.clone();
         let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
         if ran_away(&report, members, stage) {
-            report.status = SolveStatus::Unsolved;
+            // Gauss-Seidel from nothing has no way to such impulses
+            let mut calm = vec![Vec2::zeros(); warm.len()];
+            let again = Nsgs::default().solve(&problem, &mut calm, self.tolerance);
+            if again.residual.velocity < report.residual.velocity {
+                impulses = calm;
+                report = again.after(&report);
+            }
+            if ran_away(&report, members, stage) {
+                report.status = SolveStatus::Unsolved;
+            }
         }
         let mut blocks: Vec<CapBlock> = members
             .iter()
