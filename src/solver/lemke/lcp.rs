@@ -146,6 +146,27 @@ pub fn solve_lcp(
     })
 }
 
+/// How far `z` is from solving the problem (1) of [`solve_lcp`], from the data alone.
+///
+/// # Returns
+/// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `w = M z + q` and `m`
+/// the mean of `|M_ii|`; 0 where no `min` differs from 0, NaN where a number is.
+pub fn complementarity_residual(matrix: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>) -> f64 {
+    let mean = mean_diagonal(matrix);
+    let w = matrix * z + q;
+    // `min` and `max` drop NaN; and NaN in z is NaN in w, but for columns of zeros
+    if w.iter().chain(z.iter()).any(|x| x.is_nan()) {
+        return f64::NAN;
+    }
+    let (mut worst, mut scale) = (0.0f64, 0.0f64);
+    for i in 0..q.len() {
+        let impulse = mean * z[i];
+        worst = worst.max(impulse.min(w[i]).abs());
+        scale = scale.max(-q[i]).max(impulse);
+    }
+    if worst == 0.0 { 0.0 } else { worst / scale }
+}
+
 fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
     let n = matrix.nrows() as f64;
     let mean = matrix.diagonal().iter().map(|x| x.abs() / n).sum::<f64>();
