@@ -115,16 +115,22 @@ fn contacts(words: &mut Words) -> Result<Loaded, FileError> {
 fn is_matrix(mut words: Words, size: (usize, usize), contacts: usize) -> bool {
     let head = [words.word(), words.word(), words.word()];
     let numbers = head.map(|w| w.and_then(|w| w.parse::<usize>().ok()));
-    if numbers[1] != Some(size.0) || numbers[2] != Some(size.1) {
+    if size.0 != size.1 {
+        // no W: if this is no H either, let the message be about it
+        return numbers[1] == Some(size.0);
+    }
+    if numbers[1..] != [Some(size.0), Some(size.1)] {
         return false;
     }
-    let own = std::iter::from_fn(|| words.word())
+    let mut after = words;
+    after.word();
+    let listing = (after.word()).is_some_and(|word| word.starts_with("CSparse"));
+    let local = contacts.saturating_mul(3);
+    let count = std::iter::from_fn(|| words.word())
+        .take(local)
         .take_while(|word| word.parse::<f64>().is_ok())
-        .take(contacts.saturating_mul(3))
         .count();
-    size.0 != size.1
-        || own + 3 > contacts.saturating_mul(3)
-        || words.word().is_some_and(|word| word.starts_with("CSparse"))
+    listing || head.len() + count > local
 }
 
 /// Reduces `M v = q + H r`, `u = Hᵀ v + b` to `u = W r + Hᵀ M⁻¹ q + b`, `W = Hᵀ M⁻¹ H`.

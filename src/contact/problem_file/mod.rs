@@ -101,8 +101,8 @@ pub struct Loaded {
 /// digits leave up to 1e-6. An eigenvalue may be as far below zero, of the largest diagonal entry.
 pub const ASYMMETRY: f64 = 1e-5;
 
-/// Asymmetry from here on is told: less is round-off of 17 digits and of a few products.
-const TOLD: f64 = 1e-12;
+/// A smaller asymmetry is round-off of a product `Jᵀ M⁻¹ J` and stays as it is, bit for bit.
+const ROUND_OFF: f64 = 1e-12;
 
 /// Most rows and columns of a sparse matrix, which is made dense.
 const MOST_ROWS: usize = 10_000;
@@ -282,7 +282,8 @@ impl Loaded {
     }
 }
 
-/// Replaces `matrix` by its symmetric part.
+/// Replaces `matrix` by its symmetric part, and warns of it, where they differ by more than
+/// round-off.
 ///
 /// # Errors
 /// [`FileError::Asymmetric`] from [`ASYMMETRY`] on.
@@ -300,10 +301,6 @@ fn symmetrise(
             if relative > worst {
                 (worst, place) = (relative, (row, column));
             }
-            let mean = 0.5 * upper + 0.5 * lower;
-            if upper != lower && worst <= ASYMMETRY {
-                (matrix[(row, column)], matrix[(column, row)]) = (mean, mean);
-            }
         }
     }
     if worst > ASYMMETRY {
@@ -317,7 +314,8 @@ fn symmetrise(
             relative: worst,
         });
     }
-    if worst > TOLD {
+    if worst > ROUND_OFF {
+        *matrix = 0.5 * &*matrix + 0.5 * matrix.transpose();
         let (row, column) = place;
         warnings.push(format!(
             "{name} was symmetrised: [{row}, {column}] and [{column}, {row}] differ by \
