@@ -194,10 +194,15 @@ fn lcp(
         tolerance: args.tolerance,
         ..LcpOptions::default()
     };
+    // large problems keep the method's own limit, small ones may take an exponential path
     options.max_pivots = options.max_pivots.max((LCP_WORK / pivot) as usize);
     let found = solve_lcp(matrix, q, &options).map_err(|e| FileError::Content(e.to_string()))?;
     let residual = complementarity_residual(matrix, q, &found.z);
-    let (status, told) = match found.status {
+    let end = match found.status {
+        LcpStatus::Solved if residual > args.tolerance => LcpStatus::Inaccurate,
+        end => end,
+    };
+    let (status, told) = match end {
         LcpStatus::Solved => ("solved", ""),
         LcpStatus::Ray => (
             "ray",
@@ -241,7 +246,7 @@ fn lcp(
     Ok(Solved {
         result,
         text,
-        solved: found.status == LcpStatus::Solved && residual <= args.tolerance,
+        solved: end == LcpStatus::Solved,
     })
 }
 

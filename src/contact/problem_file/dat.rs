@@ -1,6 +1,7 @@
 use super::dat_matrix::Matrix;
+use super::symmetry::symmetrise;
 use super::words::Words;
-use super::{FileError, Loaded, symmetrise};
+use super::{FileError, Loaded};
 use crate::contact::{ContactProblem, Delassus, Law, Vec2};
 use nalgebra::{DMatrix, DVector};
 

@@ -164,9 +164,10 @@ fn blocks(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<
     let start = |ends: &[usize], k: usize| if k == 0 { 0 } else { ends[k - 1] };
     for block_row in 0..block_rows {
         let range = start(&row_ends, block_row)..row_ends[block_row];
-        for block in pointer[block_row]..pointer[block_row + 1] {
+        let first = pointer[block_row];
+        for (k, &block_column) in places[first..pointer[block_row + 1]].iter().enumerate() {
+            let block = first + k;
             must_be(words, block, &format!("the number of {name}'s next block"))?;
-            let block_column = places[block];
             for column in start(&column_ends, block_column)..column_ends[block_column] {
                 for row in range.clone() {
                     let what = || format!("{name}[{row}, {column}] of block {block}");

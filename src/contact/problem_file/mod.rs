@@ -54,13 +54,14 @@
 //! # What is refused
 //!
 //! Three dimensions; numbers that are not finite; wrong counts and shapes; negative friction; a
-//! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite. An operator of a
-//! smaller asymmetry is symmetrised, which is a warning. An LCP may have any matrix.
+//! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. One
+//! that is less asymmetric is symmetrised, which is a warning. An LCP may have any matrix.
 
 mod dat;
 mod dat_matrix;
 mod dat_write;
 mod json;
+mod symmetry;
 mod words;
 
 #[cfg(test)]
@@ -68,9 +69,11 @@ mod tests;
 
 pub use dat_write::{DatStorage, to_dat};
 pub use json::to_json;
+pub use symmetry::ASYMMETRY;
 
 use super::{ContactError, ContactProblem, Delassus, Vec2};
 use nalgebra::{DMatrix, DVector};
+use symmetry::{check_semidefinite, symmetrise};
 use thiserror::Error;
 
 /// A problem as a file holds it.
@@ -96,13 +99,6 @@ pub struct Loaded {
     /// What was changed in reading, for a person.
     pub warnings: Vec<String>,
 }
-
-/// Largest `|W_ij − W_ji|` over the largest entry that passes for rounding, no unit: formats with six
-/// digits leave up to 1e-6. An eigenvalue may be as far below zero, of the largest diagonal entry.
-pub const ASYMMETRY: f64 = 1e-5;
-
-/// A smaller asymmetry is round-off of a product `Jᵀ M⁻¹ J` and stays as it is, bit for bit.
-const ROUND_OFF: f64 = 1e-12;
 
 /// Most rows and columns of a sparse matrix, which is made dense.
 const MOST_ROWS: usize = 10_000;
@@ -142,7 +138,7 @@ pub enum FileError {
     /// The operator is no operator of a contact problem.
     #[error(
         "{matrix}[{row}, {column}] = {upper:e} and [{column}, {row}] = {lower:e}: asymmetric by \
-         {relative:.1e} of the largest entry, at most {ASYMMETRY:e} is allowed"
+         {relative:.1e} of the root of both diagonal entries, at most {ASYMMETRY:e} is allowed"
     )]
     Asymmetric {
         matrix: &'static str,
@@ -254,15 +250,7 @@ impl Loaded {
         let mut warnings = Vec::new();
         if let Delassus::Dense(matrix) = &mut problem.operator {
             symmetrise(matrix, "W", &mut warnings)?;
-            let n = matrix.nrows();
-            let shift = (ASYMMETRY * matrix.diagonal().amax()).max(f64::MIN_POSITIVE);
-            let shifted = &*matrix + DMatrix::from_diagonal_element(n, n, shift);
-            if shifted.cholesky().is_none() {
-                return Err(FileError::Indefinite {
-                    matrix: "W",
-                    how: "semidefinite",
-                });
-            }
+            check_semidefinite(matrix, "W")?;
         }
         Ok(Loaded {
             problem: StoredProblem::Contact { problem, solution },
@@ -280,47 +268,4 @@ impl Loaded {
             warnings: Vec::new(),
         }
     }
-}
-
-/// Replaces `matrix` by its symmetric part, and warns of it, where they differ by more than
-/// round-off.
-///
-/// # Errors
-/// [`FileError::Asymmetric`] from [`ASYMMETRY`] on.
-fn symmetrise(
-    matrix: &mut DMatrix<f64>,
-    name: &'static str,
-    warnings: &mut Vec<String>,
-) -> Result<(), FileError> {
-    let most = matrix.amax();
-    let (mut worst, mut place) = (0.0, (0, 0));
-    for column in 0..matrix.ncols() {
-        for row in 0..column {
-            let (upper, lower) = (matrix[(row, column)], matrix[(column, row)]);
-            let relative = (upper / most - lower / most).abs();
-            if relative > worst {
-                (worst, place) = (relative, (row, column));
-            }
-        }
-    }
-    if worst > ASYMMETRY {
-        let (row, column) = place;
-        return Err(FileError::Asymmetric {
-            matrix: name,
-            row,
-            column,
-            upper: matrix[(row, column)],
-            lower: matrix[(column, row)],
-            relative: worst,
-        });
-    }
-    if worst > ROUND_OFF {
-        *matrix = 0.5 * &*matrix + 0.5 * matrix.transpose();
-        let (row, column) = place;
-        warnings.push(format!(
-            "{name} was symmetrised: [{row}, {column}] and [{column}, {row}] differ by \
-             {worst:.1e} of the largest entry"
-        ));
-    }
-    Ok(())
 }

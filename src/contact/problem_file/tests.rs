@@ -235,7 +235,7 @@ fn global_problems_are_reduced() {
          3 3 : 1\n2 4 6 8\n0 0 0 0\n0.4 0.4\n"
     );
     let loaded = read(text.as_bytes()).unwrap();
-    assert_eq!(contact_of(&loaded).free[1], Vec2::new(3.0, 4.0));
+    assert!((contact_of(&loaded).free[1] - Vec2::new(3.0, 4.0)).amax() < 1e-14);
     // the same length of head in a local problem, whose q looks like `storage 2 2`
     let text = "2 1\n0 2 2\n2 2\n2 0 0 2\n0 2\n2\n";
     let loaded = read(text.as_bytes()).unwrap();
@@ -264,6 +264,16 @@ fn asymmetry_is_told_or_refused() {
         told.starts_with("W[0, 1] = 1.0004e0") && told.contains("2.0e-4"),
         "{told}"
     );
+    // the same at a contact a million times heavier than the other
+    let heavy = "2 2\n0 4 4\n4 4\n2 0 0 0  0 2 0 0  0 0 2e-6 1e-6  0 0 1.0004e-6 2e-6\n";
+    let error = read(format!("{heavy}-1 0 -1 0\n0.5 0.5").as_bytes()).unwrap_err();
+    assert!(
+        matches!(error, FileError::Asymmetric { row: 2, .. }),
+        "{error}"
+    );
+    let indefinite = heavy.replace("1e-6", "3e-6").replace("1.0004e-6", "3e-6");
+    let error = read(format!("{indefinite}-1 0 -1 0\n0.5 0.5").as_bytes()).unwrap_err();
+    assert!(matches!(error, FileError::Indefinite { .. }), "{error}");
     // an LCP may have any matrix
     assert!(read(b"2\n0 2 2\n2 2\n2 1 -1 -2\n-1 0").is_ok());
 }

@@ -239,6 +239,23 @@ mod tests {
         assert_eq!(solve(&m, &[0.0, 3.0]).pivots, 0);
     }
 
+    /// The judge sees what the solver sees, and what it never returns.
+    #[test]
+    fn residual_of_any_point() {
+        let m = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
+        let q = DVector::from_row_slice(&[-1.0, -1.0]);
+        let at = |z: [f64; 2]| complementarity_residual(&m, &q, &DVector::from_row_slice(&z));
+        // round-off of 1/3
+        assert!(at([1.0 / 3.0; 2]) < 1e-15);
+        // w = −1 of a depth of 1; w = (1, 0), m z = (2, 0) with m = 2; z₂ < 0
+        assert_eq!((at([0.0; 2]), at([1.0, 0.0])), (1.0, 0.5));
+        assert_eq!(at([1.0, -1.0]), 1.0);
+        assert!(at([f64::NAN, 0.0]).is_nan());
+        // nothing pushes, nothing answers
+        let free = DVector::from_row_slice(&[1.0, 0.0]);
+        assert_eq!(complementarity_residual(&m, &free, &DVector::zeros(2)), 0.0);
+    }
+
     #[test]
     fn problem_without_a_solution_ends_on_a_ray() {
         // w₁ = −z₂ − 1 < 0 whatever z
