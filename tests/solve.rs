@@ -2,7 +2,9 @@
 
 use moreau2d::contact::problem_file::{DatStorage, StoredProblem, read, to_dat, to_json};
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
+use moreau2d::solver::{SOLVERS, solver_by_name};
 use nalgebra::{DMatrix, DVector};
+use proptest::strategy::Strategy;
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -419,4 +421,59 @@ fn an_lcp_without_a_solution_ends_on_a_ray() {
     let result = place.json("r.json");
     assert_eq!(result["status"], "ray");
     assert!(result["residual"].as_f64().unwrap() > 0.1);
+}
+
+// --- whatever can be read ---------------------------------------------------------------------
+
+const DENSE: &str = "2 2\n0 4 4\n4 4\n2 0.5 1 0\n0.5 3 0 1\n1 0 4 1\n0 1 1 5\n-1 2 -3 4\n0.5 0.1\n";
+
+/// Two bodies with every law between them.
+const BODIES: &str = r#"{"kind": "contact", "operator": {"bodies": {
+  "inverse_mass": [[1, 1, 6], [0.5, 0.5, 3]],
+  "rows": [
+    {"bodies": [null, 0], "jacobian": [[[0,0,0],[0,0,0]], [[0,1,0.5],[-1,0,0.5]]]},
+    {"bodies": [0, 1], "jacobian": [[[0,-1,-0.5],[1,0,0.5]], [[0,1,0.5],[-1,0,0.5]]]},
+    {"bodies": [0, 1], "jacobian": [[[0,-1,0.5],[1,0,0.5]], [[0,1,-0.5],[-1,0,0.5]]]},
+    {"bodies": [1, null], "jacobian": [[[0,0,1],[0,0,0]], [[0,0,0],[0,0,0]]]},
+    {"bodies": [0, 1], "jacobian": [[[1,0,0],[0,1,0]], [[-1,0,0],[0,-1,0]]]}
+  ]}},
+  "free": [[-1, 0.2], [-2, 0.1], [-3, -1], [1, 0], [0.5, -0.5]],
+  "laws": [{"contact": {"friction": 0.4}}, {"contact": {"friction": 0, "compliance": 0.1}},
+    {"contact": {"friction": 1.5}}, {"bounded": {"lower": -0.1, "upper": 0.2}}, "pin"]}"#;
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(1500))]
+
+    /// A number of a good file becomes any other: what is read is solved or not, but no solver
+    /// panics, and what it returns is finite.
+    #[test]
+    fn no_solver_panics_on_what_can_be_read(
+        from_bodies in proptest::bool::ANY,
+        at in proptest::prelude::any::<proptest::sample::Index>(),
+        number in proptest::prop_oneof![
+            proptest::strategy::Just(0.0),
+            -10.0f64..10.0,
+            (-1.0f64..1.0, -320i32..310).prop_map(|(x, e)| x * 10f64.powi(e)),
+        ],
+    ) {
+        let good = if from_bodies { BODIES } else { DENSE };
+        // numbers that start a word
+        let digit = |k: usize| good.as_bytes()[k].is_ascii_digit() || good.as_bytes()[k] == b'-';
+        let in_word = |k: usize| digit(k) || good.as_bytes()[k] == b'.';
+        let starts: Vec<usize> = (1..good.len()).filter(|&k| digit(k) && !in_word(k - 1)).collect();
+        let start = starts[at.index(starts.len())];
+        let end = (start..good.len()).find(|&k| !in_word(k)).unwrap();
+        let text = format!("{}{number:e}{}", &good[..start], &good[end..]);
+        if let Ok(loaded) = read(text.as_bytes())
+            && let StoredProblem::Contact { problem, .. } = loaded.problem
+        {
+            for name in SOLVERS {
+                let mut impulses = vec![Vec2::zeros(); problem.len()];
+                let mut solver = solver_by_name(name).unwrap();
+                let report = solver.solve(&problem, &mut impulses, 1e-8);
+                let finite = impulses.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+                proptest::prop_assert!(finite, "{}: {:?} {:?}\n{}", name, report, impulses, text);
+            }
+        }
+    }
 }
