@@ -148,6 +148,22 @@ proptest! {
     }
 }
 
+/// The example of the docs is a problem file.
+#[test]
+fn the_example_of_the_docs_is_read() {
+    let docs: String = (include_str!("mod.rs").lines())
+        .filter_map(|line| line.strip_prefix("//! "))
+        .flat_map(|line| [line, "\n"])
+        .collect();
+    let json = docs.split("```json\n").nth(1).unwrap();
+    let loaded = read(json.split("```").next().unwrap().as_bytes()).unwrap();
+    assert_eq!(contact_of(&loaded).laws, [coulomb(2.0)]);
+    assert!(matches!(
+        loaded.problem,
+        StoredProblem::Contact { solution: Some(p), .. } if p == [Vec2::zeros()]
+    ));
+}
+
 /// Column-major: [1 3; 2 4] is written 1 2 3 4, whatever the lines suggest.
 #[test]
 fn storages_hold_their_numbers_column_by_column() {
