@@ -2,10 +2,12 @@
 
 mod compare;
 mod compare_table;
+mod dump;
 mod run;
 mod run_files;
 mod run_study;
 mod run_threshing;
+mod solve;
 mod summary;
 
 use crate::experiment::{Engine, RunError, step_count};
@@ -30,6 +32,8 @@ enum Command {
     Run(RunArgs),
     /// Step a scene with our solver and with rapier's, and set accuracy against speed.
     Compare(CompareArgs),
+    /// Solve a stored contact problem or LCP again.
+    Solve(solve::SolveArgs),
 }
 
 /// Flags that every command with a scene takes.
@@ -92,6 +96,13 @@ struct RunArgs {
     /// files would hold over 100 000 body rows].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
+    /// Write the contact problems of the run to this folder, a JSON file each.
+    #[arg(long, value_name = "DIR")]
+    dump_problems: Option<PathBuf>,
+    /// Write those of every N-th step only.
+    #[arg(long, value_name = "N", requires = "dump_problems",
+          value_parser = clap::value_parser!(u32).range(1..))]
+    dump_every: Option<u32>,
 }
 
 #[derive(Args)]
@@ -209,6 +220,7 @@ pub fn main() -> ExitCode {
         Command::Scenes => list_scenes(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Solve(args) => solve::solve(args),
     };
     match result {
         Ok(outcome) => ExitCode::from(match outcome {

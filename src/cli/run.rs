@@ -1,3 +1,4 @@
+use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
 use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
@@ -10,6 +11,9 @@ const BODY_ROWS: usize = 100_000;
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let scene = args.common.load()?;
+    if scene.study.is_some() || scene.thresher.is_some() {
+        args.refuse("--dump-problems", args.dump_problems.is_some(), &scene)?;
+    }
     if scene.study.is_some() {
         only_moreau(args, &scene)?;
         return run_study::run(args, &scene);
@@ -20,8 +24,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     }
     args.engine.fits(&scene)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
+    let mut dump = Dump::create(args, &scene)?;
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
+    built.keep_problems(dump.is_some());
     let every = args.every.map_or_else(
         || (steps * built.bodies()).div_ceil(BODY_ROWS).max(1),
         |n| n as usize,
@@ -35,6 +41,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
             samples.add(record, built, args.engine);
         }
         files.add(record, || states(built, args.engine))?;
+        if let Some(dump) = &mut dump {
+            dump.add(built)?;
+        }
         progress.advance();
         Ok(())
     })?;
@@ -54,6 +63,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
             "warnings": summary::warnings(&totals),
         }),
     )?;
+    let dumped = dump.map(Dump::finish).transpose()?;
     let target = folder.commit()?;
     if args.common.json {
         print_out(&text);
@@ -65,6 +75,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         }
         if every > 1 {
             out.push_str(&format!("every {every}th step is kept in the CSV files\n"));
+        }
+        if let Some((count, folder)) = dumped {
+            let folder = folder.display();
+            out.push_str(&format!("{count} contact problems in {folder}\n"));
         }
         out.push_str(&format!("results in {}\n", target.display()));
         print_out(&out);

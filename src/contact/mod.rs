@@ -28,6 +28,7 @@ mod cone;
 mod local;
 mod operator;
 mod problem;
+pub mod problem_file;
 mod residual;
 
 pub use cone::project_onto_cone;

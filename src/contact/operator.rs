@@ -185,6 +185,11 @@ impl Delassus {
         }
     }
 
+    /// Explicit matrix, 2n × 2n, rows (n, t) per block.
+    pub fn explicit(&self) -> DMatrix<f64> {
+        self.assemble(&vec![Law::Pin; self.blocks()]).0
+    }
+
     /// Explicit matrix of the rows that `laws` use, and the position of each block's first row.
     pub fn assemble(&self, laws: &[Law]) -> (DMatrix<f64>, Vec<usize>) {
         let mut first = Vec::with_capacity(laws.len());

@@ -107,9 +107,17 @@ impl ContactProblem {
             };
             let block = self.operator.diagonal(contact);
             let rows = law.rows();
+            let coupled = match &self.operator {
+                Delassus::Dense(matrix) => {
+                    (matrix.rows(2 * contact, 2).iter()).all(|x| x.is_finite())
+                }
+                // as far as the diagonal blocks are
+                Delassus::Bodies(_) => true,
+            };
             if !self.free[contact].x.is_finite()
                 || (rows == 2 && !self.free[contact].y.is_finite())
                 || block.iter().any(|x| !x.is_finite())
+                || !coupled
             {
                 return Err(ContactError::NonFinite { contact });
             }

@@ -47,5 +47,6 @@ pub use planar_shape::PlanarShape;
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
+pub use solve::SolvedProblem;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

@@ -41,6 +41,15 @@ impl IslandOutcome {
     }
 }
 
+/// The contact problem of an island as a step posed it, and what the solver made of it.
+#[derive(Debug, Clone)]
+pub struct SolvedProblem {
+    pub problem: ContactProblem,
+    /// A pair a block [N s], before any cap on what an impact returns.
+    pub impulses: Vec<Vec2>,
+    pub report: SolveReport,
+}
+
 /// Splits stages into islands and solves them.
 pub(super) struct IslandSolver {
     pub solver: Box<dyn ImpulseSolver>,
@@ -48,6 +57,8 @@ pub(super) struct IslandSolver {
     pub islands: Islands,
     /// Of the last stage, one an island.
     pub outcomes: Vec<IslandOutcome>,
+    /// Copies of all problems of a step, where they are asked for.
+    pub kept: Option<Vec<SolvedProblem>>,
 }
 
 impl IslandSolver {
@@ -57,6 +68,7 @@ impl IslandSolver {
             tolerance,
             islands: Islands::default(),
             outcomes: Vec::new(),
+            kept: None,
         }
     }
 
@@ -96,6 +108,13 @@ impl IslandSolver {
             if ran_away(&report, members, stage) {
                 report.status = SolveStatus::Unsolved;
             }
+        }
+        if let Some(kept) = &mut self.kept {
+            kept.push(SolvedProblem {
+                problem: problem.clone(),
+                impulses: impulses.clone(),
+                report,
+            });
         }
         let mut blocks: Vec<CapBlock> = members
             .iter()

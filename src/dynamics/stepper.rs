@@ -5,7 +5,7 @@ use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::solve::IslandSolver;
+use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Memories, Span, Stage};
 use crate::contact::{NO_BODY, Vec3};
 use crate::solver::solver_by_name;
@@ -134,6 +134,17 @@ impl MoreauStepper {
         self.memory.clear();
     }
 
+    /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
+    pub fn keep_problems(&mut self, keep: bool) {
+        self.solver.kept = keep.then(Vec::new);
+    }
+
+    /// The contact problems of the last step, island after island, those of located impacts last;
+    /// none unless they are kept.
+    pub fn problems(&self) -> &[SolvedProblem] {
+        self.solver.kept.as_deref().unwrap_or(&[])
+    }
+
     /// Advances `model` by `dt` \[s\].
     ///
     /// # Errors
@@ -148,6 +159,9 @@ impl MoreauStepper {
             return Err(StepError::Dt(dt));
         }
         model.begin_step(dt)?;
+        if let Some(kept) = &mut self.solver.kept {
+            kept.clear();
+        }
         let start = &mut self.stage.start;
         start.clear();
         start.extend_from_slice(model.velocities());

@@ -1,10 +1,12 @@
 use crate::contact::Vec3;
+use crate::contact::problem_file::FileError;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, Pose64, StepError};
 use crate::rapier::{BaselineSettings, Simulation};
 use crate::report::ReportError;
 use crate::scene::{Built, Model, Scene, SceneError};
 use crate::wear::WearError;
+use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -118,6 +120,9 @@ pub enum RunError {
     Wear(#[from] WearError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// A problem file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Problem { path: PathBuf, source: FileError },
     /// The scene does not hold what the command needs.
     #[error("{0}")]
     Unfit(String),

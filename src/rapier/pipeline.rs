@@ -6,8 +6,8 @@ use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, StepError,
-    StepperSettings,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, SolvedProblem,
+    StepError, StepperSettings,
 };
 use rapier2d::prelude::*;
 
@@ -120,6 +120,16 @@ impl MoreauPipeline {
     /// Time at the end of the last step \[s\].
     pub fn time(&self) -> f64 {
         self.stepper.time()
+    }
+
+    /// See [`MoreauStepper::keep_problems`].
+    pub fn keep_problems(&mut self, keep: bool) {
+        self.stepper.keep_problems(keep);
+    }
+
+    /// See [`MoreauStepper::problems`].
+    pub fn problems(&self) -> &[SolvedProblem] {
+        self.stepper.problems()
     }
 
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.

@@ -2,7 +2,9 @@
 
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
-use crate::dynamics::{Linear, MoreauStepper, MultibodyModel, Planar, Pose64, StepError};
+use crate::dynamics::{
+    Linear, MoreauStepper, MultibodyModel, Planar, Pose64, SolvedProblem, StepError,
+};
 use crate::rapier::{BodyId, Simulation};
 
 /// A scene's world; bodies are counted in the scene's order, coordinates of a `[linear]` block
@@ -51,6 +53,24 @@ impl Built {
             World::Rapier { simulation, .. } => simulation.step(),
             World::Planar(planar) => planar.step(),
             World::Linear(linear) => linear.step(),
+        }
+    }
+
+    /// Whether the contact problems of every step are kept for [`Built::problems`].
+    pub fn keep_problems(&mut self, keep: bool) {
+        match &mut self.0 {
+            World::Rapier { simulation, .. } => simulation.pipeline.keep_problems(keep),
+            World::Planar(planar) => planar.stepper.keep_problems(keep),
+            World::Linear(linear) => linear.stepper.keep_problems(keep),
+        }
+    }
+
+    /// The contact problems of the last nonsmooth step, see [`MoreauStepper::problems`].
+    pub fn problems(&self) -> &[SolvedProblem] {
+        match &self.0 {
+            World::Rapier { simulation, .. } => simulation.pipeline.problems(),
+            World::Planar(planar) => planar.stepper.problems(),
+            World::Linear(linear) => linear.stepper.problems(),
         }
     }
 

@@ -122,12 +122,7 @@ impl ImpulseSolver for Enumeration {
         if total > self.max_combinations {
             return best;
         }
-        let all: Vec<Law> = problem
-            .laws
-            .iter()
-            .map(|_| Law::Pin) // two rows a block, whatever the law
-            .collect();
-        let (matrix, _) = problem.operator.assemble(&all);
+        let matrix = problem.operator.explicit();
         let start = impulses.to_vec();
         let guess: Vec<usize> = problem
             .laws

@@ -24,7 +24,9 @@ mod problems;
 pub use auto::Auto;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
-pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, solve_lcp};
+pub use lemke::{
+    LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual, solve_lcp,
+};
 pub use nsgs::Nsgs;
 pub use prox::Prox;
 

@@ -129,6 +129,13 @@ impl ImpulseSolver for Nsgs {
         let mut judge = std::mem::take(&mut self.judge);
         judge.prepare(problem);
         let sweeps = self.sweep(problem, &mut judge, impulses, tolerance, self.max_sweeps);
+        if impulses
+            .iter()
+            .any(|p| !(p.x.is_finite() && p.y.is_finite()))
+        {
+            // products of masses and arms overflowed
+            impulses.fill(Vec2::zeros());
+        }
         let residual = judge.natural_map(problem, impulses);
         self.judge = judge;
         SolveReport {

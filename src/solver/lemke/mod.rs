@@ -4,7 +4,7 @@ mod lcp;
 mod pivot;
 mod reduction;
 
-pub use lcp::{LcpError, LcpOptions, LcpSolution, LcpStatus, solve_lcp};
+pub use lcp::{LcpError, LcpOptions, LcpSolution, LcpStatus, complementarity_residual, solve_lcp};
 
 use super::{ImpulseSolver, SolveReport};
 use crate::contact::{ContactProblem, Vec2};

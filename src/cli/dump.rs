@@ -1,0 +1,66 @@
+use super::RunArgs;
+use crate::contact::problem_file::{StoredProblem, to_json};
+use crate::experiment::{Engine, RunError};
+use crate::report::OutputFolder;
+use crate::scene::{Built, Scene};
+use std::path::PathBuf;
+
+/// `--dump-problems`: the contact problems of every N-th step, a file each, with the impulses found.
+pub(super) struct Dump {
+    folder: OutputFolder,
+    every: usize,
+    step: usize,
+    count: usize,
+}
+
+impl Dump {
+    /// `None` unless asked for.
+    ///
+    /// # Errors
+    /// [`RunError::Unfit`] where another engine steps; those of [`OutputFolder::create`].
+    pub fn create(args: &RunArgs, scene: &Scene) -> Result<Option<Dump>, RunError> {
+        let Some(target) = &args.dump_problems else {
+            return Ok(None);
+        };
+        if args.engine != Engine::Moreau {
+            return Err(RunError::Unfit(format!(
+                "--dump-problems: engine {} solves no contact problems of scene {}; moreau does",
+                args.engine.name(),
+                scene.name
+            )));
+        }
+        Ok(Some(Dump {
+            folder: OutputFolder::create(target)?,
+            every: args.dump_every.map_or(1, |n| n as usize),
+            step: 0,
+            count: 0,
+        }))
+    }
+
+    /// Takes in one step.
+    pub fn add(&mut self, built: &Built) -> Result<(), RunError> {
+        self.step += 1;
+        if !self.step.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        for (island, solved) in built.problems().iter().enumerate() {
+            let name = format!("step-{:06}-island-{:04}.json", self.step, island + 1);
+            let stored = StoredProblem::Contact {
+                problem: solved.problem.clone(),
+                solution: Some(solved.impulses.clone()),
+            };
+            let text = to_json(&stored).map_err(|source| RunError::Problem {
+                path: self.folder.target().join(&name),
+                source,
+            })?;
+            self.folder.write(&name, text)?;
+            self.count += 1;
+        }
+        Ok(())
+    }
+
+    /// Puts the files in place; returns their number and the folder.
+    pub fn finish(self) -> Result<(usize, PathBuf), RunError> {
+        Ok((self.count, self.folder.commit()?))
+    }
+}

@@ -1,0 +1,277 @@
+use super::{Outcome, print_err, print_out, summary};
+use crate::contact::problem_file::{FileError, Loaded, StoredProblem, read};
+use crate::contact::{ContactProblem, Law, Vec2, natural_map};
+use crate::experiment::RunError;
+use crate::report::{OutputFolder, ReportError, number};
+use crate::scene::Hint;
+use crate::solver::{
+    LcpOptions, LcpStatus, SOLVERS, complementarity_residual, solve_lcp, solver_by_name,
+};
+use clap::Args;
+use nalgebra::{DMatrix, DVector};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub(super) struct SolveArgs {
+    /// A problem file: JSON or .dat text, told apart by content.
+    file: PathBuf,
+    /// Impulse solver: auto, enumeration, nsgs, direct or lemke; an LCP is solved by lemke.
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = known_solver)]
+    solver: String,
+    /// Relative residual at which the problem counts as solved, 1e-15 to 1e-2.
+    #[arg(long, value_name = "R", default_value = "1e-8", value_parser = tolerance,
+          allow_hyphen_values = true)]
+    tolerance: f64,
+    /// Write the result to this JSON file.
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<PathBuf>,
+    /// Print the result as JSON in place of the description.
+    #[arg(long)]
+    json: bool,
+    /// Print nothing.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential.
+const LCP_WORK: f64 = 2e10;
+
+fn known_solver(name: &str) -> Result<String, String> {
+    if SOLVERS.contains(&name) {
+        return Ok(name.to_owned());
+    }
+    Err(format!("unknown solver{}", Hint::new(name, SOLVERS)))
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (1e-15..=1e-2).contains(&value) => Ok(value),
+        _ => Err("must be 1e-15 to 1e-2".to_owned()),
+    }
+}
+
+/// What came of a problem: the JSON that is written, the text for a person, and whether it is solved.
+struct Solved {
+    result: Value,
+    text: String,
+    solved: bool,
+}
+
+/// Reads a problem, solves it, lets the judge judge it.
+pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
+    let path = &args.file;
+    let of_file = |source| RunError::Problem {
+        path: path.clone(),
+        source,
+    };
+    let bytes = std::fs::read(path).map_err(|source| ReportError::Io {
+        path: path.clone(),
+        source,
+    })?;
+    let Loaded { problem, warnings } = read(&bytes).map_err(of_file)?;
+    let out = args.out.as_deref().map(Target::create).transpose()?;
+    let mut solved = match &problem {
+        StoredProblem::Contact { problem, solution } => contact(args, problem, solution.as_deref()),
+        StoredProblem::Lcp {
+            matrix,
+            q,
+            solution,
+        } => {
+            if !["auto", "lemke"].contains(&args.solver.as_str()) {
+                return Err(RunError::Unfit(format!(
+                    "--solver {}: solves contact problems; {} is an LCP, which lemke solves",
+                    args.solver,
+                    path.display()
+                )));
+            }
+            lcp(args, matrix, q, solution.as_ref()).map_err(of_file)?
+        }
+    };
+    solved.result["tolerance"] = summary::float(args.tolerance);
+    solved.result["warnings"] = json!(warnings);
+    let json = format!("{:#}\n", solved.result);
+    if let Some(out) = out {
+        out.write(&json)?;
+    }
+    if args.json {
+        print_out(&json);
+    } else if !args.quiet {
+        for warning in &warnings {
+            print_err(&format!("warning: {warning}\n"));
+        }
+        print_out(&format!("{}: {}", path.display(), solved.text));
+    }
+    Ok(if solved.solved {
+        Outcome::Done
+    } else {
+        Outcome::Unsolved
+    })
+}
+
+fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) -> Solved {
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    // the name was checked when it was parsed
+    let worked = solver_by_name(&args.solver)
+        .map(|mut solver| solver.solve(problem, &mut impulses, args.tolerance));
+    let residual = natural_map(problem, &impulses);
+    let solved = residual.certified(args.tolerance);
+    let status = if solved { "solved" } else { "unsolved" };
+    let (sweeps, factorisations, pivots) =
+        worked.map_or((0, 0, 0), |r| (r.sweeps, r.factorisations, r.pivots));
+    let mut text = format!(
+        "contact problem, {}\nsolver {}: {status}; {sweeps} sweeps, {factorisations} \
+         factorisations, {pivots} pivots\nnatural-map residual {} (relative), {} m/s of {} m/s; \
+         tolerance {:e}\n",
+        blocks(problem),
+        args.solver,
+        number(residual.relative, 3),
+        number(residual.velocity, 3),
+        number(residual.velocity_scale, 3),
+        args.tolerance,
+    );
+    if !solved && sweeps + factorisations + pivots == 0 {
+        text.push_str(&format!(
+            "{} does not take a problem of this size: nothing was tried\n",
+            args.solver
+        ));
+    }
+    if let Some(stored) = stored {
+        let residual = natural_map(problem, stored).relative;
+        let residual = number(residual, 3);
+        text.push_str(&format!(
+            "the solution in the file has residual {residual}\n"
+        ));
+    }
+    let flat: Vec<Value> = impulses
+        .iter()
+        .flat_map(|p| [p.x, p.y].map(summary::float))
+        .collect();
+    let result = json!({
+        "kind": "contact",
+        "blocks": problem.len(),
+        "solver": args.solver,
+        "status": status,
+        "iterations": {"sweeps": sweeps, "factorisations": factorisations, "pivots": pivots},
+        "residual": summary::float(residual.relative),
+        "residual_velocity_m_s": summary::float(residual.velocity),
+        "impulses": flat,
+    });
+    Solved {
+        result,
+        text,
+        solved,
+    }
+}
+
+/// How many blocks of which law.
+fn blocks(problem: &ContactProblem) -> String {
+    let count = |of: fn(&Law) -> bool| problem.laws.iter().filter(|law| of(law)).count();
+    let mut text = format!(
+        "{} contacts",
+        count(|law| matches!(law, Law::Contact { .. }))
+    );
+    let pins = count(|law| matches!(law, Law::Pin));
+    let bounded = count(|law| matches!(law, Law::Bounded { .. }));
+    if pins > 0 {
+        text.push_str(&format!(", {pins} pins"));
+    }
+    if bounded > 0 {
+        text.push_str(&format!(", {bounded} bounded rows"));
+    }
+    text
+}
+
+fn lcp(
+    args: &SolveArgs,
+    matrix: &DMatrix<f64>,
+    q: &DVector<f64>,
+    stored: Option<&DVector<f64>>,
+) -> Result<Solved, FileError> {
+    let n = q.len();
+    let pivot = 2.0 * (n * n).max(1) as f64;
+    let mut options = LcpOptions {
+        tolerance: args.tolerance,
+        ..LcpOptions::default()
+    };
+    // large problems keep the method's own limit, small ones may take an exponential path
+    options.max_pivots = options.max_pivots.max((LCP_WORK / pivot) as usize);
+    let found = solve_lcp(matrix, q, &options).map_err(|e| FileError::Content(e.to_string()))?;
+    let residual = complementarity_residual(matrix, q, &found.z);
+    let end = match found.status {
+        LcpStatus::Solved if residual > args.tolerance => LcpStatus::Inaccurate,
+        end => end,
+    };
+    let (status, told) = match end {
+        LcpStatus::Solved => ("solved", ""),
+        LcpStatus::Ray => (
+            "ray",
+            "not solved: the path ended on a secondary ray; if M is copositive-plus (positive \
+             semidefinite, say), there is no solution\n",
+        ),
+        LcpStatus::PivotLimit => (
+            "pivot-limit",
+            "not solved: the pivots allowed ran out; the method is exponential at worst\n",
+        ),
+        LcpStatus::Inaccurate => (
+            "inaccurate",
+            "not solved: round-off leaves the basis found above the tolerance\n",
+        ),
+    };
+    let mut text = format!(
+        "LCP of size {n}\nsolver lemke: {status}; {} pivots\ncomplementarity residual \
+         max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of |M_ii|; tolerance {:e}\n\
+         {told}",
+        found.pivots,
+        number(residual, 3),
+        args.tolerance,
+    );
+    if let Some(z) = stored {
+        let residual = number(complementarity_residual(matrix, q, z), 3);
+        text.push_str(&format!(
+            "the solution in the file has residual {residual}\n"
+        ));
+    }
+    let list = |x: &DVector<f64>| x.iter().map(|x| summary::float(*x)).collect::<Vec<_>>();
+    let result = json!({
+        "kind": "lcp",
+        "size": n,
+        "solver": "lemke",
+        "status": status,
+        "iterations": {"pivots": found.pivots},
+        "residual": summary::float(residual),
+        "z": list(&found.z),
+        "w": list(&found.w),
+    });
+    Ok(Solved {
+        result,
+        text,
+        solved: end == LcpStatus::Solved,
+    })
+}
+
+/// A single file, written whole or not at all.
+struct Target {
+    folder: OutputFolder,
+    name: String,
+}
+
+impl Target {
+    fn create(path: &Path) -> Result<Target, RunError> {
+        let name = path.file_name().and_then(|name| name.to_str());
+        let name = name.filter(|_| !path.is_dir()).ok_or_else(|| {
+            let path = path.to_path_buf();
+            RunError::Report(ReportError::IsAFolder { path })
+        })?;
+        Ok(Target {
+            folder: OutputFolder::create(path.parent().unwrap_or(Path::new("")))?,
+            name: name.to_owned(),
+        })
+    }
+
+    fn write(self, text: &str) -> Result<(), RunError> {
+        self.folder.write(&self.name, text)?;
+        self.folder.commit()?;
+        Ok(())
+    }
+}

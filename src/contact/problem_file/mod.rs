@@ -1,0 +1,271 @@
+//! Problem files: a contact problem, or a plain LCP, as a value that is stored and solved again.
+//!
+//! [`read`] tells the formats by content, whatever the file is called.
+//!
+//! # JSON
+//!
+//! Floats are written so that they read back bit for bit. Unknown keys are refused.
+//!
+//! ```json
+//! {
+//!   "kind": "contact",
+//!   "units": {"operator": "1/kg", "free": "m/s", "compliance": "1/kg", "impulse": "N s"},
+//!   "operator": {"dense": [[1.6, -1.2], [-1.2, 3.4]]},
+//!   "free": [[0.05, -3.0]],
+//!   "laws": [{"contact": {"friction": 2.0, "compliance": 0.0}}],
+//!   "solution": [[0.0, 0.0]]
+//! }
+//! ```
+//!
+//! - `units` states the units and may be left out; others are refused.
+//! - `operator`, the Delassus operator G, is `dense`, a list of rows, two a block; or `bodies`,
+//!   `G = J M⁻¹ Jᵀ` with `inverse_mass`, (1/m, 1/m, 1/J) a body in 1/kg and 1/(kg m²), and `rows`,
+//!   for each block `{"bodies": [side 1, side 2], "jacobian": [side][row][coordinate]}`; bodies
+//!   count from 0, `null` is a side of infinite mass. Rows are ordered (n, t).
+//! - `free`: b, a pair (n, t) a block; restitution, surface motion and gaps are folded in.
+//! - `laws`, one a block: `{"contact": {"friction": μ, "compliance": R}}` (R may be left out: 0),
+//!   `"pin"`, or `{"bounded": {"lower": l, "upper": u}}` in N s, where a bound left out is infinite.
+//! - `solution`: impulses, a pair a block; optional.
+//!
+//! A linear complementarity problem is `{"kind": "lcp", "matrix": [rows of M], "q": [...]}`, with
+//! an optional `"solution": [z]`; it has no units of its own.
+//!
+//! # Text (`.dat`)
+//!
+//! The format of the Siconos numerics library: numbers between white space, indices from 0; what
+//! follows the last number is a comment.
+//!
+//! | kind | content |
+//! |---|---|
+//! | LCP | n, M, q: find z ≥ 0, w = M z + q ≥ 0, zᵀ w = 0 |
+//! | frictional contact | dimension (2), contacts nc, W, q (n, t a contact), μ a contact |
+//! | global frictional contact | dimension (2), nc, M, H, q, b, μ |
+//!
+//! The global form `M v = q + H r`, `u = Hᵀ v + b` becomes `W = Hᵀ M⁻¹ H` with the free term
+//! `Hᵀ M⁻¹ q + b`. A matrix is `storage rows columns` and then
+//!
+//! - storage 0, dense: rows and columns again, then all numbers, column by column;
+//! - storage 1, sparse blocks: number of blocks, block rows, block columns, the row after each
+//!   block row, the column after each block column, length of the row pointer and of the column
+//!   indices, both lists, then for each block its number and its numbers, column by column;
+//! - storage 2, sparse: origin (1 triplets, 2 compressed columns) and a listing of six digits that
+//!   begins with a line `CSparse ...`.
+//!
+//! # What is refused
+//!
+//! Three dimensions; numbers that are not finite; wrong counts and shapes; negative friction; a
+//! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. One
+//! that is less asymmetric is symmetrised, which is a warning. An LCP may have any matrix.
+
+mod dat;
+mod dat_matrix;
+mod dat_write;
+mod json;
+mod symmetry;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+pub use dat_write::{DatStorage, to_dat};
+pub use json::to_json;
+pub use symmetry::ASYMMETRY;
+
+use super::{ContactError, ContactProblem, Delassus, Vec2};
+use nalgebra::{DMatrix, DVector};
+use symmetry::{check_semidefinite, symmetrise};
+use thiserror::Error;
+
+/// A problem as a file holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StoredProblem {
+    /// A frictional contact problem, and impulses [N s] that are said to solve it.
+    Contact {
+        problem: ContactProblem,
+        solution: Option<Vec<Vec2>>,
+    },
+    /// Find `z ≥ 0` with `w = M z + q ≥ 0` and `zᵀ w = 0`; and a `z` that is said to.
+    Lcp {
+        matrix: DMatrix<f64>,
+        q: DVector<f64>,
+        solution: Option<DVector<f64>>,
+    },
+}
+
+/// What [`read`] gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    pub problem: StoredProblem,
+    /// What was changed in reading, for a person.
+    pub warnings: Vec<String>,
+}
+
+/// Most rows and columns of a sparse matrix, which is made dense.
+const MOST_ROWS: usize = 10_000;
+
+/// What is wrong with a problem file.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FileError {
+    /// Bytes that are no text.
+    #[error("line {line}: not text (UTF-8)")]
+    NotText { line: usize },
+    /// An HDF5 container (FCLib).
+    #[error("an HDF5 file; FCLib problems are not read: JSON and .dat text are")]
+    Hdf5,
+    /// The file starts like none of the kinds.
+    #[error("line {line}: {reason}")]
+    Kind { line: usize, reason: String },
+    /// Malformed JSON, an unknown or missing key, a value of another type or out of range.
+    #[error("line {line}, column {column}: {reason}")]
+    Json {
+        line: usize,
+        column: usize,
+        reason: String,
+    },
+    /// Text with something else, or nothing, where `expected` must stand.
+    #[error("line {line}: expected {expected}, found {found}")]
+    Expected {
+        line: usize,
+        expected: String,
+        found: String,
+    },
+    /// A value that a contact problem cannot have, or that is not supported.
+    #[error("line {line}: {reason}")]
+    Value { line: usize, reason: String },
+    /// Parts that do not fit each other.
+    #[error("{0}")]
+    Content(String),
+    /// The operator is no operator of a contact problem.
+    #[error(
+        "{matrix}[{row}, {column}] = {upper:e} and [{column}, {row}] = {lower:e}: asymmetric by \
+         {relative:.1e} of the root of both diagonal entries, at most {ASYMMETRY:e} is allowed"
+    )]
+    Asymmetric {
+        matrix: &'static str,
+        row: usize,
+        column: usize,
+        upper: f64,
+        lower: f64,
+        relative: f64,
+    },
+    /// The operator has a negative eigenvalue, or the mass matrix one that is not positive.
+    #[error("{matrix} is not positive {how}")]
+    Indefinite {
+        matrix: &'static str,
+        how: &'static str,
+    },
+    /// The format to be written has no place for a law of the problem.
+    #[error("block {block}: {what} has no place in the .dat format; JSON has one")]
+    NoPlace { block: usize, what: &'static str },
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+}
+
+/// Reads a problem file of any format: JSON if it starts with a brace, else text.
+///
+/// # Errors
+/// [`FileError`], with the place in the file where one thing there is wrong. Never panics, and takes
+/// no memory for numbers that are not there but for a sparse matrix that is made dense.
+pub fn read(bytes: &[u8]) -> Result<Loaded, FileError> {
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Err(FileError::Hdf5);
+    }
+    let text = std::str::from_utf8(bytes).map_err(|e| FileError::NotText {
+        line: line_of(&bytes[..e.valid_up_to()]),
+    })?;
+    if text.trim_start().starts_with('{') {
+        json::read(text)
+    } else {
+        dat::read(text)
+    }
+}
+
+/// The line, from 1, on which `before` ends.
+fn line_of(before: &[u8]) -> usize {
+    1 + before.iter().filter(|b| **b == b'\n').count()
+}
+
+impl StoredProblem {
+    /// Number of contacts and other blocks, or of rows of an LCP.
+    pub fn len(&self) -> usize {
+        match self {
+            StoredProblem::Contact { problem, .. } => problem.len(),
+            StoredProblem::Lcp { q, .. } => q.len(),
+        }
+    }
+
+    /// Whether there is nothing to solve.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Checks shapes and numbers.
+    fn check(&self) -> Result<(), FileError> {
+        let (solved, finite) = match self {
+            StoredProblem::Contact { problem, solution } => {
+                problem.validate()?;
+                let pairs = problem.free.iter().chain(solution.iter().flatten());
+                let mut numbers = pairs.flat_map(|p| [p.x, p.y]);
+                (solution.as_ref().map(Vec::len), numbers.all(f64::is_finite))
+            }
+            StoredProblem::Lcp {
+                matrix,
+                q,
+                solution,
+            } => {
+                let n = q.len();
+                if matrix.shape() != (n, n) {
+                    let (rows, columns) = matrix.shape();
+                    return Err(FileError::Content(format!(
+                        "q has {n} numbers and the matrix is {rows} x {columns}"
+                    )));
+                }
+                let solution = solution.as_ref();
+                let z = solution.map_or(&[][..], |z| z.as_slice());
+                let mut numbers = matrix.iter().chain(q.iter()).chain(z);
+                let finite = numbers.all(|x| x.is_finite());
+                (solution.map(|z| z.len()), finite)
+            }
+        };
+        if !finite {
+            return Err(FileError::Content("a number is not finite".to_owned()));
+        }
+        match solved.filter(|length| *length != self.len()) {
+            Some(length) => Err(FileError::Content(format!(
+                "the solution has {length} entries, must have {}",
+                self.len()
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Loaded {
+    /// Checks a contact problem; a dense operator is symmetrised.
+    fn contact(
+        mut problem: ContactProblem,
+        solution: Option<Vec<Vec2>>,
+    ) -> Result<Loaded, FileError> {
+        problem.validate()?;
+        let mut warnings = Vec::new();
+        if let Delassus::Dense(matrix) = &mut problem.operator {
+            symmetrise(matrix, "W", &mut warnings)?;
+            check_semidefinite(matrix, "W")?;
+        }
+        Ok(Loaded {
+            problem: StoredProblem::Contact { problem, solution },
+            warnings,
+        })
+    }
+
+    fn lcp(matrix: DMatrix<f64>, q: DVector<f64>, solution: Option<DVector<f64>>) -> Loaded {
+        Loaded {
+            problem: StoredProblem::Lcp {
+                matrix,
+                q,
+                solution,
+            },
+            warnings: Vec::new(),
+        }
+    }
+}
