@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct SolveArgs {
     /// A problem file: JSON or .dat text, told apart by content.
     file: PathBuf,
-    /// Impulse solver: auto, enumeration, nsgs, direct or lemke; an LCP is solved by lemke.
+    /// Impulse solver: auto, enumeration, nsgs, direct, lemke or prox; an LCP is solved by lemke.
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = known_solver)]
     solver: String,
     /// Relative residual at which the problem counts as solved, 1e-15 to 1e-2.
