@@ -12,6 +12,10 @@ use crate::dynamics::stage::Span;
 /// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
 const SEARCHES: usize = 60;
 
+/// Share of a step at its end in which nothing closes any more: it does so at the start of the next.
+/// An interval of no length has no rates.
+const LAST: f64 = 1e-9;
+
 impl Runner {
     /// The first pair of waiting contacts to close on the path of the interval, one of them, and
     /// after what time.
@@ -35,6 +39,7 @@ impl Runner {
         let mut first: Option<(ContactPoint, f64)> = None;
         for (contact, guess) in guesses {
             if let Some(time) = self.locate(model, context, &contact, guess)?
+                && time < self.flow.length - LAST * context.dt
                 && first.is_none_or(|(_, earliest)| time < earliest)
             {
                 first = Some((contact, time));
