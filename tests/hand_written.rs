@@ -494,9 +494,9 @@ fn bodies_are_put_back_bit_for_bit() {
         let places: Vec<_> = (0..6).map(|body| model.configuration(body)).collect();
         let marked = detected(&mut model);
         model.advance(0.003);
-        for body in 0..6 {
+        for (body, place) in places.iter().enumerate() {
             model.shift(body, &Vec3::new(0.1, -0.3, 2.0), 0.7);
-            model.set_configuration(body, &places[body]);
+            model.set_configuration(body, place);
         }
         assert_eq!(detected(&mut model).contacts, marked.contacts);
         // time goes back as well: the plate is again where it was a moment later
