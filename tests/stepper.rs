@@ -6,12 +6,13 @@ use common::{Random, load, run_steps};
 use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactStatus, StepRecord};
 use moreau2d::dynamics::{
-    Configuration, ContactKey, ContactPoint, Detection, ModelError, MoreauStepper, MultibodyModel,
-    NormalLaw, Rotor, RotorContact, Scheme, StepperSettings,
+    Configuration, ContactKey, ContactPoint, Detection, ImpactLaw, ModelError, MoreauStepper,
+    MultibodyModel, NormalLaw, Rotor, RotorContact, Scheme, StepperSettings,
 };
 use moreau2d::rapier::{BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
 
 /// Bodies that touch in one configuration, for one step: all a contact problem needs of geometry.
+#[derive(Clone)]
 struct Cluster {
     velocities: Vec<Vec3>,
     inverse_mass: Vec<Vec3>,
@@ -135,10 +136,31 @@ fn stepper(scheme: Scheme, tolerance: f64) -> MoreauStepper {
     .unwrap()
 }
 
-/// One step of 0.01 s: velocities before and after, and the record.
+/// One step of 0.01 s: the velocities before it, and the record.
 fn one_step(cluster: &mut Cluster, scheme: Scheme) -> (Vec<Vec3>, StepRecord) {
     let start = cluster.velocities.clone();
     let record = stepper(scheme, 1e-10).step(cluster, 0.01).unwrap();
+    (start, record)
+}
+
+/// One step of 1 ns, in which every contact that closes rebounds: none is slow beside what
+/// accelerations of the order of 1 m/s2 do in it.
+fn impact(
+    cluster: &mut Cluster,
+    scheme: Scheme,
+    law: ImpactLaw,
+    events: bool,
+) -> (Vec<Vec3>, StepRecord) {
+    let start = cluster.velocities.clone();
+    let mut stepper = MoreauStepper::new(StepperSettings {
+        scheme,
+        events,
+        impact_law: law,
+        tolerance: 1e-10,
+        ..StepperSettings::default()
+    })
+    .unwrap();
+    let record = stepper.step(cluster, 1e-9).unwrap();
     (start, record)
 }
 
@@ -267,29 +289,114 @@ fn every_step_balances_its_energy() {
     }
 }
 
-/// Newton's law alone gains energy in some of these (Kane's paradox); the capped law never does.
+/// Newton's law alone gains energy in one of seven of these (Kane's paradox) and says how much; the
+/// capped law never does.
 #[test]
-fn capped_restitution_never_adds_energy() {
-    let gains = |scheme: Scheme| {
-        let mut random = Random(7);
-        let mut gained = Vec::new();
-        let mut unsolved = 0;
-        for _ in 0..3000 {
-            let mut cluster = Cluster::random(&mut random, 1.0, true, false);
-            let (start, record) = one_step(&mut cluster, scheme);
-            unsolved += record.unsolved;
-            let ratio = cluster.kinetic(&cluster.velocities) / cluster.kinetic(&start);
-            if ratio > 1.0 + 1e-12 {
-                gained.push(ratio);
+fn newtons_law_reports_what_it_adds_and_the_capped_law_adds_nothing() {
+    let (mut gains, mut single, mut capped) = (0, 0, 0);
+    let mut random = Random(7);
+    for case in 0..3000 {
+        let cluster = Cluster::random(&mut random, 1.0, true, false);
+        for events in [false, true] {
+            let mut here = cluster.clone();
+            let (start, record) = impact(&mut here, Scheme::Staggered, ImpactLaw::Capped, events);
+            let [before, after] = [&start, &here.velocities].map(|u| here.kinetic(u));
+            assert!(after <= before * (1.0 + 1e-12), "{case}: {after} {before}");
+            assert_eq!(record.unsolved, 0, "{case}");
+            capped += record.capped;
+        }
+        let mut here = cluster;
+        let (start, record) = impact(&mut here, Scheme::Staggered, ImpactLaw::Newton, false);
+        let [before, after] = [&start, &here.velocities].map(|u| here.kinetic(u));
+        // of several islands one may lose what another gains
+        if record.unsolved == 0 && record.islands == 1 {
+            let gain = (after - before).max(0.0);
+            // round-off of the products that it is made of
+            let scale = before + after + gross(&here, &start, &record);
+            let reported = record.impact_gain;
+            assert!(
+                (reported - gain).abs() <= 1e-14 * scale,
+                "{case}: {reported}, {gain}"
+            );
+            single += 1;
+            gains += usize::from(gain > 1e-12 * before);
+        }
+    }
+    assert!(
+        gains > 200 && capped > 200,
+        "{gains} gains, {capped} capped"
+    );
+    assert!(single > 1500, "{single} cases of one island");
+}
+
+/// Bug: where one coefficient was to hold in both directions, a contact that opened in an impact
+/// took part without it (without restitution at all, if it just touched): energy rose in 96 of
+/// 6000 of these, to the 900-fold.
+#[test]
+fn one_coefficient_in_both_directions_never_adds_energy() {
+    let ways = [
+        (Scheme::Moreau, false),
+        (Scheme::Staggered, false),
+        (Scheme::Staggered, true),
+    ];
+    for gap in [0.0, -1e-12] {
+        let mut random = Random(11);
+        for case in 0..3000 {
+            let e = random.between(0.0, 1.0);
+            let mut cluster = Cluster::random(&mut random, e, true, false);
+            cluster.contacts.iter_mut().for_each(|c| c.gap = gap);
+            for (scheme, events) in ways {
+                let mut here = cluster.clone();
+                let (start, record) = impact(&mut here, scheme, ImpactLaw::Uniform, events);
+                let [before, after] = [&start, &here.velocities].map(|u| here.kinetic(u));
+                let what = format!("{case}, {scheme:?}, events {events}: {before} J, {after} J");
+                assert!(after <= before * (1.0 + 1e-12), "{what}");
+                assert_eq!(record.unsolved, 0, "{what}");
             }
         }
-        (gained, unsolved)
-    };
-    let (plain, _) = gains(Scheme::Moreau);
-    assert!(plain.len() > 50, "{} cases where it matters", plain.len());
-    let (capped, unsolved) = gains(Scheme::Staggered);
-    assert!(capped.is_empty(), "{} gains: {capped:?}", capped.len());
-    assert_eq!(unsolved, 0);
+    }
+}
+
+/// With one ε in all rows the identity has one sum: `ΔT = [ξᵀP − (1−ε)/2 Pᵀ(γ_E − γ_A)]/(1+ε)`,
+/// `ξᵀP = −Σ μ P_N |ξ_T|` without forces.
+#[test]
+fn energy_of_frictional_collisions_with_one_coefficient() {
+    for scheme in [Scheme::Moreau, Scheme::Staggered] {
+        for (seed, epsilon) in [(12, 0.2), (13, 0.7), (14, 1.0)] {
+            let mut random = Random(seed);
+            let mut loaded = 0;
+            for case in 0..500 {
+                let mut cluster = Cluster::random(&mut random, epsilon, true, false);
+                let (start, record) = impact(&mut cluster, scheme, ImpactLaw::Uniform, false);
+                assert_eq!(record.unsolved, 0, "case {case}");
+                let end = &cluster.velocities;
+                let (mut product, mut taken, mut dissipated, mut pushed) = (0.0, 0.0, 0.0, 0.0);
+                for (contact, done) in cluster.contacts.iter().zip(&record.contacts) {
+                    let p = Vec2::new(done.impulse_n, done.impulse_t);
+                    let [a, e] = [&start, end].map(|u| contact.rows.velocity(u));
+                    let xi = e + epsilon * a;
+                    product += xi.dot(&p);
+                    taken += p.dot(&(e - a));
+                    dissipated -= contact.friction * p.x * xi.y.abs();
+                    pushed += p.x + p.y.abs();
+                    loaded += usize::from(p.x > 0.0);
+                }
+                let predicted = (product - 0.5 * (1.0 - epsilon) * taken) / (1.0 + epsilon);
+                let [before, after] = [&start, end].map(|u| cluster.kinetic(u));
+                let scale = before + after + gross(&cluster, &start, &record);
+                let change = after - before;
+                // round-off of sums of some twenty products
+                assert!(
+                    (change - predicted).abs() <= 1e-12 * scale,
+                    "case {case}: {change} for {predicted}"
+                );
+                // by the solver's tolerance and what the judge left open
+                let open = 1e-9 * scale + 4.0 * record.residual_velocity * pushed;
+                assert!((product - dissipated).abs() <= open, "case {case}");
+            }
+            assert!(loaded > 300, "{loaded} loaded contacts show something");
+        }
+    }
 }
 
 #[test]
@@ -621,4 +728,44 @@ fn a_contact_that_slides_at_full_speed_never_counts_as_sticking() {
             }
         }
     }
+}
+
+/// Bug: where a problem had no solution the impulses that a solver tried last were used, of any
+/// size, and those found without push-outs even counted as certified. Wedges between moving
+/// surfaces sent bodies off at 1e3 to 1e40 m/s.
+#[test]
+fn what_has_no_solution_gives_way_instead_of_flying_off() {
+    let mut random = Random(15);
+    let mut told = 0;
+    for case in 0..5000 {
+        let mut cluster = Cluster::random(&mut random, 0.0, true, false);
+        for contact in &mut cluster.contacts {
+            // the world is a wall that comes at 3 m/s: a body of no inverse mass
+            contact.rows.bodies[0] = match contact.rows.bodies[0] {
+                NO_BODY => cluster.velocities.len() as u32,
+                body => body,
+            };
+            let n = contact.normal;
+            if contact.rows.bodies[0] as usize == cluster.velocities.len() {
+                let t = Vec2::new(-n.y, n.x);
+                contact.rows.jacobian[0] = [n, t].map(|d| Vec3::new(-d.x, -d.y, 0.0));
+                contact.law = NormalLaw::Rigid {
+                    restitution: random.between(0.0, 1.0),
+                };
+            }
+            contact.surface_velocity = random.between(-1.0, 1.0);
+        }
+        cluster.velocities.push(Vec3::new(3.0, 0.0, 0.0));
+        cluster.inverse_mass.push(Vec3::zeros());
+        cluster.forces.push(Vec3::zeros());
+        let (_, record) = impact(&mut cluster, Scheme::Staggered, ImpactLaw::Capped, false);
+        if record.unsolved > 0 {
+            told += 1;
+            let energy = record.energy;
+            let [before, after] = [energy.kinetic_start, energy.kinetic_end];
+            // pushed at 3 m/s they may gain: up to twice what they had in these cases
+            assert!(after <= 10.0 * before, "{case}: {before} J, {after} J");
+        }
+    }
+    assert!(told > 5, "{told} cases without a solution");
 }

@@ -183,17 +183,15 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         model.set_configuration(*body, place);
     }
     result?;
-    for mut contact in found.contacts {
+    found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&stage.start).x;
-        if contact.gap > 0.0 && contact.gap < 0.5 * length * closing {
-            contact.gap -= 0.5 * length * closing;
-            stage
-                .detection
-                .contacts
-                .retain(|c| c.surfaces != contact.surfaces || c.gap < 0.0 && c.key == contact.key);
-            stage.detection.contacts.push(contact);
-        }
-    }
+        let passed = contact.gap > 0.0 && contact.gap < 0.5 * length * closing;
+        contact.gap -= 0.5 * length * closing;
+        passed
+    });
+    let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
+    stage.detection.contacts.retain(|c| !replaced(c));
+    stage.detection.contacts.append(&mut found.contacts);
     Ok(())
 }
 
@@ -217,10 +215,16 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
     if crossing.is_empty() {
         return Ok(Vec::new());
     }
-    // joined bodies belong together, and those that press on each other in the trial
+    // joined bodies belong together, and those that press on each other, by the trial or by rule
     let mut links: Vec<Rows> = (0..main.blocks.len())
         .filter(|&i| {
-            main.impulses[i] != Vec2::zeros() || matches!(main.blocks[i].source, Source::Joint(_))
+            main.impulses[i] != Vec2::zeros()
+                || match main.blocks[i].source {
+                    Source::Joint(_) => true,
+                    Source::Contact(c) => {
+                        matches!(main.detection.contacts[c].law, NormalLaw::Load { .. })
+                    }
+                }
         })
         .map(|i| main.rows[i])
         .collect();

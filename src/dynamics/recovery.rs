@@ -31,9 +31,10 @@ pub(super) struct OverlapRecovery {
 }
 
 impl OverlapRecovery {
-    /// Takes in the contacts of a step, before it is solved.
-    pub fn look(&mut self, stage: &mut Stage, inverse_mass: &[Vec3]) {
+    /// What is known with the contacts of a step, before it is solved.
+    pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
         let mut pairs = Vec::new();
+        let mut overlapped = self.overlapped.clone();
         for contact in &stage.detection.contacts {
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
             if !rigid || movable(&contact.rows, inverse_mass).bodies == [NO_BODY; 2] {
@@ -44,16 +45,18 @@ impl OverlapRecovery {
             let opening = contact.rows.velocity(&stage.start).x;
             let at_start = contact.gap - 0.5 * stage.length * opening;
             if at_start < -slop(contact, stage) && self.seen.binary_search(&pair).is_err() {
-                self.overlapped.insert(pair);
+                overlapped.insert(pair);
             }
         }
         pairs.sort_unstable();
         pairs.dedup();
         // who is gone is forgotten
-        self.overlapped
-            .retain(|pair| pairs.binary_search(pair).is_ok());
-        self.seen = pairs;
-        stage.excused.clone_from(&self.overlapped);
+        overlapped.retain(|pair| pairs.binary_search(pair).is_ok());
+        stage.excused.clone_from(&overlapped);
+        OverlapRecovery {
+            seen: pairs,
+            overlapped,
+        }
     }
 
     /// Pairs that are still overlapped.

@@ -220,13 +220,14 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
             return Choice::Out;
         }
         free = rebound(rules, e, now.gamma_a);
+    } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.carried) {
+        // what opens shares in the impacts of others by the same law; what only rides does not
+        free = rebound(rules, e, now.gamma_a);
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
             return Choice::Out;
         }
         free.x = g / dt;
-    } else if e > 0.0 && closing < 0.0 {
-        free.x = -e * closing;
     } else if now.carried {
         free.x = -(-g / dt).min(closing.max(0.0));
     }

@@ -6,7 +6,7 @@ use super::outcome::{ran_away, redundant};
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
-use crate::contact::{ContactProblem, Vec2, Vec3};
+use crate::contact::{ContactProblem, Law, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, Nsgs, SolveReport, SolveStatus};
 
 /// How one island was solved.
@@ -89,26 +89,14 @@ impl IslandSolver {
         inverse_mass: &[Vec3],
         rules: &Rules,
     ) -> IslandOutcome {
-        let members = self.islands.blocks(k);
+        let members = &self.islands.blocks(k).to_vec();
         let mut problem = stage.island_problem(members, inverse_mass);
         let warm: Vec<Vec2> = members
             .iter()
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
-        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
-        if ran_away(&report, members, stage) {
-            // Gauss-Seidel from nothing has no way to such impulses
-            let mut calm = vec![Vec2::zeros(); warm.len()];
-            let again = Nsgs::default().solve(&problem, &mut calm, self.tolerance);
-            if again.residual.velocity < report.residual.velocity {
-                impulses = calm;
-                report = again.after(&report);
-            }
-            if ran_away(&report, members, stage) {
-                report.status = SolveStatus::Unsolved;
-            }
-        }
+        let report = self.attempt(&problem, &mut impulses, members, stage);
         if let Some(kept) = &mut self.kept {
             kept.push(SolvedProblem {
                 problem: problem.clone(),
@@ -127,15 +115,18 @@ impl IslandSolver {
             redundant: false,
             gain: 0.0,
         };
-        let pushes = blocks.iter().any(|b| b.rigid && b.free.x < 0.0);
-        if rules.scheme == Scheme::Staggered && !report.solved() && pushes {
+        if rules.scheme == Scheme::Staggered && !report.solved() {
             drop_pushes(&mut problem, &mut blocks);
             let mut relaxed = warm;
-            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
+            let again = self.attempt(&problem, &mut relaxed, members, stage);
             if again.residual.velocity < report.residual.velocity {
                 impulses = relaxed;
                 outcome.report = again.after(&report);
                 outcome.relaxed = true;
+            }
+            // a solve that is almost there is better than one that gives way
+            if !again.solved() && ran_away(&outcome.report, members, stage) {
+                self.give_way(&problem, &mut impulses, &mut outcome);
             }
         } else if rules.scheme == Scheme::Staggered && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
@@ -163,13 +154,75 @@ impl IslandSolver {
     }
 }
 
-/// Push-outs that contradict each other, as of a block that overlaps walls on both sides, go.
+impl IslandSolver {
+    /// Solves, and takes back the certificate of impulses without bound.
+    fn attempt(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        members: &[u32],
+        stage: &Stage,
+    ) -> SolveReport {
+        let mut report = self.solver.solve(problem, impulses, self.tolerance);
+        if ran_away(&report, members, stage) {
+            // Gauss-Seidel from nothing has no way to such impulses
+            let mut calm = vec![Vec2::zeros(); impulses.len()];
+            let again = Nsgs::default().solve(problem, &mut calm, self.tolerance);
+            if again.residual.velocity < report.residual.velocity {
+                impulses.copy_from_slice(&calm);
+                report = again.after(&report);
+            }
+            if ran_away(&report, members, stage) {
+                report.status = SolveStatus::Unsolved;
+            }
+        }
+        report
+    }
+
+    /// Lets the contacts of a problem that has no solution give way, as of a body between two
+    /// plates that are driven together: what a solver has tried last may be of any size there.
+    ///
+    /// With `ξ_N + R P_N`, `R = SOFTNESS G_NN`, there is a solution whatever is asked (the operator
+    /// is strictly copositive), and it is bounded. The island still counts as unsolved.
+    fn give_way(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        outcome: &mut IslandOutcome,
+    ) {
+        let mut soft = problem.clone();
+        for (i, law) in soft.laws.iter_mut().enumerate() {
+            if let Law::Contact { compliance, .. } = law
+                && *compliance == 0.0
+            {
+                *compliance = SOFTNESS * problem.operator.diagonal(i)[(0, 0)];
+            }
+        }
+        let mut found = vec![Vec2::zeros(); impulses.len()];
+        let report = self.solver.solve(&soft, &mut found, self.tolerance);
+        let worse = outcome.report;
+        if report.solved() {
+            impulses.copy_from_slice(&found);
+            outcome.report = SolveReport::judged(problem, impulses, self.tolerance).after(&report);
+            outcome.relaxed = true;
+        }
+        outcome.report = outcome.report.after(&worse);
+        outcome.report.status = SolveStatus::Unsolved;
+    }
+}
+
+/// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
+/// a body at rest then sinks by a hundredth of what it would fall.
+const SOFTNESS: f64 = 0.01;
+
+/// Push-outs that contradict each other, as of a block that overlaps walls on both sides, go, and
+/// with them what else a rule added that no motion of the bodies can undo.
 fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
     for (b, block) in problem.free.iter_mut().zip(blocks) {
         if block.rigid {
-            let push = block.free.x.min(0.0);
-            b.x -= push;
-            block.free.x -= push;
+            let push = Vec2::new(block.free.x.min(0.0), block.free.y);
+            *b -= push;
+            block.free -= push;
         }
     }
 }

@@ -215,9 +215,9 @@ impl MoreauStepper {
             find_crowds(stage, w);
         }
         stage.collect(&rules, &self.memory, None, w, Span::whole(dt));
-        if self.settings.recovers() {
-            self.recovery.look(stage, w);
-        }
+        // kept apart until nothing can fail any more
+        let recovers = self.settings.recovers();
+        let recovery = recovers.then(|| self.recovery.look(stage, w));
         self.solver.solve(stage, w, &rules);
         if rules.events {
             release_lone(stage, &self.solver, dt);
@@ -279,7 +279,8 @@ impl MoreauStepper {
                 model.set_configuration(body as usize, place);
             }
         }
-        if self.settings.recovers() {
+        if let Some(recovery) = recovery {
+            self.recovery = recovery;
             let moves = self.recovery.moves(stage, w, dt, &mut self.solver);
             record.recovering = self.recovery.pairs();
             for (body, d) in moves {

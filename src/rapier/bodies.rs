@@ -22,6 +22,8 @@ pub(super) struct Shadow {
     pub center: Vec2,
     /// Farthest collider point from it \[m\].
     pub radius: f64,
+    /// Where the user sends a position-driven body in this step.
+    target: Option<Pose>,
     pub kind: RigidBodyType,
     /// What rapier was last given; anything else found there was put there by the user.
     written_pose: Pose,
@@ -62,6 +64,7 @@ impl Bodies {
         if !handles.iter().eq(self.list.iter().map(|s| &s.handle)) {
             self.rebuild(world, &handles);
         }
+        self.list.iter_mut().for_each(|s| s.target = None);
         for k in 0..self.list.len() {
             self.sync_one(world, k, dt)?;
         }
@@ -155,6 +158,7 @@ impl Bodies {
             }
         }
         if shadow.kind == RigidBodyType::KinematicPositionBased {
+            shadow.target = Some(*body.next_position());
             let next = Pose64::from_rapier(body.next_position());
             let turned = Pose64 {
                 translation: Vec2::zeros(),
@@ -213,6 +217,18 @@ impl Bodies {
         }
     }
 
+    /// Gives rapier back what a step that failed has moved.
+    pub fn give_back(&mut self, world: &mut PhysicsWorld) {
+        self.write(world, true);
+        for shadow in &self.list {
+            // setting a pose sets the target as well
+            if let (Some(target), Some(body)) = (shadow.target, world.bodies.get_mut(shadow.handle))
+            {
+                body.set_next_kinematic_position(target);
+            }
+        }
+    }
+
     /// Sets a body's state in `f64`; rapier gets it rounded.
     pub fn place(
         &mut self,
@@ -246,6 +262,7 @@ impl Shadow {
             pose: Pose64::new(Vec2::zeros(), 0.0),
             center: Vec2::zeros(),
             radius: 0.0,
+            target: None,
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,
             written_velocity: (Vector::ZERO, 0.0),

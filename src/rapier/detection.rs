@@ -184,6 +184,7 @@ impl Detector {
         let setting = Pair {
             numbers,
             surfaces: handles.map(|h| h.into_raw_parts().0),
+            key: pair_key(handles),
             law: self.normal_law(handles, combine_restitution(c1, c2, k1, k2)),
             friction: combine_friction(c1, c2, k1, k2),
             // on side 1 the surface runs along +t, on side 2 along −t
@@ -370,6 +371,11 @@ impl Span {
             prediction: 2.0 * (fastest * dt + drop) + 1e-6,
         }
     }
+}
+
+fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
+    let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
+    mix([a, of_a, b, of_b])
 }
 
 fn live(manifold: &ContactManifold) -> bool {

@@ -112,7 +112,7 @@ impl MoreauPipeline {
         };
         let result = self.stepper.step(&mut model, dt);
         if result.is_err() {
-            self.bodies.write(world, true);
+            self.bodies.give_back(world);
         }
         result
     }

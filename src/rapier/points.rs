@@ -13,6 +13,8 @@ use rapier2d::prelude::*;
 pub(super) struct Pair {
     pub numbers: [u32; 2],
     pub surfaces: [u32; 2],
+    /// Names the two colliders for good: another one may take the number of one that is gone.
+    pub key: u64,
     pub law: NormalLaw,
     pub friction: f64,
     pub belt: f64,
@@ -70,7 +72,7 @@ impl Pair {
         };
         ContactPoint {
             key: ContactKey {
-                pair: u64::from(self.surfaces[0]) << 32 | u64::from(self.surfaces[1]),
+                pair: self.key,
                 feature,
             },
             rows: Rows {

@@ -10,7 +10,7 @@ use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
 use super::rules::Rules;
 use super::solve::IslandSolver;
-use super::stage::{Memories, Span, Stage, belongs, movable};
+use super::stage::{Memories, Span, Stage, belongs};
 use super::stepper::check_finite;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 
@@ -171,7 +171,6 @@ impl Runner {
             self.here = place(model, &self.moved);
             std::mem::swap(&mut self.flow.start, &mut self.instant.end);
         }
-        check_finite(&self.flow.end, context.time)?;
         cluster.record = std::mem::take(&mut self.record);
         let velocity = |b: &u32| self.flow.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
@@ -192,14 +191,15 @@ impl Runner {
         self.pairs.clear();
         self.moved.clear();
         self.moved.extend_from_slice(bodies);
-        for contact in &context.main.detection.contacts {
-            let sides = movable(&contact.rows, context.inverse_mass).bodies;
-            let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
-            if real.peek().is_none() || !real.all(|b| self.members[*b as usize]) {
+        let found = &context.main.detection;
+        let contacts = found.contacts.iter().map(|c| (&c.rows, Some(c.surfaces)));
+        let joints = found.joints.iter().map(|j| (&j.rows, None));
+        for (rows, surfaces) in contacts.chain(joints) {
+            if !belongs(rows, Some(&self.members), context.inverse_mass) {
                 continue;
             }
-            self.pairs.push(contact.surfaces);
-            for b in contact.rows.bodies {
+            self.pairs.extend(surfaces);
+            for b in rows.bodies {
                 if b != NO_BODY && !self.moved.contains(&b) {
                     self.moved.push(b);
                 }
@@ -299,7 +299,8 @@ impl Runner {
             release_lone(flow, solver, span.step);
         }
         flow.end_velocities(w);
-        Ok(())
+        // no search on a path that leads nowhere
+        check_finite(&flow.end, context.time)
     }
 
     /// Moves the bodies from the midpoint of the interval to its end.

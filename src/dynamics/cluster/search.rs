@@ -12,6 +12,20 @@ use crate::dynamics::stage::Span;
 /// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
 const SEARCHES: usize = 60;
 
+/// Share of a step at its end in which nothing closes any more: it does so at the start of the next.
+/// An interval of no length has no rates.
+const LAST: f64 = 1e-9;
+
+/// How near a pair is at an instant.
+struct Nearest {
+    /// Smallest gap \[m\] and the velocity at which it closes \[m/s\].
+    gap: f64,
+    closing: f64,
+    /// Gaps that are as good as zero, and below which surfaces touch \[m\].
+    resolution: f64,
+    touch: f64,
+}
+
 impl Runner {
     /// The first pair of waiting contacts to close on the path of the interval, one of them, and
     /// after what time.
@@ -35,6 +49,7 @@ impl Runner {
         let mut first: Option<(ContactPoint, f64)> = None;
         for (contact, guess) in guesses {
             if let Some(time) = self.locate(model, context, &contact, guess)?
+                && time < self.flow.length - LAST * context.dt
                 && first.is_none_or(|(_, earliest)| time < earliest)
             {
                 first = Some((contact, time));
@@ -59,22 +74,21 @@ impl Runner {
         let (mut open, mut closed) = (0.0, None);
         let mut time = first;
         for _ in 0..SEARCHES {
-            if time == 0.0 {
-                return Ok(Some(time));
-            }
             let found = self.nearest(model, context, contact, time)?;
             let mut better = f64::NAN;
             match found {
-                Some((gap, closing, resolution)) => {
-                    if gap.abs() <= resolution {
-                        return Ok((closing > 0.0).then_some(time));
+                // a parabola that starts here need not: the gap it extrapolates may still be open
+                Some(near) if time == 0.0 && near.gap <= near.touch => return Ok(Some(time)),
+                Some(near) => {
+                    if near.gap.abs() <= near.resolution {
+                        return Ok((near.closing > 0.0).then_some(time));
                     }
-                    if gap > 0.0 {
+                    if near.gap > 0.0 {
                         open = time;
                     } else {
                         closed = Some(time);
                     }
-                    better = time + gap / closing;
+                    better = time + near.gap / near.closing;
                 }
                 None => open = time,
             }
@@ -94,15 +108,15 @@ impl Runner {
         Ok(Some(time))
     }
 
-    /// Smallest gap of a pair at `time` on the path of the interval, the velocity at which it
-    /// closes, and what is as good as zero; `None` where nothing of it is near.
+    /// The smallest gap of a pair at `time` on the path of the interval; `None` where nothing of
+    /// it is near.
     fn nearest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
         contact: &ContactPoint,
         time: f64,
-    ) -> Result<Option<(f64, f64, f64)>, StepError> {
+    ) -> Result<Option<Nearest>, StepError> {
         let (flow, share) = (&self.flow, time / self.flow.length);
         let at = |b: u32, share: f64| {
             let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
@@ -126,7 +140,12 @@ impl Runner {
                 }
             }
             let touch = touch_tolerance(c, flow, context.dt);
-            (c.gap, closing, (2.0 * c.gap_noise).max(1e-5 * touch))
+            Nearest {
+                gap: c.gap,
+                closing,
+                resolution: (2.0 * c.gap_noise).max(1e-5 * touch),
+                touch,
+            }
         }))
     }
 
