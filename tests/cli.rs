@@ -847,3 +847,36 @@ fn flags_without_effect_on_the_study_are_refused() {
         assert_refused(&place, &args, &[flag, "thresher-study"]);
     }
 }
+
+/// Flags of our method do nothing for rapier, and a reference that finds nothing says so.
+#[test]
+fn what_has_no_effect_is_not_taken_in_silence() {
+    let place = Place::new();
+    for flag in [
+        &["--events"][..],
+        &["--solver", "lemke"],
+        &["--tolerance", "1e-3"],
+        &["--scheme", "moreau"],
+    ] {
+        let mut args = vec!["run", "tower", "--engine", "rapier"];
+        args.extend_from_slice(flag);
+        let ended = place.run(&args);
+        assert_eq!(ended.code, 1, "{flag:?}");
+        let words = format!("{}: has no effect on --engine rapier", flag[0]);
+        assert!(ended.err.contains(&words), "{}", ended.err);
+    }
+    let ended = place.run(&[
+        "run",
+        "two-balls",
+        "--set",
+        "reference.closed_form=pendulum",
+        "--steps",
+        "3",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(
+        ended.out.contains("finds nothing to compare"),
+        "{}",
+        ended.out
+    );
+}

@@ -433,3 +433,25 @@ fn a_bar_that_turns_fast_touches_what_it_hits() {
     }
     assert!(impacts > 20, "{impacts}");
 }
+
+/// Bug: a wheel rests on one segment of the ground and meets the corner of another. The search for
+/// the instant took the nearest contact of the pair, which rests, and closes by round-off.
+#[test]
+fn a_wheel_meets_a_kerb_of_the_ground_it_rolls_on() {
+    let scene = parse(
+        "[scene]\nname = \"kerb\"\ntitle = \"A kerb\"\n[step]\ntime = 1\nevents = true\n\
+         [[material]]\nname = \"m\"\nfriction = 0.9\n[[body]]\nname = \"ground\"\n\
+         kind = \"fixed\"\npolyline = [[10, 0.05], [0, 0.05], [0, 0], [-10, 0]]\n\
+         [[body]]\nname = \"wheel\"\ndisc = 0.3\nposition = [-1, 0.3]\nvelocity = [1.8, 0]\n\
+         spin = -6\n",
+    );
+    let run = run(&scene);
+    // parry's gaps are f32: 2e-6 of the wheel
+    assert!(run.totals.penetration <= 2e-6, "{}", run.totals.penetration);
+    // the centre is 0.3 m from the corner, 0.25 m above it: 0.1658 m before it
+    let hit = run.records.iter().flat_map(|r| &r.contacts);
+    let hit = hit.filter(|c| c.status == ContactStatus::Impact && c.normal.x.abs() > 0.1);
+    let first = hit.map(|c| c.time).next().unwrap();
+    let exact = (1.0 - (0.3f64.powi(2) - 0.25f64.powi(2)).sqrt()) / 1.8;
+    assert!((first - exact).abs() <= 1e-5, "{first} {exact}");
+}

@@ -23,6 +23,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         return run_threshing::run(args, &scene);
     }
     args.engine.fits(&scene)?;
+    ours_only(args)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let mut dump = Dump::create(args, &scene)?;
     let steps = args.common.step_count(&scene);
@@ -50,6 +51,14 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     drop(progress);
     files.finish()?;
     let found = measures(&scene, &samples);
+    let mut notes = summary::warnings(&totals);
+    if scene.reference.is_some() && found.is_empty() {
+        notes.push(
+            "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
+             its catalogue scene, and for what a longer run would show"
+                .to_owned(),
+        );
+    }
     let mut head = summary::header("run", &scene);
     head["settings"]["model"] = json!(scene.model().word());
     head["settings"]["engine"] = json!(args.engine.name());
@@ -60,7 +69,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         json!({
             "totals": summary::totals(&totals),
             "measures": found.iter().map(measure_json).collect::<Vec<_>>(),
-            "warnings": summary::warnings(&totals),
+            "warnings": notes,
         }),
     )?;
     let dumped = dump.map(Dump::finish).transpose()?;
@@ -69,12 +78,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         print_out(&text);
     } else if !args.common.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&summary::describe(&totals));
+        out.push_str(&summary::describe(&totals, args.engine));
+        for note in &notes {
+            out.push_str(&format!("note: {note}\n"));
+        }
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
         }
         if every > 1 {
-            out.push_str(&format!("every {every}th step is kept in the CSV files\n"));
+            out.push_str(&format!("one step in {every} is kept in the CSV files\n"));
         }
         if let Some((count, folder)) = dumped {
             let folder = folder.display();
@@ -88,6 +100,24 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     } else {
         Outcome::Done
     })
+}
+
+/// rapier has a method of its own: flags of ours would do nothing.
+fn ours_only(args: &RunArgs) -> Result<(), RunError> {
+    let c = &args.common;
+    let flags = [
+        ("--scheme", c.scheme.is_some()),
+        ("--events", c.events),
+        ("--solver", c.solver.is_some()),
+        ("--tolerance", c.tolerance.is_some()),
+    ];
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) if args.engine != Engine::Moreau => Err(RunError::Unfit(format!(
+            "{flag}: has no effect on --engine {}, only on moreau",
+            args.engine.name()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {

@@ -1,6 +1,6 @@
 //! `summary.json`, and the lines of it that go to the terminal.
 
-use crate::experiment::Totals;
+use crate::experiment::{Engine, Totals};
 use crate::report::{OutputFolder, ReportError, number, quantity};
 use crate::scene::Scene;
 use serde_json::{Value, json};
@@ -68,7 +68,7 @@ pub(super) fn totals(t: &Totals) -> Value {
 }
 
 /// Steps, solver work and quality, for a person.
-pub(super) fn describe(t: &Totals) -> String {
+pub(super) fn describe(t: &Totals, engine: Engine) -> String {
     let mut text = format!(
         "{} steps, {} simulated, {} contacts at most; {} per step\n",
         t.steps,
@@ -76,6 +76,11 @@ pub(super) fn describe(t: &Totals) -> String {
         t.most_contacts,
         quantity(t.wall / t.steps.max(1) as f64, "s", 3),
     );
+    if engine != Engine::Moreau {
+        // it certifies nothing and keeps no account
+        text.push_str(&format!("penetration {} m\n", number(t.penetration, 2)));
+        return text;
+    }
     text.push_str(&format!(
         "solver: {} sweeps, {} factorisations, {} pivots; worst residual {} (relative), {} m/s\n",
         t.sweeps,
@@ -85,13 +90,11 @@ pub(super) fn describe(t: &Totals) -> String {
         number(t.residual_velocity, 2),
     ));
     text.push_str(&format!(
-        "penetration {} m; energy balance closes to {} J\n",
+        "penetration {} m, {} m where impacts were noticed; energy balance closes to {} J\n",
         number(t.penetration, 2),
+        number(t.penetration_impact, 2),
         number(t.imbalance, 2),
     ));
-    for warning in warnings(t) {
-        text.push_str(&format!("note: {warning}\n"));
-    }
     text
 }
 

@@ -34,8 +34,8 @@ enum Point {
 /// - `progress`: advanced once a step.
 ///
 /// # Returns
-/// Rows for each point: the errors against the scene's closed form; `penetration` \[m\];
-/// `energy-rise` \[J\], the most by which the energy exceeds its start; for ours `residual` and
+/// Rows for each point: the errors against the scene's closed form; `penetration` \[m\], and for
+/// ours `penetration-impact`, the depth at which impacts were noticed; `energy-rise` \[J\], the most by which the energy exceeds its start; for ours `residual` and
 /// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
@@ -230,6 +230,11 @@ fn figures(engine: Engine, totals: Option<&Totals>, closed: &[Measure]) -> Vec<F
         .map(|m| Figure(m.name, m.error, m.unit, "closed form"))
         .collect();
     figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
+    // rapier's count every contact point at the end of a step, those in an impact too
+    if engine == Engine::Moreau {
+        let depth = of(|t| t.penetration_impact);
+        figures.push(Figure("penetration-impact", depth, "m", "0"));
+    }
     figures.push(Figure("energy-rise", of(|t| t.energy_rise), "J", "0"));
     // rapier certifies nothing
     if engine == Engine::Moreau {
@@ -346,6 +351,7 @@ mod tests {
             "time",
             "place",
             "penetration",
+            "penetration-impact",
             "energy-rise",
             "residual",
             "unsolved-islands",

@@ -5,12 +5,12 @@ mod search;
 
 use super::StepError;
 use super::events::{release_lone, see_from_the_start};
-use super::model::{Configuration, MultibodyModel};
+use super::model::{Configuration, ContactKey, MultibodyModel};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
 use super::rules::Rules;
 use super::solve::IslandSolver;
-use super::stage::{Memories, Span, Stage, belongs};
+use super::stage::{Memories, Source, Span, Stage, belongs};
 use super::stepper::check_finite;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 
@@ -56,6 +56,8 @@ pub(super) struct Runner {
     moved: Vec<u32>,
     /// Where they are at the start of the interval.
     here: Vec<Configuration>,
+    /// Contacts that take part in the interval: they are kept from closing, not about to.
+    held: Vec<ContactKey>,
     /// What the cluster remembers of its own since the step began.
     remembered: Option<Memories>,
     record: StepRecord,
@@ -234,10 +236,12 @@ impl Runner {
         flow.blocks.clear();
         flow.impulses.clear();
         let members = Some(self.members.as_slice());
+        self.held.clear();
         for (i, block) in main.blocks.iter().enumerate() {
             if belongs(&main.rows[i], members, context.inverse_mass) {
                 flow.blocks.push(*block);
                 flow.impulses.push(main.impulses[i]);
+                self.held.extend(held(main, i));
             }
         }
     }
@@ -298,6 +302,9 @@ impl Runner {
         if rules.events {
             release_lone(flow, solver, span.step);
         }
+        self.held.clear();
+        let blocks = 0..flow.blocks.len();
+        self.held.extend(blocks.filter_map(|i| held(flow, i)));
         flow.end_velocities(w);
         // no search on a path that leads nowhere
         check_finite(&flow.end, context.time)
@@ -322,5 +329,13 @@ impl Runner {
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * flow.length * (flow.start[b as usize] + flow.end[b as usize]);
         }
+    }
+}
+
+/// The contact of block `i`, unless it waits.
+fn held(stage: &Stage, i: usize) -> Option<ContactKey> {
+    match stage.blocks[i].source {
+        Source::Contact(c) if !stage.waiting.contains(&c) => Some(stage.detection.contacts[c].key),
+        _ => None,
     }
 }

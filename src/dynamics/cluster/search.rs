@@ -130,7 +130,9 @@ impl Runner {
         }
         self.instant
             .detect_pairs(model, &[contact.surfaces], context.dt)?;
-        let all = self.instant.detection.contacts.iter();
+        // a corner that rests is as near as it can be, and closes by round-off
+        let held = |c: &&ContactPoint| !self.held.contains(&c.key);
+        let all = self.instant.detection.contacts.iter().filter(held);
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
         Ok(nearest.map(|c| {
             let mut closing = 0.0;
@@ -184,7 +186,9 @@ impl Runner {
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
         let closes = |c: &&ContactPoint| {
-            c.surfaces == contact.surfaces && c.rows.velocity(&instant.start).x < 0.0
+            c.surfaces == contact.surfaces
+                && !self.held.contains(&c.key)
+                && c.rows.velocity(&instant.start).x < 0.0
         };
         let all = instant.detection.contacts.iter().filter(closes);
         let found = all.min_by(|a, b| a.gap.total_cmp(&b.gap));

@@ -36,8 +36,8 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
             break;
         }
     }
-    // at rest from the first step after which the ball never has the millionth of its energy; an
-    // impact located in that step says when in it
+    // at rest once the last impact is over that was located in time; without events from the first
+    // step after which the ball never has the millionth of its energy
     let moving = s
         .states
         .iter()
@@ -47,7 +47,11 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
         && e < 1.0
     {
         let exact = (2.0 * h / g).sqrt() * (1.0 + e) / (1.0 - e);
-        out.push(Measure::relative("rest-time", s.settled[k], exact));
+        out.push(Measure::relative(
+            "rest-time",
+            s.settled.unwrap_or(s.time[k + 1]),
+            exact,
+        ));
     }
     out
 }

@@ -23,8 +23,8 @@ pub struct Samples {
     tangent: Vec<f64>,
     normal: Vec<f64>,
     pub(super) sticks: Vec<bool>,
-    /// Of each step: when the last impact that was located in it was over, else its end \[s\].
-    pub(super) settled: Vec<f64>,
+    /// When the last impact that was located in time was over \[s\].
+    pub(super) settled: Option<f64>,
     /// Of each step: its loaded contacts.
     pub(super) contacts: Vec<Vec<Touch>>,
 }
@@ -56,7 +56,7 @@ impl Samples {
             .push(loaded.clone().any(|c| c.status == ContactStatus::Stick));
         let impacts = loaded.clone().filter(|c| c.time < record.time);
         let settled = impacts.map(|c| c.time).reduce(f64::max);
-        self.settled.push(settled.unwrap_or(record.time));
+        self.settled = settled.or(self.settled);
         let touch = |c: &ContactRecord| Touch {
             position: c.position,
             impulse: Vec2::new(c.impulse_n, c.impulse_t),
