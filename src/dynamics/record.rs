@@ -96,7 +96,8 @@ pub struct StepRecord {
     /// Time at the end of the step \[s\] and its length \[s\].
     pub time: f64,
     pub dt: f64,
-    /// Every active contact, in the model's order.
+    /// Every active contact, in the model's order; one that is in several intervals round located
+    /// impacts once in each.
     pub contacts: Vec<ContactRecord>,
     pub islands: usize,
     pub sweeps: usize,
@@ -150,6 +151,11 @@ impl StepRecord {
         self.energy.motors += part.energy.motors;
         self.penetration = self.penetration.max(part.penetration);
         self.penetration_impact = self.penetration_impact.max(part.penetration_impact);
+    }
+
+    /// Contacts at the end of the step: without impacts located in it, and what led to them.
+    pub fn contacts_at_end(&self) -> usize {
+        self.contacts.iter().filter(|c| c.time == self.time).count()
     }
 
     /// Sum of `friction_work` over the contacts \[J\].

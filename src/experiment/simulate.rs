@@ -185,8 +185,9 @@ impl Totals {
         }
         self.steps += 1;
         self.time = record.time;
-        self.contacts += record.contacts.len();
-        self.most_contacts = self.most_contacts.max(record.contacts.len());
+        let contacts = record.contacts_at_end();
+        self.contacts += contacts;
+        self.most_contacts = self.most_contacts.max(contacts);
         self.sweeps += record.sweeps;
         self.factorisations += record.factorisations;
         self.pivots += record.pivots;

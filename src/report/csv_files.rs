@@ -206,7 +206,7 @@ impl From<&StepRecord> for StepRow {
         StepRow {
             time_s: step.time,
             dt_s: step.dt,
-            contacts: step.contacts.len(),
+            contacts: step.contacts_at_end(),
             islands: step.islands,
             sweeps: step.sweeps,
             factorisations: step.factorisations,

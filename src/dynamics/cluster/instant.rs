@@ -6,7 +6,7 @@ use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::outcome::record_stage;
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
-use crate::dynamics::stage::{Memories, belongs};
+use crate::dynamics::stage::{Memories, Memory, belongs};
 
 impl Runner {
     /// An impact disturbs what stuck: the correction of its drift would see a jump.
@@ -93,10 +93,26 @@ impl Runner {
             outcome.count_work(record);
             outcome.count(record);
         }
-        // the instant leaves no memory: what it pressed does not press on
-        let mut none = Memories::default();
-        record_stage(instant, |_| true, w, over, record, &mut none);
+        let mut pressed = Memories::default();
+        record_stage(instant, |_| true, w, over, record, &mut pressed);
         record.events += 1;
+        // what landed stays in contact; what it pressed in an instant says nothing of a load
+        let lands = |i: usize| in_force[i] == 0.0;
+        let landed = (0..in_force.len()).filter(|&i| lands(i));
+        for key in landed.map(|i| instant.detection.contacts[i].key) {
+            let hit = pressed.get(&key).filter(|m| m.impulse.x > 0.0);
+            if let (Some(hit), Some(remembered)) = (hit, &mut self.remembered) {
+                let dt = f64::INFINITY;
+                remembered.insert(
+                    key,
+                    Memory {
+                        dt,
+                        stuck: None,
+                        ..*hit
+                    },
+                );
+            }
+        }
         lone
     }
 }
