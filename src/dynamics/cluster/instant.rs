@@ -96,8 +96,9 @@ impl Runner {
         let mut pressed = Memories::default();
         record_stage(instant, |_| true, w, over, record, &mut pressed);
         record.events += 1;
-        // what landed stays in contact; what it pressed in an instant says nothing of a load
-        let lands = |i: usize| in_force[i] == 0.0;
+        // what landed alone stays in contact, rolls on along a curve, say; what it pressed in an
+        // instant says nothing of a load
+        let lands = |i: usize| lone && in_force[i] == 0.0;
         let landed = (0..in_force.len()).filter(|&i| lands(i));
         for key in landed.map(|i| instant.detection.contacts[i].key) {
             let hit = pressed.get(&key).filter(|m| m.impulse.x > 0.0);
