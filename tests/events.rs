@@ -126,7 +126,8 @@ fn impacts_of_jointed_bodies_keep_the_joint_and_the_balance() {
     assert_eq!(run.totals.unsolved_islands, 0);
     // of an energy of some 2000 J
     assert!(run.totals.imbalance <= 1e-11, "{}", run.totals.imbalance);
-    assert!(run.totals.energy_rise <= 1e-2 * 2000.0);
+    // it starts at the top of its swing and only loses
+    assert!(run.totals.energy_rise <= 1e-9);
     let (bob, _) = run.state(1);
     // the pin's gap is of second order: ω² dt²/8 of its length in a swing of 4 rad/s
     assert!((bob.translation.norm() - 1.0).abs() <= 1e-4);
@@ -454,4 +455,21 @@ fn a_wheel_meets_a_kerb_of_the_ground_it_rolls_on() {
     let first = hit.map(|c| c.time).next().unwrap();
     let exact = (1.0 - (0.3f64.powi(2) - 0.25f64.powi(2)).sqrt()) / 1.8;
     assert!((first - exact).abs() <= 1e-5, "{first} {exact}");
+}
+
+/// Bug: among many bodies that land without rebound, those left out until they are located met in
+/// the first half of a step that was then stepped plainly, and stayed 3 mm overlapped.
+#[test]
+fn a_crowd_that_lands_overlaps_no_more_than_without_events() {
+    let run_drum = |events: bool| {
+        let events = format!("step.events={events}");
+        run(&load("drum", &["step.time=0.8", &events]))
+    };
+    let (plain, located) = (run_drum(false), run_drum(true));
+    assert!(located.totals.events > 0);
+    // f32 gaps of discs of 25 mm on a drum of 2 m: 2e-6 of it
+    let noise = 4e-6;
+    let (a, b) = (plain.totals.penetration, located.totals.penetration);
+    assert!(b <= a + noise, "{b} m with events, {a} m without");
+    assert_eq!(located.totals.unsolved_islands, 0);
 }

@@ -31,7 +31,11 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
         let mut cells = vec![format!("{measure}{unit}")];
         for setting in columns {
             let row = of(setting, measure);
-            cells.push(row.map_or("-".to_owned(), |r| number(r.value, 3)));
+            cells.push(row.map_or("-".to_owned(), |r| match r.mode.as_str() {
+                // in a word what NaN would not say
+                mode if r.value.is_nan() && !mode.is_empty() => mode.to_owned(),
+                _ => number(r.value, 3),
+            }));
         }
         if let Some(best) = best(rows, swept, measure) {
             cells.push(number(best.value, 3));

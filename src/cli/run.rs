@@ -155,7 +155,7 @@ fn measure_table(found: &[Measure]) -> String {
         ("against the closed form", Align::Left),
         ("computed", Align::Right),
         ("exact", Align::Right),
-        ("error", Align::Right),
+        ("error, relative where it has no unit", Align::Right),
     ]);
     for m in found {
         let unit = if m.unit == "1" { "" } else { m.unit };

@@ -193,6 +193,8 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
 ///
 /// ```text
+/// smooth, opening   b = e γ_A   for e > 0, if g < 0, or g = 0 and it carried nothing: what opens
+///                   shares in the impacts of others
 /// smooth, g ≥ 0     b = g/Δt                        a linearised SHAKE
 /// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in, if it
 ///                   carried an impulse before; a first landing takes b = 0
@@ -221,7 +223,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         }
         free = rebound(rules, e, now.gamma_a);
     } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.carried) {
-        // what opens shares in the impacts of others by the same law; what only rides does not
+        // under the uniform law in both rows; what only rides keeps b = g/Δt, or order 2 is lost
         free = rebound(rules, e, now.gamma_a);
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
