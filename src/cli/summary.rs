@@ -95,6 +95,9 @@ pub(super) fn describe(t: &Totals, engine: Engine) -> String {
         number(t.penetration_impact, 2),
         number(t.imbalance, 2),
     ));
+    if t.events > 0 {
+        text.push_str(&format!("{} impacts located in time\n", t.events));
+    }
     text
 }
 
