@@ -152,9 +152,7 @@ impl IslandSolver {
         }
         outcome
     }
-}
 
-impl IslandSolver {
     /// Solves, and takes back the certificate of impulses without bound.
     fn attempt(
         &mut self,

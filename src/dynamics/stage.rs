@@ -91,7 +91,10 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Takes the start velocities and finds all contacts at the present configuration.
+    /// Finds all contacts at the present configuration that may close within `dt` \[s\].
+    ///
+    /// # Errors
+    /// Those of the model.
     pub fn detect<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -101,7 +104,10 @@ impl Stage {
         model.detect(dt, &mut self.detection)
     }
 
-    /// Finds the contacts of some pairs at the present configuration.
+    /// The same for some pairs of surfaces only.
+    ///
+    /// # Errors
+    /// Those of the model.
     pub fn detect_pairs<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
