@@ -3,7 +3,8 @@
 //! `cargo bench --bench step` measures, `cargo bench --bench step -- --test` runs each once.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use moreau2d::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use moreau2d::contact::examples::tower;
+use moreau2d::contact::{ContactProblem, Vec2};
 use moreau2d::dynamics::{
     MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor, Scheme, StepperSettings,
 };
@@ -99,53 +100,17 @@ fn rotor_steps(c: &mut Criterion) {
     });
 }
 
-/// A tower of unit boxes of 1000 kg that a step of 1/60 s of weight and a shove at the top load:
-/// two contacts a box.
-fn tower(boxes: u32) -> ContactProblem {
-    let inverse = Vec3::new(1e-3, 1e-3, 6e-3);
-    let mut rows = Vec::new();
-    let mut free = Vec::new();
-    let mut laws = Vec::new();
-    let side = |sign: f64, arm: Vec2| {
-        [
-            Vec3::new(0.0, sign, sign * arm.x),
-            Vec3::new(-sign, 0.0, sign * arm.y),
-        ]
-    };
-    for k in 0..boxes {
-        for x in [-0.5, 0.5] {
-            let below = if k == 0 { NO_BODY } else { k - 1 };
-            let lower = match below {
-                NO_BODY => [Vec3::zeros(); 2],
-                _ => side(-1.0, Vec2::new(x, 0.5)),
-            };
-            rows.push(Rows {
-                bodies: [below, k],
-                jacobian: [lower, side(1.0, Vec2::new(x, -0.5))],
-            });
-            let fall = if k == 0 { -9.81 / 60.0 } else { 0.0 };
-            let shove = if k + 1 == boxes { 0.05 } else { 0.0 };
-            free.push(Vec2::new(fall, shove));
-            laws.push(Law::Contact {
-                friction: 0.5,
-                compliance: 0.0,
-            });
-        }
-    }
-    ContactProblem {
-        operator: Delassus::Bodies(BodyOperator {
-            inverse_mass: vec![inverse; boxes as usize],
-            rows,
-        }),
-        free,
-        laws,
-    }
+/// A tower of boxes of 1000 kg under a step of weight and a shove at the top.
+fn shoved_tower(boxes: usize) -> ContactProblem {
+    let mut bodies = tower(boxes, 0.5, |_| 1e3);
+    bodies.velocities[boxes - 1].x += 0.05;
+    bodies.problem()
 }
 
 fn solves(c: &mut Criterion) {
     for (name, problem) in [
-        ("solve/4-contacts", tower(2)),
-        ("solve/tower-10", tower(10)),
+        ("solve/4-contacts", shoved_tower(2)),
+        ("solve/tower-10", shoved_tower(10)),
     ] {
         problem.validate().expect("a valid problem");
         let mut group = c.benchmark_group(name);

@@ -25,6 +25,7 @@
 //! Acary & Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008).
 
 mod cone;
+pub mod examples;
 mod local;
 mod operator;
 mod problem;

@@ -1,7 +1,7 @@
 //! [`Direct`] on the problems it is for, judged by the natural map alone.
 
-use super::problems::{Lcg, heap, pyramid, solve, tower};
-use super::{Direct, ImpulseSolver};
+use super::{Direct, ImpulseSolver, solve_cold};
+use crate::contact::examples::{Lcg, heap, pyramid, tower};
 use crate::contact::{ContactProblem, Delassus, Law, Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -22,7 +22,7 @@ fn velocity_change(problem: &ContactProblem, impulses: &[Vec2]) -> Vec<Vec3> {
 /// Solves cold, then warm with loads one part in a thousand heavier; work is bounded by
 /// (sweeps, factorisations) for the two. The bounds are what was measured, rounded up by half.
 fn cold_and_warm(problem: &ContactProblem, cold: (usize, usize), warm: (usize, usize)) {
-    let (mut impulses, report) = solve::<Direct>(problem, TOLERANCE);
+    let (mut impulses, report) = solve_cold::<Direct>(problem, TOLERANCE);
     assert!(report.solved(), "cold: {report:?}");
     assert!(
         report.sweeps <= cold.0 && report.factorisations <= cold.1,
@@ -63,7 +63,7 @@ fn heaps_that_slide_and_are_hit() {
     for friction in [0.0, 0.2, 0.9] {
         for seed in 0..6 {
             let problem = heap(8, 6, friction, 1.0, seed).problem();
-            let (_, report) = solve::<Direct>(&problem, TOLERANCE);
+            let (_, report) = solve_cold::<Direct>(&problem, TOLERANCE);
             certified += usize::from(report.solved());
             // the worst of the 150 is left at 5e-6; an order of magnitude in reserve
             assert!(report.residual.merit() < 5e-5, "{friction}: {report:?}");
@@ -78,7 +78,7 @@ fn a_blow_on_one_box() {
     // a blow of 1000 times the other velocities on one box of a tower and of a pyramid
     for mut bodies in [tower(10, 0.3, |_| 1.0), pyramid(6, 0.3)] {
         bodies.velocities[3] += Vec3::new(100.0, -50.0, 80.0);
-        let (_, report) = solve::<Direct>(&bodies.problem(), TOLERANCE);
+        let (_, report) = solve_cold::<Direct>(&bodies.problem(), TOLERANCE);
         assert!(report.solved(), "{report:?}");
     }
 }
@@ -110,13 +110,13 @@ fn pins_bounds_and_compliance_in_one_heap() {
             _ => *law,
         };
     }
-    let (impulses, report) = solve::<Direct>(&problem, TOLERANCE);
+    let (impulses, report) = solve_cold::<Direct>(&problem, TOLERANCE);
     assert!(report.solved(), "{report:?}");
     let dense = ContactProblem {
         operator: Delassus::dense(problem.operator.explicit()),
         ..problem.clone()
     };
-    let (same, report) = solve::<Direct>(&dense, TOLERANCE);
+    let (same, report) = solve_cold::<Direct>(&dense, TOLERANCE);
     assert!(report.solved(), "{report:?}");
     // both certified at 1e-8; shares of redundant rows may differ, velocities less
     let (a, b) = (
@@ -177,9 +177,9 @@ proptest! {
                 shuffled.laws[to] = problem.laws[from];
             }
         }
-        let (p, report) = solve::<Direct>(&problem, TOLERANCE);
+        let (p, report) = solve_cold::<Direct>(&problem, TOLERANCE);
         prop_assert!(report.solved());
-        let (q, report) = solve::<Direct>(&shuffled, TOLERANCE);
+        let (q, report) = solve_cold::<Direct>(&shuffled, TOLERANCE);
         prop_assert!(report.solved());
         let scale = report.residual.velocity_scale;
         for (x, y) in velocity_change(&problem, &p).iter().zip(velocity_change(&shuffled, &q)) {

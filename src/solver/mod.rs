@@ -18,8 +18,6 @@ mod status_newton;
 
 #[cfg(test)]
 mod direct_tests;
-#[cfg(test)]
-mod problems;
 
 pub use auto::Auto;
 pub use direct::Direct;
@@ -124,4 +122,21 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "prox" => Box::new(Prox::default()),
         _ => return None,
     })
+}
+
+/// Solves from zero with a new solver; checks that the solver's word is the judge's.
+#[cfg(test)]
+fn solve_cold<S: ImpulseSolver + Default>(
+    problem: &ContactProblem,
+    tolerance: f64,
+) -> (Vec<Vec2>, SolveReport) {
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let report = S::default().solve(problem, &mut impulses, tolerance);
+    let residual = natural_map(problem, &impulses);
+    assert_eq!(residual, report.residual);
+    assert_eq!(
+        residual.certified(tolerance),
+        report.status == SolveStatus::Solved
+    );
+    (impulses, report)
 }

@@ -148,15 +148,16 @@ impl ImpulseSolver for Nsgs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::examples::{pyramid, tower};
     use crate::solver::Prox;
-    use crate::solver::problems::{pyramid, solve, tower};
+    use crate::solver::solve_cold;
 
     /// What the impulses do is unique where friction holds everything, and both methods find it.
     #[test]
     fn relaxed_and_split_sweeps_find_the_same_velocities() {
         for bodies in [tower(4, 0.5, |_| 1.0), pyramid(4, 0.5)] {
             let problem = bodies.problem();
-            let (exact, report) = solve::<Nsgs>(&problem, 1e-6);
+            let (exact, report) = solve_cold::<Nsgs>(&problem, 1e-6);
             assert!(report.solved(), "{report:?}");
             let end = problem.local_velocity(&exact);
             for relaxation in [0.7, 1.4] {
@@ -177,7 +178,7 @@ mod tests {
                     .fold(0.0, f64::max);
                 assert!(worst < 1e-5, "{relaxation}: {worst}");
             }
-            let (_, report) = solve::<Prox>(&problem, 1e-6);
+            let (_, report) = solve_cold::<Prox>(&problem, 1e-6);
             assert!(report.solved(), "prox: {report:?}");
         }
     }

@@ -1,12 +1,25 @@
-//! Contact problems for the tests of the solvers: from bodies, with a fixed seed.
+//! Contact problems to try solvers on: towers, pyramids and heaps of any size, from bodies.
+//!
+//! ```
+//! use moreau2d::contact::{Vec2, examples};
+//! use moreau2d::solver::{Direct, ImpulseSolver};
+//!
+//! // ten boxes of 1 kg, the top one of 100 t
+//! let mass = |k| if k == 9 { 1e5 } else { 1.0 };
+//! let problem = examples::tower(10, 0.5, mass).problem();
+//! let mut impulses = vec![Vec2::zeros(); problem.len()];
+//! assert!(Direct::default().solve(&problem, &mut impulses, 1e-9).solved());
+//! ```
 
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
+use super::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 
-/// Numbers in [0, 1) from a linear congruential generator.
+/// Numbers in [0, 1) from a linear congruential generator: the same on every machine.
+#[derive(Debug, Clone)]
 pub struct Lcg(pub u64);
 
 impl Lcg {
+    /// The next number.
+    #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -16,18 +29,19 @@ impl Lcg {
     }
 }
 
-/// Bodies and contacts in the making. Velocities are those free of contact.
-#[derive(Default)]
+/// Bodies and contacts in the making.
+#[derive(Debug, Clone, Default)]
 pub struct Bodies {
     inverse_mass: Vec<Vec3>,
     centres: Vec<Vec2>,
+    /// (v_x, v_y, ω) [m/s, rad/s] of each body at the end of the step if nothing touched.
     pub velocities: Vec<Vec3>,
     rows: Vec<Rows>,
     friction: Vec<f64>,
 }
 
 impl Bodies {
-    /// Adds a body; returns its number.
+    /// Adds a body of `mass` \[kg\] and `inertia` [kg m²] at `centre` \[m\]; returns its number.
     pub fn add(&mut self, mass: f64, inertia: f64, centre: Vec2, velocity: Vec3) -> u32 {
         self.inverse_mass
             .push(Vec3::new(1.0 / mass, 1.0 / mass, 1.0 / inertia));
@@ -36,7 +50,8 @@ impl Bodies {
         self.centres.len() as u32 - 1
     }
 
-    /// A contact of (side 1, side 2) at `point` with the normal from 1 to 2.
+    /// Adds a contact of (side 1, side 2) at `point` \[m\] with the unit normal from 1 to 2. A side
+    /// is a body's number or [`NO_BODY`].
     pub fn touch(&mut self, bodies: [u32; 2], point: Vec2, normal: Vec2, friction: f64) {
         let tangent = Vec2::new(-normal.y, normal.x);
         let side = |body: u32, sign: f64| {
@@ -53,6 +68,7 @@ impl Bodies {
         self.friction.push(friction);
     }
 
+    /// The contact problem: nothing restitutes, `b` is the free velocity.
     pub fn problem(&self) -> ContactProblem {
         ContactProblem {
             free: self
@@ -79,7 +95,8 @@ impl Bodies {
 /// One step of gravity at 60 Hz \[m/s\].
 const FALL: f64 = 9.81 / 60.0;
 
-/// Unit boxes one on the other; `mass(k)` of the k-th from below [kg].
+/// Unit boxes one on the other at rest, one step of gravity at 60 Hz: two contacts a box; `mass(k)`
+/// of the k-th from below \[kg\].
 pub fn tower(boxes: usize, friction: f64, mass: impl Fn(usize) -> f64) -> Bodies {
     let mut bodies = Bodies::default();
     for k in 0..boxes {
@@ -94,7 +111,7 @@ pub fn tower(boxes: usize, friction: f64, mass: impl Fn(usize) -> f64) -> Bodies
     bodies
 }
 
-/// A triangle of unit boxes, `base` in the lowest row, half a box of overlap.
+/// A triangle of unit boxes of 1 kg at rest, `base` in the lowest row, half a box of overlap.
 pub fn pyramid(base: usize, friction: f64) -> Bodies {
     let mut bodies = Bodies::default();
     let mut below: Vec<u32> = Vec::new();
@@ -128,7 +145,8 @@ pub fn pyramid(base: usize, friction: f64) -> Bodies {
     bodies
 }
 
-/// Discs on a jittered triangular lattice in a bin, with random velocities: most contacts slide.
+/// Discs on a jittered triangular lattice in a bin, each with a random velocity of up to `speed`
+/// \[m/s, rad/s\] a coordinate: most contacts slide.
 pub fn heap(columns: usize, rows: usize, friction: f64, speed: f64, seed: u64) -> Bodies {
     let mut random = Lcg(seed);
     let mut bodies = Bodies::default();
@@ -173,20 +191,4 @@ pub fn heap(columns: usize, rows: usize, friction: f64, speed: f64, seed: u64) -
         }
     }
     bodies
-}
-
-/// Solves from zero with a new solver; checks that the solver's word is the judge's.
-pub fn solve<S: ImpulseSolver + Default>(
-    problem: &ContactProblem,
-    tolerance: f64,
-) -> (Vec<Vec2>, SolveReport) {
-    let mut impulses = vec![Vec2::zeros(); problem.len()];
-    let report = S::default().solve(problem, &mut impulses, tolerance);
-    let residual = crate::contact::natural_map(problem, &impulses);
-    assert_eq!(residual, report.residual);
-    assert_eq!(
-        residual.certified(tolerance),
-        report.status == SolveStatus::Solved
-    );
-    (impulses, report)
 }
