@@ -9,20 +9,29 @@ pub struct Residual {
     pub relative: f64,
     /// `max_i |F_i| / ρ_i` \[m/s\], which sees light bodies next to heavy ones.
     pub velocity: f64,
-    /// The island's own velocity, `max_i max(|b_i|, |P_i| / ρ_i)` \[m/s\].
+    /// The island's own velocity \[m/s\]: `max_i max(|b_i|, |ξ_i|)`, and `|P_i| / ρ_i` of a bounded
+    /// row at its bound, which may be all that drives. No other impulse counts: in a wedge without
+    /// a solution impulses can grow until any residual is small beside them.
     pub velocity_scale: f64,
+    /// What double precision resolves in `ξ` \[m/s\]: `64 ε max_i |P_i| / ρ_i`.
+    pub round_off: f64,
 }
 
+/// Roundings that a velocity is granted, each of the largest `|P_i| / ρ_i` of the island.
+const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+
 impl Residual {
-    /// Whether `relative ≤ tolerance` and `velocity ≤ tolerance · velocity_scale`. NaN fails.
+    /// Whether `relative ≤ tolerance` and `velocity ≤ max(tolerance · velocity_scale, round_off)`.
+    /// NaN fails.
     pub fn certified(&self, tolerance: f64) -> bool {
-        self.relative <= tolerance && self.velocity <= tolerance * self.velocity_scale
+        self.relative <= tolerance
+            && (self.velocity <= tolerance * self.velocity_scale || self.velocity <= self.round_off)
     }
 
-    /// The smallest tolerance at which it is certified, up to round-off:
-    /// `max(relative, velocity / velocity_scale)`, no unit. NaN stays NaN.
+    /// The smallest tolerance at which it is certified, up to round-off: `relative`, or
+    /// `velocity / velocity_scale` where that is larger and not round-off; no unit. NaN stays NaN.
     pub fn merit(&self) -> f64 {
-        if self.velocity == 0.0 {
+        if self.velocity <= self.round_off {
             self.relative
         } else {
             worse(self.relative, self.velocity / self.velocity_scale)
@@ -100,6 +109,7 @@ impl Judge {
             let (p, b) = (impulses[i], problem.free[i]);
             let mut xi = operator.read(i, &self.state) + b;
             xi.x += law.compliance() * p.x;
+            let mut driven = 0.0;
             let (f, rho, p, b) = match *law {
                 Law::Contact {
                     friction,
@@ -124,13 +134,22 @@ impl Judge {
                 Law::Bounded { lower, upper } => {
                     let rho = 1.0 / block[(0, 0)];
                     let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
+                    if p.x == lower || p.x == upper {
+                        driven = p.x.abs() / rho;
+                    }
                     (f.abs(), rho, p.x.abs(), b.x.abs())
                 }
             };
             result.absolute = worse(result.absolute, f);
             result.velocity = worse(result.velocity, f / rho);
             scale = scale.max(p).max(rho * b);
-            result.velocity_scale = result.velocity_scale.max(b).max(p / rho);
+            let own = if law.rows() == 2 {
+                xi.norm()
+            } else {
+                xi.x.abs()
+            };
+            result.velocity_scale = result.velocity_scale.max(b).max(own).max(driven);
+            result.round_off = result.round_off.max(ROUNDINGS * p / rho);
         }
         result.relative = if result.absolute == 0.0 {
             0.0

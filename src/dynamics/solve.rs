@@ -144,7 +144,8 @@ impl IslandSolver {
         if blocks.iter().any(|b| b.impact) {
             outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
         }
-        let resolution = 10.0 * self.tolerance * outcome.report.residual.velocity_scale;
+        let residual = &outcome.report.residual;
+        let resolution = 10.0 * (self.tolerance * residual.velocity_scale).max(residual.velocity);
         outcome.redundant = redundant(&problem, &impulses, resolution);
         for (&i, &p) in members.iter().zip(&impulses) {
             stage.impulses[i as usize] = p;
