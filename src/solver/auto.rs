@@ -20,7 +20,7 @@ pub struct Auto {
 impl Default for Auto {
     fn default() -> Self {
         Auto {
-            lemke_limit: 60,
+            lemke_limit: 130,
             enumeration: Enumeration::default(),
             direct: Direct::default(),
         }
@@ -53,7 +53,7 @@ impl ImpulseSolver for Auto {
         if !report.solved() && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();
             let lemke = super::Lemke::default().solve(problem, &mut trial, tolerance);
-            if lemke.residual.relative < report.residual.relative {
+            if lemke.residual.merit() < report.residual.merit() {
                 impulses.copy_from_slice(&trial);
                 report = lemke.after(&report);
             } else {

@@ -1,5 +1,6 @@
 use super::best::Best;
-use super::interior_point::{InteriorPoint, Start};
+use super::continuation::{Continuation, Path, Tools};
+use super::interior_point::InteriorPoint;
 use super::response::Response;
 use super::status_newton::StatusNewton;
 use super::{ImpulseSolver, Nsgs, SolveReport};
@@ -13,10 +14,12 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// 2. Up to four status-Newton steps from them, unless all are zero.
 /// 3. Twenty Gauss-Seidel sweeps from them and up to eight Newton steps; then eighty sweeps more
 ///    and eight steps.
-/// 4. The interior point, with Newton as polish, from up to four starts: near the sweeps' impulses;
-///    all contacts alike; near the sweeps' impulses with ten times their size; all alike with a
-///    tenth of the size. No other start once the best is within a hundred tolerances.
-/// 5. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
+/// 4. The interior point, with Newton as polish, from near the sweeps' impulses; then with all
+///    contacts alike.
+/// 5. If impulses were given, 3 and 4 from none.
+/// 6. Continuation from an easy problem: from soft contacts, from no friction, from unevenly soft
+///    contacts.
+/// 7. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
@@ -34,6 +37,7 @@ pub struct Direct {
     response: Response,
     newton: StatusNewton,
     interior: InteriorPoint,
+    continuation: Continuation,
     best: Best,
     start: Vec<Vec2>,
 }
@@ -42,15 +46,6 @@ const WARM_STEPS: usize = 4;
 const SWEEPS_FIRST: [usize; 2] = [20, 80];
 const SWEEPS_LAST: [usize; 4] = [100, 300, 600, 900];
 const NEWTON_STEPS: usize = 8;
-/// Near the sweeps' impulses or not, scale, neighbourhood.
-const STARTS: [(bool, f64, f64); 4] = [
-    (true, 1.0, 0.1),
-    (false, 1.0, 0.1),
-    (true, 10.0, 1e-4),
-    (false, 0.1, 1e-4),
-];
-/// Within this many tolerances another start of the interior point does not help.
-const ROUND_OFF: f64 = 100.0;
 
 impl ImpulseSolver for Direct {
     fn name(&self) -> &'static str {
@@ -77,17 +72,35 @@ impl ImpulseSolver for Direct {
         }
         self.best.start(impulses, residual, tolerance);
         self.response.prepare(problem);
-        if impulses.iter().any(|p| *p != Vec2::zeros()) {
+        let warm = impulses.iter().any(|p| *p != Vec2::zeros());
+        if warm {
             self.polish(problem, impulses, WARM_STEPS, &mut report);
         }
-        for sweeps in SWEEPS_FIRST {
-            self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
+        self.approach(problem, impulses, tolerance, &mut report);
+        if warm && !self.best.solved() {
+            // impulses of the last step can lead astray
+            impulses.fill(Vec2::zeros());
+            self.approach(problem, impulses, tolerance, &mut report);
         }
-        self.interior_point(problem, impulses, tolerance, &mut report);
+        for path in Path::ALL {
+            if !self.best.solved() {
+                let tools = &mut Tools {
+                    judge: &mut self.judge,
+                    response: &mut self.response,
+                    newton: &mut self.newton,
+                    interior: &mut self.interior,
+                };
+                let best = &mut self.best;
+                report.factorisations += self.continuation.run(problem, path, tools, best);
+            }
+        }
         if !self.best.solved() {
             impulses.copy_from_slice(&self.best.impulses);
         }
-        for sweeps in SWEEPS_LAST {
+        for sweeps in SWEEPS_LAST
+            .into_iter()
+            .take(std::env::var("TAIL").map_or(4, |x| x.parse().unwrap()))
+        {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         impulses.copy_from_slice(&self.best.impulses);
@@ -98,6 +111,20 @@ impl ImpulseSolver for Direct {
 }
 
 impl Direct {
+    /// Stages 3 and 4.
+    fn approach(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        report: &mut SolveReport,
+    ) {
+        for sweeps in SWEEPS_FIRST {
+            self.sweep_and_polish(problem, impulses, sweeps, tolerance, report);
+        }
+        self.interior_point(problem, impulses, report);
+    }
+
     /// Sweeps from `impulses`, then Newton from where they ended; nothing once solved.
     fn sweep_and_polish(
         &mut self,
@@ -141,27 +168,20 @@ impl Direct {
         &mut self,
         problem: &ContactProblem,
         swept: &[Vec2],
-        tolerance: f64,
         report: &mut SolveReport,
     ) {
         self.start.clear();
         self.start.extend_from_slice(swept);
-        for (attempt, (near, scale, neighbourhood)) in STARTS.into_iter().enumerate() {
-            let close = self.best.residual.merit() <= ROUND_OFF * tolerance;
-            if self.best.solved() || (attempt > 0 && close) {
+        for near in [true, false] {
+            if self.best.solved() {
                 return;
             }
-            let start = Start {
-                near: near.then_some(&self.start),
-                scale,
-                neighbourhood,
-            };
             report.factorisations += self.interior.run(
                 problem,
                 &mut self.judge,
                 &mut self.response,
                 &mut self.newton,
-                start,
+                near.then_some(&self.start[..]),
                 &mut self.best,
             );
         }

@@ -33,23 +33,14 @@ pub(super) struct InteriorPoint {
     statuses: Vec<Status>,
 }
 
-/// Where the iteration starts, and how far it may stray from the central path.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Start<'a> {
-    /// Impulses to start near to; `None` starts with all contacts alike, at the free velocity.
-    pub near: Option<&'a [Vec2]>,
-    /// Factor on the first sizes of impulse and velocity.
-    pub scale: f64,
-    /// Smallest `x w / (σ τ)` after a step.
-    pub neighbourhood: f64,
-}
-
 /// Newton steps of a run.
 const MAX_STEPS: usize = 80;
 /// Proximal weight relative to `tr(G_ii)`; a tenth of it solves fewer problems.
 const PROXIMAL: f64 = 1e-8;
 /// Share of the way to the boundary that a step may take.
 const TO_BOUNDARY: f64 = 0.95;
+/// Smallest `x w / (σ τ)` after a step: how far a pair may stray from the central path.
+const NEIGHBOURHOOD: f64 = 0.1;
 /// A step shorter than this is stuck; the run gives up at the fifth in a row.
 const SHORT_STEP: f64 = 0.03;
 const SHORT_STEPS: usize = 5;
@@ -60,18 +51,19 @@ const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
 
 impl InteriorPoint {
-    /// One run from `start`; every iterate is offered to `best`. Returns the number of factorisations.
+    /// One run that starts near to the impulses given, or without any with all contacts alike, at the
+    /// free velocity. Every iterate is offered to `best`. Returns the number of factorisations.
     pub fn run(
         &mut self,
         problem: &ContactProblem,
         judge: &mut Judge,
         response: &mut Response,
         polish: &mut StatusNewton,
-        start: Start,
+        near: Option<&[Vec2]>,
         best: &mut Best,
     ) -> usize {
         let mut work = 0;
-        let size = self.begin(problem, judge, response, start);
+        let size = self.begin(problem, judge, response, near);
         let pairs: usize = self.blocks.iter().map(|b| b.pairs()).sum();
         if !(size.impulse > 0.0 && size.velocity > 0.0) {
             return work;
@@ -158,7 +150,7 @@ impl InteriorPoint {
                 return work;
             }
             response.advance(step);
-            let least = start.neighbourhood * sigma.max(1e-3) * tau;
+            let least = NEIGHBOURHOOD * sigma.max(1e-3) * tau;
             for (block, d) in self.blocks.iter_mut().zip(&self.direction) {
                 block.advance(d, step, least, size);
             }
@@ -172,7 +164,7 @@ impl InteriorPoint {
         problem: &ContactProblem,
         judge: &Judge,
         response: &mut Response,
-        start: Start,
+        near: Option<&[Vec2]>,
     ) -> Size {
         let n = problem.len();
         let velocity = (problem.free.iter().zip(&problem.laws))
@@ -180,11 +172,11 @@ impl InteriorPoint {
             .fold(0.0, f64::max);
         let full = mass(problem, judge) * velocity;
         let mut size = Size {
-            impulse: 0.5 * full * start.scale,
-            velocity: velocity * start.scale,
+            impulse: 0.5 * full,
+            velocity: velocity,
         };
         self.impulses.clear();
-        match start.near {
+        match near {
             None => self.impulses.resize(n, Vec2::zeros()),
             Some(near) => self.impulses.extend_from_slice(near),
         }
@@ -195,7 +187,7 @@ impl InteriorPoint {
             xi.x += problem.laws[i].compliance() * self.impulses[i].x;
             self.xi.push(xi);
         }
-        if start.near.is_some() {
+        if near.is_some() {
             let (mut p2, mut v2, mut contacts) = (0.0, 0.0, 0usize);
             for i in 0..n {
                 if matches!(problem.laws[i], Law::Contact { .. }) {
@@ -205,12 +197,12 @@ impl InteriorPoint {
                 }
             }
             let contacts = contacts.max(1) as f64;
-            size.impulse = (2.0 * start.scale * (p2 / contacts).sqrt()).max(1e-6 * full);
-            size.velocity = (0.5 * start.scale * (v2 / contacts).sqrt()).max(1e-4 * velocity);
+            size.impulse = (2.0 * (p2 / contacts).sqrt()).max(1e-6 * full);
+            size.velocity = (0.5 * (v2 / contacts).sqrt()).max(1e-4 * velocity);
         }
         self.blocks.clear();
         for i in 0..n {
-            let near = start.near.map(|near| (near[i], self.xi[i]));
+            let near = near.map(|near| (near[i], self.xi[i]));
             self.blocks.push(Block::start(&problem.laws[i], near, size));
         }
         size

@@ -5,6 +5,7 @@
 
 mod auto;
 mod best;
+mod continuation;
 mod direct;
 mod enumeration;
 mod interior_point;

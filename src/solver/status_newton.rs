@@ -170,16 +170,11 @@ impl StatusNewton {
         self.gains.clear();
         self.offsets.clear();
         for (i, law) in problem.laws.iter().enumerate() {
-            let block = &judge.diagonal()[i];
             let (p, compliance) = (self.current[i], law.compliance());
             let mut xi = response.velocity(i) + problem.free[i];
             xi.x += compliance * p.x;
             let two = law.rows() == 2;
-            let half = if two {
-                block.trace() / 2.0
-            } else {
-                block[(0, 0)]
-            };
+            let half = half(law, judge, i);
             let status = match guess {
                 Some(guess) => guess[i],
                 None => Status::of(law, p - xi / (half + compliance)),
@@ -211,6 +206,16 @@ impl StatusNewton {
             self.gains.push(gain);
             self.offsets.push(offset);
         }
+    }
+}
+
+/// `tr(G_ii)/2` of a block of two rows, `G_ii` of one [1/kg].
+fn half(law: &Law, judge: &Judge, i: usize) -> f64 {
+    let block = &judge.diagonal()[i];
+    if law.rows() == 2 {
+        block.trace() / 2.0
+    } else {
+        block[(0, 0)]
     }
 }
 
