@@ -34,7 +34,8 @@ pub(super) struct SolveArgs {
     quiet: bool,
 }
 
-/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential.
+/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential. As
+/// many again after a ray.
 const LCP_WORK: f64 = 2e10;
 
 fn known_solver(name: &str) -> Result<String, String> {

@@ -101,9 +101,9 @@ pub enum LcpError {
 /// # After a ray
 /// A ray, or a basis that round-off spoils, is followed by these, up to the first that answers,
 /// all on rows and columns scaled to like size:
-/// 1. a linear programme for a proof that (1) has no `z ≥ 0` with `w ≥ 0`, see
+/// 1. up to n = 500 a linear programme for a proof that (1) has no `z ≥ 0` with `w ≥ 0`, see
 ///    [`proves_infeasible`](super::proves_infeasible);
-/// 2. paths from `z = 0` with the covering vectors 1, rising, falling and `max(−q, 0)`;
+/// 2. paths from `z = 0` with the covering vectors 1, i/n, 1 − (i − 1)/n and `max(−q, 0)`;
 /// 3. paths from other complementary bases: principal pivots on every `M_ii`, then on every block
 ///    of rows and columns i < j, each nonsingular; from each with the unit vectors of the block, as
 ///    far as they cover (Lemke & Howson's start in a bimatrix game), then with 1;
@@ -171,8 +171,7 @@ pub fn solve_lcp(
     let (mut proof, mut exhausted) = (None, false);
     if options.fallbacks && matches!(status, LcpStatus::Ray | LcpStatus::Inaccurate) {
         let balanced = restart::Balanced::new(&search);
-        search.programmes += 1;
-        proof = certificate(matrix, q, &balanced);
+        proof = certificate(matrix, q, &balanced, &mut search.programmes);
         if proof.is_some() {
             status = LcpStatus::Infeasible;
         } else {

