@@ -406,20 +406,42 @@ fn an_exponential_path_is_walked_to_its_end() {
     }
 }
 
-/// `w₁ = −z₂ − 1 < 0` whatever z; `M + Mᵀ = 0`, so there is no solution.
+/// `w₁ = −z₂ − 1 < 0` whatever z: y = (1, 0).
 #[test]
-fn an_lcp_without_a_solution_ends_on_a_ray() {
+fn an_lcp_without_a_solution_is_proved_so() {
+    let place = Place::new();
+    place.write(
+        "none.json",
+        r#"{"kind": "lcp", "matrix": [[0, -1], [1, 0]], "q": [-1, 0]}"#,
+    );
+    let (code, out, err) = place.run(&["solve", "none.json", "--out", "r.json"]);
+    assert_eq!((code, err.as_str()), (2, ""));
+    assert!(out.contains("solver lemke: infeasible"), "{out}");
+    assert!(out.contains("no solution: "), "{out}");
+    let result = place.json("r.json");
+    assert_eq!(result["status"], "infeasible");
+    assert_eq!(result["iterations"]["programmes"], 1);
+    let y = numbers(&result["certificate"]);
+    // y ≥ 0, Mᵀ y = (y₂, −y₁) ≤ 0, qᵀ y = −y₁ < 0
+    assert!(y[0] > 0.0 && y[1] == 0.0, "{y:?}");
+    assert!(result["residual"].as_f64().unwrap() > 0.1);
+}
+
+/// `z₂ ≥ 1` for `w₁ ≥ 0`, and then `w₂ = z₂ > 0`.
+#[test]
+fn a_feasible_lcp_without_a_solution_ends_on_a_ray() {
     let place = Place::new();
     place.write(
         "ray.json",
-        r#"{"kind": "lcp", "matrix": [[0, -1], [1, 0]], "q": [-1, 0]}"#,
+        r#"{"kind": "lcp", "matrix": [[0, 1], [0, 1]], "q": [-1, 0]}"#,
     );
     let (code, out, err) = place.run(&["solve", "ray.json", "--out", "r.json"]);
     assert_eq!((code, err.as_str()), (2, ""));
     assert!(out.contains("solver lemke: ray"), "{out}");
-    assert!(out.contains("there is no solution"), "{out}");
+    assert!(out.contains("but for round-off there is no"), "{out}");
     let result = place.json("r.json");
     assert_eq!(result["status"], "ray");
+    assert!(result["certificate"].is_null());
     assert!(result["residual"].as_f64().unwrap() > 0.1);
 }
 

@@ -34,7 +34,8 @@ pub(super) struct SolveArgs {
     quiet: bool,
 }
 
-/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential.
+/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential. As
+/// many again after a ray.
 const LCP_WORK: f64 = 2e10;
 
 fn known_solver(name: &str) -> Result<String, String> {
@@ -204,10 +205,20 @@ fn lcp(
     };
     let (status, told) = match end {
         LcpStatus::Solved => ("solved", ""),
+        LcpStatus::Ray if found.exhausted => (
+            "ray",
+            "not solved: every path ended on a ray and a search through all complementary bases \
+             found nothing; but for round-off there is no solution\n",
+        ),
         LcpStatus::Ray => (
             "ray",
-            "not solved: the path ended on a secondary ray; if M is copositive-plus (positive \
-             semidefinite, say), there is no solution\n",
+            "not solved: every path ended on a ray and no proof was found that there is no \
+             solution; if M is copositive-plus (positive semidefinite, say), there is none\n",
+        ),
+        LcpStatus::Infeasible => (
+            "infeasible",
+            "no solution: there is y >= 0 with M^T y <= 0 and q^T y < 0, so that no z >= 0 has \
+             M z + q >= 0\n",
         ),
         LcpStatus::PivotLimit => (
             "pivot-limit",
@@ -219,10 +230,12 @@ fn lcp(
         ),
     };
     let mut text = format!(
-        "LCP of size {n}\nsolver lemke: {status}; {} pivots\ncomplementarity residual \
-         max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of |M_ii|; tolerance {:e}\n\
-         {told}",
+        "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
+         complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
+         |M_ii|; tolerance {:e}\n{told}",
         found.pivots,
+        found.paths,
+        found.programmes,
         number(residual, 3),
         args.tolerance,
     );
@@ -233,16 +246,23 @@ fn lcp(
         ));
     }
     let list = |x: &DVector<f64>| x.iter().map(|x| summary::float(*x)).collect::<Vec<_>>();
-    let result = json!({
+    let mut result = json!({
         "kind": "lcp",
         "size": n,
         "solver": "lemke",
         "status": status,
-        "iterations": {"pivots": found.pivots},
+        "iterations": {
+            "pivots": found.pivots,
+            "paths": found.paths,
+            "programmes": found.programmes,
+        },
         "residual": summary::float(residual),
         "z": list(&found.z),
         "w": list(&found.w),
     });
+    if let Some(y) = &found.certificate {
+        result["certificate"] = json!(list(y));
+    }
     Ok(Solved {
         result,
         text,

@@ -24,7 +24,8 @@ pub use auto::Auto;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
 pub use lemke::{
-    LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual, solve_lcp,
+    LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual,
+    proves_infeasible, solve_lcp,
 };
 pub use nsgs::Nsgs;
 pub use prox::Prox;

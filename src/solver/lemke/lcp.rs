@@ -1,4 +1,6 @@
-use super::pivot::Tableau;
+use super::infeasible::certificate;
+use super::pivot::{PathEnd, Tableau};
+use super::{restart, tree};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
@@ -7,10 +9,13 @@ use thiserror::Error;
 pub struct LcpOptions {
     /// Smallest pivot taken, once the mean of `|M_ii|` is scaled to 1; no unit.
     pub pivot_tolerance: f64,
-    /// Most pivots; the method is exponential in the worst case.
+    /// Most pivots of the first path, and of all that follow a ray together; the method is
+    /// exponential in the worst case.
     pub max_pivots: usize,
     /// Solved means [`LcpSolution::residual`] ≤ this; no unit.
     pub tolerance: f64,
+    /// Whether a ray is followed by a proof, other paths and a tree, see [`solve_lcp`].
+    pub fallbacks: bool,
 }
 
 impl Default for LcpOptions {
@@ -19,6 +24,7 @@ impl Default for LcpOptions {
             pivot_tolerance: 1e-8,
             max_pivots: 5000,
             tolerance: 1e-9,
+            fallbacks: true,
         }
     }
 }
@@ -28,15 +34,18 @@ impl Default for LcpOptions {
 pub enum LcpStatus {
     /// The residual of the returned `z` is within the tolerance.
     Solved,
-    /// A secondary ray: no solution along this path. If `M` is copositive-plus, there is none.
+    /// A secondary ray, and no fallback found a solution or a proof that there is none. If `M` is
+    /// copositive-plus, there is none.
     Ray,
+    /// There is no `z ≥ 0` with `M z + q ≥ 0`: [`LcpSolution::certificate`] proves it.
+    Infeasible,
     /// [`LcpOptions::max_pivots`] ran out.
     PivotLimit,
     /// A complementary basis was found, but round-off leaves its residual above the tolerance.
     Inaccurate,
 }
 
-/// The last point of the path of pivots; always finite, `z ≥ 0`.
+/// The best point that was found; always finite, `z ≥ 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LcpSolution {
     /// `z`.
@@ -44,10 +53,22 @@ pub struct LcpSolution {
     /// `w = M z + q`, computed from the original data.
     pub w: DVector<f64>,
     pub status: LcpStatus,
+    /// Pivots of all paths.
     pub pivots: usize,
+    /// Paths of pivots that were followed.
+    pub paths: usize,
+    /// Linear programmes that were solved: the proof and the nodes of the tree.
+    pub programmes: usize,
+    /// With [`LcpStatus::Ray`]: whether the tree was searched to its end. Then there is no solution
+    /// but for round-off, of which this is no proof.
+    pub exhausted: bool,
     /// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `m` the mean of
     /// `|M_ii|`; 0 where `q ≥ 0`.
     pub residual: f64,
+    /// `y` of [`proves_infeasible`], its largest number 1; with [`LcpStatus::Infeasible`] only.
+    ///
+    /// [`proves_infeasible`]: super::proves_infeasible
+    pub certificate: Option<DVector<f64>>,
 }
 
 /// What is wrong with a linear complementarity problem.
@@ -77,9 +98,21 @@ pub enum LcpError {
 /// ratio test go to the lexicographically least row of `[q, B⁻¹]`, so degenerate problems do not
 /// cycle. The last basis is solved again from the original data.
 ///
+/// # After a ray
+/// A ray, or a basis that round-off spoils, is followed by these, up to the first that answers,
+/// all on rows and columns scaled to like size:
+/// 1. up to n = 500 a linear programme for a proof that (1) has no `z ≥ 0` with `w ≥ 0`, see
+///    [`proves_infeasible`](super::proves_infeasible);
+/// 2. paths from `z = 0` with the covering vectors 1, i/n, 1 − (i − 1)/n and `max(−q, 0)`;
+/// 3. paths from other complementary bases: principal pivots on every `M_ii`, then on every block
+///    of rows and columns i < j, each nonsingular; from each with the unit vectors of the block, as
+///    far as they cover (Lemke & Howson's start in a bimatrix game), then with 1;
+/// 4. up to n = 40 a tree: a linear programme of `z, w ≥ 0` decides at each node which `z_i` or
+///    `w_i` is set to 0 next; up to 2000 nodes.
+///
 /// # Arguments
-/// - `matrix`: `M`, n × n, any. Rows and columns should be of like size: only a common factor of
-///   `M` and one of `q` is scaled away.
+/// - `matrix`: `M`, n × n, any. Rows and columns should be of like size: on the first path only a
+///   common factor of `M` and one of `q` is scaled away.
 /// - `q`: n.
 ///
 /// # Returns
@@ -89,7 +122,9 @@ pub enum LcpError {
 /// [`LcpError::Shape`] unless `M` is n × n and `q` has length n; [`LcpError::NonFinite`].
 ///
 /// # Source
-/// Lemke (1965); Cottle, Pang & Stone, *The Linear Complementarity Problem* (1992), §4.4 and §4.9.
+/// Lemke (1965); Lemke & Howson (1964); Cottle, Pang & Stone, *The Linear Complementarity Problem*
+/// (1992), §2.3, §4.4 and §4.9; the tree: Al-Khayyal, *An implicit enumeration procedure for the
+/// general linear complementarity problem*, Math. Program. Study 31 (1987).
 pub fn solve_lcp(
     matrix: &DMatrix<f64>,
     q: &DVector<f64>,
@@ -115,35 +150,130 @@ pub fn solve_lcp(
             w: q.clone(),
             status: LcpStatus::Solved,
             pivots: 0,
+            paths: 0,
+            programmes: 0,
+            exhausted: false,
             residual: 0.0,
+            certificate: None,
         });
     }
     let mean = mean_diagonal(matrix);
-    let scaled = matrix / mean;
-    let free = q / depth;
-
-    let mut tableau = Tableau::new(&scaled, &free, options.pivot_tolerance);
-    let end = tableau.run(options.max_pivots);
-    let mut best = Candidate::new(&scaled, &free, tableau.z());
-    if end == LcpStatus::Solved
-        && let Some(z) = solve_basis(&scaled, &free, &tableau.support())
-    {
-        let polished = Candidate::new(&scaled, &free, z);
-        if polished.residual <= best.residual {
-            best = polished;
+    let scaled = (matrix / mean).map(representable);
+    let mut search = Search::new(scaled, (q / depth).map(representable), *options);
+    let tableau = Tableau::new(&search.matrix, &search.free, options.pivot_tolerance);
+    let end = search.follow(tableau, options.max_pivots);
+    let mut status = match end {
+        PathEnd::Complementary if search.solved() => LcpStatus::Solved,
+        PathEnd::Complementary => LcpStatus::Inaccurate,
+        PathEnd::Ray => LcpStatus::Ray,
+        PathEnd::Limit => LcpStatus::PivotLimit,
+    };
+    let (mut proof, mut exhausted) = (None, false);
+    if options.fallbacks && matches!(status, LcpStatus::Ray | LcpStatus::Inaccurate) {
+        let balanced = restart::Balanced::new(&search);
+        proof = certificate(matrix, q, &balanced, &mut search.programmes);
+        if proof.is_some() {
+            status = LcpStatus::Infeasible;
+        } else {
+            restart::other_paths(&mut search, &balanced);
+            if !search.solved() {
+                exhausted = tree::enumerate(&mut search, &balanced);
+            }
+            if search.solved() {
+                status = LcpStatus::Solved;
+                exhausted = false;
+            }
         }
     }
-    let status = match end {
-        LcpStatus::Solved if best.residual > options.tolerance => LcpStatus::Inaccurate,
-        end => end,
-    };
+    let best = search.best;
+    let z = (best.z * representable(depth / mean)).map(representable);
+    let w = (best.w * depth).map(representable);
     Ok(LcpSolution {
-        z: best.z * (depth / mean),
-        w: best.w * depth,
+        z,
+        w,
         status,
-        pivots: tableau.pivots,
+        pivots: search.pivots,
+        paths: search.paths,
+        programmes: search.programmes,
+        exhausted,
         residual: best.residual,
+        certificate: proof,
     })
+}
+
+/// The scaled problem, the best point so far and the work so far.
+pub(super) struct Search {
+    pub(super) matrix: DMatrix<f64>,
+    pub(super) free: DVector<f64>,
+    pub(super) options: LcpOptions,
+    best: Candidate,
+    pub(super) pivots: usize,
+    paths: usize,
+    pub(super) programmes: usize,
+}
+
+impl Search {
+    fn new(matrix: DMatrix<f64>, free: DVector<f64>, options: LcpOptions) -> Self {
+        let best = Candidate::new(&matrix, &free, DVector::zeros(free.len()));
+        Search {
+            matrix,
+            free,
+            options,
+            best,
+            pivots: 0,
+            paths: 0,
+            programmes: 0,
+        }
+    }
+
+    /// Whether the best point is a solution.
+    pub(super) fn solved(&self) -> bool {
+        self.best.residual <= self.options.tolerance
+    }
+
+    /// Runs a path of the problem as it stands here and offers its end.
+    fn follow(&mut self, mut tableau: Tableau, max_pivots: usize) -> PathEnd {
+        let end = tableau.run(max_pivots);
+        self.pivots += tableau.pivots;
+        self.paths += 1;
+        // where the path ends elsewhere, its last point is no worse than another
+        self.best = Candidate::new(&self.matrix, &self.free, tableau.z());
+        if end == PathEnd::Complementary {
+            self.offer_basis(&tableau.support());
+        }
+        end
+    }
+
+    /// Counts a path from a scaled copy, and offers its end, `z` here, if that is complementary.
+    pub(super) fn followed(
+        &mut self,
+        end: PathEnd,
+        pivots: usize,
+        z: DVector<f64>,
+        basis: &[usize],
+    ) {
+        self.pivots += pivots;
+        self.paths += 1;
+        if end == PathEnd::Complementary {
+            self.offer(z);
+            self.offer_basis(basis);
+        }
+    }
+
+    /// Keeps `z` if it is better than the best so far.
+    pub(super) fn offer(&mut self, z: DVector<f64>) {
+        let candidate = Candidate::new(&self.matrix, &self.free, z);
+        if candidate.residual <= self.best.residual {
+            self.best = candidate;
+        }
+    }
+
+    /// Solves for the `z` of a basis from the data and keeps them if they are better.
+    pub(super) fn offer_basis(&mut self, support: &[usize]) {
+        if let Some(z) = solve_basis(&self.matrix, &self.free, support) {
+            self.offer(z);
+        }
+    }
 }
 
 /// How far `z` is from solving the problem (1) of [`solve_lcp`], from the data alone.
@@ -179,6 +309,11 @@ fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
+/// Numbers beyond the largest are taken as that.
+fn representable(x: f64) -> f64 {
+    x.clamp(-f64::MAX, f64::MAX)
+}
+
 /// A point judged from the scaled data alone.
 struct Candidate {
     z: DVector<f64>,
@@ -188,10 +323,13 @@ struct Candidate {
 
 impl Candidate {
     fn new(matrix: &DMatrix<f64>, free: &DVector<f64>, mut z: DVector<f64>) -> Self {
-        if z.iter().any(|x| !x.is_finite()) {
+        z.apply(|x| *x = x.max(0.0));
+        let mut w = (matrix * &z + free).map(representable);
+        // w may overflow where a bound is infinite but for its writing; NaN comes of z
+        if z.iter().any(|x| !x.is_finite()) || w.iter().any(|x| x.is_nan()) {
             z.fill(0.0);
+            w.copy_from(free);
         }
-        let w = matrix * &z + free;
         let worst = z.iter().zip(w.iter()).fold(0.0f64, |worst, (z, w)| {
             let gap = z.min(*w).abs();
             if gap > worst { gap } else { worst }
@@ -208,6 +346,9 @@ fn solve_basis(
     support: &[usize],
 ) -> Option<DVector<f64>> {
     let mut z = DVector::zeros(free.len());
+    if support.is_empty() {
+        return Some(z);
+    }
     let block = matrix.select_rows(support).select_columns(support);
     let lu = block.clone().lu();
     let rhs = -free.select_rows(support);
@@ -220,122 +361,5 @@ fn solve_basis(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn solve(matrix: &DMatrix<f64>, q: &[f64]) -> LcpSolution {
-        solve_lcp(matrix, &DVector::from_row_slice(q), &LcpOptions::default()).unwrap()
-    }
-
-    /// Two unit loads on `M = [2 1; 1 2]`: by symmetry z = (1, 1)/3, 2 z₁ + z₂ = 1.
-    #[test]
-    fn textbook_problem() {
-        let m = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
-        let s = solve(&m, &[-1.0, -1.0]);
-        assert_eq!(s.status, LcpStatus::Solved);
-        // round-off of a 2 x 2 solve
-        assert!((s.z[0] - 1.0 / 3.0).abs() < 1e-15 && (s.z[1] - 1.0 / 3.0).abs() < 1e-15);
-        // q ≥ 0 is its own answer
-        assert_eq!(solve(&m, &[0.0, 3.0]).pivots, 0);
-    }
-
-    /// The judge sees what the solver sees, and what it never returns.
-    #[test]
-    fn residual_of_any_point() {
-        let m = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
-        let q = DVector::from_row_slice(&[-1.0, -1.0]);
-        let at = |z: [f64; 2]| complementarity_residual(&m, &q, &DVector::from_row_slice(&z));
-        // round-off of 1/3
-        assert!(at([1.0 / 3.0; 2]) < 1e-15);
-        // w = −1 of a depth of 1; w = (1, 0), m z = (2, 0) with m = 2; z₂ < 0
-        assert_eq!((at([0.0; 2]), at([1.0, 0.0])), (1.0, 0.5));
-        assert_eq!(at([1.0, -1.0]), 1.0);
-        assert!(at([f64::NAN, 0.0]).is_nan());
-        // nothing pushes, nothing answers
-        let free = DVector::from_row_slice(&[1.0, 0.0]);
-        assert_eq!(complementarity_residual(&m, &free, &DVector::zeros(2)), 0.0);
-    }
-
-    #[test]
-    fn problem_without_a_solution_ends_on_a_ray() {
-        // w₁ = −z₂ − 1 < 0 whatever z
-        let m = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, 1.0, 0.0]);
-        let s = solve(&m, &[-1.0, 0.0]);
-        assert_eq!(s.status, LcpStatus::Ray);
-        assert!(s.residual > 0.1 && s.z.iter().all(|x| x.is_finite()));
-    }
-
-    /// Murty's family: 1 on the diagonal, 2 below it, q = −1 takes 2ⁿ pivots.
-    #[test]
-    fn murty_family_is_exponential_and_the_limit_stops_it() {
-        let family = |n| {
-            DMatrix::from_fn(n, n, |i: usize, j: usize| match i.cmp(&j) {
-                std::cmp::Ordering::Equal => 1.0,
-                std::cmp::Ordering::Greater => 2.0,
-                std::cmp::Ordering::Less => 0.0,
-            })
-        };
-        for n in 1..=8 {
-            let s = solve(&family(n), &vec![-1.0; n]);
-            assert_eq!((s.status, s.pivots), (LcpStatus::Solved, 1 << n));
-            assert_eq!(s.z[0], 1.0);
-        }
-        let options = LcpOptions {
-            max_pivots: 100,
-            ..LcpOptions::default()
-        };
-        let q = DVector::from_element(8, -1.0);
-        let s = solve_lcp(&family(8), &q, &options).unwrap();
-        assert_eq!((s.status, s.pivots), (LcpStatus::PivotLimit, 100));
-    }
-
-    /// A positive definite plus a skew matrix is a P-matrix: the solution is unique and known.
-    #[test]
-    fn random_p_matrices_return_the_known_solution() {
-        let mut random = super::super::tests::Random(7);
-        for case in 0..60 {
-            let n = 1 + case;
-            let a = DMatrix::from_fn(n, n, |_, _| random.between(-1.0, 1.0));
-            let s = DMatrix::from_fn(n, n, |_, _| random.between(-1.0, 1.0));
-            let m =
-                &a * a.transpose() / n as f64 + DMatrix::identity(n, n) * 0.1 + &s - s.transpose();
-            let z = DVector::from_fn(n, |_, _| random.between(-1.0, 1.0));
-            let w = z.map(|x| (-x).max(0.0));
-            let z = z.map(|x| x.max(0.0));
-            let q = &w - &m * &z;
-            let found = solve_lcp(&m, &q, &LcpOptions::default()).unwrap();
-            assert_eq!(found.status, LcpStatus::Solved, "n = {n}");
-            // condition number below 1e4 here, times round-off
-            assert!((found.z - z).amax() < 1e-11, "n = {n}");
-        }
-    }
-
-    #[test]
-    fn answer_scales_with_the_data() {
-        let m = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]) * 1e12;
-        let s = solve(&m, &[-1e-6, -1e-6]);
-        assert_eq!(s.status, LcpStatus::Solved);
-        // relative round-off
-        assert!((s.z[0] * 3e18 - 1.0).abs() < 1e-14);
-    }
-
-    #[test]
-    fn wrong_shapes_and_nan_are_refused() {
-        let options = LcpOptions::default();
-        let q = DVector::from_element(2, -1.0);
-        assert_eq!(
-            solve_lcp(&DMatrix::zeros(2, 3), &q, &options),
-            Err(LcpError::Shape {
-                rows: 2,
-                columns: 3,
-                free: 2
-            })
-        );
-        let mut m = DMatrix::identity(2, 2);
-        m[(1, 0)] = f64::NAN;
-        assert_eq!(
-            solve_lcp(&m, &q, &options),
-            Err(LcpError::NonFinite { row: 1 })
-        );
-    }
-}
+#[path = "lcp_tests.rs"]
+mod tests;

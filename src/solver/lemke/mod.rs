@@ -1,9 +1,13 @@
 //! Lemke's method: a plain LCP solver, and contact problems through it.
 
+mod infeasible;
 mod lcp;
 mod pivot;
 mod reduction;
+mod restart;
+mod tree;
 
+pub use infeasible::proves_infeasible;
 pub use lcp::{LcpError, LcpOptions, LcpSolution, LcpStatus, complementarity_residual, solve_lcp};
 
 use super::{ImpulseSolver, SolveReport};
@@ -35,7 +39,11 @@ pub struct Lemke {
 impl Default for Lemke {
     fn default() -> Self {
         Lemke {
-            options: LcpOptions::default(),
+            // the second form is what follows a ray of the first
+            options: LcpOptions {
+                fallbacks: false,
+                ..LcpOptions::default()
+            },
             max_blocks: 400,
         }
     }
@@ -112,7 +120,7 @@ pub(super) mod tests {
             low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
         }
 
-        fn below(&mut self, n: usize) -> usize {
+        pub fn below(&mut self, n: usize) -> usize {
             self.between(0.0, n as f64) as usize
         }
     }

@@ -1,5 +1,13 @@
-use super::LcpStatus;
 use nalgebra::{DMatrix, DVector};
+
+/// How a path of pivots ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PathEnd {
+    /// z₀ left: the basis is complementary.
+    Complementary,
+    Ray,
+    Limit,
+}
 
 /// Where a variable stands in the tableau.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,10 +20,12 @@ enum Place {
 /// round-off of a few hundred pivots, far below the judge's tolerance.
 const TIE: f64 = 1e-12;
 
-/// Dictionary of `w − M z − z₀ = q`: only columns of nonbasic variables are stored.
+/// Dictionary of `w − M z − d z₀ = q`: only columns of nonbasic variables are stored.
 ///
 /// Variables are numbered w: 0..n, z: n..2n, z₀: 2n. `B⁻¹` needs no columns of its own: column j
-/// of it is the column of `w_j`, a unit vector while `w_j` is basic.
+/// of it is the column of `w_j`, a unit vector while `w_j` is basic. A start from another
+/// complementary basis exchanges the names of the pairs it has swapped, see [`Tableau::swap`].
+#[derive(Clone)]
 pub(super) struct Tableau {
     n: usize,
     /// n rows of n + 2 numbers: the nonbasic columns, then the right-hand side.
@@ -23,6 +33,8 @@ pub(super) struct Tableau {
     basis: Vec<usize>,
     nonbasic: Vec<usize>,
     place: Vec<Place>,
+    /// Whether `w_i` and `z_i` have exchanged their names.
+    swapped: Vec<bool>,
     pivot_tolerance: f64,
     pub(super) pivots: usize,
 }
@@ -44,9 +56,76 @@ impl Tableau {
                 .map(Place::Row)
                 .chain((0..=n).map(Place::Column))
                 .collect(),
+            swapped: vec![false; n],
             pivot_tolerance,
             pivots: 0,
         }
+    }
+
+    /// Takes another covering vector `d ≥ 0`; to be called before [`Tableau::run`].
+    pub(super) fn cover(&mut self, covering: impl Fn(usize) -> f64) {
+        for i in 0..self.n {
+            self.cells[i * (self.n + 2) + self.n] = -covering(i);
+        }
+    }
+
+    /// Takes the column of nonbasic `z_k` (after a swap: of what was `w_k`) as covering vector,
+    /// if it is one: `≥ 0`, and positive where the right-hand side is negative.
+    pub(super) fn cover_by(&mut self, k: usize) -> bool {
+        let Place::Column(column) = self.place[self.n + k] else {
+            return false;
+        };
+        let fits = (0..self.n).all(|i| {
+            let rise = -self.at(i, column);
+            rise > self.pivot_tolerance || (rise >= 0.0 && self.at(i, self.n + 1) >= 0.0)
+        });
+        if fits {
+            let rises: Vec<f64> = (0..self.n).map(|i| -self.at(i, column)).collect();
+            self.cover(|i| rises[i]);
+        }
+        fits
+    }
+
+    /// Principal pivot on the rows and columns of `block`, of one or two numbers, which then count
+    /// as the start: what became basic there is called w, what left z. `false`, and no longer to be
+    /// used, where the block is singular.
+    pub(super) fn swap(&mut self, block: &[usize]) -> bool {
+        let n = self.n;
+        for &z in block {
+            // the row still held by a w of the block with the largest pivot
+            let rows = block.iter().filter_map(|&w| match self.place[w] {
+                Place::Row(row) => Some(row),
+                Place::Column(_) => None,
+            });
+            let Place::Column(column) = self.place[n + z] else {
+                return false;
+            };
+            let size = |row: usize| self.at(row, column).abs();
+            let Some(row) = rows.max_by(|a, b| size(*a).total_cmp(&size(*b))) else {
+                return false;
+            };
+            if size(row).is_nan() || size(row) <= self.pivot_tolerance {
+                return false;
+            }
+            self.exchange(row, column);
+        }
+        for &i in block {
+            let (w, z) = (self.place[i], self.place[n + i]);
+            (self.place[i], self.place[n + i]) = (z, w);
+            for (place, name) in [(z, i), (w, n + i)] {
+                match place {
+                    Place::Row(row) => self.basis[row] = name,
+                    Place::Column(column) => self.nonbasic[column] = name,
+                }
+            }
+            self.swapped[i] = true;
+        }
+        true
+    }
+
+    /// Whether the present basis solves the problem: no right-hand side below 0 but by round-off.
+    pub(super) fn feasible(&self) -> bool {
+        (0..self.n).all(|i| self.at(i, self.n + 1) >= -TIE)
     }
 
     fn at(&self, row: usize, column: usize) -> f64 {
@@ -57,29 +136,29 @@ impl Tableau {
         2 * self.n
     }
 
-    /// Pivots until z₀ leaves, a ray, or the limit.
-    pub(super) fn run(&mut self, max_pivots: usize) -> LcpStatus {
+    /// Pivots until z₀ leaves, a ray, or the limit on all pivots of this tableau.
+    pub(super) fn run(&mut self, max_pivots: usize) -> PathEnd {
         let n = self.n;
-        let all: Vec<usize> = (0..n).collect();
-        let mut row = self.least_row(n, all);
+        let covered = (0..n).filter(|&i| self.at(i, n) != 0.0).collect();
+        let mut row = self.least_row(n, covered);
         let mut column = n;
         loop {
-            if self.pivots == max_pivots {
-                return LcpStatus::PivotLimit;
+            if self.pivots >= max_pivots {
+                return PathEnd::Limit;
             }
             let left = self.exchange(row, column);
             if left == self.artificial() {
-                return LcpStatus::Solved;
+                return PathEnd::Complementary;
             }
             // the complement of what left is always nonbasic
             let entering = if left < n { left + n } else { left - n };
             let Place::Column(next) = self.place[entering] else {
-                return LcpStatus::Ray;
+                return PathEnd::Ray;
             };
             column = next;
             let candidates = self.ratio_candidates(column);
             if candidates.is_empty() {
-                return LcpStatus::Ray;
+                return PathEnd::Ray;
             }
             row = self.least_row(column, candidates);
         }
@@ -102,7 +181,7 @@ impl Tableau {
 
     /// The row with the lexicographically least `[q, B⁻¹] / pivot`; z₀ goes first if it ties in q.
     fn least_row(&self, column: usize, mut candidates: Vec<usize>) -> usize {
-        // before z₀ has entered, the divisor is the covering vector 1
+        // before z₀ has entered, the divisor is the covering vector
         let divisor = |i: usize| self.at(i, column).abs();
         Self::keep_least(&mut candidates, |i| self.at(i, self.n + 1) / divisor(i));
         if let Place::Row(row) = self.place[self.artificial()]
@@ -157,15 +236,20 @@ impl Tableau {
         left
     }
 
+    /// Where `z_i` of the problem stands.
+    fn place_of_z(&self, i: usize) -> Place {
+        self.place[if self.swapped[i] { i } else { self.n + i }]
+    }
+
     /// Indices of the basic z.
     pub(super) fn support(&self) -> Vec<usize> {
         (0..self.n)
-            .filter(|i| matches!(self.place[self.n + i], Place::Row(_)))
+            .filter(|&i| matches!(self.place_of_z(i), Place::Row(_)))
             .collect()
     }
 
     pub(super) fn z(&self) -> DVector<f64> {
-        DVector::from_fn(self.n, |i, _| match self.place[self.n + i] {
+        DVector::from_fn(self.n, |i, _| match self.place_of_z(i) {
             Place::Row(row) => self.at(row, self.n + 1).max(0.0),
             Place::Column(_) => 0.0,
         })
@@ -210,6 +294,6 @@ mod tests {
         assert!(cycled);
 
         let mut t = Tableau::new(&m, &DVector::from_row_slice(&q), 1e-8);
-        assert_eq!((t.run(100), t.pivots), (LcpStatus::Solved, 3));
+        assert_eq!((t.run(100), t.pivots), (PathEnd::Complementary, 3));
     }
 }
