@@ -43,6 +43,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ),
     ("pyramid", include_str!("../../scenes/pyramid.toml")),
     ("tower", include_str!("../../scenes/tower.toml")),
+    ("heavy-top", include_str!("../../scenes/heavy-top.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
     ("bowl", include_str!("../../scenes/bowl.toml")),
     (
