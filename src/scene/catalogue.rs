@@ -45,6 +45,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("tower", include_str!("../../scenes/tower.toml")),
     ("heavy-top", include_str!("../../scenes/heavy-top.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
+    ("hit-heap", include_str!("../../scenes/hit-heap.toml")),
     ("bowl", include_str!("../../scenes/bowl.toml")),
     (
         "rolling-bowl",
@@ -60,6 +61,7 @@ const EMBEDDED: &[(&str, &str)] = &[
         "double-pendulum",
         include_str!("../../scenes/double-pendulum.toml"),
     ),
+    ("chain", include_str!("../../scenes/chain.toml")),
     (
         "slider-crank",
         include_str!("../../scenes/slider-crank.toml"),
