@@ -29,7 +29,7 @@ const fn of(scene: &'static str, flags: &'static [&'static str], steps: usize, s
     }
 }
 
-const STACKS: [Loop; 4] = [
+const STACKS: [Loop; 3] = [
     of("tower", &["repeat.0.count=[1,100]"], 400, ALL),
     of("heavy-top", &[], 1000, ALL),
     of(
@@ -38,17 +38,17 @@ const STACKS: [Loop; 4] = [
         150,
         ALL,
     ),
-    of(
-        "pyramid",
-        &[
-            "repeat.0.count=[100,100]",
-            "body.box.position=[-50.49,0.5]",
-            "body.floor.box=[120,2]",
-        ],
-        5,
-        ALL,
-    ),
 ];
+const LARGE: [Loop; 1] = [of(
+    "pyramid",
+    &[
+        "repeat.0.count=[100,100]",
+        "body.box.position=[-50.49,0.5]",
+        "body.floor.box=[120,2]",
+    ],
+    5,
+    ALL,
+)];
 const JOINTED: [Loop; 3] = [
     of("arch", &[], 1000, ALL),
     of("chain", &[], 1000, ALL),
@@ -64,7 +64,8 @@ const DRUMS: [Loop; 5] = [
 const HEAP: [Loop; 1] = [of("hit-heap", &[], 1000, MOST)];
 
 impl Loop {
-    fn run(&self, steps: usize) {
+    /// The count of certified steps, as an error where it is too low.
+    fn run(&self, steps: usize) -> Result<String, String> {
         let tolerance = format!("step.tolerance={TOLERANCE}");
         let scene = load(self.scene, &[self.flags, &[&tolerance]].concat());
         let mut built = scene.build().unwrap();
@@ -95,36 +96,55 @@ impl Loop {
         }
         let share = certified as f64 / steps as f64;
         let what = format!("{} {:?}: {certified} of {steps}", self.scene, self.flags);
-        assert!(share >= self.share, "{what}");
         assert!(most > 1, "{what}: nothing was asked");
+        if share >= self.share {
+            Ok(what)
+        } else {
+            Err(what)
+        }
+    }
+}
+
+#[track_caller]
+fn assert_all(loops: &[Loop]) {
+    for l in loops {
+        if let Err(what) = l.run(l.steps) {
+            panic!("{what}");
+        }
     }
 }
 
 #[test]
 fn stacks() {
-    STACKS.iter().for_each(|l| l.run(l.steps));
+    assert_all(&STACKS);
+    assert_all(&LARGE);
 }
 
 #[test]
 fn arch_chain_and_wedge() {
-    JOINTED.iter().for_each(|l| l.run(l.steps));
+    assert_all(&JOINTED);
 }
 
 #[test]
 fn drums() {
-    DRUMS.iter().for_each(|l| l.run(l.steps));
+    assert_all(&DRUMS);
 }
 
 #[test]
 fn a_heap_that_is_hit() {
-    HEAP.iter().for_each(|l| l.run(l.steps));
+    assert_all(&HEAP);
 }
 
-/// The whole thousand steps of each; minutes:
-/// `cargo test --release --test closed_loops -- --ignored`
+/// The whole thousand steps of each, with the counts; the pyramid of 5050 boxes takes minutes:
+/// `cargo test --release --test closed_loops -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
 fn a_thousand_steps_of_all() {
-    let all = STACKS.iter().chain(&JOINTED).chain(&DRUMS).chain(&HEAP);
-    all.for_each(|l| l.run(1000));
+    let small = STACKS.iter().chain(&JOINTED).chain(&DRUMS).chain(&HEAP);
+    let ends = small
+        .chain(&LARGE)
+        .map(|l| l.run(1000))
+        .inspect(|end| println!("{end:?}"));
+    let failed: Vec<_> = ends.filter_map(Result::err).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
 }
