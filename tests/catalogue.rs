@@ -217,14 +217,22 @@ fn assert_finite(what: &str, built: &Built, record: &StepRecord) {
 
 #[test]
 fn what_should_stand_stands() {
-    for (name, steps) in [("pyramid", 50), ("tower", 50), ("beam", 50)] {
+    // certified to 1e-8 of the velocities, g Δt of 0.16 m/s in each of 50 steps of 1/60 s
+    let certified = 1e-7;
+    // beside a heavy body a thousandth of g Δt may stay open, at ten contacts one on the other
+    let heavy = 10.0 * 1e-3 * 9.81 / 60.0 * 50.0 / 60.0;
+    for (name, steps, most) in [
+        ("pyramid", 50, certified),
+        ("tower", 50, certified),
+        ("beam", 50, certified),
+        ("heavy-top", 50, heavy),
+    ] {
         let scene = load(name, &[]);
         let run = common::run_steps(&scene, steps);
         for (k, body) in scene.bodies.iter().enumerate() {
             let place = run.state(k).0.translation;
             let moved = (place - Vec2::from(body.position)).norm();
-            // certified to 1e-8 of the velocities, g Δt of 0.16 m/s in each of 50 steps of 1/60 s
-            assert!(moved < 1e-7, "{name}: {} moved {moved} m", body.name);
+            assert!(moved < most, "{name}: {} moved {moved} m", body.name);
         }
     }
 }

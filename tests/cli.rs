@@ -96,7 +96,7 @@ const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,prec
                        value,unit,reference,seconds_per_simulated_second,spread,verdict,mode";
 
 /// Scenes of the catalogue that are bodies; the two of the thresher run on models of their own.
-const SCENES: [&str; 22] = [
+const SCENES: [&str; 25] = [
     "sliding-block",
     "incline",
     "conveyor",
@@ -118,7 +118,10 @@ const SCENES: [&str; 22] = [
     "double-pendulum",
     "pyramid",
     "tower",
+    "heavy-top",
     "drum",
+    "hit-heap",
+    "chain",
 ];
 
 const BALL: &str = r#"[scene]

@@ -118,16 +118,17 @@ fn record_contact(
 /// beside them. What then stays open as a velocity is large beside the velocities that the bodies
 /// have, by a thousandth and more; a true solution misses them by the tolerance.
 pub(super) fn ran_away(report: &SolveReport, members: &[u32], s: &Stage) -> bool {
-    let open = report.residual.velocity;
-    // [m/s], far below any motion that matters and far above round-off
-    if open <= 1e-9 {
-        return false;
-    }
+    report.residual.velocity > allowed(members, s)
+}
+
+/// Velocity \[m/s\] that impulses within bounds may leave open.
+pub(super) fn allowed(members: &[u32], s: &Stage) -> f64 {
     let own = members
         .iter()
         .map(|&i| &s.blocks[i as usize])
         .fold(0.0f64, |v, b| v.max(b.gamma_a.amax()).max(b.free.amax()));
-    open > 1e-3 * own
+    // the least far below any motion that matters and far above round-off
+    (1e-3 * own).max(1e-9)
 }
 
 /// Whether the closed rigid rows outnumber the coordinates: their shares are then not unique.

@@ -43,7 +43,9 @@ const EMBEDDED: &[(&str, &str)] = &[
     ),
     ("pyramid", include_str!("../../scenes/pyramid.toml")),
     ("tower", include_str!("../../scenes/tower.toml")),
+    ("heavy-top", include_str!("../../scenes/heavy-top.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
+    ("hit-heap", include_str!("../../scenes/hit-heap.toml")),
     ("bowl", include_str!("../../scenes/bowl.toml")),
     (
         "rolling-bowl",
@@ -59,6 +61,7 @@ const EMBEDDED: &[(&str, &str)] = &[
         "double-pendulum",
         include_str!("../../scenes/double-pendulum.toml"),
     ),
+    ("chain", include_str!("../../scenes/chain.toml")),
     (
         "slider-crank",
         include_str!("../../scenes/slider-crank.toml"),

@@ -1,3 +1,4 @@
+use super::best::Best;
 use super::{ImpulseSolver, SolveReport};
 use crate::contact::{
     ContactProblem, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
@@ -14,7 +15,8 @@ pub(super) type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 ///
 /// with the projection `Π_i` on what the law of the block admits, where ω is not 1. Sweeps
 /// alternate in direction, which carries a load through a stack twice as fast. Right for large,
-/// well-conditioned islands; slow for good on towers and mass ratios.
+/// well-conditioned islands; slow for good on towers and mass ratios. What is returned is never worse
+/// than the start.
 ///
 /// # Source
 /// Jean & Moreau (1992); Acary, Brémond & Huber, *On solving contact problems with Coulomb
@@ -28,6 +30,7 @@ pub struct Nsgs {
     step: LocalStep,
     state: SweepState,
     judge: Judge,
+    best: Best,
 }
 
 impl Default for Nsgs {
@@ -52,6 +55,7 @@ impl Nsgs {
             step,
             state: SweepState::default(),
             judge: Judge::default(),
+            best: Best::default(),
         }
     }
 
@@ -126,21 +130,26 @@ impl ImpulseSolver for Nsgs {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        let mut judge = std::mem::take(&mut self.judge);
-        judge.prepare(problem);
-        let sweeps = self.sweep(problem, &mut judge, impulses, tolerance, self.max_sweeps);
-        if impulses
-            .iter()
-            .any(|p| !(p.x.is_finite() && p.y.is_finite()))
-        {
-            // products of masses and arms overflowed
+        // a start that is not finite is no start
+        if impulses.iter().any(|p| !p.iter().all(|x| x.is_finite())) {
             impulses.fill(Vec2::zeros());
         }
+        let mut judge = std::mem::take(&mut self.judge);
+        judge.prepare(problem);
         let residual = judge.natural_map(problem, impulses);
+        self.best.start(impulses, residual, tolerance);
+        let mut sweeps = 0;
+        if !self.best.solved() {
+            sweeps = self.sweep(problem, &mut judge, impulses, tolerance, self.max_sweeps);
+            // sweeps may diverge, until products of masses and arms overflow
+            self.best
+                .offer(impulses, judge.natural_map(problem, impulses));
+            impulses.copy_from_slice(&self.best.impulses);
+        }
         self.judge = judge;
         SolveReport {
             sweeps,
-            ..SolveReport::of(residual, tolerance)
+            ..SolveReport::of(self.best.residual, tolerance)
         }
     }
 }

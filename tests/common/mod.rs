@@ -1,6 +1,8 @@
 //! What several integration tests share.
 #![allow(dead_code)] // each test binary uses a part
 
+pub mod problems;
+
 use moreau2d::contact::Vec3;
 use moreau2d::dynamics::Pose64;
 use moreau2d::dynamics::record::StepRecord;
