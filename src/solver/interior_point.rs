@@ -288,7 +288,7 @@ fn mass(problem: &ContactProblem, judge: &Judge) -> f64 {
             .filter(|w| w.x > 0.0)
             .map(|w| 1.0 / w.x)
             .sum(),
-        Delassus::Dense(_) => 0.0,
+        Delassus::Blocks(_) => 0.0,
     };
     if bodies > 0.0 {
         return bodies;

@@ -13,7 +13,6 @@ mod nsgs;
 mod pairs;
 mod prox;
 mod response;
-mod sparse;
 mod status_newton;
 
 #[cfg(test)]

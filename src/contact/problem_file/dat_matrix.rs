@@ -1,5 +1,7 @@
 use super::words::Words;
 use super::{FileError, MOST_ROWS};
+use crate::contact::sparse::MOST_FILL;
+use crate::contact::{BlockMatrix, Mat2};
 use nalgebra::DMatrix;
 
 /// A matrix of a text file, as stored.
@@ -53,6 +55,47 @@ impl Matrix {
         })
     }
 
+    /// Shows every entry (row, column, value) but zeros of a full matrix.
+    pub fn for_each(&self, mut show: impl FnMut(usize, usize, f64)) {
+        match &self.values {
+            Values::Full(values) => {
+                for (k, &value) in values.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+                    show(k % self.rows, k / self.rows, value);
+                }
+            }
+            Values::Entries(entries) => {
+                for &(row, column, value) in entries {
+                    show(row, column, value);
+                }
+            }
+        }
+    }
+
+    /// The 2 × 2 blocks of a square matrix with an even number of rows.
+    ///
+    /// # Errors
+    /// [`FileError::Content`] if there are more than [`MOST_FILL`] block rows.
+    pub fn blocks(self, name: &str) -> Result<BlockMatrix, FileError> {
+        let size = self.rows / 2;
+        if size > MOST_FILL {
+            return Err(FileError::Content(format!(
+                "{name} has {size} block rows, at most {MOST_FILL} are held"
+            )));
+        }
+        if let Values::Full(_) = self.values {
+            return Ok(BlockMatrix::from_dense(&self.dense(name)?));
+        }
+        let mut blocks = Vec::new();
+        self.for_each(|row, column, value| {
+            let mut block = Mat2::zeros();
+            block[(row % 2, column % 2)] = value;
+            blocks.push(((row / 2) as u32, (column / 2) as u32, block));
+        });
+        Ok(BlockMatrix::from_blocks(size, blocks))
+    }
+
+    /// All numbers.
+    ///
     /// # Errors
     /// [`FileError::Content`] if it is sparse and too large.
     pub fn dense(self, name: &str) -> Result<DMatrix<f64>, FileError> {

@@ -11,9 +11,9 @@ fn contact_of(loaded: &Loaded) -> &ContactProblem {
     }
 }
 
-fn dense_of(loaded: &Loaded) -> &DMatrix<f64> {
+fn dense_of(loaded: &Loaded) -> DMatrix<f64> {
     match &contact_of(loaded).operator {
-        Delassus::Dense(matrix) => matrix,
+        operator @ Delassus::Blocks(_) => operator.explicit(),
         Delassus::Bodies(_) => panic!("from bodies"),
     }
 }
@@ -106,7 +106,7 @@ fn as_dat_has_it(problem: &StoredProblem) -> StoredProblem {
     match problem.clone() {
         StoredProblem::Contact { problem, .. } => StoredProblem::Contact {
             problem: ContactProblem {
-                operator: Delassus::Dense(problem.operator.explicit()),
+                operator: Delassus::dense(problem.operator.explicit()),
                 free: problem.free,
                 laws: (0..problem.laws.len())
                     .map(|k| coulomb(0.3 * k as f64))
