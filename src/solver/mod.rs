@@ -18,6 +18,8 @@ mod status_newton;
 #[cfg(test)]
 mod direct_tests;
 #[cfg(test)]
+mod explicit_tests;
+#[cfg(test)]
 mod problems;
 
 pub use auto::Auto;

@@ -72,6 +72,8 @@ mod symmetry;
 mod words;
 
 #[cfg(test)]
+mod sparse_tests;
+#[cfg(test)]
 mod tests;
 
 pub use dat_write::{DatStorage, to_dat};

@@ -4,21 +4,21 @@ use super::*;
 use crate::contact::{BodyOperator, Law, NO_BODY, Rows, Vec3};
 use proptest::prelude::*;
 
-fn contact_of(loaded: &Loaded) -> &ContactProblem {
+pub(super) fn contact_of(loaded: &Loaded) -> &ContactProblem {
     match &loaded.problem {
         StoredProblem::Contact { problem, .. } => problem,
         StoredProblem::Lcp { .. } => panic!("an LCP"),
     }
 }
 
-fn dense_of(loaded: &Loaded) -> DMatrix<f64> {
+pub(super) fn dense_of(loaded: &Loaded) -> DMatrix<f64> {
     match &contact_of(loaded).operator {
         operator @ Delassus::Blocks(_) => operator.explicit(),
         Delassus::Bodies(_) => panic!("from bodies"),
     }
 }
 
-fn coulomb(friction: f64) -> Law {
+pub(super) fn coulomb(friction: f64) -> Law {
     Law::Contact {
         friction,
         compliance: 0.0,
@@ -545,7 +545,7 @@ fn huge_counts_are_no_allocation() {
     ] {
         assert!(read(text.as_bytes()).is_err(), "{text}");
     }
-    // sparse and all there, but too large to be made dense
+    // sparse and all there, but an LCP is made dense
     let n = MOST_ROWS + 1;
     let q = "-1 ".repeat(n);
     let text = format!("{n}\n2 {n} {n}\n1\nCSparse\nnnz: 1\n0 0 : 1\n{q}");
