@@ -233,14 +233,18 @@ impl Delassus {
             size += law.rows();
         }
         let mut matrix = DMatrix::zeros(size, size);
-        let blocks = self.to_blocks();
         for (j, b) in laws.iter().enumerate() {
-            for (i, block) in blocks.column(j) {
+            let mut put = |i: usize, block: &Mat2| {
                 for c in 0..b.rows() {
                     for r in 0..laws[i].rows() {
                         matrix[(first[i] + r, first[j] + c)] = block[(r, c)];
                     }
                 }
+            };
+            match self {
+                // small ones: not worth a list of who shares a body
+                Delassus::Bodies(_) => (0..laws.len()).for_each(|i| put(i, &self.block(i, j))),
+                Delassus::Blocks(m) => m.column(j).for_each(|(i, block)| put(i, block)),
             }
         }
         (matrix, first)

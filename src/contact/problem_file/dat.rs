@@ -105,7 +105,7 @@ fn contacts(words: &mut Words) -> Result<Loaded, FileError> {
     let free = words.reals(size, "q")?;
     let laws = friction(words, contacts)?;
     let problem = ContactProblem {
-        operator: Delassus::Blocks(matrix.blocks("W")?),
+        operator: Delassus::Blocks(matrix.blocks()),
         free: pairs(&free),
         laws,
     };

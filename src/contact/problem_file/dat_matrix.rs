@@ -1,6 +1,5 @@
 use super::words::Words;
 use super::{FileError, MOST_ROWS};
-use crate::contact::sparse::MOST_FILL;
 use crate::contact::{BlockMatrix, Mat2};
 use nalgebra::DMatrix;
 
@@ -72,26 +71,20 @@ impl Matrix {
     }
 
     /// The 2 × 2 blocks of a square matrix with an even number of rows.
-    ///
-    /// # Errors
-    /// [`FileError::Content`] if there are more than [`MOST_FILL`] block rows.
-    pub fn blocks(self, name: &str) -> Result<BlockMatrix, FileError> {
-        let size = self.rows / 2;
-        if size > MOST_FILL {
-            return Err(FileError::Content(format!(
-                "{name} has {size} block rows, at most {MOST_FILL} are held"
-            )));
-        }
-        if let Values::Full(_) = self.values {
-            return Ok(BlockMatrix::from_dense(&self.dense(name)?));
-        }
-        let mut blocks = Vec::new();
-        self.for_each(|row, column, value| {
+    pub fn blocks(self) -> BlockMatrix {
+        let entries = match self.values {
+            Values::Full(values) => {
+                let full = DMatrix::from_vec(self.rows, self.columns, values);
+                return BlockMatrix::from_dense(&full);
+            }
+            Values::Entries(entries) => entries.into_iter(),
+        };
+        let block = |(row, column, value)| {
             let mut block = Mat2::zeros();
             block[(row % 2, column % 2)] = value;
-            blocks.push(((row / 2) as u32, (column / 2) as u32, block));
-        });
-        Ok(BlockMatrix::from_blocks(size, blocks))
+            ((row / 2) as u32, (column / 2) as u32, block)
+        };
+        BlockMatrix::from_blocks(self.rows / 2, entries.map(block).collect())
     }
 
     /// All numbers.

@@ -174,7 +174,8 @@ pub enum FileError {
 ///
 /// # Errors
 /// [`FileError`], with the place in the file where one thing there is wrong. Never panics, and takes
-/// no memory for numbers that are not there but for a sparse matrix that is made dense.
+/// no memory for numbers that are not there but for a matrix that is made dense and for the factors
+/// of an operator, both with a bound.
 pub fn read(bytes: &[u8]) -> Result<Loaded, FileError> {
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err(FileError::Hdf5);

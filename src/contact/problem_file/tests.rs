@@ -617,7 +617,7 @@ proptest! {
     /// Bytes of a good file cut out, doubled, or replaced: read or refused, never a panic.
     #[test]
     fn mangled_files_never_panic(
-        which in 0usize..7,
+        which in 0usize..9,
         at in any::<prop::sample::Index>(),
         cut in 0usize..8,
         insert in prop_oneof![
@@ -641,6 +641,11 @@ proptest! {
             "{\"kind\": \"contact\", \"operator\": {\"bodies\": {\"inverse_mass\": [[1, 1, 1]], \
              \"rows\": [{\"bodies\": [null, 0], \"jacobian\": [[[0,0,0],[0,0,0]],[[0,1,0],[1,0,0]]]\
              }]}}, \"free\": [[-1, 0]], \"laws\": [\"pin\"], \"solution\": [[1, 0]]}",
+            "{\"kind\": \"contact\", \"operator\": {\"blocks\": [[0, 0, [[2, 1], [1, 2]]], [1, 1, \
+             [[2, 0], [0, 2]]], [0, 1, [[1, 0], [0, 0]]], [1, 0, [[1, 0], [0, 0]]]]}, \"free\": \
+             [[-1, 0], [-1, 0]], \"laws\": [\"pin\", \"pin\"]}",
+            "2 1\n2 3 3\n1\nCSparse\nnnz: 3\n0 0 : 2\n1 1 : 2\n2 2 : 4\n2 3 2\n1\nCSparse\nnnz: 3\n\
+             1 0 : 1\n0 1 : -1\n2 1 : 1\n2 4 12\n10 20\n0.4\n",
         ][which];
         prop_assert!(read(good.as_bytes()).is_ok());
         let mut bytes = good.as_bytes().to_vec();
