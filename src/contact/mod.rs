@@ -28,6 +28,7 @@ mod blocks;
 mod cone;
 mod local;
 mod operator;
+mod ordering;
 mod problem;
 pub mod problem_file;
 mod residual;

@@ -1,10 +1,11 @@
 //! Block sparse LDU factorisation, N × N blocks: over the graph of bodies (3), over that of
 //! contacts (2).
 
+use super::ordering::{minimum_degree, neighbours};
 use nalgebra::{Const, DimMin, SMatrix, SVector, ToTypenum};
 
-/// Most blocks that a factor may have below its diagonal: as many as a full matrix of 14 000 rows
-/// in 2 × 2 blocks has, 1.6 GB with those above.
+/// Most blocks that a factor may have below its diagonal: as many as a full matrix of 7071 block
+/// rows has. Blocks of 2 × 2 take 1.6 GB with those above.
 pub const MOST_FILL: usize = 25_000_000;
 
 /// Place of a block in a [`BlockLdu`].
@@ -64,10 +65,12 @@ impl<const N: usize> BlockLdu<N> {
     pub fn prepare(&mut self, size: usize, pairs: &[(u32, u32)]) -> Result<bool, TooMuchFill> {
         let changed = self.size != size || self.pairs != pairs;
         if changed {
-            // so that what follows a refusal is not taken for prepared
-            *self = BlockLdu::default();
-            self.analyse(size, pairs)?;
+            if let Err(error) = self.analyse(size, pairs) {
+                *self = BlockLdu::default();
+                return Err(error);
+            }
             self.size = size;
+            self.pairs.clear();
             self.pairs.extend_from_slice(pairs);
         }
         Ok(changed)
@@ -90,6 +93,8 @@ impl<const N: usize> BlockLdu<N> {
         // fill: the structure of a column is its own neighbours and what its children pass on
         let (mut child, mut sibling) = (vec![usize::MAX; n], vec![usize::MAX; n]);
         let mut rows: Vec<u32> = Vec::new();
+        self.row.clear();
+        self.start.clear();
         self.start.push(0);
         for k in 0..n {
             let v = self.node[k];
@@ -113,6 +118,17 @@ impl<const N: usize> BlockLdu<N> {
                 return Err(TooMuchFill);
             }
         }
+        self.find_rows(n);
+        self.offset = vec![0; n];
+        self.diagonal = vec![SMatrix::zeros(); n];
+        self.lower = vec![SMatrix::zeros(); self.row.len()];
+        self.upper = vec![SMatrix::zeros(); self.row.len()];
+        self.work = vec![SVector::zeros(); n];
+        Ok(())
+    }
+
+    /// Lists the entries of every row.
+    fn find_rows(&mut self, n: usize) {
         self.across_start = vec![0; n + 1];
         for &i in &self.row {
             self.across_start[i as usize + 1] += 1;
@@ -129,12 +145,6 @@ impl<const N: usize> BlockLdu<N> {
                 *place += 1;
             }
         }
-        self.offset = vec![0; n];
-        self.diagonal = vec![SMatrix::zeros(); n];
-        self.lower = vec![SMatrix::zeros(); self.row.len()];
-        self.upper = vec![SMatrix::zeros(); self.row.len()];
-        self.work = vec![SVector::zeros(); n];
-        Ok(())
     }
 
     /// `K_aa += m` for node `a`.
@@ -278,42 +288,6 @@ fn inverse<const N: usize>(m: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>>
     Some(right)
 }
 
-/// The neighbours of every node, ascending: those of v are `neighbour[first\[v\]..first[v + 1]]`.
-fn neighbours(n: usize, pairs: &[(u32, u32)]) -> (Vec<isize>, Vec<isize>) {
-    let mut first = vec![0isize; n + 1];
-    for &(a, b) in pairs {
-        first[a as usize + 1] += 1;
-        first[b as usize + 1] += 1;
-    }
-    for v in 0..n {
-        first[v + 1] += first[v];
-    }
-    let mut next = first.clone();
-    let mut neighbour = vec![0; 2 * pairs.len()];
-    // sorted pairs: those that a node ends come before those that it begins
-    for &(a, b) in pairs {
-        for (v, other) in [(a, b), (b, a)] {
-            let place = &mut next[v as usize];
-            neighbour[*place as usize] = other as isize;
-            *place += 1;
-        }
-    }
-    (first, neighbour)
-}
-
-/// Approximate minimum degree ordering; the natural order should the ordering refuse the graph.
-fn minimum_degree(first: &[isize], neighbour: &[isize]) -> Vec<usize> {
-    let n = first.len() - 1;
-    if neighbour.len() == n * n.saturating_sub(1) {
-        // all are coupled: any order has the same fill
-        return (0..n).collect();
-    }
-    match amd::order(n as isize, first, neighbour, &amd::Control::default()) {
-        Ok((order, _, _)) => order.into_iter().map(|v| v as usize).collect(),
-        Err(_) => (0..n).collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -321,6 +295,17 @@ mod tests {
 
     type Mat3 = SMatrix<f64, 3, 3>;
     type Vec3 = SVector<f64, 3>;
+
+    /// Numbers in [-0.5, 0.5).
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut seed = 7u64;
+        move || {
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+        }
+    }
 
     /// Cofactors lose every digit of this one: found by a drum whose Newton steps went astray.
     #[test]
@@ -334,16 +319,43 @@ mod tests {
         assert!(inverse(&Mat3::zeros()).is_none());
     }
 
+    /// A refusal leaves nothing behind, and another matrix may follow.
+    #[test]
+    fn factors_that_are_too_many_are_refused() {
+        let mut random = numbers();
+        // six couplings a node, to any other: half of all pairs are filled
+        let nodes = 24_000;
+        let mut node = || ((random() + 0.5) * f64::from(nodes)) as u32;
+        let mut pairs: Vec<(u32, u32)> = (0..3 * nodes)
+            .map(|_| (node(), node()))
+            .map(|(a, b)| (a.min(b), a.max(b)))
+            .filter(|(a, b)| a < b)
+            .collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut sparse = BlockLdu::<2>::default();
+        assert_eq!(sparse.prepare(nodes as usize, &pairs), Err(TooMuchFill));
+        let pairs = [(0, 1), (0, 2), (1, 2)];
+        assert_eq!(sparse.prepare(3, &pairs), Ok(true));
+        sparse.clear();
+        for a in 0..3 {
+            sparse.add_diagonal(a, &SMatrix::identity());
+        }
+        assert!(sparse.factorise() && sparse.is_positive());
+        // a symmetric matrix with one negative pivot
+        sparse.clear();
+        for a in 0..3 {
+            sparse.add_diagonal(a, &SMatrix::identity());
+        }
+        let two = SMatrix::from_diagonal_element(2.0);
+        sparse.add_coupling(sparse.place(2, 0), &two, &two);
+        assert!(sparse.factorise() && !sparse.is_positive());
+    }
+
     /// Against nalgebra's dense LU on random graphs, nonsymmetric values.
     #[test]
     fn agrees_with_a_dense_factorisation() {
-        let mut seed = 7u64;
-        let mut random = move || {
-            seed = seed
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5
-        };
+        let mut random = numbers();
         let mut sparse = BlockLdu::default();
         for size in [1usize, 2, 5, 17, 40] {
             let mut pairs = Vec::new();
