@@ -99,7 +99,7 @@ fn dumped_problems_are_solved_again() {
             assert!(natural_map(&problem, &stored).certified(1e-8), "{file}");
             let dense = StoredProblem::Contact {
                 problem: ContactProblem {
-                    operator: Delassus::Dense(problem.operator.explicit()),
+                    operator: Delassus::dense(problem.operator.explicit()),
                     ..problem.clone()
                 },
                 solution: None,

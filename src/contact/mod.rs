@@ -24,14 +24,18 @@
 //! Moreau (1988); De Saxcé & Feng (1998); Glocker & Studer, Multibody Syst. Dyn. 13 (2005);
 //! Acary & Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008).
 
+mod blocks;
 mod cone;
 pub mod examples;
 mod local;
 mod operator;
+mod ordering;
 mod problem;
 pub mod problem_file;
 mod residual;
+pub(crate) mod sparse;
 
+pub use blocks::BlockMatrix;
 pub use cone::project_onto_cone;
 pub use local::solve_local;
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};

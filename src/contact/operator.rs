@@ -1,5 +1,6 @@
-use super::{Law, Mat2, Vec2, Vec3};
+use super::{BlockMatrix, Law, Mat2, Vec2, Vec3};
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 
 /// Marks a side of a contact that belongs to no body of finite mass.
 pub const NO_BODY: u32 = u32::MAX;
@@ -77,13 +78,43 @@ pub struct BodyOperator {
     pub rows: Vec<Rows>,
 }
 
+impl BodyOperator {
+    /// The blocks `G_ij`, explicit: those of two that share a body.
+    pub fn blocks(&self) -> BlockMatrix {
+        let mut on_body = vec![Vec::new(); self.inverse_mass.len()];
+        for (i, rows) in self.rows.iter().enumerate() {
+            let [a, b] = rows.bodies;
+            for body in [Some(a), Some(b).filter(|b| *b != a)].into_iter().flatten() {
+                if body != NO_BODY {
+                    on_body[body as usize].push(i as u32);
+                }
+            }
+        }
+        let mut blocks = Vec::new();
+        let mut coupled = Vec::new();
+        for (j, rows) in self.rows.iter().enumerate() {
+            coupled.clear();
+            for body in rows.bodies.into_iter().filter(|b| *b != NO_BODY) {
+                coupled.extend_from_slice(&on_body[body as usize]);
+            }
+            coupled.sort_unstable();
+            coupled.dedup();
+            for &i in &coupled {
+                let block = self.rows[i as usize].coupling(rows, &self.inverse_mass);
+                blocks.push((i, j as u32, block));
+            }
+        }
+        BlockMatrix::from_blocks(self.rows.len(), blocks)
+    }
+}
+
 /// The Delassus operator `G` [1/kg] of a contact problem.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Delassus {
     /// From bodies and Jacobian rows.
     Bodies(BodyOperator),
-    /// Explicit, 2n × 2n, symmetric, rows (n, t) per block.
-    Dense(DMatrix<f64>),
+    /// Explicit, n × n blocks, symmetric, rows (n, t) per block.
+    Blocks(BlockMatrix),
 }
 
 /// What a sweep carries along: body velocities `M⁻¹ Jᵀ P` or local velocities `G P`.
@@ -94,20 +125,19 @@ pub struct SweepState {
 }
 
 impl Delassus {
-    /// An explicit operator.
+    /// An explicit operator from all its numbers, 2n × 2n.
     ///
     /// # Panics
     /// If the matrix is not square with an even number of rows.
     pub fn dense(matrix: DMatrix<f64>) -> Self {
-        assert!(matrix.is_square() && matrix.nrows().is_multiple_of(2));
-        Delassus::Dense(matrix)
+        Delassus::Blocks(BlockMatrix::from_dense(&matrix))
     }
 
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
         match self {
             Delassus::Bodies(op) => op.rows.len(),
-            Delassus::Dense(m) => m.nrows() / 2,
+            Delassus::Blocks(m) => m.size(),
         }
     }
 
@@ -120,7 +150,7 @@ impl Delassus {
     pub fn block(&self, i: usize, j: usize) -> Mat2 {
         match self {
             Delassus::Bodies(op) => op.rows[i].coupling(&op.rows[j], &op.inverse_mass),
-            Delassus::Dense(m) => m.fixed_view::<2, 2>(2 * i, 2 * j).into_owned(),
+            Delassus::Blocks(m) => m.block(i, j),
         }
     }
 
@@ -149,14 +179,14 @@ impl Delassus {
                     }
                 }
             }
-            Delassus::Dense(m) => {
-                let n = impulses.len();
+            Delassus::Blocks(m) => {
                 state.local.clear();
-                state.local.extend((0..n).map(|i| {
-                    (0..n).fold(Vec2::zeros(), |sum, j| {
-                        sum + m.fixed_view::<2, 2>(2 * i, 2 * j) * impulses[j]
-                    })
-                }));
+                state.local.resize(m.size(), Vec2::zeros());
+                for (j, &p) in impulses.iter().enumerate() {
+                    if p != Vec2::zeros() {
+                        add_column(m, j, p, &mut state.local);
+                    }
+                }
             }
         }
     }
@@ -166,7 +196,7 @@ impl Delassus {
     pub fn read(&self, i: usize, state: &SweepState) -> Vec2 {
         match self {
             Delassus::Bodies(op) => op.rows[i].velocity(&state.bodies),
-            Delassus::Dense(_) => state.local[i],
+            Delassus::Blocks(_) => state.local[i],
         }
     }
 
@@ -177,15 +207,19 @@ impl Delassus {
             Delassus::Bodies(op) => {
                 op.rows[i].push(change, &op.inverse_mass, &mut state.bodies);
             }
-            Delassus::Dense(m) => {
-                for (j, local) in state.local.iter_mut().enumerate() {
-                    *local += m.fixed_view::<2, 2>(2 * j, 2 * i) * change;
-                }
-            }
+            Delassus::Blocks(m) => add_column(m, i, change, &mut state.local),
         }
     }
 
-    /// Explicit matrix, 2n × 2n, rows (n, t) per block.
+    /// The explicit form.
+    pub fn to_blocks(&self) -> Cow<'_, BlockMatrix> {
+        match self {
+            Delassus::Bodies(op) => Cow::Owned(op.blocks()),
+            Delassus::Blocks(m) => Cow::Borrowed(m),
+        }
+    }
+
+    /// Explicit matrix with all its numbers, 2n × 2n, rows (n, t) per block.
     pub fn explicit(&self) -> DMatrix<f64> {
         self.assemble(&vec![Law::Pin; self.blocks()]).0
     }
@@ -199,16 +233,28 @@ impl Delassus {
             size += law.rows();
         }
         let mut matrix = DMatrix::zeros(size, size);
-        for (i, a) in laws.iter().enumerate() {
-            for (j, b) in laws.iter().enumerate() {
-                let block = self.block(i, j);
-                for r in 0..a.rows() {
-                    for c in 0..b.rows() {
+        for (j, b) in laws.iter().enumerate() {
+            let mut put = |i: usize, block: &Mat2| {
+                for c in 0..b.rows() {
+                    for r in 0..laws[i].rows() {
                         matrix[(first[i] + r, first[j] + c)] = block[(r, c)];
                     }
                 }
+            };
+            match self {
+                // small ones: not worth a list of who shares a body
+                Delassus::Bodies(_) => (0..laws.len()).for_each(|i| put(i, &self.block(i, j))),
+                Delassus::Blocks(m) => m.column(j).for_each(|(i, block)| put(i, block)),
             }
         }
         (matrix, first)
+    }
+}
+
+/// `local ← local + G e_j p`.
+#[inline]
+fn add_column(matrix: &BlockMatrix, j: usize, p: Vec2, local: &mut [Vec2]) {
+    for (i, block) in matrix.column(j) {
+        local[i] += block * p;
     }
 }

@@ -108,8 +108,8 @@ impl ContactProblem {
             let block = self.operator.diagonal(contact);
             let rows = law.rows();
             let coupled = match &self.operator {
-                Delassus::Dense(matrix) => {
-                    (matrix.rows(2 * contact, 2).iter()).all(|x| x.is_finite())
+                Delassus::Blocks(matrix) => {
+                    (matrix.column(contact)).all(|(_, block)| block.iter().all(|x| x.is_finite()))
                 }
                 // as far as the diagonal blocks are
                 Delassus::Bodies(_) => true,

@@ -25,7 +25,7 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// starts choose the branch, and the choice repeats bit for bit.
 ///
 /// Newton's systems are factorised in velocity space, `K = M + Jᵀ A J`, sparse and linear in a
-/// chain; from an explicit operator they are dense.
+/// chain; from an explicit operator as `I + G A`, sparse over the contacts that share a body.
 ///
 /// # Source
 /// Alart & Curnier (1991) for the status Newton; Stewart & Trinkle (1996) for the form of friction

@@ -173,7 +173,7 @@ impl InteriorPoint {
         let full = mass(problem, judge) * velocity;
         let mut size = Size {
             impulse: 0.5 * full,
-            velocity: velocity,
+            velocity,
         };
         self.impulses.clear();
         match near {
@@ -280,7 +280,7 @@ fn mass(problem: &ContactProblem, judge: &Judge) -> f64 {
             .filter(|w| w.x > 0.0)
             .map(|w| 1.0 / w.x)
             .sum(),
-        Delassus::Dense(_) => 0.0,
+        Delassus::Blocks(_) => 0.0,
     };
     if bodies > 0.0 {
         return bodies;

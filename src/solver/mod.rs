@@ -14,11 +14,12 @@ mod nsgs;
 mod pairs;
 mod prox;
 mod response;
-mod sparse;
 mod status_newton;
 
 #[cfg(test)]
 mod direct_tests;
+#[cfg(test)]
+mod explicit_tests;
 
 pub use auto::Auto;
 pub use direct::Direct;

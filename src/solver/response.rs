@@ -1,6 +1,8 @@
-use super::sparse::{BlockLdu, Place};
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec2, Vec3};
-use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3};
+use crate::contact::sparse::{BlockLdu, Place};
+use crate::contact::{
+    BlockMatrix, BodyOperator, ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec2, Vec3,
+};
+use nalgebra::Matrix3;
 
 /// Velocities of a contact problem when impulses answer them linearly, block by block.
 ///
@@ -14,37 +16,47 @@ use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix3};
 /// where `v` is what the impulses add to the free velocity. From bodies it is solved in velocity
 /// space, `K dv = Jᵀ (r + g) − M v` with `K = M + Jᵀ A J`: sparse, and linear in a chain. Velocities
 /// are scaled by `M^½`, so that `M` is the identity and a locked coordinate a zero column. From an
-/// explicit operator it is the dense system `(I + G A) h = G (r + g) − ν`, `ν = J v`.
+/// explicit operator it is `(I + G A) h = G (r + g) − ν`, `ν = J v`: sparse as well, over the
+/// contacts that share a body. Neither seeks pivots: with symmetric gains `G + A⁻¹` needs none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Response {
     bodies: usize,
-    factor: BlockLdu,
+    /// Whether the factors can be held.
+    fits: bool,
+    factor: BlockLdu<3>,
     pairs: Vec<(u32, u32)>,
     /// Rows scaled by `M^−½`, and where their coupling lies in the factor.
     rows: Vec<Rows>,
     places: Vec<Option<Place>>,
     velocity: Vec<Vec3>,
     change: Vec<Vec3>,
-    dense: Dense,
+    explicit: Explicit,
 }
 
 /// Velocities of a [`Response`] at some moment.
-pub(super) struct Kept(Vec<Vec3>, DVector<f64>);
+pub(super) struct Kept(Vec<Vec3>, Vec<Vec2>);
 
+/// The part of an explicit operator.
 #[derive(Debug, Clone, Default)]
-struct Dense {
-    factor: Option<LU<f64, Dyn, Dyn>>,
-    velocity: DVector<f64>,
-    change: DVector<f64>,
+struct Explicit {
+    factor: BlockLdu<2>,
+    /// Where the blocks off the diagonal lie in the factor, in the operator's order.
+    places: Vec<Place>,
+    velocity: Vec<Vec2>,
+    change: Vec<Vec2>,
 }
 
 impl Response {
     /// Turns to another problem. The symbolic factorisation is kept while the same bodies couple.
     pub fn prepare(&mut self, problem: &ContactProblem) {
         self.rows.clear();
-        let Delassus::Bodies(op) = &problem.operator else {
-            self.bodies = 0;
-            return;
+        let op = match &problem.operator {
+            Delassus::Bodies(op) => op,
+            Delassus::Blocks(matrix) => {
+                self.bodies = 0;
+                self.fits = self.explicit.prepare(matrix);
+                return;
+            }
         };
         self.bodies = op.inverse_mass.len();
         self.rows.extend(op.rows.iter().map(|r| scaled(r, op)));
@@ -52,8 +64,11 @@ impl Response {
         self.pairs.extend(op.rows.iter().filter_map(coupled));
         self.pairs.sort_unstable();
         self.pairs.dedup();
-        self.factor.prepare(self.bodies, &self.pairs);
+        self.fits = self.factor.prepare(self.bodies, &self.pairs).is_ok();
         self.places.clear();
+        if !self.fits {
+            return;
+        }
         for rows in &op.rows {
             let [a, b] = rows.bodies;
             self.places
@@ -73,33 +88,36 @@ impl Response {
                     }
                 }
             }
-            Delassus::Dense(matrix) => self.dense.velocity = matrix * stacked(impulses),
+            Delassus::Blocks(_) => self.explicit.velocity = problem.operator.apply(impulses),
         }
     }
 
     /// The present velocities, to come back to.
     pub fn keep(&self) -> Kept {
-        Kept(self.velocity.clone(), self.dense.velocity.clone())
+        Kept(self.velocity.clone(), self.explicit.velocity.clone())
     }
 
     /// Goes back to the velocities kept.
     pub fn restore(&mut self, kept: Kept) {
-        (self.velocity, self.dense.velocity) = (kept.0, kept.1);
+        (self.velocity, self.explicit.velocity) = (kept.0, kept.1);
     }
 
     /// `(J v)_i` \[m/s\].
     pub fn velocity(&self, i: usize) -> Vec2 {
         match self.rows.get(i) {
             Some(rows) => rows.velocity(&self.velocity),
-            None => pair(&self.dense.velocity, i),
+            None => self.explicit.velocity[i],
         }
     }
 
-    /// Factorises for the gains `A` \[kg\], one a block. `false` if the system is singular.
+    /// Factorises for the gains `A` \[kg\], one a block. `false` if the system is singular or its
+    /// factors are too many to be held.
     pub fn factorise(&mut self, problem: &ContactProblem, gains: &[Mat2]) -> bool {
-        if let Delassus::Dense(matrix) = &problem.operator {
-            self.dense.factor = Some(dense_system(matrix, gains).lu());
-            return true;
+        if !self.fits {
+            return false;
+        }
+        if let Delassus::Blocks(matrix) = &problem.operator {
+            return self.explicit.factorise(matrix, gains);
         }
         self.factor.clear();
         for body in 0..self.bodies {
@@ -144,17 +162,13 @@ impl Response {
                 }
                 self.factor.solve(&mut self.change);
             }
-            Delassus::Dense(matrix) => {
-                let mut h = matrix * stacked(targets) - &self.dense.velocity;
-                let solved = self
-                    .dense
-                    .factor
-                    .as_ref()
-                    .is_some_and(|f| f.solve_mut(&mut h));
-                if !solved {
-                    h.fill(f64::NAN);
+            Delassus::Blocks(_) => {
+                let explicit = &mut self.explicit;
+                explicit.change = problem.operator.apply(targets);
+                for (h, v) in explicit.change.iter_mut().zip(&explicit.velocity) {
+                    *h -= v;
                 }
-                self.dense.change = h;
+                explicit.factor.solve(&mut explicit.change);
             }
         }
     }
@@ -163,7 +177,7 @@ impl Response {
     pub fn change(&self, i: usize) -> Vec2 {
         match self.rows.get(i) {
             Some(rows) => rows.velocity(&self.change),
-            None => pair(&self.dense.change, i),
+            None => self.explicit.change[i],
         }
     }
 
@@ -173,8 +187,44 @@ impl Response {
             *v += dv * step;
         }
         if self.rows.is_empty() {
-            self.dense.velocity.axpy(step, &self.dense.change, 1.0);
+            let explicit = &mut self.explicit;
+            for (v, dv) in explicit.velocity.iter_mut().zip(&explicit.change) {
+                *v += dv * step;
+            }
         }
+    }
+}
+
+impl Explicit {
+    /// Whether the factors can be held.
+    fn prepare(&mut self, matrix: &BlockMatrix) -> bool {
+        self.places.clear();
+        if (self.factor.prepare(matrix.size(), &matrix.pairs())).is_err() {
+            return false;
+        }
+        for j in 0..matrix.size() {
+            let others = matrix.column(j).filter(|(i, _)| *i != j);
+            self.places
+                .extend(others.map(|(i, _)| self.factor.place(i, j)));
+        }
+        true
+    }
+
+    /// Factorises `I + G A`.
+    fn factorise(&mut self, matrix: &BlockMatrix, gains: &[Mat2]) -> bool {
+        self.factor.clear();
+        let mut places = self.places.iter();
+        for (j, gain) in gains.iter().enumerate() {
+            self.factor.add_diagonal(j, &Mat2::identity());
+            for (i, block) in matrix.column(j) {
+                if i == j {
+                    self.factor.add_diagonal(j, &(block * gain));
+                } else if let Some(place) = places.next() {
+                    self.factor.add(*place, &(block * gain));
+                }
+            }
+        }
+        self.factor.factorise()
     }
 }
 
@@ -201,23 +251,4 @@ fn push(rows: &Rows, p: Vec2, velocity: &mut [Vec3]) {
             velocity[body as usize] += j[0] * p.x + j[1] * p.y;
         }
     }
-}
-
-fn stacked(pairs: &[Vec2]) -> DVector<f64> {
-    DVector::from_iterator(2 * pairs.len(), pairs.iter().flat_map(|p| [p.x, p.y]))
-}
-
-fn pair(stacked: &DVector<f64>, i: usize) -> Vec2 {
-    Vec2::new(stacked[2 * i], stacked[2 * i + 1])
-}
-
-/// `I + G A`.
-fn dense_system(matrix: &DMatrix<f64>, gains: &[Mat2]) -> DMatrix<f64> {
-    let mut system = DMatrix::identity(matrix.nrows(), matrix.ncols());
-    for (j, gain) in gains.iter().enumerate() {
-        let columns = matrix.columns(2 * j, 2) * gain;
-        let mut target = system.columns_mut(2 * j, 2);
-        target += columns;
-    }
-    system
 }

@@ -1,9 +1,9 @@
 use super::dat_matrix::Matrix;
-use super::symmetry::symmetrise;
+use super::global::reduce;
 use super::words::Words;
 use super::{FileError, Loaded};
 use crate::contact::{ContactProblem, Delassus, Law, Vec2};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Reads a text file of any of the three kinds.
 pub(super) fn read(text: &str) -> Result<Loaded, FileError> {
@@ -105,7 +105,7 @@ fn contacts(words: &mut Words) -> Result<Loaded, FileError> {
     let free = words.reals(size, "q")?;
     let laws = friction(words, contacts)?;
     let problem = ContactProblem {
-        operator: Delassus::Dense(matrix.dense("W")?),
+        operator: Delassus::Blocks(matrix.blocks()),
         free: pairs(&free),
         laws,
     };
@@ -134,28 +134,19 @@ fn is_matrix(mut words: Words, size: (usize, usize), contacts: usize) -> bool {
     listing || head.len() + count > local
 }
 
-/// Reduces `M v = q + H r`, `u = Hᵀ v + b` to `u = W r + Hᵀ M⁻¹ q + b`, `W = Hᵀ M⁻¹ H`.
+/// From H on.
 fn global(words: &mut Words, mass: Matrix, contacts: usize) -> Result<Loaded, FileError> {
     let size = contacts.saturating_mul(2);
     let coordinates = mass.rows;
     let h = sized(words, "H", (coordinates, size))?;
-    let q = DVector::from_vec(words.reals(coordinates, "q")?);
-    let b = DVector::from_vec(words.reals(size, "b")?);
+    let q = words.reals(coordinates, "q")?;
+    let b = words.reals(size, "b")?;
     let laws = friction(words, contacts)?;
-    let (mut mass, mut h) = (mass.dense("M")?, h.dense("H")?);
     let mut warnings = Vec::new();
-    symmetrise(&mut mass, "M", &mut warnings)?;
-    let root = mass.cholesky().ok_or(FileError::Indefinite {
-        matrix: "M",
-        how: "definite",
-    })?;
-    let free = h.tr_mul(&root.solve(&q)) + b;
-    // W = (L⁻¹ H)ᵀ (L⁻¹ H), M = L Lᵀ
-    root.l_dirty().solve_lower_triangular_mut(&mut h);
-    let operator: DMatrix<f64> = h.tr_mul(&h);
+    let (operator, free) = reduce(&mass, &h, &q, b, &mut warnings)?;
     let problem = ContactProblem {
-        operator: Delassus::Dense(operator),
-        free: pairs(free.as_slice()),
+        operator: Delassus::Blocks(operator),
+        free: pairs(&free),
         laws,
     };
     let mut loaded = Loaded::contact(problem, None)?;

@@ -1,5 +1,6 @@
 use super::words::Words;
 use super::{FileError, MOST_ROWS};
+use crate::contact::{BlockMatrix, Mat2};
 use nalgebra::DMatrix;
 
 /// A matrix of a text file, as stored.
@@ -53,6 +54,41 @@ impl Matrix {
         })
     }
 
+    /// Shows every entry (row, column, value) but zeros of a full matrix.
+    pub fn for_each(&self, mut show: impl FnMut(usize, usize, f64)) {
+        match &self.values {
+            Values::Full(values) => {
+                for (k, &value) in values.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+                    show(k % self.rows, k / self.rows, value);
+                }
+            }
+            Values::Entries(entries) => {
+                for &(row, column, value) in entries {
+                    show(row, column, value);
+                }
+            }
+        }
+    }
+
+    /// The 2 × 2 blocks of a square matrix with an even number of rows.
+    pub fn blocks(self) -> BlockMatrix {
+        let entries = match self.values {
+            Values::Full(values) => {
+                let full = DMatrix::from_vec(self.rows, self.columns, values);
+                return BlockMatrix::from_dense(&full);
+            }
+            Values::Entries(entries) => entries.into_iter(),
+        };
+        let block = |(row, column, value)| {
+            let mut block = Mat2::zeros();
+            block[(row % 2, column % 2)] = value;
+            ((row / 2) as u32, (column / 2) as u32, block)
+        };
+        BlockMatrix::from_blocks(self.rows / 2, entries.map(block).collect())
+    }
+
+    /// All numbers.
+    ///
     /// # Errors
     /// [`FileError::Content`] if it is sparse and too large.
     pub fn dense(self, name: &str) -> Result<DMatrix<f64>, FileError> {

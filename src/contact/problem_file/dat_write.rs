@@ -1,5 +1,5 @@
 use super::{FileError, StoredProblem};
-use crate::contact::{ContactProblem, Law};
+use crate::contact::{ContactProblem, Law, Mat2};
 use nalgebra::DMatrix;
 use std::fmt::Write;
 
@@ -23,14 +23,31 @@ pub fn to_dat(problem: &StoredProblem, storage: DatStorage) -> Result<String, Fi
     let mut text = String::new();
     match problem {
         StoredProblem::Lcp { matrix, q, .. } => {
-            text.push_str(&format!("{}\n", q.len()));
-            write_matrix(&mut text, matrix, storage, 1);
+            let n = q.len();
+            text.push_str(&format!("{n}\n"));
+            match storage {
+                DatStorage::Dense => write_dense(&mut text, matrix),
+                DatStorage::Blocks => {
+                    let of_row = |i| (0..n).map(move |j| (j, [matrix[(i, j)]]));
+                    write_blocks(&mut text, n, 1, of_row);
+                }
+            }
             write_line(&mut text, q.iter().copied());
         }
         StoredProblem::Contact { problem, .. } => {
             let friction = friction(problem)?;
             text.push_str(&format!("2\n{}\n", problem.len()));
-            write_matrix(&mut text, &problem.operator.explicit(), storage, 2);
+            match storage {
+                DatStorage::Dense => write_dense(&mut text, &problem.operator.explicit()),
+                DatStorage::Blocks => {
+                    let blocks = problem.operator.to_blocks();
+                    let of_row = |i| {
+                        let values = |block: Mat2| block.data.0.concat();
+                        blocks.row(i).map(move |(j, block)| (j, values(block)))
+                    };
+                    write_blocks(&mut text, problem.len(), 2, of_row);
+                }
+            }
             write_line(&mut text, problem.free.iter().flat_map(|b| [b.x, b.y]));
             write_line(&mut text, friction.into_iter());
         }
@@ -64,46 +81,44 @@ fn write_line(text: &mut String, numbers: impl Iterator<Item = f64>) {
     text.push('\n');
 }
 
-fn write_matrix(text: &mut String, matrix: &DMatrix<f64>, storage: DatStorage, block: usize) {
+fn write_dense(text: &mut String, matrix: &DMatrix<f64>) {
     let (rows, columns) = matrix.shape();
-    match storage {
-        DatStorage::Dense => {
-            text.push_str(&format!("0 {rows} {columns}\n{rows} {columns}\n"));
-            for column in matrix.column_iter() {
-                write_line(text, column.iter().copied());
-            }
-        }
-        DatStorage::Blocks => {
-            let blocks = rows / block;
-            let at = |i: usize, j: usize| matrix.view((i * block, j * block), (block, block));
-            let mut places = Vec::new();
-            let mut pointer = vec![0];
-            for i in 0..blocks {
-                places.extend(
-                    (0..blocks)
-                        .filter(|&j| at(i, j).amax() > 0.0)
-                        .map(|j| (i, j)),
-                );
-                pointer.push(places.len());
-            }
-            let sizes: Vec<usize> = (1..=blocks).map(|k| k * block).collect();
-            let count = places.len();
-            let lines = [
-                words([1, rows, columns]),
-                words([count]),
-                words([blocks, blocks]),
-                words(sizes.iter().copied()),
-                words(sizes.iter().copied()),
-                words([blocks + 1, count]),
-                words(pointer),
-                words(places.iter().map(|(_, j)| *j)),
-            ];
-            text.push_str(&lines.concat());
-            for (k, &(i, j)) in places.iter().enumerate() {
-                text.push_str(&words([k]));
-                write_line(text, at(i, j).iter().copied());
-            }
-        }
+    text.push_str(&format!("0 {rows} {columns}\n{rows} {columns}\n"));
+    for column in matrix.column_iter() {
+        write_line(text, column.iter().copied());
+    }
+}
+
+/// A square matrix of `count` block rows of `block` rows each; `of_row` gives the block columns of
+/// one, ascending, with their numbers, column by column. Blocks of zeros are left out.
+fn write_blocks<V: AsRef<[f64]>, I: Iterator<Item = (usize, V)>>(
+    text: &mut String,
+    count: usize,
+    block: usize,
+    of_row: impl Fn(usize) -> I,
+) {
+    let mut blocks = Vec::new();
+    let mut pointer = vec![0];
+    for i in 0..count {
+        let filled = of_row(i).filter(|(_, values)| values.as_ref().iter().any(|x| *x != 0.0));
+        blocks.extend(filled);
+        pointer.push(blocks.len());
+    }
+    let size = count * block;
+    let lines = [
+        words([1, size, size]),
+        words([blocks.len()]),
+        words([count, count]),
+        words((1..=count).map(|k| k * block)),
+        words((1..=count).map(|k| k * block)),
+        words([count + 1, blocks.len()]),
+        words(pointer),
+        words(blocks.iter().map(|(j, _)| *j)),
+    ];
+    text.push_str(&lines.concat());
+    for (k, (_, values)) in blocks.iter().enumerate() {
+        text.push_str(&words([k]));
+        write_line(text, values.as_ref().iter().copied());
     }
 }
 

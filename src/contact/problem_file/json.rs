@@ -1,8 +1,11 @@
 use super::{FileError, Loaded, StoredProblem};
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{
+    BlockMatrix, BodyOperator, ContactProblem, Delassus, Law, Mat2, NO_BODY, Rows, Vec2, Vec3,
+};
 use nalgebra::{DMatrix, DVector};
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::HashSet;
 
 /// The key that tells the kinds apart; the others are not looked at yet.
 #[derive(Deserialize)]
@@ -64,8 +67,16 @@ impl Default for Units {
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum OperatorForm {
     Dense(Vec<Vec<f64>>),
+    Blocks(Vec<BlockForm>),
     Bodies(BodiesForm),
 }
+
+/// Block row, block column, rows of the block.
+type BlockForm = (u32, u32, [[f64; 2]; 2]);
+
+/// As many blocks and fewer are written with all their numbers, and so is an operator of which half
+/// the blocks or more are held.
+const SMALL: usize = 32;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -150,7 +161,7 @@ pub(super) fn read(text: &str) -> Result<Loaded, FileError> {
         Kind::Contact => {
             let file: ContactFile = parse(text)?;
             let problem = ContactProblem {
-                operator: operator(file.operator)?,
+                operator: operator(file.operator, file.laws.len())?,
                 free: file.free.into_iter().map(Vec2::from).collect(),
                 laws: file.laws.iter().map(law).collect(),
             };
@@ -184,7 +195,8 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     })
 }
 
-fn operator(form: OperatorForm) -> Result<Delassus, FileError> {
+/// An operator of `size` blocks, where the form itself does not tell.
+fn operator(form: OperatorForm, size: usize) -> Result<Delassus, FileError> {
     match form {
         OperatorForm::Dense(rows) => {
             let matrix = dense("operator.dense", rows)?;
@@ -194,7 +206,26 @@ fn operator(form: OperatorForm) -> Result<Delassus, FileError> {
                     matrix.nrows()
                 )));
             }
-            Ok(Delassus::Dense(matrix))
+            Ok(Delassus::dense(matrix))
+        }
+        OperatorForm::Blocks(form) => {
+            let mut places = HashSet::new();
+            let mut blocks = Vec::new();
+            for (k, (i, j, rows)) in form.into_iter().enumerate() {
+                if i.max(j) as usize >= size {
+                    return Err(FileError::Content(format!(
+                        "operator.blocks[{k}] is at [{i}, {j}], and there are {size} laws"
+                    )));
+                }
+                if !places.insert((i, j)) {
+                    return Err(FileError::Content(format!(
+                        "operator.blocks[{k}] is the second at [{i}, {j}]"
+                    )));
+                }
+                let [[nn, nt], [tn, tt]] = rows;
+                blocks.push((i, j, Mat2::new(nn, nt, tn, tt)));
+            }
+            Ok(Delassus::Blocks(BlockMatrix::from_blocks(size, blocks)))
         }
         OperatorForm::Bodies(form) => {
             let inverse_mass: Vec<Vec3> = (form.inverse_mass.iter())
@@ -297,7 +328,18 @@ pub fn to_json(problem: &StoredProblem) -> Result<String, FileError> {
 
 fn operator_part(operator: &Delassus) -> Result<String, FileError> {
     let inner = match operator {
-        Delassus::Dense(matrix) => list("    ", "dense", rows(matrix))?,
+        Delassus::Blocks(m) if m.size() <= SMALL || 2 * m.held() >= m.size().pow(2) => {
+            list("    ", "dense", rows(&operator.explicit()))?
+        }
+        Delassus::Blocks(m) => {
+            let blocks = (0..m.size()).flat_map(|i| m.row(i).map(move |(j, m)| (i, j, m)));
+            let held = blocks.filter(|(_, _, m)| m.iter().any(|x| *x != 0.0));
+            let form = |(i, j, m): (usize, usize, Mat2)| -> BlockForm {
+                let rows = [[m[(0, 0)], m[(0, 1)]], [m[(1, 0)], m[(1, 1)]]];
+                (i as u32, j as u32, rows)
+            };
+            list("    ", "blocks", held.map(form))?
+        }
         Delassus::Bodies(op) => {
             let inverse_mass = op.inverse_mass.iter().map(|m| [m.x, m.y, m.z]);
             let rows = op.rows.iter().map(|rows| RowsForm {

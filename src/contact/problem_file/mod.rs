@@ -18,7 +18,9 @@
 //! ```
 //!
 //! - `units` states the units and may be left out; others are refused.
-//! - `operator`, the Delassus operator G, is `dense`, a list of rows, two a block; or `bodies`,
+//! - `operator`, the Delassus operator G, is `dense`, a list of rows, two a block; or `blocks`, a
+//!   list of `[i, j, [[G_nn, G_nt], [G_tn, G_tt]]]`, the 2 × 2 blocks that are not zero, each with
+//!   its block row and block column, from 0, once, and on both sides of the diagonal; or `bodies`,
 //!   `G = J M⁻¹ Jᵀ` with `inverse_mass`, (1/m, 1/m, 1/J) a body in 1/kg and 1/(kg m²), and `rows`,
 //!   for each block `{"bodies": [side 1, side 2], "jacobian": [side][row][coordinate]}`; bodies
 //!   count from 0, `null` is a side of infinite mass. Rows are ordered (n, t).
@@ -56,14 +58,21 @@
 //! Three dimensions; numbers that are not finite; wrong counts and shapes; negative friction; a
 //! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. One
 //! that is less asymmetric is symmetrised, which is a warning. An LCP may have any matrix.
+//!
+//! And what would take too much memory: a contact operator whose factors, sparse, would have more
+//! than 25 million blocks (a full one of 7000 contacts has as many); a sparse matrix of an LCP with
+//! more than 10 000 rows, which is made dense; a global form whose M couples so many coordinates.
 
 mod dat;
 mod dat_matrix;
 mod dat_write;
+mod global;
 mod json;
 mod symmetry;
 mod words;
 
+#[cfg(test)]
+mod sparse_tests;
 #[cfg(test)]
 mod tests;
 
@@ -100,7 +109,7 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Most rows and columns of a sparse matrix, which is made dense.
+/// Most rows and columns of a matrix that is stored sparse and made dense.
 const MOST_ROWS: usize = 10_000;
 
 /// What is wrong with a problem file.
@@ -165,7 +174,8 @@ pub enum FileError {
 ///
 /// # Errors
 /// [`FileError`], with the place in the file where one thing there is wrong. Never panics, and takes
-/// no memory for numbers that are not there but for a sparse matrix that is made dense.
+/// no memory for numbers that are not there but for a matrix that is made dense and for the factors
+/// of an operator, both with a bound.
 pub fn read(bytes: &[u8]) -> Result<Loaded, FileError> {
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err(FileError::Hdf5);
@@ -241,14 +251,14 @@ impl StoredProblem {
 }
 
 impl Loaded {
-    /// Checks a contact problem; a dense operator is symmetrised.
+    /// Checks a contact problem; an explicit operator is symmetrised.
     fn contact(
         mut problem: ContactProblem,
         solution: Option<Vec<Vec2>>,
     ) -> Result<Loaded, FileError> {
         problem.validate()?;
         let mut warnings = Vec::new();
-        if let Delassus::Dense(matrix) = &mut problem.operator {
+        if let Delassus::Blocks(matrix) = &mut problem.operator {
             symmetrise(matrix, "W", &mut warnings)?;
             check_semidefinite(matrix, "W")?;
         }

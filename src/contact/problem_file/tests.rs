@@ -4,21 +4,21 @@ use super::*;
 use crate::contact::{BodyOperator, Law, NO_BODY, Rows, Vec3};
 use proptest::prelude::*;
 
-fn contact_of(loaded: &Loaded) -> &ContactProblem {
+pub(super) fn contact_of(loaded: &Loaded) -> &ContactProblem {
     match &loaded.problem {
         StoredProblem::Contact { problem, .. } => problem,
         StoredProblem::Lcp { .. } => panic!("an LCP"),
     }
 }
 
-fn dense_of(loaded: &Loaded) -> &DMatrix<f64> {
+pub(super) fn dense_of(loaded: &Loaded) -> DMatrix<f64> {
     match &contact_of(loaded).operator {
-        Delassus::Dense(matrix) => matrix,
+        operator @ Delassus::Blocks(_) => operator.explicit(),
         Delassus::Bodies(_) => panic!("from bodies"),
     }
 }
 
-fn coulomb(friction: f64) -> Law {
+pub(super) fn coulomb(friction: f64) -> Law {
     Law::Contact {
         friction,
         compliance: 0.0,
@@ -106,7 +106,7 @@ fn as_dat_has_it(problem: &StoredProblem) -> StoredProblem {
     match problem.clone() {
         StoredProblem::Contact { problem, .. } => StoredProblem::Contact {
             problem: ContactProblem {
-                operator: Delassus::Dense(problem.operator.explicit()),
+                operator: Delassus::dense(problem.operator.explicit()),
                 free: problem.free,
                 laws: (0..problem.laws.len())
                     .map(|k| coulomb(0.3 * k as f64))
@@ -545,7 +545,7 @@ fn huge_counts_are_no_allocation() {
     ] {
         assert!(read(text.as_bytes()).is_err(), "{text}");
     }
-    // sparse and all there, but too large to be made dense
+    // sparse and all there, but an LCP is made dense
     let n = MOST_ROWS + 1;
     let q = "-1 ".repeat(n);
     let text = format!("{n}\n2 {n} {n}\n1\nCSparse\nnnz: 1\n0 0 : 1\n{q}");
@@ -617,7 +617,7 @@ proptest! {
     /// Bytes of a good file cut out, doubled, or replaced: read or refused, never a panic.
     #[test]
     fn mangled_files_never_panic(
-        which in 0usize..7,
+        which in 0usize..9,
         at in any::<prop::sample::Index>(),
         cut in 0usize..8,
         insert in prop_oneof![
@@ -641,6 +641,11 @@ proptest! {
             "{\"kind\": \"contact\", \"operator\": {\"bodies\": {\"inverse_mass\": [[1, 1, 1]], \
              \"rows\": [{\"bodies\": [null, 0], \"jacobian\": [[[0,0,0],[0,0,0]],[[0,1,0],[1,0,0]]]\
              }]}}, \"free\": [[-1, 0]], \"laws\": [\"pin\"], \"solution\": [[1, 0]]}",
+            "{\"kind\": \"contact\", \"operator\": {\"blocks\": [[0, 0, [[2, 1], [1, 2]]], [1, 1, \
+             [[2, 0], [0, 2]]], [0, 1, [[1, 0], [0, 0]]], [1, 0, [[1, 0], [0, 0]]]]}, \"free\": \
+             [[-1, 0], [-1, 0]], \"laws\": [\"pin\", \"pin\"]}",
+            "2 1\n2 3 3\n1\nCSparse\nnnz: 3\n0 0 : 2\n1 1 : 2\n2 2 : 4\n2 3 2\n1\nCSparse\nnnz: 3\n\
+             1 0 : 1\n0 1 : -1\n2 1 : 1\n2 4 12\n10 20\n0.4\n",
         ][which];
         prop_assert!(read(good.as_bytes()).is_ok());
         let mut bytes = good.as_bytes().to_vec();
