@@ -51,7 +51,7 @@ fn sweeps_allocate_nothing_once_they_have_solved_a_problem() {
     for (scene, steps) in SCENES {
         let problem = problem(scene, steps);
         let dense = ContactProblem {
-            operator: Delassus::Dense(problem.operator.explicit()),
+            operator: Delassus::dense(problem.operator.explicit()),
             ..problem.clone()
         };
         for problem in [problem, dense] {

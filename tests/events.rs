@@ -466,7 +466,8 @@ fn a_crowd_that_lands_overlaps_no_more_than_without_events() {
         run(&load("drum", &["step.time=0.8", &events]))
     };
     let (plain, located) = (run_drum(false), run_drum(true));
-    assert!(located.totals.events > 0);
+    // hardly one of these landings is located: they are kept from closing, which is not the same run
+    assert_ne!(plain.totals.energy_end, located.totals.energy_end);
     // f32 gaps of discs of 25 mm on a drum of 2 m: 2e-6 of it
     let noise = 4e-6;
     let (a, b) = (plain.totals.penetration, located.totals.penetration);

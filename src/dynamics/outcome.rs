@@ -1,10 +1,9 @@
-//! What a step did: energy, contacts, what is remembered, and whether a solve can be believed.
+//! What a step did: energy, contacts, what is remembered, and whether its shares are unique.
 
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, StepRecord};
 use super::stage::{Memories, Memory, Source, Stage};
 use crate::contact::{ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use crate::solver::SolveReport;
 
 /// Adds work, contacts and memory of those blocks of a stage that `used` keeps.
 pub(super) fn record_stage(
@@ -110,25 +109,6 @@ fn record_contact(
         dt: stage.length,
         stuck: sticks.then_some(gamma_e.y),
     }
-}
-
-/// Whether certified impulses are self-stress without bound.
-///
-/// Where friction and restitution wedge bodies, impulses can grow until any residual is small
-/// beside them. What then stays open as a velocity is large beside the velocities that the bodies
-/// have, by a thousandth and more; a true solution misses them by the tolerance.
-pub(super) fn ran_away(report: &SolveReport, members: &[u32], s: &Stage) -> bool {
-    report.residual.velocity > allowed(members, s)
-}
-
-/// Velocity \[m/s\] that impulses within bounds may leave open.
-pub(super) fn allowed(members: &[u32], s: &Stage) -> f64 {
-    let own = members
-        .iter()
-        .map(|&i| &s.blocks[i as usize])
-        .fold(0.0f64, |v, b| v.max(b.gamma_a.amax()).max(b.free.amax()));
-    // the least far below any motion that matters and far above round-off
-    (1e-3 * own).max(1e-9)
 }
 
 /// Whether the closed rigid rows outnumber the coordinates: their shares are then not unique.

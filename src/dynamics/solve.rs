@@ -2,12 +2,12 @@
 
 use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
-use super::outcome::{allowed, ran_away, redundant};
+use super::outcome::redundant;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
 use crate::contact::{ContactProblem, Law, Vec2, Vec3};
-use crate::solver::{ImpulseSolver, Nsgs, SolveReport, SolveStatus};
+use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +96,7 @@ impl IslandSolver {
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
-        let report = self.attempt(&problem, &mut impulses, members, stage);
+        let report = self.solver.solve(&problem, &mut impulses, self.tolerance);
         if let Some(kept) = &mut self.kept {
             kept.push(SolvedProblem {
                 problem: problem.clone(),
@@ -118,7 +118,7 @@ impl IslandSolver {
         if rules.scheme == Scheme::Staggered && !report.solved() {
             drop_pushes(&mut problem, &mut blocks);
             let mut relaxed = warm;
-            let again = self.attempt(&problem, &mut relaxed, members, stage);
+            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
             if again.residual.velocity < report.residual.velocity {
                 impulses = relaxed;
                 outcome.report = again.after(&report);
@@ -127,7 +127,8 @@ impl IslandSolver {
                 outcome.report = report.after(&again);
             }
             // a solve that is almost there is better than one that gives way
-            if !again.solved() && ran_away(&outcome.report, members, stage) {
+            let left = outcome.report.residual;
+            if !again.solved() && left.velocity > HOPELESS * left.velocity_scale {
                 self.give_way(&problem, &mut impulses, &mut outcome);
             }
         } else if rules.scheme == Scheme::Staggered && rules.law == ImpactLaw::Capped {
@@ -154,46 +155,6 @@ impl IslandSolver {
             stage.resolution[i as usize] = resolution;
         }
         outcome
-    }
-
-    /// Solves, and takes back the certificate of impulses without bound.
-    fn attempt(
-        &mut self,
-        problem: &ContactProblem,
-        impulses: &mut [Vec2],
-        members: &[u32],
-        stage: &Stage,
-    ) -> SolveReport {
-        let mut report = self.solver.solve(problem, impulses, self.tolerance);
-        // a heavy body on light ones makes large impulses too: those get better when asked
-        if report.solved() && ran_away(&report, members, stage) {
-            let share = allowed(members, stage) / report.residual.velocity;
-            let tolerance = MARGIN * share * report.residual.merit();
-            let mut fine = impulses.to_vec();
-            let again = self.solver.solve(problem, &mut fine, tolerance);
-            if again.residual.velocity < report.residual.velocity
-                && again.residual.certified(self.tolerance)
-            {
-                impulses.copy_from_slice(&fine);
-                report.residual = again.residual;
-            }
-            report = report.after(&again);
-        }
-        if ran_away(&report, members, stage) {
-            // Gauss-Seidel from nothing has no way to impulses without bound
-            let mut calm = vec![Vec2::zeros(); impulses.len()];
-            let again = Nsgs::default().solve(problem, &mut calm, self.tolerance);
-            report = if again.residual.velocity < report.residual.velocity {
-                impulses.copy_from_slice(&calm);
-                again.after(&report)
-            } else {
-                report.after(&again)
-            };
-            if ran_away(&report, members, stage) {
-                report.status = SolveStatus::Unsolved;
-            }
-        }
-        report
     }
 
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
@@ -228,8 +189,9 @@ impl IslandSolver {
     }
 }
 
-/// Below what is allowed, so that one more solve is enough.
-const MARGIN: f64 = 0.1;
+/// Share of the island's own velocities beyond which the best impulses leave a problem unsolved that
+/// may have no solution: one without leaves about all of them.
+const HOPELESS: f64 = 0.01;
 
 /// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
 /// a body at rest then sinks by a hundredth of what it would fall.
