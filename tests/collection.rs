@@ -38,6 +38,15 @@ struct Work {
     pivots: usize,
 }
 
+/// Of one solver: problems it solved before, those it no longer solves, work before and now.
+#[derive(Default)]
+struct Total {
+    solved: usize,
+    lost: Vec<String>,
+    was: [usize; 3],
+    is: [usize; 3],
+}
+
 fn folder() -> PathBuf {
     [env!("CARGO_MANIFEST_DIR"), "tests", "data", "problems"]
         .iter()
@@ -140,8 +149,7 @@ fn every_solver_does_what_it_did() {
         before.insert((&row.file, &row.solver), row);
     }
     assert_eq!(before.len(), index.len() * SOLVERS.len());
-    // of each solver: solved before, no longer solved, work before, work now
-    let mut totals: BTreeMap<&str, (usize, Vec<&str>, [usize; 3], [usize; 3])> = BTreeMap::new();
+    let mut totals: BTreeMap<&str, Total> = BTreeMap::new();
     for entry in &index {
         let file = entry.file.as_str();
         let (problem, _) = load(file);
@@ -159,21 +167,27 @@ fn every_solver_does_what_it_did() {
             if !old.solved {
                 continue;
             }
-            total.0 += 1;
+            total.solved += 1;
             if !report.solved() {
-                total.1.push(file);
+                total.lost.push(file.to_owned());
                 continue;
             }
             let was = [old.sweeps, old.factorisations, old.pivots];
             let is = [report.sweeps, report.factorisations, report.pivots];
             for (kind, (was, is)) in was.iter().zip(is).enumerate() {
                 assert!(4 * is <= 5 * was + 40, "{file}, {solver}: {is}, was {was}");
-                total.2[kind] += was;
-                total.3[kind] += is;
+                total.was[kind] += was;
+                total.is[kind] += is;
             }
         }
     }
-    for (solver, (solved, lost, was, is)) in totals {
+    for (solver, total) in totals {
+        let Total {
+            solved,
+            lost,
+            was,
+            is,
+        } = total;
         assert!(50 * lost.len() <= solved, "{solver} of {solved}: {lost:?}");
         for (was, is) in was.iter().zip(is) {
             assert!(10 * is <= 11 * was + 100, "{solver}: {is}, was {was}");

@@ -259,6 +259,48 @@ fn a_result_is_printed_written_or_kept_quiet() {
     }
 }
 
+/// Ten feet under one box: 20 rows on three coordinates. The least shares are those of any solver.
+#[test]
+fn what_is_not_unique_is_told_and_shared_out_on_demand() {
+    let place = Place::new();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/problems/");
+    let feet = &format!("{data}box-ten-feet.json");
+    let shares = |solver: &str, more: &[&str]| {
+        let args = ["solve", feet, "--solver", solver, "--out", "r.json"];
+        let (code, out, err) = place.run(&[&args[..], more].concat());
+        assert_eq!((code, err.as_str()), (0, ""), "{solver}");
+        assert!(out.contains("17 independent ways"), "{out}");
+        let result = place.json("r.json");
+        assert_eq!(result["self_stress"], 17);
+        let asked = if more.is_empty() {
+            "found"
+        } else {
+            "minimum-norm"
+        };
+        assert_eq!(result["shares"], asked);
+        numbers(&result["impulses"])
+    };
+    let apart = |a: &[f64], b: &[f64]| {
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let fine = ["--tolerance", "1e-12"];
+    let (a, b) = (shares("lemke", &[]), shares("direct", &[]));
+    assert!(apart(&a, &b) > 1e-3);
+    let least = [&["--shares", "minimum-norm"][..], &fine].concat();
+    let (a, b) = (shares("lemke", &least), shares("direct", &least));
+    assert!(apart(&a, &b) < 1e-9, "{a:?} {b:?}");
+
+    let steep = &format!("{data}painleve-three.json");
+    let (code, out, _) = place.run(&["solve", steep, "--out", "r.json"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("more than one motion"), "{out}");
+    assert_eq!(place.json("r.json")["steep_contacts"][0], 0);
+    let (code, _, err) = place.run(&["solve", feet, "--shares", "least"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("minimum-norm"), "{err}");
+}
+
 #[test]
 fn not_solved_ends_with_two_and_says_why() {
     let place = Place::new();

@@ -5,7 +5,8 @@ use crate::experiment::RunError;
 use crate::report::{OutputFolder, ReportError, number};
 use crate::scene::Hint;
 use crate::solver::{
-    LcpOptions, LcpStatus, SOLVERS, complementarity_residual, solve_lcp, solver_by_name,
+    LcpOptions, LcpStatus, SOLVERS, Shares, Sharing, Uniqueness, complementarity_residual,
+    solve_lcp, solver_by_name,
 };
 use clap::Args;
 use nalgebra::{DMatrix, DVector};
@@ -23,6 +24,10 @@ pub(super) struct SolveArgs {
     #[arg(long, value_name = "R", default_value = "1e-8", value_parser = tolerance,
           allow_hyphen_values = true)]
     tolerance: f64,
+    /// How impulses that are not unique share a load out: found (as the solver left them) or
+    /// minimum-norm.
+    #[arg(long, value_name = "NAME", default_value = "found", value_parser = shares)]
+    shares: Shares,
     /// Write the result to this JSON file.
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -43,6 +48,13 @@ fn known_solver(name: &str) -> Result<String, String> {
         return Ok(name.to_owned());
     }
     Err(format!("unknown solver{}", Hint::new(name, SOLVERS)))
+}
+
+fn shares(name: &str) -> Result<Shares, String> {
+    let all = [Shares::Found, Shares::MinimumNorm];
+    all.into_iter()
+        .find(|s| s.name() == name)
+        .ok_or_else(|| format!("unknown{}", Hint::new(name, all.map(Shares::name))))
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -115,6 +127,10 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
     // the name was checked when it was parsed
     let worked = solver_by_name(&args.solver)
         .map(|mut solver| solver.solve(problem, &mut impulses, args.tolerance));
+    let least = args.shares == Shares::MinimumNorm
+        && Sharing::default()
+            .least(problem, &mut impulses, args.tolerance)
+            .0;
     let residual = natural_map(problem, &impulses);
     let solved = residual.certified(args.tolerance);
     let status = if solved { "solved" } else { "unsolved" };
@@ -137,6 +153,10 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
             args.solver
         ));
     }
+    let unique = solved.then(|| Uniqueness::of(problem, &impulses));
+    if let Some(unique) = &unique {
+        text.push_str(&uniqueness(unique, args.shares, least));
+    }
     if let Some(stored) = stored {
         let residual = natural_map(problem, stored).relative;
         let residual = number(residual, 3);
@@ -156,6 +176,9 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
         "iterations": {"sweeps": sweeps, "factorisations": factorisations, "pivots": pivots},
         "residual": summary::float(residual.relative),
         "residual_velocity_m_s": summary::float(residual.velocity),
+        "shares": if least { Shares::MinimumNorm } else { Shares::Found }.name(),
+        "self_stress": unique.as_ref().and_then(|u| u.self_stress),
+        "steep_contacts": unique.as_ref().map(|u| &u.steep),
         "impulses": flat,
     });
     Solved {
@@ -163,6 +186,33 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
         text,
         solved,
     }
+}
+
+/// What of a solution is not determined, in words.
+fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
+    let mut text = match unique.self_stress {
+        Some(0) => "the impulses are unique while no contact changes its status\n".to_owned(),
+        Some(k) => format!(
+            "the impulses are not unique: {k} independent ways to share the load; {}\n",
+            match (asked, least) {
+                (Shares::Found, _) => "as the solver found them (--shares minimum-norm: the least)",
+                (Shares::MinimumNorm, true) => "the least ones",
+                (Shares::MinimumNorm, false) => "none less were found",
+            }
+        ),
+        None => "too many closed rows to tell whether the impulses are unique\n".to_owned(),
+    };
+    if !unique.steep.is_empty() {
+        let list: Vec<String> = unique.steep.iter().take(5).map(usize::to_string).collect();
+        let more = if unique.steep.len() > 5 { ", ..." } else { "" };
+        text.push_str(&format!(
+            "more than one motion may be right: friction is at Painleve's limit or above it in \
+             {} contacts (from 0: {}{more})\n",
+            unique.steep.len(),
+            list.join(", "),
+        ));
+    }
+    text
 }
 
 /// How many blocks of which law.

@@ -26,6 +26,7 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
             "events": scene.step.events,
             "impact_law": scene.step.impact_law.name(),
             "recovery": scene.step.recovery,
+            "shares": scene.step.shares.name(),
             "solver": scene.step.solver,
             "tolerance": float(scene.step.tolerance),
         },

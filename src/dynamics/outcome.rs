@@ -111,24 +111,25 @@ fn record_contact(
     }
 }
 
-/// Whether the closed rigid rows outnumber the coordinates: their shares are then not unique.
+/// Whether closed rigid rows outnumber coordinates, of the island or of the motion of two bodies
+/// against each other: their shares are then not unique. A cheap test, which can miss self-stress
+/// that takes more bodies to see; [`crate::solver::Uniqueness`] does not.
 ///
 /// Closed is what the velocity says, `|ξ| ≤ resolution`, not which rows a solver chose to load.
 pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution: f64) -> bool {
     let Delassus::Bodies(op) = &problem.operator else {
         return false;
     };
-    let coordinates: usize = op
-        .inverse_mass
-        .iter()
-        .map(|w| w.iter().filter(|x| **x > 0.0).count())
-        .sum();
-    let rows: usize = problem
-        .laws
-        .iter()
-        .zip(impulses)
-        .zip(problem.local_velocity(impulses))
-        .map(|((law, p), xi)| match *law {
+    let own = |body: u32| match op.inverse_mass.get(body as usize) {
+        Some(w) => w.iter().filter(|x| **x > 0.0).count(),
+        None => 0,
+    };
+    let velocities = problem.local_velocity(impulses);
+    // rows of the island, and of the pair of bodies that the last blocks join
+    let (mut rows, mut pair, mut of_pair) = (0, [NO_BODY; 2], 0);
+    for (i, (law, p)) in problem.laws.iter().zip(impulses).enumerate() {
+        let xi = velocities[i];
+        let closed = match *law {
             Law::Contact {
                 compliance,
                 friction,
@@ -139,9 +140,17 @@ pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution:
             }
             Law::Pin => 2,
             Law::Bounded { lower, upper } => usize::from(p.x > lower && p.x < upper),
-        })
-        .sum();
-    rows > coordinates
+        };
+        if op.rows[i].bodies != pair {
+            (pair, of_pair) = (op.rows[i].bodies, 0);
+        }
+        of_pair += closed;
+        rows += closed;
+        if of_pair > (own(pair[0]) + own(pair[1])).min(3) {
+            return true;
+        }
+    }
+    rows > (0..op.inverse_mass.len() as u32).map(own).sum()
 }
 
 /// `T` \[J\] of everything movable.

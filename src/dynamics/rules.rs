@@ -3,6 +3,7 @@
 use super::model::{ContactPoint, NormalLaw};
 use super::stage::Span;
 use crate::contact::{Law, Vec2, Vec3};
+use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
 
 /// How contacts enter a step.
@@ -67,6 +68,7 @@ impl ImpactLaw {
 pub(super) struct Rules {
     pub scheme: Scheme,
     pub law: ImpactLaw,
+    pub shares: Shares,
     /// Contacts that come in fast wait until they are located in time.
     pub events: bool,
 }

@@ -6,8 +6,8 @@ use super::outcome::redundant;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
-use crate::contact::{ContactProblem, Law, Vec2, Vec3};
-use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
+use crate::contact::{ContactProblem, Law, Vec2, Vec3, natural_map};
+use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +54,7 @@ pub struct SolvedProblem {
 pub(super) struct IslandSolver {
     pub solver: Box<dyn ImpulseSolver>,
     pub tolerance: f64,
+    sharing: Sharing,
     pub islands: Islands,
     /// Of the last stage, one an island.
     pub outcomes: Vec<IslandOutcome>,
@@ -66,6 +67,7 @@ impl IslandSolver {
         IslandSolver {
             solver,
             tolerance,
+            sharing: Sharing::default(),
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
@@ -150,6 +152,13 @@ impl IslandSolver {
         let residual = &outcome.report.residual;
         let resolution = 10.0 * (self.tolerance * residual.velocity_scale).max(residual.velocity);
         outcome.redundant = redundant(&problem, &impulses, resolution);
+        if outcome.redundant && rules.shares == Shares::MinimumNorm {
+            let (changed, work) = self.sharing.least(&problem, &mut impulses, self.tolerance);
+            outcome.report.factorisations += work;
+            if changed {
+                outcome.report.residual = natural_map(&problem, &impulses);
+            }
+        }
         for (&i, &p) in members.iter().zip(&impulses) {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = resolution;

@@ -8,7 +8,7 @@ use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Memories, Span, Stage};
 use crate::contact::{NO_BODY, Vec3};
-use crate::solver::solver_by_name;
+use crate::solver::{Shares, solver_by_name};
 use thiserror::Error;
 
 /// How a [`MoreauStepper`] steps.
@@ -21,6 +21,8 @@ pub struct StepperSettings {
     pub impact_law: ImpactLaw,
     /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
     pub recovery: bool,
+    /// How a load is shared out among redundant contacts.
+    pub shares: Shares,
     /// A name of [`crate::solver::SOLVERS`].
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
@@ -34,6 +36,7 @@ impl Default for StepperSettings {
             events: false,
             impact_law: ImpactLaw::Capped,
             recovery: true,
+            shares: Shares::Found,
             solver: "auto".to_owned(),
             tolerance: 1e-8,
         }
@@ -45,6 +48,7 @@ impl StepperSettings {
         Rules {
             scheme: self.scheme,
             law: self.impact_law,
+            shares: self.shares,
             events: self.events,
         }
     }

@@ -1,6 +1,7 @@
 use super::simulate::Engine;
 use crate::rapier::BaselineSettings;
 use crate::scene::{ImpactLaw, Step};
+use crate::solver::Shares;
 
 /// One point of an experiment: who steps, how, and how finely.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +56,9 @@ impl Setting {
         }
         if !self.step.recovery {
             label.push_str(", no recovery");
+        }
+        if self.step.shares != Shares::default() {
+            label.push_str(&format!(", {} shares", self.step.shares.name()));
         }
         label
     }

@@ -17,6 +17,7 @@ impl Step {
             events: self.events,
             impact_law: self.impact_law,
             recovery: self.recovery,
+            shares: self.shares,
             solver: self.solver.clone(),
             tolerance: self.tolerance,
         }

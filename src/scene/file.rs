@@ -8,7 +8,7 @@ use super::linear::LinearBlock;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
 use crate::dynamics::{ImpactLaw, Scheme};
-use crate::solver::SOLVERS;
+use crate::solver::{SOLVERS, Shares};
 use serde::{Deserialize, Serialize};
 
 /// A whole file, as written and with its defaults filled in; not yet checked.
@@ -98,6 +98,8 @@ pub struct Step {
     pub impact_law: ImpactLaw,
     /// Whether bodies that start overlapped are moved apart, default yes; `staggered` only.
     pub recovery: bool,
+    /// How a load is shared out among redundant contacts, default `found`: as the solver finds it.
+    pub shares: Shares,
     /// A name of [`crate::solver::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
@@ -113,6 +115,7 @@ impl Default for Step {
             events: false,
             impact_law: ImpactLaw::default(),
             recovery: true,
+            shares: Shares::default(),
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
         }

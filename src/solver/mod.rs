@@ -14,6 +14,7 @@ mod nsgs;
 mod pairs;
 mod prox;
 mod response;
+mod shares;
 mod status_newton;
 
 #[cfg(test)]
@@ -30,6 +31,7 @@ pub use lemke::{
 };
 pub use nsgs::Nsgs;
 pub use prox::Prox;
+pub use shares::{Shares, Sharing, Uniqueness};
 
 use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
 

@@ -154,3 +154,34 @@ fn a_tower_of_ten_stands_a_minute_without_leaning() {
         assert!(worst <= gate, "tolerance {tolerance}: {worst} m");
     }
 }
+
+/// A tower stands on two feet a box, four sticking rows on three coordinates: who carries what along
+/// the floor is open, and the least shares are the symmetric ones.
+#[test]
+fn least_shares_of_a_tower_are_symmetric() {
+    let least = run_steps(
+        &load(
+            "tower",
+            &["step.shares=minimum-norm", "step.tolerance=1e-10"],
+        ),
+        60,
+    );
+    let found = run_steps(&load("tower", &[]), 60);
+    assert_eq!(least.totals.redundant_steps, 60);
+    let (mut worst, mut found_worst) = (0.0f64, 0.0f64);
+    for (run, worst) in [(&least, &mut worst), (&found, &mut found_worst)] {
+        for record in &run.records {
+            for feet in record.contacts.chunks_exact(2) {
+                assert_eq!(feet[0].bodies, feet[1].bodies);
+                let scale = feet[0].impulse_n;
+                *worst = worst.max((feet[0].impulse_t + feet[1].impulse_t).abs() / scale);
+                *worst = worst.max((feet[0].impulse_n - feet[1].impulse_n).abs() / scale);
+                *worst = worst.max(feet[0].impulse_t.abs() / scale);
+            }
+        }
+    }
+    // what the tolerance leaves to the top box, whose load is a tenth
+    assert!(worst < 1e-6, "{worst} {found_worst}");
+    // otherwise the test could not fail
+    assert!(found_worst > 1e-6, "{found_worst}");
+}
