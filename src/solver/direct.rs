@@ -13,14 +13,13 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// 1. Certify the impulses given.
 /// 2. Up to four status-Newton steps from them, unless all are zero, or so many statuses have
 ///    changed since (the residual times the number of blocks says it) that these hardly ever help.
-/// 3. Twenty Gauss-Seidel sweeps from them and up to eight Newton steps; then eighty sweeps more
-///    and eight steps.
-/// 4. The interior point, with Newton as polish, from near the sweeps' impulses; then with all
-///    contacts alike.
-/// 5. If impulses were given, 3 and 4 from none.
-/// 6. Continuation from an easy problem: from soft contacts, from no friction, from unevenly soft
+/// 3. Twenty Gauss-Seidel sweeps from them, up to eight Newton steps, and the interior point from
+///    near them, with Newton as polish; then eighty sweeps more and the same; then the interior
+///    point with all contacts alike.
+/// 4. If impulses were given, 3 from none.
+/// 5. Continuation from an easy problem: from soft contacts, from no friction, from unevenly soft
 ///    contacts.
-/// 7. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
+/// 6. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
@@ -40,7 +39,6 @@ pub struct Direct {
     interior: InteriorPoint,
     continuation: Continuation,
     best: Best,
-    start: Vec<Vec2>,
 }
 
 const WARM_STEPS: usize = 4;
@@ -115,7 +113,7 @@ impl ImpulseSolver for Direct {
 }
 
 impl Direct {
-    /// Stages 3 and 4.
+    /// Stage 3.
     fn approach(
         &mut self,
         problem: &ContactProblem,
@@ -125,8 +123,9 @@ impl Direct {
     ) {
         for sweeps in SWEEPS_FIRST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, report);
+            self.interior_point(problem, Some(impulses), report);
         }
-        self.interior_point(problem, impulses, report);
+        self.interior_point(problem, None, report);
     }
 
     /// Sweeps from `impulses`, then Newton from where they ended; nothing once solved.
@@ -171,23 +170,19 @@ impl Direct {
     fn interior_point(
         &mut self,
         problem: &ContactProblem,
-        swept: &[Vec2],
+        near: Option<&[Vec2]>,
         report: &mut SolveReport,
     ) {
-        self.start.clear();
-        self.start.extend_from_slice(swept);
-        for near in [true, false] {
-            if self.best.solved() {
-                return;
-            }
-            report.factorisations += self.interior.run(
-                problem,
-                &mut self.judge,
-                &mut self.response,
-                &mut self.newton,
-                near.then_some(&self.start[..]),
-                &mut self.best,
-            );
+        if self.best.solved() {
+            return;
         }
+        report.factorisations += self.interior.run(
+            problem,
+            &mut self.judge,
+            &mut self.response,
+            &mut self.newton,
+            near,
+            &mut self.best,
+        );
     }
 }
