@@ -63,11 +63,10 @@ fn sweeps_allocate_nothing_once_they_have_solved_a_problem() {
     }
 }
 
-/// From bodies, as far as sweeps and Newton solve it: the interior point, which the arch needs, keeps
-/// copies, and an explicit operator is factorised by a library that allocates.
+/// From bodies, whichever stage it takes; the arch takes the interior point.
 #[test]
-fn newton_allocates_nothing_once_it_has_solved_the_problem() {
-    for (scene, steps) in SCENES.into_iter().filter(|(scene, _)| *scene != "arch") {
+fn newton_and_interior_point_allocate_nothing_once_they_have_solved_the_problem() {
+    for (scene, steps) in SCENES {
         let problem = problem(scene, steps);
         let mut solver = Direct::default();
         allocations(&mut solver, &problem);

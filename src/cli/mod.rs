@@ -1,5 +1,7 @@
 //! The program: parse, call, print.
 
+mod bench;
+mod bench_table;
 mod compare;
 mod compare_table;
 mod dump;
@@ -32,6 +34,8 @@ enum Command {
     Run(RunArgs),
     /// Step a scene with our solver and with rapier's, and set accuracy against speed.
     Compare(CompareArgs),
+    /// Set all impulse solvers against each other on stored contact problems.
+    Bench(bench::BenchArgs),
     /// Solve a stored contact problem or LCP again.
     Solve(solve::SolveArgs),
 }
@@ -220,6 +224,7 @@ pub fn main() -> ExitCode {
         Command::Scenes => list_scenes(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Bench(args) => bench::bench(args),
         Command::Solve(args) => solve::solve(args),
     };
     match result {
@@ -238,6 +243,14 @@ pub fn main() -> ExitCode {
 enum Outcome {
     Done,
     Unsolved,
+}
+
+/// `--tolerance` of the commands without a scene.
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (1e-15..=1e-2).contains(&value) => Ok(value),
+        _ => Err("must be 1e-15 to 1e-2".to_owned()),
+    }
 }
 
 fn list_scenes() -> Result<Outcome, RunError> {

@@ -1,4 +1,4 @@
-use super::{Outcome, print_err, print_out, summary};
+use super::{Outcome, print_err, print_out, summary, tolerance};
 use crate::contact::problem_file::{FileError, Loaded, StoredProblem, read};
 use crate::contact::{ContactProblem, Law, Vec2, natural_map};
 use crate::experiment::RunError;
@@ -55,13 +55,6 @@ fn shares(name: &str) -> Result<Shares, String> {
     all.into_iter()
         .find(|s| s.name() == name)
         .ok_or_else(|| format!("unknown{}", Hint::new(name, all.map(Shares::name))))
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if (1e-15..=1e-2).contains(&value) => Ok(value),
-        _ => Err("must be 1e-15 to 1e-2".to_owned()),
-    }
 }
 
 /// What came of a problem: the JSON that is written, the text for a person, and whether it is solved.

@@ -10,12 +10,18 @@ pub(super) fn float(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
 }
 
-/// What every summary holds: program, scene, settings, and warnings about the scene.
-pub(super) fn header(command: &str, scene: &Scene) -> Value {
+/// Who wrote a summary.
+pub(super) fn program(command: &str) -> Value {
     json!({
         "program": "moreau2d",
         "version": env!("CARGO_PKG_VERSION"),
         "command": command,
+    })
+}
+
+/// What every summary of a scene holds: program, scene, settings, and warnings about the scene.
+pub(super) fn header(command: &str, scene: &Scene) -> Value {
+    let more = json!({
         "scene": scene.name,
         "title": scene.title,
         "scene_hash": format!("{:016x}", scene.hash),
@@ -31,7 +37,16 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
             "tolerance": float(scene.step.tolerance),
         },
         "warnings": scene.step_warnings(),
-    })
+    });
+    merged(program(command), more)
+}
+
+/// Both objects in one; of a key in both the second's value.
+fn merged(mut summary: Value, more: Value) -> Value {
+    if let (Value::Object(summary), Value::Object(more)) = (&mut summary, more) {
+        summary.extend(more);
+    }
+    summary
 }
 
 pub(super) fn totals(t: &Totals) -> Value {
@@ -152,17 +167,15 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
 pub(super) fn write(
     folder: &OutputFolder,
     mut summary: Value,
-    more: Value,
+    mut more: Value,
 ) -> Result<String, ReportError> {
-    if let (Value::Object(summary), Value::Object(mut more)) = (&mut summary, more) {
-        if let (Some(Value::Array(known)), Some(Value::Array(new))) =
-            (summary.get_mut("warnings"), more.get_mut("warnings"))
-        {
-            known.append(new);
-            more.remove("warnings");
-        }
-        summary.extend(more);
+    if let (Some(Value::Array(known)), Some(Value::Array(new))) =
+        (summary.get_mut("warnings"), more.get_mut("warnings"))
+    {
+        known.append(new);
+        *new = std::mem::take(known);
     }
+    let summary = merged(summary, more);
     let mut text = format!("{summary:#}");
     text.push('\n');
     folder.write("summary.json", &text)?;

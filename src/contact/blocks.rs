@@ -1,4 +1,4 @@
-use super::Mat2;
+use super::{Mat2, Vec2};
 use nalgebra::DMatrix;
 
 /// A square matrix of 2 × 2 blocks (n, t), compressed by block columns, with a symmetric pattern.
@@ -119,6 +119,25 @@ impl BlockMatrix {
         (0..self.size())
             .flat_map(|j| below(j).map(move |(i, _)| (j as u32, i as u32)))
             .collect()
+    }
+
+    /// `out = G P` \[m/s\].
+    pub fn apply(&self, impulses: &[Vec2], out: &mut Vec<Vec2>) {
+        out.clear();
+        out.resize(self.size(), Vec2::zeros());
+        for (j, &p) in impulses.iter().enumerate() {
+            if p != Vec2::zeros() {
+                self.add_column(j, p, out);
+            }
+        }
+    }
+
+    /// `out ← out + G e_j p`.
+    #[inline]
+    pub fn add_column(&self, j: usize, p: Vec2, out: &mut [Vec2]) {
+        for (i, block) in self.column(j) {
+            out[i] += block * p;
+        }
     }
 
     /// Replaces the matrix by its symmetric part.

@@ -179,15 +179,7 @@ impl Delassus {
                     }
                 }
             }
-            Delassus::Blocks(m) => {
-                state.local.clear();
-                state.local.resize(m.size(), Vec2::zeros());
-                for (j, &p) in impulses.iter().enumerate() {
-                    if p != Vec2::zeros() {
-                        add_column(m, j, p, &mut state.local);
-                    }
-                }
-            }
+            Delassus::Blocks(m) => m.apply(impulses, &mut state.local),
         }
     }
 
@@ -207,7 +199,7 @@ impl Delassus {
             Delassus::Bodies(op) => {
                 op.rows[i].push(change, &op.inverse_mass, &mut state.bodies);
             }
-            Delassus::Blocks(m) => add_column(m, i, change, &mut state.local),
+            Delassus::Blocks(m) => m.add_column(i, change, &mut state.local),
         }
     }
 
@@ -248,13 +240,5 @@ impl Delassus {
             }
         }
         (matrix, first)
-    }
-}
-
-/// `local ← local + G e_j p`.
-#[inline]
-fn add_column(matrix: &BlockMatrix, j: usize, p: Vec2, local: &mut [Vec2]) {
-    for (i, block) in matrix.column(j) {
-        local[i] += block * p;
     }
 }

@@ -27,7 +27,17 @@
 //!
 //! Zeros stand on a line marked 0 under a log axis. What lies below 1e-12 is round-off, and has
 //! no order. A picture without a value above 0 is not written.
+//!
+//! # Solvers against each other
+//!
+//! [`bench_solvers`] solves stored problems with every solver; [`crate::report::Performance`] reads
+//! the rows and draws the performance profile of Dolan & Moré (2002): how large a share of all
+//! problems a solver solves within τ times the time of the fastest solver of each. A problem
+//! that a solver does not solve counts as never solved; one that no solver solves counts too, so
+//! that no curve reaches 1. `auto` hands over to others, so that between it and those a win is
+//! chance; what the choice costs is its curve's distance from the best.
 
+mod bench;
 mod compare;
 mod equilibrium;
 mod reference;
@@ -40,6 +50,7 @@ mod threshing;
 
 mod wear_history;
 
+pub use bench::{NamedProblem, bench_solvers};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};

@@ -69,7 +69,7 @@ pub fn run_settings(
 }
 
 /// Visits all of `points` once a repeat.
-fn interleave<P, E>(
+pub(super) fn interleave<P, E>(
     points: &mut [P],
     repeats: usize,
     mut visit: impl FnMut(usize, &mut P) -> Result<(), E>,
@@ -269,7 +269,7 @@ fn row(scene: &Scene, setting: &Setting) -> ResultRow {
 }
 
 /// Median, and half the range over it where there is a range.
-fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
+pub(super) fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
     times.sort_by(f64::total_cmp);
     let (Some(least), Some(most)) = (times.first(), times.last()) else {
         return (None, None);

@@ -154,6 +154,17 @@ row! {
 }
 
 row! {
+    /// A step of a solver's performance profile: see [`super::Performance`].
+    PerformanceRow in "performance-profile.csv" {
+        solver: String,
+        /// τ, time over that of the fastest solver of the same problem.
+        ratio: f64,
+        /// Of all problems, those solved within the ratio.
+        share: f64,
+    }
+}
+
+row! {
     /// One measure of one run: the table that compare, chart, bench and atlas are views of.
     ResultRow in "results.csv" {
         scene: String,
@@ -362,6 +373,7 @@ mod tests {
             header::<ComparisonRow>(),
             "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated\n"
         );
+        assert_eq!(header::<PerformanceRow>(), "solver,ratio,share\n");
         assert_eq!(
             header::<ResultRow>(),
             "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,value,unit,\

@@ -15,6 +15,7 @@ mod legend;
 mod order;
 mod palette;
 mod panels;
+mod performance;
 mod progress;
 mod result_charts;
 mod table;
@@ -23,12 +24,13 @@ mod wear_charts;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub use csv_files::{
-    BodyRow, ComparisonRow, ContactRow, CsvFile, LifeRow, ProfileRow, ResultRow, Row, StepRow,
-    WearRow, read_rows,
+    BodyRow, ComparisonRow, ContactRow, CsvFile, LifeRow, PerformanceRow, ProfileRow, ResultRow,
+    Row, StepRow, WearRow, read_rows,
 };
 pub use folder::OutputFolder;
 pub use order::observed_order;
 pub use panels::panels;
+pub use performance::{Performance, Score, Work};
 pub use progress::Progress;
 pub use result_charts::{convergence, energy, work_precision};
 pub use table::{Align, Table, number, quantity, step_length};

@@ -99,10 +99,7 @@ impl ImpulseSolver for Direct {
         if !self.best.solved() {
             impulses.copy_from_slice(&self.best.impulses);
         }
-        for sweeps in SWEEPS_LAST
-            .into_iter()
-            .take(std::env::var("TAIL").map_or(4, |x| x.parse().unwrap()))
-        {
+        for sweeps in SWEEPS_LAST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         impulses.copy_from_slice(&self.best.impulses);

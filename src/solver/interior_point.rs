@@ -83,7 +83,7 @@ impl InteriorPoint {
                 self.statuses
                     .extend(self.blocks.iter().map(|b| b.status(size)));
                 let guess = Some(&self.statuses[..]);
-                let kept = response.keep();
+                response.keep();
                 work += polish.run(
                     problem,
                     judge,
@@ -96,7 +96,7 @@ impl InteriorPoint {
                 if best.solved() {
                     return work;
                 }
-                response.restore(kept);
+                response.restore();
                 polish_below = 0.1 * residual.merit();
             }
             let tau = self.blocks.iter().map(Block::product).sum::<f64>() / pairs.max(1) as f64;

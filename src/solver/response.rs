@@ -30,11 +30,9 @@ pub(super) struct Response {
     places: Vec<Option<Place>>,
     velocity: Vec<Vec3>,
     change: Vec<Vec3>,
+    kept: Vec<Vec3>,
     explicit: Explicit,
 }
-
-/// Velocities of a [`Response`] at some moment.
-pub(super) struct Kept(Vec<Vec3>, Vec<Vec2>);
 
 /// The part of an explicit operator.
 #[derive(Debug, Clone, Default)]
@@ -44,6 +42,7 @@ struct Explicit {
     places: Vec<Place>,
     velocity: Vec<Vec2>,
     change: Vec<Vec2>,
+    kept: Vec<Vec2>,
 }
 
 impl Response {
@@ -88,18 +87,20 @@ impl Response {
                     }
                 }
             }
-            Delassus::Blocks(_) => self.explicit.velocity = problem.operator.apply(impulses),
+            Delassus::Blocks(matrix) => matrix.apply(impulses, &mut self.explicit.velocity),
         }
     }
 
-    /// The present velocities, to come back to.
-    pub fn keep(&self) -> Kept {
-        Kept(self.velocity.clone(), self.explicit.velocity.clone())
+    /// Keeps the present velocities, to come back to.
+    pub fn keep(&mut self) {
+        self.kept.clone_from(&self.velocity);
+        self.explicit.kept.clone_from(&self.explicit.velocity);
     }
 
-    /// Goes back to the velocities kept.
-    pub fn restore(&mut self, kept: Kept) {
-        (self.velocity, self.explicit.velocity) = (kept.0, kept.1);
+    /// Goes back to the velocities last kept.
+    pub fn restore(&mut self) {
+        self.velocity.clone_from(&self.kept);
+        self.explicit.velocity.clone_from(&self.explicit.kept);
     }
 
     /// `(J v)_i` \[m/s\].
@@ -162,9 +163,9 @@ impl Response {
                 }
                 self.factor.solve(&mut self.change);
             }
-            Delassus::Blocks(_) => {
+            Delassus::Blocks(matrix) => {
                 let explicit = &mut self.explicit;
-                explicit.change = problem.operator.apply(targets);
+                matrix.apply(targets, &mut explicit.change);
                 for (h, v) in explicit.change.iter_mut().zip(&explicit.velocity) {
                     *h -= v;
                 }

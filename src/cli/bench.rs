@@ -1,0 +1,209 @@
+use super::bench_table::{CLASSES, class_name, tables};
+use super::{Outcome, print_out, summary, tolerance};
+use crate::contact::problem_file::{StoredProblem, read};
+use crate::experiment::{NamedProblem, RunError, bench_solvers};
+use crate::report::{
+    CsvFile, OutputFolder, Performance, Progress, ReportError, ResultRow, Row, Score, read_rows,
+};
+use crate::solver::SOLVERS;
+use clap::Args;
+use serde_json::{Value, json};
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub(super) struct BenchArgs {
+    /// Scenes to measure the throughput of; not built yet.
+    #[arg(value_name = "SCENE", hide = true)]
+    scenes: Vec<String>,
+    /// Every impulse solver on every problem of a folder: performance profile, CSV and SVG.
+    #[arg(long)]
+    solvers: bool,
+    /// Folder of contact problems, JSON or .dat, as `run --dump-problems` writes them.
+    #[arg(long, value_name = "DIR", default_value = "tests/data/problems")]
+    problems: PathBuf,
+    /// Relative residual at which a problem counts as solved, 1e-15 to 1e-2.
+    #[arg(long, value_name = "R", default_value = "1e-8", value_parser = tolerance,
+          allow_hyphen_values = true)]
+    tolerance: f64,
+    /// Timings of each solver on each problem, interleaved; times are medians.
+    #[arg(long, value_name = "N", default_value_t = 3,
+          value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeats: u32,
+    /// Folder for the results.
+    #[arg(long, value_name = "DIR", default_value = "out/bench-solvers")]
+    out: PathBuf,
+    /// No progress bar, no tables.
+    #[arg(long)]
+    quiet: bool,
+    /// Print summary.json in place of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+const PICTURE: &str = "performance-profile.svg";
+
+/// Measures all solvers, writes the results, and draws the profile from them.
+pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
+    if !args.solvers {
+        return Err(RunError::Unfit(
+            "bench: the throughput of scenes is not measured yet; `bench --solvers` compares the \
+             impulse solvers"
+                .to_owned(),
+        ));
+    }
+    if let Some(scene) = args.scenes.first() {
+        return Err(RunError::Unfit(format!(
+            "bench --solvers: takes no scene ({scene}) but a folder of problem files, --problems \
+             DIR; `run {scene} --dump-problems DIR` writes one"
+        )));
+    }
+    let (problems, notes) = collection(&args.problems)?;
+    let folder = OutputFolder::create(&args.out)?;
+    let repeats = args.repeats as usize;
+    let timings = problems.len() * SOLVERS.len() * repeats;
+    let progress = Progress::new("bench", timings as u64, args.quiet);
+    let measured = bench_solvers(&problems, args.tolerance, repeats, &progress);
+    drop(progress);
+    let mut file = CsvFile::create(&folder)?;
+    for row in &measured {
+        file.write(row)?;
+    }
+    file.finish()?;
+    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let performance = Performance::new(&rows);
+    let mut file = CsvFile::create(&folder)?;
+    for row in performance.profile() {
+        file.write(&row)?;
+    }
+    file.finish()?;
+    folder.write(PICTURE, performance.chart().to_svg()?)?;
+    let more = json!({
+        "settings": {
+            "problems": args.problems.display().to_string(),
+            "tolerance": summary::float(args.tolerance),
+            "repeats": repeats,
+        },
+        "rows": rows.len(),
+        "pictures": [PICTURE],
+        "warnings": &notes,
+        "all": scores(&performance),
+        "by_blocks": CLASSES
+            .iter()
+            .map(|class| {
+                let mut scores = scores(&performance.sized(class.0, class.1));
+                scores["blocks"] = json!(class_name(class));
+                scores
+            })
+            .collect::<Vec<_>>(),
+    });
+    let text = summary::write(&folder, summary::program("bench"), more)?;
+    let target = folder.commit()?;
+    if args.json {
+        print_out(&text);
+    } else if !args.quiet {
+        let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
+        print_out(&format!(
+            "{}{notes}results.csv, performance-profile.csv, {PICTURE} in {}\n",
+            tables(&performance),
+            target.display()
+        ));
+    }
+    Ok(Outcome::Done)
+}
+
+/// The contact problems of a folder in the order of their names, and what to say about them.
+///
+/// A problem is named after its file, without the extension where that is enough to tell it.
+fn collection(folder: &Path) -> Result<(Vec<NamedProblem>, Vec<String>), RunError> {
+    let unfit = |what: &str| {
+        RunError::Unfit(format!(
+            "--problems {}: {what}; give a folder of contact problems (.json or .dat), as `run \
+             SCENE --dump-problems DIR` writes them",
+            folder.display()
+        ))
+    };
+    let files = problem_files(folder).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => unfit("no such folder"),
+        io::ErrorKind::NotADirectory => unfit("not a folder"),
+        _ => unreadable(folder)(error).into(),
+    })?;
+    let stem = |path: &PathBuf| path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let mut stems: HashMap<Option<String>, usize> = HashMap::new();
+    for path in &files {
+        *stems.entry(stem(path)).or_default() += 1;
+    }
+    let mut problems = Vec::new();
+    let mut notes = Vec::new();
+    let mut lcps = 0;
+    for path in &files {
+        let bytes = std::fs::read(path).map_err(unreadable(path))?;
+        let loaded = read(&bytes).map_err(|source| RunError::Problem {
+            path: path.clone(),
+            source,
+        })?;
+        let StoredProblem::Contact { problem, .. } = loaded.problem else {
+            lcps += 1;
+            continue;
+        };
+        let alone = stem(path).filter(|s| stems.get(&Some(s.clone())) == Some(&1));
+        let full = path.file_name().map(|name| name.to_string_lossy());
+        let name = alone.unwrap_or_else(|| full.unwrap_or_default().into_owned());
+        let warned = loaded.warnings.iter();
+        notes.extend(warned.map(|warning| format!("{name}: {warning}")));
+        problems.push(NamedProblem { name, problem });
+    }
+    if problems.is_empty() {
+        return Err(unfit(match lcps {
+            0 => "no problem files",
+            _ => "holds plain LCPs only, which no solver but lemke solves",
+        }));
+    }
+    if lcps > 0 {
+        notes.push(format!(
+            "{lcps} plain LCPs left out: no solver but lemke solves them"
+        ));
+    }
+    Ok((problems, notes))
+}
+
+/// Files with the extension of a problem file, sorted; not those in folders of the folder.
+fn problem_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        if extension.is_some_and(|e| e == "json" || e == "dat") && path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReportError + '_ {
+    move |source| ReportError::Io {
+        path: path.to_path_buf(),
+        source,
+    }
+}
+
+fn scores(performance: &Performance) -> Value {
+    let score = |s: Score| {
+        json!({
+            "solver": s.solver,
+            "solved": s.solved,
+            "wins": s.wins,
+            "median_ratio": s.median_ratio.map(summary::float),
+            "sweeps": s.work.sweeps,
+            "factorisations": s.work.factorisations,
+            "pivots": s.work.pivots,
+        })
+    };
+    json!({
+        "problems": performance.problems(),
+        "unsolved": performance.unsolved(),
+        "solvers": performance.scores().into_iter().map(score).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,268 @@
+//! `moreau2d bench --solvers` as a user types it. The arithmetic of the profile is tested where it is.
+
+use moreau2d::report::{Performance, PerformanceRow, ResultRow, read_rows};
+use moreau2d::solver::SOLVERS;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// A folder of its own for each test, in which the program runs.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Place {
+        Place(tempfile::tempdir().unwrap())
+    }
+
+    /// With the problems of three steps of a tower in `p`.
+    fn with_problems() -> Place {
+        let place = Place::new();
+        let args = ["run", "tower", "--steps", "3", "--dump-problems", "p"];
+        assert_eq!(place.run(&args).0, 0);
+        assert_eq!(fs::read_dir(place.path("p")).unwrap().count(), 3);
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    /// Exit code, standard output, standard error.
+    fn run(&self, args: &[&str]) -> (i32, String, String) {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_moreau2d"));
+        let output = command.args(args).current_dir(self.0.path()).output();
+        let output = output.unwrap();
+        let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
+        assert!(!err.contains("panicked"), "{args:?}: {err}");
+        (output.status.code().unwrap_or(-1), out, err)
+    }
+
+    /// `bench --solvers` on `p`, results in `r`.
+    fn bench(&self, flags: &[&str]) -> (i32, String, String) {
+        let args = ["bench", "--solvers", "--problems", "p", "--out", "r"];
+        self.run(&[&args[..], flags].concat())
+    }
+
+    fn rows(&self) -> Vec<ResultRow> {
+        read_rows(&self.path("r/results.csv")).unwrap()
+    }
+}
+
+/// An LCP, and a contact problem of one block, in the text format.
+const LCP: &str = "2\n0 2 2\n2 2\n1 0 0 1\n-1 -1\n";
+const BLOCK: &str = "2 1\n0 2 2\n2 2\n1 0 0 1\n-1 0.1\n0.5\n";
+
+const MEASURES: [&str; 6] = [
+    "solve-time",
+    "residual",
+    "sweeps",
+    "factorisations",
+    "pivots",
+    "blocks",
+];
+
+#[test]
+fn every_solver_is_in_the_table_the_profile_and_the_picture() {
+    let place = Place::with_problems();
+    place.write("p/lcp.dat", LCP);
+    place.write("p/index.csv", "file,expected\n");
+    let (code, out, err) = place.bench(&["--repeats", "2"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("note: 1 plain LCPs left out"), "{out}");
+    let header = fs::read_to_string(place.path("r/results.csv")).unwrap();
+    assert_eq!(
+        header.lines().next().unwrap(),
+        "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,value,unit,\
+         reference,seconds_per_simulated_second,spread,verdict,mode"
+    );
+    let rows = place.rows();
+    let keys: BTreeSet<(&str, &str, &str)> = rows
+        .iter()
+        .map(|r| (&*r.scene, &*r.solver, &*r.measure))
+        .collect();
+    assert_eq!(keys.len(), rows.len(), "no row twice");
+    for step in 1..=3 {
+        let scene = format!("step-{step:06}-island-0001");
+        for solver in SOLVERS {
+            for measure in MEASURES {
+                assert!(
+                    keys.contains(&(&scene, solver, measure)),
+                    "{scene} {solver} {measure}"
+                );
+            }
+        }
+    }
+    assert_eq!(rows.len(), 3 * SOLVERS.len() * MEASURES.len());
+    for row in &rows {
+        assert!(row.value.is_finite(), "{row:?}");
+        assert!(["pass", "unsolved"].contains(&row.verdict.as_str()));
+        // a tower of ten boxes is beyond enumeration, and nothing else is untried
+        assert_eq!(row.mode == "untried", row.solver == "enumeration");
+        assert_eq!(row.setting, "tolerance 1e-8");
+        if row.measure == "residual" && row.verdict == "pass" {
+            assert!(row.value <= 1e-8, "{row:?}");
+        }
+        if row.solver == "auto" {
+            assert_eq!(row.verdict, "pass", "{row:?}");
+        }
+    }
+    // profile and picture are drawn from the rows alone
+    let performance = Performance::new(&rows);
+    let profile: Vec<PerformanceRow> = read_rows(&place.path("r/performance-profile.csv")).unwrap();
+    assert_eq!(profile, performance.profile());
+    let svg = fs::read_to_string(place.path("r/performance-profile.svg")).unwrap();
+    assert!(
+        svg == performance.chart().to_svg().unwrap(),
+        "not of the rows"
+    );
+    assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
+    for solver in SOLVERS {
+        assert!(profile.iter().any(|r| r.solver == solver), "{solver}");
+        assert!(svg.contains(&format!("{solver}: ")), "{solver}");
+        assert!(out.contains(solver), "{solver}: {out}");
+    }
+    assert!(
+        out.contains("solved of 3") && out.contains("cheapest"),
+        "{out}"
+    );
+}
+
+/// Everything but the clock is the same again.
+#[test]
+fn a_second_bench_differs_in_its_times_alone() {
+    let place = Place::with_problems();
+    let values = || -> Vec<(String, u64)> {
+        assert_eq!(place.bench(&["--repeats", "1", "--quiet"]).0, 0);
+        let rows = place.rows();
+        let counted = rows.iter().filter(|r| r.measure != "solve-time");
+        counted
+            .map(|r| {
+                let key = format!("{} {} {} {}", r.scene, r.solver, r.measure, r.verdict);
+                (key, r.value.to_bits())
+            })
+            .collect()
+    };
+    let first = values();
+    assert_eq!(first.len(), 3 * SOLVERS.len() * (MEASURES.len() - 1));
+    assert_eq!(first, values());
+    // a single timing has no spread
+    assert!(place.rows().iter().all(|r| r.spread.is_none()));
+}
+
+/// What no solver solves is in the results and ends with 0 all the same.
+#[test]
+fn failing_solvers_are_no_failure_of_the_program() {
+    let place = Place::new();
+    fs::create_dir(place.path("p")).unwrap();
+    // pressed onto the floor by a velocity that no impulse changes
+    place.write("p/stuck.dat", &BLOCK.replace("1 0 0 1", "0 0 0 1"));
+    place.write("p/block.dat", BLOCK);
+    let (code, out, err) = place.bench(&["--json", "--tolerance", "1e-10"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let summary: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        out,
+        fs::read_to_string(place.path("r/summary.json")).unwrap()
+    );
+    assert_eq!(summary["settings"]["tolerance"], 1e-10);
+    assert_eq!(
+        (&summary["all"]["problems"], &summary["all"]["unsolved"]),
+        (&2.into(), &1.into())
+    );
+    assert_eq!(summary["by_blocks"][0]["blocks"], "1");
+    assert_eq!(summary["by_blocks"][0]["problems"], 2);
+    for (solver, score) in SOLVERS.iter().zip(0..) {
+        let score = &summary["all"]["solvers"][score];
+        assert_eq!(&score["solver"], solver);
+        assert_eq!(score["solved"], 1, "{solver}");
+    }
+    let rows = place.rows();
+    let stuck = rows.iter().filter(|r| r.scene == "stuck");
+    assert!(stuck.clone().count() > 0 && stuck.clone().all(|r| r.verdict == "unsolved"));
+    assert!(rows.iter().all(|r| r.setting == "tolerance 1e-10"));
+}
+
+#[test]
+fn problems_of_one_name_are_told_apart() {
+    let place = Place::new();
+    fs::create_dir(place.path("p")).unwrap();
+    place.write("p/a.dat", BLOCK);
+    place.write("p/b.c.dat", BLOCK);
+    place.write(
+        "p/a.json",
+        "{\"kind\": \"contact\", \"operator\": {\"dense\": [[1, 0], [0, 1]]}, \
+         \"free\": [[-1, 0]], \"laws\": [{\"contact\": {\"friction\": 0.5}}]}",
+    );
+    assert_eq!(place.bench(&["--repeats", "1", "--quiet"]).0, 0);
+    let names: BTreeSet<String> = place.rows().into_iter().map(|r| r.scene).collect();
+    assert_eq!(
+        names,
+        BTreeSet::from(["a.dat", "a.json", "b.c"].map(str::to_owned))
+    );
+}
+
+#[test]
+fn bad_input_is_refused_and_leaves_nothing() {
+    let place = Place::new();
+    for folder in ["empty", "lcps", "broken"] {
+        fs::create_dir(place.path(folder)).unwrap();
+    }
+    place.write("empty/index.csv", "file\n");
+    place.write("lcps/lcp.dat", LCP);
+    place.write("broken/a.dat", BLOCK);
+    place.write("broken/b.dat", &BLOCK.replace("-1 0.1", "-1 x"));
+    place.write("file.json", "{}");
+    let cases: [(&[&str], &[&str]); 11] = [
+        (&["bench"], &["--solvers", "not measured yet"]),
+        (&["bench", "tower"], &["--solvers", "not measured yet"]),
+        (
+            &["bench", "--solvers", "tower"],
+            &["tower", "--problems DIR"],
+        ),
+        // the default folder is not here
+        (
+            &["bench", "--solvers"],
+            &["tests/data/problems", "no such folder", "--dump-problems"],
+        ),
+        (
+            &["bench", "--solvers", "--problems", "none"],
+            &["none", "no such folder", "--dump-problems"],
+        ),
+        (
+            &["bench", "--solvers", "--problems", "file.json"],
+            &["file.json", "not a folder"],
+        ),
+        (
+            &["bench", "--solvers", "--problems", "empty"],
+            &["empty", "no problem files", "--dump-problems"],
+        ),
+        (
+            &["bench", "--solvers", "--problems", "lcps"],
+            &["lcps", "plain LCPs only", "lemke"],
+        ),
+        (
+            &["bench", "--solvers", "--problems", "broken"],
+            &["broken/b.dat: line 5: expected", "x"],
+        ),
+        (
+            &["bench", "--solvers", "--tolerance", "1"],
+            &["must be 1e-15 to 1e-2"],
+        ),
+        (&["bench", "--solvers", "--repeats", "0"], &["1..=100"]),
+    ];
+    for (args, words) in cases {
+        let (code, out, err) = place.run(args);
+        assert_eq!((code, out.as_str()), (1, ""), "{args:?}: {err}");
+        for word in words {
+            assert!(err.contains(word), "{args:?}: {err} lacks {word}");
+        }
+        assert!(!place.path("out").exists(), "{args:?} left something");
+    }
+}
