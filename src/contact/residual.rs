@@ -125,7 +125,7 @@ impl Judge {
                     let z = p.x - rho * xi.x;
                     // not `max`, which would drop NaN
                     let f = p.x - if z < 0.0 { 0.0 } else { z };
-                    (f.abs().max(p.y.abs()), rho, p.x.abs(), b.x.abs())
+                    (worse(f.abs(), p.y.abs()), rho, p.x.abs(), b.x.abs())
                 }
                 Law::Pin => {
                     let rho = 2.0 / block.trace();
@@ -190,15 +190,25 @@ mod tests {
     }
 
     #[test]
-    fn nan_is_never_certified() {
-        let problem = ContactProblem {
-            operator: Delassus::dense(DMatrix::identity(2, 2)),
-            free: vec![Vec2::new(-1.0, 0.0)],
-            laws: vec![Law::Contact {
-                friction: 0.5,
-                compliance: 0.0,
-            }],
+    fn what_is_not_finite_is_never_certified() {
+        let contact = |friction| Law::Contact {
+            friction,
+            compliance: 0.0,
         };
-        assert!(!natural_map(&problem, &[Vec2::new(f64::NAN, 0.0)]).certified(1.0));
+        let bounded = Law::Bounded {
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+        };
+        for law in [contact(0.5), contact(0.0), Law::Pin, bounded] {
+            let problem = ContactProblem {
+                operator: Delassus::dense(DMatrix::identity(2, 2)),
+                free: vec![Vec2::new(-1.0, 0.0)],
+                laws: vec![law],
+            };
+            for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let residual = natural_map(&problem, &[Vec2::new(x, 0.0)]);
+                assert!(!residual.certified(1.0), "{law:?} {x}: {residual:?}");
+            }
+        }
     }
 }
