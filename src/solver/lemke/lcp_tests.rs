@@ -320,3 +320,19 @@ fn wrong_shapes_and_nan_are_refused() {
         Err(LcpError::NonFinite { row: 1 })
     );
 }
+
+/// Of a matrix of zeros no block can be pivoted on, and n²/2 of them are not worth a copy each.
+#[test]
+fn singular_starts_count_as_work() {
+    let n = 60;
+    let options = LcpOptions {
+        max_pivots: 100,
+        ..LcpOptions::default()
+    };
+    let free = DVector::from_element(n, -1.0);
+    let mut search = Search::new(DMatrix::zeros(n, n), free, options);
+    let balanced = restart::Balanced::new(&search);
+    restart::other_paths(&mut search, &balanced);
+    // a ray at once from each of the four covering vectors
+    assert_eq!((search.pivots, search.refused), (4, 96));
+}
