@@ -171,7 +171,10 @@ pub fn solve_lcp(
     let (mut proof, mut exhausted) = (None, false);
     if options.fallbacks && matches!(status, LcpStatus::Ray | LcpStatus::Inaccurate) {
         let balanced = restart::Balanced::new(&search);
-        proof = certificate(matrix, q, &balanced, &mut search.programmes);
+        // a ray may start from a point that is good enough; the other paths may have a better one
+        if !search.solved() {
+            proof = certificate(matrix, q, &balanced, &mut search.programmes);
+        }
         if proof.is_some() {
             status = LcpStatus::Infeasible;
         } else {
