@@ -6,6 +6,7 @@ use common::Random;
 use common::problems::{Change, Known, apart, assert_laws, bodies_and_rows, largest};
 use moreau2d::contact::{ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3, natural_map};
 use moreau2d::solver::{SOLVERS, SolveReport, solver_by_name};
+use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 /// Solves from `start`; whatever comes of it, the report is the judge's and nothing is NaN.
@@ -184,6 +185,29 @@ fn sweeps_that_diverge_give_back_their_start() {
         let before = natural_map(&problem, &start).merit();
         let (_, report) = solve("prox", &problem, &start, 1e-8);
         assert!(report.residual.merit() <= before, "{report:?}");
+    }
+}
+
+/// A body between two plates that are driven together at 1 m/s each: self-stress of any size leaves
+/// the velocities as wrong as none, and is not returned for its small relative residual.
+#[test]
+fn no_solver_ends_a_press_with_impulses_without_bound() {
+    let mut operator = DMatrix::identity(4, 4);
+    (operator[(0, 2)], operator[(2, 0)]) = (-1.0, -1.0);
+    let law = Law::Contact {
+        friction: 0.0,
+        compliance: 0.0,
+    };
+    let problem = ContactProblem {
+        operator: Delassus::dense(operator),
+        free: vec![Vec2::new(-1.0, 0.0); 2],
+        laws: vec![law; 2],
+    };
+    for name in SOLVERS {
+        let (impulses, report) = solve(name, &problem, &zeros(&problem), 1e-8);
+        assert!(!report.solved(), "{name}");
+        // 1 N s would stop either plate alone
+        assert!(largest(&impulses) <= 2.0, "{name}: {impulses:?}");
     }
 }
 

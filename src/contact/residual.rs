@@ -10,7 +10,7 @@ pub struct Residual {
     /// `max_i |F_i| / ρ_i` \[m/s\], which sees light bodies next to heavy ones.
     pub velocity: f64,
     /// The island's own velocity \[m/s\]: `max_i max(|b_i|, |ξ_i|)`, and `|P_i| / ρ_i` of a bounded
-    /// row at its bound, which may be all that drives. No other impulse counts: in a wedge without
+    /// row that `ξ_i` holds at its bound, which may be all that drives. No other impulse counts: in a wedge without
     /// a solution impulses can grow until any residual is small beside them.
     pub velocity_scale: f64,
     /// What double precision resolves in `ξ` \[m/s\]: `64 ε max_i |P_i| / ρ_i`.
@@ -125,7 +125,7 @@ impl Judge {
                     let z = p.x - rho * xi.x;
                     // not `max`, which would drop NaN
                     let f = p.x - if z < 0.0 { 0.0 } else { z };
-                    (f.abs().max(p.y.abs()), rho, p.x.abs(), b.x.abs())
+                    (worse(f.abs(), p.y.abs()), rho, p.x.abs(), b.x.abs())
                 }
                 Law::Pin => {
                     let rho = 2.0 / block.trace();
@@ -134,10 +134,11 @@ impl Judge {
                 Law::Bounded { lower, upper } => {
                     let rho = 1.0 / block[(0, 0)];
                     let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
-                    if p.x == lower || p.x == upper {
+                    // at a bound that the velocity does not ask for it drives nothing
+                    if f == 0.0 && (p.x == lower || p.x == upper) {
                         driven = p.x.abs() / rho;
                     }
-                    (f.abs(), rho, p.x.abs(), b.x.abs())
+                    (worse(f.abs(), p.y.abs()), rho, p.x.abs(), b.x.abs())
                 }
             };
             result.absolute = worse(result.absolute, f);
@@ -190,15 +191,65 @@ mod tests {
     }
 
     #[test]
-    fn nan_is_never_certified() {
-        let problem = ContactProblem {
-            operator: Delassus::dense(DMatrix::identity(2, 2)),
-            free: vec![Vec2::new(-1.0, 0.0)],
-            laws: vec![Law::Contact {
-                friction: 0.5,
-                compliance: 0.0,
-            }],
+    fn what_is_not_finite_is_never_certified() {
+        let contact = |friction| Law::Contact {
+            friction,
+            compliance: 0.0,
         };
-        assert!(!natural_map(&problem, &[Vec2::new(f64::NAN, 0.0)]).certified(1.0));
+        let bounded = Law::Bounded {
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+        };
+        for law in [contact(0.5), contact(0.0), Law::Pin, bounded] {
+            let problem = ContactProblem {
+                operator: Delassus::dense(DMatrix::identity(2, 2)),
+                free: vec![Vec2::new(-1.0, 0.0)],
+                laws: vec![law],
+            };
+            for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let residual = natural_map(&problem, &[Vec2::new(x, 0.0)]);
+                assert!(!residual.certified(1.0), "{law:?} {x}: {residual:?}");
+            }
+        }
+    }
+
+    /// Two drives on one body: at the upper bounds they hold each other, and both are wrong by the
+    /// whole free velocity; at the lower ones that is what the law says.
+    #[test]
+    fn bounds_that_nothing_asks_for_set_no_scale() {
+        let mut operator = DMatrix::identity(4, 4);
+        (operator[(0, 2)], operator[(2, 0)]) = (-1.0, -1.0);
+        let bound = 1e10;
+        let law = Law::Bounded {
+            lower: -bound,
+            upper: bound,
+        };
+        let problem = ContactProblem {
+            operator: Delassus::dense(operator),
+            free: vec![Vec2::new(1.0, 0.0); 2],
+            laws: vec![law; 2],
+        };
+        let at = |p: f64| natural_map(&problem, &[Vec2::new(p, 0.0); 2]);
+        assert!(at(-bound).certified(1e-15));
+        assert!(!at(bound).certified(1e-8), "{:?}", at(bound));
+    }
+
+    /// The second number of a bounded row moves the other rows, and so must be 0.
+    #[test]
+    fn a_bounded_row_has_no_tangential_impulse() {
+        let mut operator = DMatrix::identity(4, 4);
+        (operator[(1, 2)], operator[(2, 1)]) = (0.5, 0.5);
+        let law = Law::Bounded {
+            lower: -5.0,
+            upper: 5.0,
+        };
+        let problem = ContactProblem {
+            operator: Delassus::dense(operator),
+            free: vec![Vec2::new(-1.0, 0.0); 2],
+            laws: vec![law; 2],
+        };
+        let certified = |p: [Vec2; 2]| natural_map(&problem, &p).certified(1e-8);
+        assert!(certified([Vec2::x(), Vec2::x()]));
+        assert!(!certified([Vec2::new(1.0, 4.0), -Vec2::x()]));
     }
 }

@@ -151,7 +151,7 @@ impl ImpulseSolver for Enumeration {
             };
             let residual = self.judge.natural_map(problem, &trial);
             let report = SolveReport::of(residual, tolerance);
-            if report.residual.relative < best.residual.relative || report.solved() {
+            if report.residual.merit() < best.residual.merit() || report.solved() {
                 best = report.after(&SolveReport {
                     sweeps: 0,
                     pivots: 0,

@@ -182,8 +182,8 @@ impl Sharing {
     /// Σ tr(G_ii) |P_i|²  is least                                            (1)
     /// ```
     ///
-    /// among the impulses of closed rigid contacts that the laws admit. The limit of contacts of
-    /// equal, vanishing compliance where none would pull or leave its cone; those that would are let
+    /// among the impulses of closed rigid contacts that the laws admit; of one row it is `G_NN`. The
+    /// limit of contacts whose compliances vanish, in proportion to that, where none would pull or leave its cone; those that would are let
     /// go, or held at the border, one round after the other, which need not be the least of all.
     ///
     /// # Arguments
@@ -224,7 +224,7 @@ impl Sharing {
                 stays = false;
             }
             if stays {
-                let better = self.norm(&found) < self.norm(&asked);
+                let better = self.norm(problem, &found) < self.norm(problem, &asked);
                 let certified = self.judge.natural_map(problem, &found).certified(tolerance);
                 if better && certified {
                     impulses.copy_from_slice(&found);
@@ -243,8 +243,8 @@ impl Sharing {
         free: &[Free],
     ) -> Option<Vec<Vec2>> {
         self.gains.clear();
-        for (f, block) in free.iter().zip(self.judge.diagonal()) {
-            let rate = 2.0 / (WEIGHT * block.trace());
+        for ((f, law), block) in free.iter().zip(&problem.laws).zip(self.judge.diagonal()) {
+            let rate = 2.0 / (WEIGHT * weight(law, block));
             let gain = f.directions().into_iter().map(|d| d * d.transpose() * rate);
             self.gains.push(gain.sum());
         }
@@ -288,10 +288,18 @@ impl Sharing {
     }
 
     /// (1).
-    fn norm(&self, impulses: &[Vec2]) -> f64 {
-        let blocks = self.judge.diagonal();
-        let weighted = |(p, g): (&Vec2, &Mat2)| g.trace() * p.norm_squared();
+    fn norm(&self, problem: &ContactProblem, impulses: &[Vec2]) -> f64 {
+        let blocks = problem.laws.iter().zip(self.judge.diagonal());
+        let weighted = |(p, (law, g)): (&Vec2, (&Law, &Mat2))| weight(law, g) * p.norm_squared();
         impulses.iter().zip(blocks).map(weighted).sum()
+    }
+}
+
+/// `tr(G_ii)` of the block's own rows [1/kg].
+fn weight(law: &Law, block: &Mat2) -> f64 {
+    match law.rows() {
+        1 => block[(0, 0)],
+        _ => block.trace(),
     }
 }
 
@@ -321,7 +329,7 @@ mod tests {
     }
 
     /// Least under ΣP = 1 and ΣxP = 0 with weights w: P_i = (a + b x_i) / w_i. The weight is
-    /// tr(G_ii) = 1/m + x²/J of one row.
+    /// G_NN = 1/m + x²/J of one row.
     #[test]
     fn feet_in_a_row_share_by_their_weight() {
         let xs = [-0.5, -0.3, -0.1, 0.1, 0.3, 0.5];
@@ -329,8 +337,7 @@ mod tests {
         let mut impulses = solved::<Nsgs>(&problem);
         let (changed, _) = Sharing::default().least(&problem, &mut impulses, 1e-12);
         assert!(changed);
-        // J M⁻¹ Jᵀ of the block has the tangential row as well
-        let weight = |x: f64| 2.0 + 6.0 * (x * x + 0.25);
+        let weight = |x: f64| 1.0 + 6.0 * x * x;
         let sum: f64 = xs.iter().map(|x| 1.0 / weight(*x)).sum();
         for (p, x) in impulses.iter().zip(xs) {
             // symmetric: b = 0; round-off over the weight of the norm

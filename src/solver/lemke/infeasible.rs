@@ -23,6 +23,8 @@ const MARGIN: f64 = 1e-10;
 /// # Returns
 /// `true` if (1) holds in this arithmetic: `(Mᵀ y)_j ≤ 1e-14 Σ_i |M_ij| y_i` for all j and
 /// `qᵀ y ≤ −1e-10 Σ_i |q_i| y_i < 0`. `false` for wrong lengths and numbers that are not finite.
+/// What the first forgives times `z` may make up for the second: where both are at their limits, a
+/// solution 1e4 times as long as `q` asks for is not excluded.
 ///
 /// # Source
 /// Farkas (1902); Cottle, Pang & Stone (1992), §2.7.

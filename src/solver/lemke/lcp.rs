@@ -9,8 +9,8 @@ use thiserror::Error;
 pub struct LcpOptions {
     /// Smallest pivot taken, once the mean of `|M_ii|` is scaled to 1; no unit.
     pub pivot_tolerance: f64,
-    /// Most pivots of the first path, and of all that follow a ray together; the method is
-    /// exponential in the worst case.
+    /// Most pivots of the first path, and of all that follow a ray together, singular starts among
+    /// them; the method is exponential in the worst case.
     pub max_pivots: usize,
     /// Solved means [`LcpSolution::residual`] ≤ this; no unit.
     pub tolerance: f64,
@@ -171,7 +171,10 @@ pub fn solve_lcp(
     let (mut proof, mut exhausted) = (None, false);
     if options.fallbacks && matches!(status, LcpStatus::Ray | LcpStatus::Inaccurate) {
         let balanced = restart::Balanced::new(&search);
-        proof = certificate(matrix, q, &balanced, &mut search.programmes);
+        // a ray may start from a point that is good enough; the other paths may have a better one
+        if !search.solved() {
+            proof = certificate(matrix, q, &balanced, &mut search.programmes);
+        }
         if proof.is_some() {
             status = LcpStatus::Infeasible;
         } else {
@@ -208,6 +211,8 @@ pub(super) struct Search {
     pub(super) options: LcpOptions,
     best: Candidate,
     pub(super) pivots: usize,
+    /// Starting bases that were singular.
+    pub(super) refused: usize,
     paths: usize,
     pub(super) programmes: usize,
 }
@@ -221,6 +226,7 @@ impl Search {
             options,
             best,
             pivots: 0,
+            refused: 0,
             paths: 0,
             programmes: 0,
         }
@@ -229,6 +235,11 @@ impl Search {
     /// Whether the best point is a solution.
     pub(super) fn solved(&self) -> bool {
         self.best.residual <= self.options.tolerance
+    }
+
+    /// What counts against [`LcpOptions::max_pivots`]: each is O(n²).
+    pub(super) fn spent(&self) -> usize {
+        self.pivots + self.refused
     }
 
     /// Runs a path of the problem as it stands here and offers its end.

@@ -320,3 +320,30 @@ fn wrong_shapes_and_nan_are_refused() {
         Err(LcpError::NonFinite { row: 1 })
     );
 }
+
+/// Of a matrix of zeros no block can be pivoted on, and n²/2 of them are not worth a copy each.
+#[test]
+fn singular_starts_count_as_work() {
+    let n = 60;
+    let options = LcpOptions {
+        max_pivots: 100,
+        ..LcpOptions::default()
+    };
+    let free = DVector::from_element(n, -1.0);
+    let mut search = Search::new(DMatrix::zeros(n, n), free, options);
+    let balanced = restart::Balanced::new(&search);
+    restart::other_paths(&mut search, &balanced);
+    // a ray at once from each of the four covering vectors
+    assert_eq!((search.pivots, search.refused), (4, 96));
+}
+
+/// The solution (30025, 30024) hangs on the last digits of M, too small for a pivot, and a ray comes
+/// first. It starts from a point that misses by 1.5e-10, which is no case for a proof that there is
+/// none.
+#[test]
+fn a_ray_from_a_point_within_the_tolerance_is_solved() {
+    let m = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 1.0 + 1e-14]);
+    let s = solve(&m, &[-1.0, 1.0 - 3e-10]);
+    assert!(s.residual < 2e-10, "{s:?}");
+    assert_eq!((s.status, s.certificate), (LcpStatus::Solved, None));
+}

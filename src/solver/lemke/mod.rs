@@ -84,7 +84,7 @@ impl ImpulseSolver for Lemke {
             pivots += taken;
             factorisations += usize::from(taken > 0);
             let report = SolveReport::judged(problem, &candidate, tolerance);
-            if report.solved() || report.residual.relative < best.residual.relative {
+            if report.solved() || report.residual.merit() < best.residual.merit() {
                 impulses.copy_from_slice(&candidate);
                 best = report;
             }

@@ -72,14 +72,14 @@ fn factor(size: f64) -> f64 {
 const PIVOTS_A_ROW: usize = 10;
 
 /// The paths of the second and third of the fallbacks of `solve_lcp`, up to a solution or until
-/// they have spent `max_pivots`.
+/// they have spent `max_pivots`; a singular block counts as one, for the copy of the tableau.
 pub(super) fn other_paths(search: &mut Search, balanced: &Balanced) {
     if !balanced.finite() {
         return;
     }
     let n = balanced.free.len();
     let mut paths = Paths {
-        limit: search.pivots + search.options.max_pivots,
+        limit: search.spent() + search.options.max_pivots,
         search,
         balanced,
     };
@@ -102,6 +102,7 @@ pub(super) fn other_paths(search: &mut Search, balanced: &Balanced) {
         let mut tableau = start.clone();
         let regular = tableau.swap(&block);
         paths.search.pivots += std::mem::take(&mut tableau.pivots);
+        paths.search.refused += usize::from(!regular);
         if paths.spent() {
             return;
         }
@@ -132,19 +133,19 @@ pub(super) fn other_paths(search: &mut Search, balanced: &Balanced) {
 struct Paths<'a> {
     search: &'a mut Search,
     balanced: &'a Balanced,
-    /// Of all pivots together.
+    /// Of [`Search::spent`].
     limit: usize,
 }
 
 impl Paths<'_> {
     fn spent(&self) -> bool {
-        self.search.pivots >= self.limit
+        self.search.spent() >= self.limit
     }
 
     /// Runs a path; `true` where there is nothing more to do.
     fn done(&mut self, mut tableau: Tableau) -> bool {
         let n = self.balanced.free.len();
-        let left = self.limit.saturating_sub(self.search.pivots);
+        let left = self.limit.saturating_sub(self.search.spent());
         let end = tableau.run(left.min(PIVOTS_A_ROW * (n + PIVOTS_A_ROW)));
         let z = self.balanced.unscaled(&tableau.z());
         let (pivots, basis) = (tableau.pivots, tableau.support());
