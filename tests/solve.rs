@@ -1,5 +1,6 @@
 //! `moreau2d solve` and `run --dump-problems` as a user types them.
 
+use moreau2d::contact::examples::tower;
 use moreau2d::contact::problem_file::{DatStorage, StoredProblem, read, to_dat, to_json};
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
 use moreau2d::solver::{SOLVERS, solver_by_name};
@@ -259,6 +260,13 @@ fn a_result_is_printed_written_or_kept_quiet() {
     }
 }
 
+fn stored(boxes: usize) -> StoredProblem {
+    StoredProblem::Contact {
+        problem: tower(boxes, 0.5, |_| 1.0).problem(),
+        solution: None,
+    }
+}
+
 /// Ten feet under one box: 20 rows on three coordinates. The least shares are those of any solver.
 #[test]
 fn what_is_not_unique_is_told_and_shared_out_on_demand() {
@@ -296,6 +304,15 @@ fn what_is_not_unique_is_told_and_shared_out_on_demand() {
     assert_eq!(code, 0);
     assert!(out.contains("more than one motion"), "{out}");
     assert_eq!(place.json("r.json")["steep_contacts"][0], 0);
+    // 1600 closed rows: no word on uniqueness, but on what was asked for
+    place.write("tall.json", to_json(&stored(400)).unwrap());
+    let (code, out, _) = place.run(&["solve", "tall.json", "--shares", "minimum-norm"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("too many closed rows"), "{out}");
+    assert!(
+        out.contains("; the least ones") || out.contains("; none less were found"),
+        "{out}"
+    );
     let (code, _, err) = place.run(&["solve", feet, "--shares", "least"]);
     assert_eq!(code, 1);
     assert!(err.contains("minimum-norm"), "{err}");
@@ -329,6 +346,19 @@ fn not_solved_ends_with_two_and_says_why() {
     );
 }
 
+/// A mark before the text, as Windows editors write it, and their line ends.
+#[test]
+fn a_byte_order_mark_is_skipped() {
+    let place = Place::new();
+    let json = r#"{"kind": "lcp", "matrix": [[2]], "q": [-1]}"#;
+    for text in [BOX, json] {
+        let windows = format!("\u{feff}{}", text.replace('\n', "\r\n"));
+        place.write("windows", windows);
+        let (code, _, err) = place.run(&["solve", "windows"]);
+        assert_eq!((code, err.as_str()), (0, ""));
+    }
+}
+
 #[test]
 fn a_warning_goes_to_standard_error_and_into_the_result() {
     let place = Place::new();
@@ -345,13 +375,14 @@ fn bad_input_ends_with_one_and_leaves_nothing() {
     let place = Place::new();
     place.write("box.dat", BOX);
     place.write("cut.dat", &BOX[..20]);
+    place.write("empty.json", "\u{feff} \r\n");
     place.write("three.dat", BOX.replacen('2', "3", 1));
     place.write("bytes.dat", b"2 1\n\xff\xfe");
     place.write("fclib.hdf5", b"\x89HDF\r\n\x1a\n...");
     place.write("lcp.dat", LCP);
     fs::create_dir(place.path("folder")).unwrap();
     let before = place.listing(".");
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 15] = [
         (&["none.dat"], &["none.dat"]),
         (&["folder"], &["folder"]),
         (&["cut.dat"], &["cut.dat: line 4", "end of the file"]),
@@ -362,6 +393,8 @@ fn bad_input_ends_with_one_and_leaves_nothing() {
         (&["box.dat", "--tolerance", "0"], &["1e-15 to 1e-2"]),
         (&["box.dat", "--tolerance", "nan"], &["1e-15 to 1e-2"]),
         (&["box.dat", "--out", "folder"], &["folder"]),
+        (&["box.dat", "--out", "./box.dat"], &["the problem itself"]),
+        (&["empty.json"], &["empty.json: the file is empty"]),
         (
             &["box.dat", "--out", "box.dat/r.json"],
             &["box.dat", "not a folder"],

@@ -76,6 +76,15 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
         source,
     })?;
     let Loaded { problem, warnings } = read(&bytes).map_err(of_file)?;
+    if let Some(out) = &args.out
+        && let (Ok(a), Ok(b)) = (out.canonicalize(), path.canonicalize())
+        && a == b
+    {
+        return Err(RunError::Unfit(format!(
+            "--out {}: is the problem itself, not replaced by its result",
+            out.display()
+        )));
+    }
     let out = args.out.as_deref().map(Target::create).transpose()?;
     let mut solved = match &problem {
         StoredProblem::Contact { problem, solution } => contact(args, problem, solution.as_deref()),
@@ -193,7 +202,14 @@ fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
                 (Shares::MinimumNorm, false) => "none less were found",
             }
         ),
-        None => "too many closed rows to tell whether the impulses are unique\n".to_owned(),
+        None => format!(
+            "too many closed rows to tell whether the impulses are unique{}\n",
+            match (asked, least) {
+                (Shares::Found, _) => "",
+                (Shares::MinimumNorm, true) => "; the least ones",
+                (Shares::MinimumNorm, false) => "; none less were found",
+            }
+        ),
     };
     if !unique.steep.is_empty() {
         let list: Vec<String> = unique.steep.iter().take(5).map(usize::to_string).collect();

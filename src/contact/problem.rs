@@ -69,8 +69,12 @@ pub enum ContactError {
         value: f64,
         allowed: &'static str,
     },
-    /// A block joins two sides that cannot move: it has no row (`tr G_ii = 0`).
-    #[error("contact problem: block {contact} joins two sides of infinite mass")]
+    /// A block joins two sides that cannot move, or `G` is no Delassus operator: `tr G_ii + R ≤ 0`,
+    /// of one row `G_nn + R ≤ 0`.
+    #[error(
+        "contact problem: block {contact} joins two sides of infinite mass: the diagonal of its \
+         operator must be above 0"
+    )]
     Immovable { contact: usize },
 }
 

@@ -61,8 +61,8 @@ fn worse(a: f64, b: f64) -> f64 {
 /// - `impulses`: n pairs [N s], (n, t); need not lie in the cone.
 ///
 /// # Returns
-/// See [`Residual`]. A large residual is a result, not an error; NaN in, NaN out, and NaN is
-/// never certified.
+/// See [`Residual`]. A large residual is a result, not an error; NaN in, NaN out, `relative` is NaN
+/// where the squares of velocities or impulses overflow, and NaN is never certified.
 ///
 /// # Source
 /// De Saxcé & Feng (1998); Acary & Brogliato (2008), ch. 13. The scaling by ρ is ours.
@@ -152,7 +152,10 @@ impl Judge {
             result.velocity_scale = result.velocity_scale.max(b).max(own).max(driven);
             result.round_off = result.round_off.max(ROUNDINGS * p / rho);
         }
-        result.relative = if result.absolute == 0.0 {
+        result.relative = if !(scale.is_finite() && result.velocity_scale.is_finite()) {
+            // every residual is small beside an overflow
+            f64::NAN
+        } else if result.absolute == 0.0 {
             0.0
         } else {
             result.absolute / scale
@@ -251,5 +254,20 @@ mod tests {
         let certified = |p: [Vec2; 2]| natural_map(&problem, &p).certified(1e-8);
         assert!(certified([Vec2::x(), Vec2::x()]));
         assert!(!certified([Vec2::new(1.0, 4.0), -Vec2::x()]));
+    }
+
+    /// Bug: a body of 1e308 kg that comes at 1e308 m/s is not stopped by no impulse, but every
+    /// residual is small beside an infinite velocity: zeros were certified.
+    #[test]
+    fn an_overflow_is_never_certified() {
+        let problem = ContactProblem {
+            operator: Delassus::dense(DMatrix::identity(2, 2) * 1e-308),
+            free: vec![Vec2::new(-1e308, 1e308)],
+            laws: vec![Law::Contact {
+                friction: 2.0,
+                compliance: 0.0,
+            }],
+        };
+        assert!(!natural_map(&problem, &[Vec2::zeros()]).certified(1e-2));
     }
 }

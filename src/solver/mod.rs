@@ -137,6 +137,9 @@ pub trait ImpulseSolver: Send {
     /// - `impulses`: one pair a block [N s]; the start on entry (zeros when cold), the result on
     ///   return. The result is finite whenever the problem is.
     /// - `tolerance`: relative, no unit, see [`Residual::certified`].
+    ///
+    /// # Panics
+    /// If `impulses` has fewer pairs than the problem has blocks.
     fn solve(
         &mut self,
         problem: &ContactProblem,

@@ -44,7 +44,7 @@ struct LcpFile {
 }
 
 #[derive(Serialize, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 struct Units {
     operator: String,
     free: String,

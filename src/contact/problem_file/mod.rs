@@ -17,7 +17,7 @@
 //! }
 //! ```
 //!
-//! - `units` states the units and may be left out; others are refused.
+//! - `units` states the units and may be left out, whole or in part; others are refused.
 //! - `operator`, the Delassus operator G, is `dense`, a list of rows, two a block; or `blocks`, a
 //!   list of `[i, j, [[G_nn, G_nt], [G_tn, G_tt]]]`, the 2 × 2 blocks that are not zero, each with
 //!   its block row and block column, from 0, once, and on both sides of the diagonal; or `bodies`,
@@ -170,7 +170,8 @@ pub enum FileError {
     Contact(#[from] ContactError),
 }
 
-/// Reads a problem file of any format: JSON if it starts with a brace, else text.
+/// Reads a problem file of any format: JSON if it starts with a brace, else text. A byte order mark
+/// before either is skipped.
 ///
 /// # Errors
 /// [`FileError`], with the place in the file where one thing there is wrong. Never panics, and takes
@@ -183,6 +184,11 @@ pub fn read(bytes: &[u8]) -> Result<Loaded, FileError> {
     let text = std::str::from_utf8(bytes).map_err(|e| FileError::NotText {
         line: line_of(&bytes[..e.valid_up_to()]),
     })?;
+    // Windows editors write a byte order mark first
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.trim().is_empty() {
+        return Err(FileError::Content("the file is empty".to_owned()));
+    }
     if text.trim_start().starts_with('{') {
         json::read(text)
     } else {

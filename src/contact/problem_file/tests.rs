@@ -306,7 +306,7 @@ const JSON: &str = r#"{
 fn bad_files_are_refused_in_words() {
     let w = "2 1\n0 2 2\n2 2\n2 1\n1 2\n";
     let cases: Vec<(String, &[&str])> = vec![
-        (String::new(), &["line 1", "neither JSON nor"]),
+        (String::new(), &["the file is empty"]),
         ("hello world".into(), &["line 1", "`hello world`"]),
         ("\n\n7 9 9".into(), &["line 3", "neither", "`7 9 9`"]),
         ("3 1\n0 3 3\n3 3\n".into(), &["line 1", "three-dimensional"]),
@@ -491,6 +491,13 @@ fn bad_files_are_refused_in_words() {
             \"compliance\": \"1/kg\", \"impulse\": \"N s\"}, \"operator\"",
             ),
             &["line 3", "units must be", "1/kg"],
+        ),
+        (
+            JSON.replace(
+                "\"operator\"",
+                "\"units\": {\"free\": \"mm/s\"}, \"operator\"",
+            ),
+            &["line 3", "units must be", "m/s"],
         ),
         (
             JSON.replace(
