@@ -4,6 +4,7 @@ mod common;
 
 use common::Random;
 use common::problems::{Change, Known, apart, assert_laws, bodies_and_rows, largest};
+use moreau2d::contact::examples::tower;
 use moreau2d::contact::{ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3, natural_map};
 use moreau2d::solver::{SOLVERS, SolveReport, solver_by_name};
 use nalgebra::DMatrix;
@@ -235,6 +236,22 @@ fn shares_of_redundant_problems_solved() {
                 .filter(|p| solve(name, p, &zeros(p), 1e-8).1.solved())
                 .count();
             assert!(solved >= least, "{name}: {solved} of {}", problems.len());
+        }
+    }
+}
+
+/// Whatever the size: too large for some, which then leave it alone.
+#[test]
+fn a_start_that_is_not_finite_never_comes_back() {
+    for boxes in [1, 2, 40] {
+        let problem = tower(boxes, 0.5, |_| 1.0).problem();
+        for name in SOLVERS {
+            let mut impulses = vec![Vec2::new(f64::NAN, f64::INFINITY); problem.len()];
+            let report = solver_by_name(name)
+                .unwrap()
+                .solve(&problem, &mut impulses, 1e-8);
+            let finite = impulses.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+            assert!(finite, "{name}, {boxes}: {report:?}");
         }
     }
 }

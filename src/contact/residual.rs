@@ -13,7 +13,8 @@ pub struct Residual {
     /// row that `ξ_i` holds at its bound, which may be all that drives. No other impulse counts: in a wedge without
     /// a solution impulses can grow until any residual is small beside them.
     pub velocity_scale: f64,
-    /// What double precision resolves in `ξ` \[m/s\]: `64 ε max_i |P_i| / ρ_i`.
+    /// What double precision resolves in `ξ` \[m/s\]: `64 ε max_i |P_i| / ρ_i`. Self-stress of 1e14
+    /// times the other impulses hides any velocity: of such impulses a certificate says nothing.
     pub round_off: f64,
 }
 

@@ -48,8 +48,8 @@ struct Ended {
 ///
 /// # Returns
 /// For every problem (`scene`) and solver a row each of `solve-time` \[s\], the median of the
-/// repeats, with half their range over it in `spread`; `residual`, the relative natural-map
-/// residual; `sweeps`, `factorisations`, `pivots` of one solve; and `blocks`, the size of the
+/// repeats, with half their range over it in `spread`; `residual`, the smallest tolerance
+/// at which the judge certifies the impulses ([`Residual::merit`](crate::contact::Residual::merit)); `sweeps`, `factorisations`, `pivots` of one solve; and `blocks`, the size of the
 /// problem. The verdict is `pass` where the judge ([`natural_map`]) certifies the impulses, else
 /// `unsolved`, with mode `untried` where the solver did not take a problem of this size. Nothing is
 /// stepped: `dt_s` is 0 and there is no simulated time.
@@ -95,7 +95,7 @@ impl Point<'_> {
         let residual = natural_map(problem, &impulses);
         let ended = self.ended.get_or_insert_with(|| Ended {
             solved: residual.certified(tolerance),
-            residual: residual.relative,
+            residual: residual.merit(),
             sweeps: report.sweeps,
             factorisations: report.factorisations,
             pivots: report.pivots,

@@ -3,7 +3,7 @@ use super::continuation::{Continuation, Path, Tools};
 use super::interior_point::InteriorPoint;
 use super::response::Response;
 use super::status_newton::StatusNewton;
-use super::{ImpulseSolver, Nsgs, SolveReport};
+use super::{ImpulseSolver, Nsgs, SolveReport, drop_unless_finite};
 use crate::contact::{ContactProblem, Judge, Vec2};
 
 /// Newton and interior point for hard islands: towers, mass ratios, sliding heaps, impacts.
@@ -60,12 +60,7 @@ impl ImpulseSolver for Direct {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        // a start that is not finite is no start
-        for p in impulses.iter_mut() {
-            if !(p.x.is_finite() && p.y.is_finite()) {
-                *p = Vec2::zeros();
-            }
-        }
+        drop_unless_finite(impulses);
         self.judge.prepare(problem);
         let residual = self.judge.natural_map(problem, impulses);
         let mut report = SolveReport::of(residual, tolerance);

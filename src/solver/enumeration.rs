@@ -1,4 +1,4 @@
-use super::{ImpulseSolver, SolveReport};
+use super::{ImpulseSolver, SolveReport, drop_unless_finite};
 use crate::contact::{ContactProblem, Judge, Law, Vec2, solve_local};
 use nalgebra::{DMatrix, DVector};
 
@@ -111,6 +111,7 @@ impl ImpulseSolver for Enumeration {
         tolerance: f64,
     ) -> SolveReport {
         let n = problem.len();
+        drop_unless_finite(impulses);
         self.judge.prepare(problem);
         if n == 1 {
             impulses[0] = solve_local(&self.judge.diagonal()[0], problem.free[0], &problem.laws[0]);

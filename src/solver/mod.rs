@@ -148,6 +148,15 @@ pub trait ImpulseSolver: Send {
     ) -> SolveReport;
 }
 
+/// A start that is not finite is no start.
+fn drop_unless_finite(impulses: &mut [Vec2]) {
+    for p in impulses {
+        if !(p.x.is_finite() && p.y.is_finite()) {
+            *p = Vec2::zeros();
+        }
+    }
+}
+
 /// Names of all solvers, in the order the help shows them.
 pub const SOLVERS: [&str; 6] = ["auto", "enumeration", "nsgs", "direct", "lemke", "prox"];
 

@@ -1,7 +1,7 @@
 //! Impulses that are not unique: how many ways there are to share a load out, and the least one.
 
 use super::response::Response;
-use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
+use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, NO_BODY, Vec2};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -126,15 +126,23 @@ fn rank(problem: &ContactProblem, rows: &[(usize, Vec2)]) -> usize {
     let matrix = match &problem.operator {
         Delassus::Bodies(op) => {
             // G = B Bᵀ: the factor is narrower, and its rank is better conditioned
-            let mut factor = DMatrix::zeros(3 * op.inverse_mass.len(), rows.len());
+            let mut touched: Vec<u32> = (rows.iter())
+                .flat_map(|&(i, _)| op.rows[i].bodies)
+                .filter(|body| *body != NO_BODY)
+                .collect();
+            touched.sort_unstable();
+            touched.dedup();
+            let mut factor = DMatrix::zeros(3 * touched.len(), rows.len());
             for (column, &(i, d)) in rows.iter().enumerate() {
                 for (j, body) in op.rows[i].jacobian.iter().zip(op.rows[i].bodies) {
-                    let Some(weight) = op.inverse_mass.get(body as usize) else {
+                    // the others have infinite mass
+                    let Ok(place) = touched.binary_search(&body) else {
                         continue;
                     };
+                    let weight = &op.inverse_mass[body as usize];
                     let row = (j[0] * d.x + j[1] * d.y).component_mul(&weight.map(f64::sqrt));
                     for k in 0..3 {
-                        factor[(3 * body as usize + k, column)] += row[k];
+                        factor[(3 * place + k, column)] += row[k];
                     }
                 }
             }
@@ -306,7 +314,6 @@ fn weight(law: &Law, block: &Mat2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::NO_BODY;
     use crate::contact::Vec3;
     use crate::contact::examples::{Bodies, heap, pyramid};
     use crate::solver::{Direct, ImpulseSolver, Nsgs};
