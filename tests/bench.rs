@@ -1,58 +1,31 @@
 //! `moreau2d bench --solvers` as a user types it. The arithmetic of the profile is tested where it is.
 
+mod common;
+
+use common::program::Place;
 use moreau2d::report::{Performance, PerformanceRow, ResultRow, read_rows};
 use moreau2d::solver::SOLVERS;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::PathBuf;
-use std::process::Command;
-use tempfile::TempDir;
 
-/// A folder of its own for each test, in which the program runs.
-struct Place(TempDir);
+/// A folder with the problems of three steps of a tower in `p`.
+fn with_problems() -> Place {
+    let place = Place::new();
+    let args = ["run", "tower", "--steps", "3", "--dump-problems", "p"];
+    assert_eq!(place.run(&args).0, 0);
+    assert_eq!(place.listing("p").len(), 3);
+    place
+}
 
-impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
+/// `bench --solvers` on `p`, results in `r`.
+fn bench(place: &Place, flags: &[&str]) -> (i32, String, String) {
+    let args = ["bench", "--solvers", "--problems", "p", "--out", "r"];
+    place.run(&[&args[..], flags].concat())
+}
 
-    /// With the problems of three steps of a tower in `p`.
-    fn with_problems() -> Place {
-        let place = Place::new();
-        let args = ["run", "tower", "--steps", "3", "--dump-problems", "p"];
-        assert_eq!(place.run(&args).0, 0);
-        assert_eq!(fs::read_dir(place.path("p")).unwrap().count(), 3);
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        fs::write(self.path(name), text).unwrap();
-    }
-
-    /// Exit code, standard output, standard error.
-    fn run(&self, args: &[&str]) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_moreau2d"));
-        let output = command.args(args).current_dir(self.0.path()).output();
-        let output = output.unwrap();
-        let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
-        assert!(!err.contains("panicked"), "{args:?}: {err}");
-        (output.status.code().unwrap_or(-1), out, err)
-    }
-
-    /// `bench --solvers` on `p`, results in `r`.
-    fn bench(&self, flags: &[&str]) -> (i32, String, String) {
-        let args = ["bench", "--solvers", "--problems", "p", "--out", "r"];
-        self.run(&[&args[..], flags].concat())
-    }
-
-    fn rows(&self) -> Vec<ResultRow> {
-        read_rows(&self.path("r/results.csv")).unwrap()
-    }
+fn rows(place: &Place) -> Vec<ResultRow> {
+    read_rows(&place.path("r/results.csv")).unwrap()
 }
 
 /// An LCP, and a contact problem of one block, in the text format.
@@ -70,10 +43,10 @@ const MEASURES: [&str; 6] = [
 
 #[test]
 fn every_solver_is_in_the_table_the_profile_and_the_picture() {
-    let place = Place::with_problems();
+    let place = with_problems();
     place.write("p/lcp.dat", LCP);
     place.write("p/index.csv", "file,expected\n");
-    let (code, out, err) = place.bench(&["--repeats", "2"]);
+    let (code, out, err) = bench(&place, &["--repeats", "2"]);
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("note: 1 plain LCPs left out"), "{out}");
     let header = fs::read_to_string(place.path("r/results.csv")).unwrap();
@@ -82,7 +55,7 @@ fn every_solver_is_in_the_table_the_profile_and_the_picture() {
         "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,value,unit,\
          reference,seconds_per_simulated_second,spread,verdict,mode"
     );
-    let rows = place.rows();
+    let rows = rows(&place);
     let keys: BTreeSet<(&str, &str, &str)> = rows
         .iter()
         .map(|r| (&*r.scene, &*r.solver, &*r.measure))
@@ -137,10 +110,10 @@ fn every_solver_is_in_the_table_the_profile_and_the_picture() {
 /// Everything but the clock is the same again.
 #[test]
 fn a_second_bench_differs_in_its_times_alone() {
-    let place = Place::with_problems();
+    let place = with_problems();
     let values = || -> Vec<(String, u64)> {
-        assert_eq!(place.bench(&["--repeats", "1", "--quiet"]).0, 0);
-        let rows = place.rows();
+        assert_eq!(bench(&place, &["--repeats", "1", "--quiet"]).0, 0);
+        let rows = rows(&place);
         let counted = rows.iter().filter(|r| r.measure != "solve-time");
         counted
             .map(|r| {
@@ -153,7 +126,7 @@ fn a_second_bench_differs_in_its_times_alone() {
     assert_eq!(first.len(), 3 * SOLVERS.len() * (MEASURES.len() - 1));
     assert_eq!(first, values());
     // a single timing has no spread
-    assert!(place.rows().iter().all(|r| r.spread.is_none()));
+    assert!(rows(&place).iter().all(|r| r.spread.is_none()));
 }
 
 /// What no solver solves is in the results and ends with 0 all the same.
@@ -162,9 +135,9 @@ fn failing_solvers_are_no_failure_of_the_program() {
     let place = Place::new();
     fs::create_dir(place.path("p")).unwrap();
     // pressed onto the floor by a velocity that no impulse changes
-    place.write("p/stuck.dat", &BLOCK.replace("1 0 0 1", "0 0 0 1"));
+    place.write("p/stuck.dat", BLOCK.replace("1 0 0 1", "0 0 0 1"));
     place.write("p/block.dat", BLOCK);
-    let (code, out, err) = place.bench(&["--json", "--tolerance", "1e-10"]);
+    let (code, out, err) = bench(&place, &["--json", "--tolerance", "1e-10"]);
     assert_eq!((code, err.as_str()), (0, ""));
     let summary: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(
@@ -183,7 +156,7 @@ fn failing_solvers_are_no_failure_of_the_program() {
         assert_eq!(&score["solver"], solver);
         assert_eq!(score["solved"], 1, "{solver}");
     }
-    let rows = place.rows();
+    let rows = rows(&place);
     let stuck = rows.iter().filter(|r| r.scene == "stuck");
     assert!(stuck.clone().count() > 0 && stuck.clone().all(|r| r.verdict == "unsolved"));
     assert!(rows.iter().all(|r| r.setting == "tolerance 1e-10"));
@@ -200,8 +173,8 @@ fn problems_of_one_name_are_told_apart() {
         "{\"kind\": \"contact\", \"operator\": {\"dense\": [[1, 0], [0, 1]]}, \
          \"free\": [[-1, 0]], \"laws\": [{\"contact\": {\"friction\": 0.5}}]}",
     );
-    assert_eq!(place.bench(&["--repeats", "1", "--quiet"]).0, 0);
-    let names: BTreeSet<String> = place.rows().into_iter().map(|r| r.scene).collect();
+    assert_eq!(bench(&place, &["--repeats", "1", "--quiet"]).0, 0);
+    let names: BTreeSet<String> = rows(&place).into_iter().map(|r| r.scene).collect();
     assert_eq!(
         names,
         BTreeSet::from(["a.dat", "a.json", "b.c"].map(str::to_owned))
@@ -217,7 +190,7 @@ fn bad_input_is_refused_and_leaves_nothing() {
     place.write("empty/index.csv", "file\n");
     place.write("lcps/lcp.dat", LCP);
     place.write("broken/a.dat", BLOCK);
-    place.write("broken/b.dat", &BLOCK.replace("-1 0.1", "-1 x"));
+    place.write("broken/b.dat", BLOCK.replace("-1 0.1", "-1 x"));
     place.write("file.json", "{}");
     let cases: [(&[&str], &[&str]); 11] = [
         (&["bench"], &["--solvers", "not measured yet"]),

@@ -1,5 +1,8 @@
 //! `moreau2d solve` and `run --dump-problems` as a user types them.
 
+mod common;
+
+use common::program::Place;
 use moreau2d::contact::examples::tower;
 use moreau2d::contact::problem_file::{DatStorage, StoredProblem, read, to_dat, to_json};
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
@@ -8,58 +11,14 @@ use nalgebra::{DMatrix, DVector};
 use proptest::strategy::Strategy;
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use std::process::Command;
-use tempfile::TempDir;
 
-/// A folder of its own for each test, in which the program runs.
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Place {
-        Place(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        fs::write(self.path(name), text).unwrap();
-    }
-
-    /// Exit code, standard output, standard error.
-    fn run(&self, args: &[&str]) -> (i32, String, String) {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_moreau2d"));
-        let output = command.args(args).current_dir(self.0.path()).output();
-        let output = output.unwrap();
-        let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
-        assert!(!err.contains("panicked"), "{args:?}: {err}");
-        (output.status.code().unwrap_or(-1), out, err)
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&fs::read_to_string(self.path(name)).unwrap()).unwrap()
-    }
-
-    /// Names of what lies in a folder, sorted.
-    fn listing(&self, folder: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.path(folder)).unwrap();
-        let name = |e: std::io::Result<fs::DirEntry>| e.unwrap().file_name();
-        let mut names: Vec<String> = entries
-            .map(|e| name(e).to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
-
-    fn contact(&self, name: &str) -> (ContactProblem, Option<Vec<Vec2>>) {
-        let loaded = read(&fs::read(self.path(name)).unwrap()).unwrap();
-        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-        match loaded.problem {
-            StoredProblem::Contact { problem, solution } => (problem, solution),
-            StoredProblem::Lcp { .. } => panic!("{name} is an LCP"),
-        }
+/// A stored contact problem of the folder, and its solution.
+fn contact(place: &Place, name: &str) -> (ContactProblem, Option<Vec<Vec2>>) {
+    let loaded = read(&fs::read(place.path(name)).unwrap()).unwrap();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    match loaded.problem {
+        StoredProblem::Contact { problem, solution } => (problem, solution),
+        StoredProblem::Lcp { .. } => panic!("{name} is an LCP"),
     }
 }
 
@@ -94,7 +53,7 @@ fn dumped_problems_are_solved_again() {
         );
         for file in files {
             let file = format!("{scene}/{file}");
-            let (problem, solution) = place.contact(&file);
+            let (problem, solution) = contact(&place, &file);
             let stored = solution.expect("a dump holds the impulses found");
             // the run's own tolerance
             assert!(natural_map(&problem, &stored).certified(1e-8), "{file}");
@@ -126,7 +85,7 @@ fn dumped_problems_are_solved_again() {
                 );
                 let flat = numbers(&result["impulses"]);
                 let impulses: Vec<Vec2> = flat.chunks(2).map(|p| Vec2::new(p[0], p[1])).collect();
-                let (problem, _) = place.contact(name);
+                let (problem, _) = contact(&place, name);
                 let residual = natural_map(&problem, &impulses);
                 assert!(residual.certified(1e-9), "{name}");
                 // nothing is lost in the file
@@ -184,7 +143,10 @@ fn dumping_changes_nothing_and_replaces_its_own_names_only() {
         place.listing("d"),
         ["notes.txt", "step-000003-island-0001.json"]
     );
-    assert_eq!(place.contact("d/step-000003-island-0001.json").0.len(), 200);
+    assert_eq!(
+        contact(&place, "d/step-000003-island-0001.json").0.len(),
+        200
+    );
 }
 
 #[test]

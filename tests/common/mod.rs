@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test binary uses a part
 
 pub mod problems;
+pub mod program;
 
 use moreau2d::contact::Vec3;
 use moreau2d::dynamics::Pose64;
