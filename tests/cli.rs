@@ -375,6 +375,21 @@ fn a_step_too_long_is_a_warning_and_no_error() {
     }
 }
 
+/// The end of the chain whips round by more than a radian a step at 2 ms.
+#[test]
+fn pins_that_put_energy_in_are_told() {
+    let place = Place::new();
+    for (dt, told) in [("2e-3", true), ("1e-3", false)] {
+        let ended = place.run(&["run", "chain", "--dt", dt, "--out", "r"]);
+        assert_eq!(
+            ended.out.contains("pins put in"),
+            told,
+            "{dt}: {}",
+            ended.out
+        );
+    }
+}
+
 #[test]
 fn quiet_prints_nothing_and_json_prints_json_alone() {
     let place = Place::new();

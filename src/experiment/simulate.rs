@@ -169,6 +169,8 @@ pub struct Totals {
     pub work_contact_n: f64,
     pub work_contact_t: f64,
     pub work_joints: f64,
+    /// Most that pins put in in a step \[J\].
+    pub joint_gain: f64,
     pub work_motors: f64,
     pub friction_work: f64,
     /// Wall-clock time of the steps alone \[s\].
@@ -211,6 +213,7 @@ impl Totals {
         self.work_contact_n += energy.contact_n;
         self.work_contact_t += energy.contact_t;
         self.work_joints += energy.joints;
+        self.joint_gain = self.joint_gain.max(energy.joints);
         self.work_motors += energy.motors;
         self.friction_work += record.friction_work();
     }
