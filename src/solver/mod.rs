@@ -3,14 +3,14 @@
 //! Every result is judged by [`crate::contact::natural_map`] from the problem and the impulses
 //! alone; a solver's own word is never reported.
 //!
-//! | solver | for | finds |
-//! |---|---|---|
-//! | [`Auto`] | every island; the default | what the others find, in a fixed order |
-//! | [`Enumeration`] | 1 to 4 frictional contacts | every solution, and takes a stated one |
-//! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance | a start for the others |
-//! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 | nearly all |
-//! | [`Lemke`] | up to some 100 blocks; an oracle independent of `direct` | what has a certificate |
-//! | [`Prox`] | the published study's own method | what converges slowly |
+//! | solver | for |
+//! |---|---|
+//! | [`Auto`] | every island; the default: the others in a fixed order |
+//! | [`Enumeration`] | 1 to 4 frictional contacts: exact, and a stated one of several solutions |
+//! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance; a start for `direct` |
+//! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 |
+//! | [`Lemke`] | up to some 100 blocks: an oracle independent of `direct`, and the last resort |
+//! | [`Prox`] | the published study's own method, for reference |
 //!
 //! `moreau2d bench --solvers` measures them on `tests/data/problems`: 146 frozen problems, from a
 //! single contact to drums of 470. Of the 140 known to be solvable `auto` and `direct` solve all to
