@@ -226,20 +226,20 @@ fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
 
 /// How many blocks of which law.
 fn blocks(problem: &ContactProblem) -> String {
-    let count = |of: fn(&Law) -> bool| problem.laws.iter().filter(|law| of(law)).count();
-    let mut text = format!(
-        "{} contacts",
-        count(|law| matches!(law, Law::Contact { .. }))
-    );
-    let pins = count(|law| matches!(law, Law::Pin));
-    let bounded = count(|law| matches!(law, Law::Bounded { .. }));
-    if pins > 0 {
-        text.push_str(&format!(", {pins} pins"));
-    }
-    if bounded > 0 {
-        text.push_str(&format!(", {bounded} bounded rows"));
-    }
-    text
+    let count = |of: fn(&Law) -> bool, one: &str| {
+        let n = problem.laws.iter().filter(|law| of(law)).count();
+        format!("{n} {one}{}", if n == 1 { "" } else { "s" })
+    };
+    let mut parts = vec![count(|law| matches!(law, Law::Contact { .. }), "contact")];
+    parts.push(count(|law| matches!(law, Law::Pin), "pin"));
+    parts.push(count(
+        |law| matches!(law, Law::Bounded { .. }),
+        "bounded row",
+    ));
+    // contacts are told even where there are none
+    let mut first = true;
+    parts.retain(|part| std::mem::take(&mut first) || !part.starts_with("0 "));
+    parts.join(", ")
 }
 
 fn lcp(

@@ -130,8 +130,8 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.redundant_steps > 0 {
         out.push(format!(
-            "in {} steps more contacts carry load than there are coordinates: the motion is \
-             unique, the shares of single contacts are not",
+            "in {} steps more contacts carry load than there are coordinates: the shares of \
+             single contacts are not unique",
             t.redundant_steps
         ));
     }

@@ -3,7 +3,7 @@ use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
 ///
-/// 1. Up to four blocks: [`Enumeration`]. From nothing it costs up to twice what `direct` does, a
+/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From nothing it costs up to twice what `direct` does, a
 ///    microsecond or two; but it says which of several solutions it takes, and from the statuses of
 ///    the last step it is one linear system.
 /// 2. Larger, or not solved by it: [`Direct`], whose own stages go by how far the last step's
@@ -21,8 +21,8 @@ pub struct Auto {
     direct: Direct,
 }
 
-/// Blocks up to which enumeration comes first.
-const ENUMERATED: usize = 4;
+/// Blocks up to which enumeration comes first: its systems are dense, and pins add no combination.
+const ENUMERATED: usize = 8;
 
 impl Default for Auto {
     fn default() -> Self {
