@@ -192,7 +192,7 @@ fn a_result_is_printed_written_or_kept_quiet() {
     let (code, out, err) = place.run(&["solve", "box.txt", "--out", "new/r.json"]);
     assert_eq!((code, err.as_str()), (0, ""));
     for words in [
-        "box.txt: contact problem, 1 contacts",
+        "box.txt: contact problem, 1 contact\n",
         "solver auto: solved; 0 sweeps",
         "natural-map residual 0 (relative)",
         "tolerance 1e-8",
