@@ -3,11 +3,11 @@
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
+use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{
     ColliderId, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64, ShapeSpec,
     Simulation, Surface,
 };
-use rapier2d::prelude::*;
 
 const DT: f64 = 1.0 / 120.0;
 
@@ -23,7 +23,7 @@ fn simulation(gravity: f64) -> Simulation {
     Simulation::new(StepperSettings::default(), Vec2::new(0.0, gravity), DT).unwrap()
 }
 
-fn world(gravity: f32) -> PhysicsWorld {
+fn world(gravity: Real) -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::new(0.0, gravity);
     world
@@ -322,15 +322,15 @@ fn poses_and_velocities_are_written_back_to_bodies_and_colliders() {
     let body = &world.bodies[ball];
     assert_eq!(
         f64::from(body.translation().x),
-        f64::from(pose.translation.x as f32)
+        f64::from(pose.translation.x as Real)
     );
     assert_eq!(
         f64::from(body.translation().y),
-        f64::from(pose.translation.y as f32)
+        f64::from(pose.translation.y as Real)
     );
     assert!((f64::from(body.rotation().angle()) - pose.angle()).abs() < 1e-6);
-    assert_eq!(body.linvel(), Vector::new(u.x as f32, u.y as f32));
-    assert_eq!(body.angvel(), u.z as f32);
+    assert_eq!(body.linvel(), Vector::new(u.x as Real, u.y as Real));
+    assert_eq!(body.angvel(), u.z as Real);
     assert_eq!(world.colliders[collider].position(), body.position());
     // free flight: constant acceleration is exact
     let t = 30.0 * DT;
@@ -343,7 +343,7 @@ fn poses_and_velocities_are_written_back_to_bodies_and_colliders() {
 fn bodies_that_come_and_go_are_noticed() {
     let mut world = world(0.0);
     let mut pipeline = pipeline();
-    let ball = |world: &mut PhysicsWorld, x: f32, v: f32| {
+    let ball = |world: &mut PhysicsWorld, x: Real, v: Real| {
         let body = RigidBodyBuilder::dynamic()
             .translation(Vector::new(x, 0.0))
             .linvel(Vector::new(v, 0.0));
@@ -384,7 +384,7 @@ fn kinematic_bodies_push_and_are_not_pushed() {
         let mut pipeline = pipeline();
         for k in 0..120 {
             if by_position {
-                let x = -1.5 + (k + 1) as f32 * DT as f32;
+                let x = -1.5 + (k + 1) as Real * DT as Real;
                 world.bodies[pusher].set_next_kinematic_translation(Vector::new(x, 0.6));
             }
             pipeline.step(&mut world).unwrap();
@@ -483,7 +483,7 @@ fn a_pendulum_stays_on_its_pin() {
 fn jointed_bodies_touch_only_if_the_joint_lets_them() {
     for enabled in [false, true] {
         let mut world = world(0.0);
-        let body = |x: f32| RigidBodyBuilder::dynamic().translation(Vector::new(x, 0.0));
+        let body = |x: Real| RigidBodyBuilder::dynamic().translation(Vector::new(x, 0.0));
         let (a, _) = world.insert(body(0.0), ColliderBuilder::cuboid(0.5, 0.5));
         let (b, _) = world.insert(body(0.9), ColliderBuilder::cuboid(0.5, 0.5));
         let joint = RevoluteJointBuilder::new()
@@ -645,7 +645,7 @@ fn bodies_that_cannot_be_simulated_are_refused() {
     let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
     let massless = refusal(free(), square().density(0.0), none);
     assert!(massless.contains("no mass"), "{massless}");
-    for broken in [f32::NAN, f32::INFINITY] {
+    for broken in [Real::NAN, Real::INFINITY] {
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);
         });
@@ -677,7 +677,7 @@ fn a_force_that_is_not_finite_leaves_the_world_as_it_was() {
     let mut pipeline = pipeline();
     pipeline.step(&mut world).unwrap();
     let before = *world.bodies[ball].position();
-    world.bodies[ball].add_force(Vector::new(f32::NAN, 0.0), true);
+    world.bodies[ball].add_force(Vector::new(Real::NAN, 0.0), true);
     let error = pipeline.step(&mut world).unwrap_err();
     assert!(matches!(error, StepError::NonFinite { .. }), "{error:?}");
     assert_eq!(*world.bodies[ball].position(), before);
@@ -910,7 +910,7 @@ fn a_collider_that_the_user_exchanges_is_met_where_it_is() {
 #[test]
 fn a_shape_that_the_user_sets_is_met_where_it_is() {
     for polygon in [false, true] {
-        let make = |h: f32| {
+        let make = |h: Real| {
             if polygon {
                 let point = Vector::new;
                 let corners = vec![
@@ -1109,7 +1109,7 @@ fn a_failed_step_has_seen_no_pairs() {
             .unwrap();
     }
     let last = s.world.bodies.iter().last().unwrap().0;
-    s.world.bodies[last].add_force(Vector::new(f32::NAN, 0.0), false);
+    s.world.bodies[last].add_force(Vector::new(Real::NAN, 0.0), false);
     let error = s.step().unwrap_err();
     assert!(matches!(error, StepError::NonFinite { .. }), "{error}");
     s.world.bodies[last].reset_forces(false);

@@ -83,7 +83,7 @@ impl Setting {
     pub fn precision(&self) -> &'static str {
         match self.engine {
             Engine::Moreau => "f64",
-            Engine::Rapier | Engine::RapierStiff => "f32",
+            Engine::Rapier | Engine::RapierStiff => crate::rapier::PRECISION,
         }
     }
 }

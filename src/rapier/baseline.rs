@@ -1,11 +1,11 @@
 //! rapier's own solver on the same world, told in the same record.
 
+use super::engine::prelude::*;
 use super::simulation::{BodyId, Simulation};
 use super::widen;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
-use rapier2d::prelude::*;
 use std::fmt;
 
 /// rapier's solver settings that decide how stiff its contacts are.
@@ -77,8 +77,8 @@ impl Simulation {
         // gaps are read after the step, so they must be of the step
         parameters.contact_recycling = false;
         let fixed = settings.contact_frequency * BaselineSettings::FIXED_RATIO;
-        parameters.contact_softness.natural_frequency = settings.contact_frequency as f32;
-        parameters.static_contact_softness.natural_frequency = fixed as f32;
+        parameters.contact_softness.natural_frequency = settings.contact_frequency as Real;
+        parameters.static_contact_softness.natural_frequency = fixed as Real;
         parameters.num_solver_iterations = settings.substeps;
         parameters.num_internal_pgs_iterations = settings.iterations;
     }
@@ -131,8 +131,8 @@ impl Simulation {
 
 fn contacts(
     world: &PhysicsWorld,
-    pair: &rapier2d::geometry::ContactPair,
-    manifold: &rapier2d::geometry::ContactManifold,
+    pair: &super::engine::geometry::ContactPair,
+    manifold: &super::engine::geometry::ContactManifold,
     dt: f64,
     record: &mut StepRecord,
 ) {

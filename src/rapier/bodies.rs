@@ -1,8 +1,8 @@
+use super::engine::prelude::*;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::Pose64;
-use rapier2d::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
@@ -27,9 +27,9 @@ pub(super) struct Shadow {
     pub kind: RigidBodyType,
     /// What rapier was last given; anything else found there was put there by the user.
     written_pose: Pose,
-    written_velocity: (Vector, f32),
+    written_velocity: (Vector, Real),
     /// `None` until it is first read, and again when an exact mass was given.
-    mass_seen: Option<(f32, f32, Vector, LockedAxes)>,
+    mass_seen: Option<(Real, Real, Vector, LockedAxes)>,
     seen: bool,
 }
 
@@ -142,7 +142,7 @@ impl Bodies {
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),
                 None => {
                     // rapier stores inverses; the decimal lies in the mass itself
-                    let invert = |w: f32| if w > 0.0 { 1.0 / widen(1.0 / w) } else { 0.0 };
+                    let invert = |w: Real| if w > 0.0 { 1.0 / widen(1.0 / w) } else { 0.0 };
                     locked(seen.3, invert(seen.0), invert(seen.1))
                 }
             };
@@ -198,7 +198,7 @@ impl Bodies {
                 continue;
             }
             let pose = shadow.pose.to_rapier();
-            let velocity = (Vector::new(u.x as f32, u.y as f32), u.z as f32);
+            let velocity = (Vector::new(u.x as Real, u.y as Real), u.z as Real);
             let new_velocity = velocities && velocity != shadow.written_velocity;
             if pose == shadow.written_pose && !new_velocity {
                 continue;
@@ -245,9 +245,9 @@ impl Bodies {
         self.velocities[k] = velocity;
         if let Some(body) = world.bodies.get_mut(handle) {
             body.set_position(pose.to_rapier(), false);
-            let linear = Vector::new(velocity.x as f32, velocity.y as f32);
+            let linear = Vector::new(velocity.x as Real, velocity.y as Real);
             body.set_linvel(linear, false);
-            body.set_angvel(velocity.z as f32, false);
+            body.set_angvel(velocity.z as Real, false);
             shadow.written_pose = *body.position();
             shadow.written_velocity = (body.linvel(), body.angvel());
         }

@@ -8,6 +8,10 @@
 
 use super::bodies::Bodies;
 use super::dispatcher::FreshManifolds;
+use super::engine::geometry::{ContactManifold, ContactPair, SolverFlags};
+use super::engine::parry::query::PersistentQueryDispatcher;
+use super::engine::parry::shape::TypedShape;
+use super::engine::prelude::*;
 use super::joints::OUTSIDE;
 use super::kernels::{Exact, Touch, touches};
 use super::points::{Pair, mix, parry_points, same_place, segment_length};
@@ -15,10 +19,6 @@ use super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use crate::dynamics::{ContactPoint, Detection, ModelError, NormalLaw};
-use rapier2d::geometry::{ContactManifold, ContactPair, SolverFlags};
-use rapier2d::parry::query::PersistentQueryDispatcher;
-use rapier2d::parry::shape::TypedShape;
-use rapier2d::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// The cell of a contact on a collider without cells.
@@ -45,7 +45,7 @@ struct Known {
     /// Kept alive, so that a new shape cannot come to lie at the same address.
     shape: SharedShape,
     local_seen: Option<Pose>,
-    material_seen: (f32, f32),
+    material_seen: (Real, Real),
     local: Pose64,
     exact: Option<Exact>,
     size: f64,
@@ -85,7 +85,7 @@ impl Detector {
         let span = Span::new(bodies, acceleration, dt);
         self.span = span;
         world.collision_pipeline.step(
-            span.prediction as f32,
+            span.prediction as Real,
             &mut world.islands,
             &mut world.broad_phase,
             &mut world.narrow_phase,
@@ -142,7 +142,7 @@ impl Detector {
                 &poses[0].inv_mul(&poses[1]),
                 colliders[0].shape(),
                 colliders[1].shape(),
-                span.prediction as f32,
+                span.prediction as Real,
                 &mut manifolds,
                 &mut None,
             );

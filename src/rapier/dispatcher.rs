@@ -1,12 +1,12 @@
-use rapier2d::geometry::{ContactData, ContactManifold, ContactManifoldData};
-use rapier2d::math::{Pose, Vector};
-use rapier2d::parry::query::details::NormalConstraints;
-use rapier2d::parry::query::{
+use super::engine::geometry::{ContactData, ContactManifold, ContactManifoldData};
+use super::engine::math::{Pose, Real, Vector};
+use super::engine::parry::query::details::NormalConstraints;
+use super::engine::parry::query::{
     ClosestPoints, Contact, ContactManifoldsWorkspace, DefaultQueryDispatcher,
     NonlinearRigidMotion, PersistentQueryDispatcher, QueryDispatcher, ShapeCastHit,
     ShapeCastOptions, ShapeDistance, ShapeIntersection, Unsupported,
 };
-use rapier2d::parry::shape::Shape;
+use super::engine::parry::shape::Shape;
 
 /// parry's own queries, with contact manifolds always computed anew.
 ///
@@ -38,7 +38,7 @@ impl QueryDispatcher for FreshManifolds {
         pos12: &Pose,
         g1: &dyn Shape,
         g2: &dyn Shape,
-        prediction: f32,
+        prediction: Real,
     ) -> Result<Option<Contact>, Unsupported> {
         DefaultQueryDispatcher.contact(pos12, g1, g2, prediction)
     }
@@ -48,7 +48,7 @@ impl QueryDispatcher for FreshManifolds {
         pos12: &Pose,
         g1: &dyn Shape,
         g2: &dyn Shape,
-        max_dist: f32,
+        max_dist: Real,
     ) -> Result<ClosestPoints, Unsupported> {
         DefaultQueryDispatcher.closest_points(pos12, g1, g2, max_dist)
     }
@@ -70,8 +70,8 @@ impl QueryDispatcher for FreshManifolds {
         g1: &dyn Shape,
         motion2: &NonlinearRigidMotion,
         g2: &dyn Shape,
-        start_time: f32,
-        end_time: f32,
+        start_time: Real,
+        end_time: Real,
         stop_at_penetration: bool,
     ) -> Result<Option<ShapeCastHit>, Unsupported> {
         DefaultQueryDispatcher.cast_shapes_nonlinear(
@@ -92,7 +92,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for FreshManifo
         pos12: &Pose,
         g1: &dyn Shape,
         g2: &dyn Shape,
-        prediction: f32,
+        prediction: Real,
         manifolds: &mut Vec<ContactManifold>,
         workspace: &mut Option<ContactManifoldsWorkspace>,
     ) -> Result<(), Unsupported> {
@@ -109,7 +109,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for FreshManifo
         g2: &dyn Shape,
         normal_constraints1: Option<&dyn NormalConstraints>,
         normal_constraints2: Option<&dyn NormalConstraints>,
-        prediction: f32,
+        prediction: Real,
         manifold: &mut ContactManifold,
     ) -> Result<(), Unsupported> {
         manifold.mark_shapes_deformed();

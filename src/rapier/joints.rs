@@ -1,11 +1,11 @@
 //! rapier's impulse joints as rows of the contact problem.
 
 use super::bodies::Bodies;
+use super::engine::prelude::*;
 use super::widen;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::{ContactKey, Detection, JointKind, JointRow, ModelError};
-use rapier2d::prelude::*;
 
 /// Keys of joints live beside those of collider pairs.
 const JOINT_PAIR: u64 = u64::MAX;

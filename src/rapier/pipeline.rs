@@ -1,6 +1,7 @@
 use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{Detector, SurfaceLaw};
 use super::dispatcher::FreshManifolds;
+use super::engine::prelude::*;
 use super::joints::{joint_rows, spring_torques};
 use super::widen;
 use crate::contact::{Vec2, Vec3};
@@ -9,7 +10,6 @@ use crate::dynamics::{
     Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, SolvedProblem,
     StepError, StepperSettings,
 };
-use rapier2d::prelude::*;
 
 /// Settings of a [`MoreauPipeline`].
 #[derive(Debug, Clone, PartialEq, Default)]

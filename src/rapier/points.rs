@@ -1,12 +1,12 @@
 //! From what touches to contact points: rows, keys, laws.
 
 use super::bodies::Bodies;
+use super::engine::geometry::ContactManifold;
+use super::engine::parry::query::TrackedContact;
+use super::engine::prelude::*;
 use super::kernels::Touch;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
-use rapier2d::geometry::ContactManifold;
-use rapier2d::parry::query::TrackedContact;
-use rapier2d::prelude::*;
 
 /// What all contacts of a pair of colliders share.
 #[derive(Clone, Copy)]
@@ -65,10 +65,10 @@ impl Pair {
             jacobian[side] = [row(n), row(t)];
         }
         // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
-        let (relative, ulp) = if exact {
+        let (relative, ulp) = if exact || cfg!(feature = "f64") {
             (1e-12, f64::EPSILON)
         } else {
-            (2e-6, f64::from(f32::EPSILON))
+            (2e-6, f64::from(Real::EPSILON))
         };
         ContactPoint {
             key: ContactKey {

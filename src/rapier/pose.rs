@@ -1,8 +1,8 @@
 //! Poses between rapier's `f32` and ours.
 
+use super::engine::math::{Pose, Real, Rotation, Vector};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-use rapier2d::math::{Pose, Rotation, Vector};
 
 impl Pose64 {
     /// From rapier's rounded pose, its rotation made a unit again.
@@ -22,8 +22,8 @@ impl Pose64 {
     /// Rounded for rapier.
     pub(super) fn to_rapier(self) -> Pose {
         Pose::from_parts(
-            Vector::new(self.translation.x as f32, self.translation.y as f32),
-            Rotation::from_cos_sin_unchecked(self.cos as f32, self.sin as f32),
+            Vector::new(self.translation.x as Real, self.translation.y as Real),
+            Rotation::from_cos_sin_unchecked(self.cos as Real, self.sin as Real),
         )
     }
 }

@@ -1,12 +1,12 @@
 use super::bodies::ExactBody;
 use super::detection::SurfaceLaw;
+use super::engine::prelude::*;
 use super::mass::area_moments;
 use super::pipeline::{MoreauPipeline, MoreauSettings};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
-use rapier2d::prelude::*;
 
 /// What moves a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,7 +142,7 @@ impl Simulation {
     ) -> Result<Self, StepError> {
         let mut world = PhysicsWorld::new();
         world.gravity = vector(gravity);
-        world.integration_parameters.dt = dt as f32;
+        world.integration_parameters.dt = dt as Real;
         Ok(Simulation {
             world,
             pipeline: MoreauPipeline::new(MoreauSettings {
@@ -181,7 +181,7 @@ impl Simulation {
         if motion == Motion::Dynamic {
             let (body, centre) = exact_mass(shape, mass)?;
             let properties =
-                MassProperties::new(vector(centre), body.mass as f32, body.inertia as f32);
+                MassProperties::new(vector(centre), body.mass as Real, body.inertia as Real);
             builder = builder.additional_mass_properties(properties);
             exact = Some(body);
         }
@@ -215,12 +215,12 @@ impl Simulation {
         );
         let collider = collider(shape)?
             .density(0.0)
-            .friction(surface.friction as f32)
+            .friction(surface.friction as Real)
             .friction_combine_rule(match surface.friction_rule {
                 FrictionRule::Mean => CoefficientCombineRule::Average,
                 FrictionRule::Larger => CoefficientCombineRule::Max,
             })
-            .restitution(surface.restitution as f32)
+            .restitution(surface.restitution as Real)
             .collision_groups(groups);
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
@@ -268,7 +268,7 @@ impl Simulation {
         self.pipeline.set_exact_mass(body.0, exact)?;
         if let Some(body) = self.world.bodies.get_mut(body.0) {
             let properties =
-                MassProperties::new(vector(centre), exact.mass as f32, exact.inertia as f32);
+                MassProperties::new(vector(centre), exact.mass as Real, exact.inertia as Real);
             body.set_additional_mass_properties(properties, false);
             body.set_body_type(RigidBodyType::Dynamic, false);
             body.recompute_mass_properties_from_colliders(&self.world.colliders);
@@ -308,14 +308,14 @@ impl Simulation {
             Some(JointDrive::Motor { speed, max_torque }) => {
                 // rapier's motor is a damper; ours takes any gain as exact
                 joint = joint
-                    .motor_velocity(speed as f32, 1.0e6)
-                    .motor_max_force(max_torque.min(f64::from(Real::MAX)) as f32);
+                    .motor_velocity(speed as Real, 1.0e6)
+                    .motor_max_force(max_torque.min(f64::from(Real::MAX)) as Real);
             }
             Some(JointDrive::Spring { stiffness, damping }) => {
                 joint = joint.motor_model(MotorModel::ForceBased).motor_position(
                     0.0,
-                    stiffness as f32,
-                    damping as f32,
+                    stiffness as Real,
+                    damping as Real,
                 );
             }
         }
@@ -350,7 +350,7 @@ impl Simulation {
 }
 
 fn vector(v: Vec2) -> Vector {
-    Vector::new(v.x as f32, v.y as f32)
+    Vector::new(v.x as Real, v.y as Real)
 }
 
 fn exact_mass(shape: &ShapeSpec, mass: Option<MassSpec>) -> Result<(ExactBody, Vec2), ModelError> {
@@ -374,12 +374,12 @@ fn exact_mass(shape: &ShapeSpec, mass: Option<MassSpec>) -> Result<(ExactBody, V
 
 fn collider(shape: &ShapeSpec) -> Result<ColliderBuilder, ModelError> {
     Ok(match shape {
-        ShapeSpec::Ball { radius } => ColliderBuilder::ball(*radius as f32),
-        ShapeSpec::Box { half } => ColliderBuilder::cuboid(half.x as f32, half.y as f32),
+        ShapeSpec::Ball { radius } => ColliderBuilder::ball(*radius as Real),
+        ShapeSpec::Box { half } => ColliderBuilder::cuboid(half.x as Real, half.y as Real),
         ShapeSpec::Capsule {
             half_length,
             radius,
-        } => ColliderBuilder::capsule_x(*half_length as f32, *radius as f32),
+        } => ColliderBuilder::capsule_x(*half_length as Real, *radius as Real),
         ShapeSpec::Polygon { points } => {
             ColliderBuilder::convex_polyline(points.iter().map(|&p| vector(p)).collect())
                 .ok_or_else(|| ModelError::Invalid("a polygon is degenerate".into()))?
