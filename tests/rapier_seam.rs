@@ -5,8 +5,8 @@ use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{
-    ColliderId, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64, ShapeSpec,
-    Simulation, Surface,
+    ColliderId, ExactBody, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64,
+    ShapeSpec, Simulation, Surface,
 };
 
 const DT: f64 = 1.0 / 120.0;
@@ -650,14 +650,14 @@ fn bodies_that_cannot_be_simulated_are_refused() {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);
         });
         assert!(
-            error.contains("position that is not finite"),
+            error.contains("position") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_linvel(Vector::new(0.0, broken), true);
         });
         assert!(
-            error.contains("velocity that is not finite"),
+            error.contains("velocity") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square().friction(broken), none);
@@ -679,7 +679,7 @@ fn a_force_that_is_not_finite_leaves_the_world_as_it_was() {
     let before = *world.bodies[ball].position();
     world.bodies[ball].add_force(Vector::new(Real::NAN, 0.0), true);
     let error = pipeline.step(&mut world).unwrap_err();
-    assert!(matches!(error, StepError::NonFinite { .. }), "{error:?}");
+    assert!(error.to_string().contains("force"), "{error:?}");
     assert_eq!(*world.bodies[ball].position(), before);
     world.bodies[ball].reset_forces(true);
     pipeline.step(&mut world).unwrap();
@@ -1109,10 +1109,14 @@ fn a_failed_step_has_seen_no_pairs() {
             .unwrap();
     }
     let last = s.world.bodies.iter().last().unwrap().0;
-    s.world.bodies[last].add_force(Vector::new(Real::NAN, 0.0), false);
+    // an acceleration beyond all numbers is found out after the contacts
+    let exact = |inertia| ExactBody { mass: 1.0, inertia };
+    s.pipeline.set_exact_mass(last, exact(1e-300)).unwrap();
+    s.world.bodies[last].add_torque(1e30, false);
     let error = s.step().unwrap_err();
     assert!(matches!(error, StepError::NonFinite { .. }), "{error}");
-    s.world.bodies[last].reset_forces(false);
+    s.world.bodies[last].reset_torques(false);
+    s.pipeline.set_exact_mass(last, exact(1.0)).unwrap();
     s.world.bodies[last].set_translation(Vector::new(0.9, 0.0), false);
     assert_eq!(s.step().unwrap().recovering, 1);
 }

@@ -157,6 +157,12 @@ pub trait MultibodyModel {
         Ok(())
     }
 
+    /// Kinetic energy \[J\] at `velocities`, where [`MultibodyModel::inverse_mass`] holds more than
+    /// mass: the difference then counts as work of the forces.
+    fn kinetic_energy(&self, _velocities: &[Vec3]) -> Option<f64> {
+        None
+    }
+
     /// Potential energy \[J\] of the present configuration; 0 where the model has none.
     fn potential_energy(&self) -> f64 {
         0.0

@@ -274,6 +274,13 @@ impl MoreauStepper {
             }
         }
         record.energy.kinetic_end = kinetic(&stage.end, w);
+        let own = [&stage.start, &stage.end].map(|u| model.kinetic_energy(u));
+        if let [Some(start), Some(end)] = own {
+            let energy = &mut record.energy;
+            let change = energy.kinetic_end - energy.kinetic_start;
+            energy.forces += end - start - change;
+            (energy.kinetic_start, energy.kinetic_end) = (start, end);
+        }
         model.set_velocities(&stage.end);
         for body in (0..apart.len()).filter(|&body| !apart[body]) {
             model.shift(body, &stage.end[body], 0.5 * dt);

@@ -1,3 +1,5 @@
+use super::changes::{ColliderWatch, finite};
+use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
@@ -22,6 +24,8 @@ pub(super) struct Shadow {
     pub center: Vec2,
     /// Farthest collider point from it \[m\].
     pub radius: f64,
+    /// `M⁻¹` of the body by itself: without what damping adds.
+    pub inverse_mass: Vec3,
     /// Where the user sends a position-driven body in this step.
     target: Option<Pose>,
     pub kind: RigidBodyType,
@@ -30,17 +34,24 @@ pub(super) struct Shadow {
     written_velocity: (Vector, Real),
     /// `None` until it is first read, and again when an exact mass was given.
     mass_seen: Option<(Real, Real, Vector, LockedAxes)>,
+    added_mass: Option<RigidBodyAdditionalMassProps>,
     seen: bool,
 }
 
 /// All enabled bodies of a world, in rapier's order.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub(super) struct Bodies {
     pub list: Vec<Shadow>,
     pub velocities: Vec<Vec3>,
+    /// `M⁻¹` as the step uses it, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
+    /// Whether any body is damped.
+    damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
+    /// Bodies given an exact mass since the last step.
+    promised: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
+    pub watch: ColliderWatch,
 }
 
 impl Bodies {
@@ -53,25 +64,37 @@ impl Bodies {
     /// bodies, and the velocities of kinematic ones.
     ///
     /// # Errors
-    /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported.
+    /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported;
+    /// for a collider, see [`ColliderWatch::scan`]. What is bad is not taken over.
     pub fn sync(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
-        let handles: Vec<RigidBodyHandle> = world
-            .bodies
-            .iter()
-            .filter(|(_, body)| body.is_enabled())
-            .map(|(handle, _)| handle)
-            .collect();
-        if !handles.iter().eq(self.list.iter().map(|s| &s.handle)) {
-            self.rebuild(world, &handles);
+        for handle in std::mem::take(&mut self.promised) {
+            if !world.bodies.contains(handle) {
+                self.exact.remove(&handle);
+                return Err(not_there(handle));
+            }
         }
-        self.list.iter_mut().for_each(|s| s.target = None);
+        self.know(world);
+        self.watch.scan(&world.colliders)?;
+        // rapier computes masses only when it steps
+        for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
+            if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
+                body.recompute_mass_properties_from_colliders(&world.colliders);
+            }
+        }
+        self.damping = false;
         for k in 0..self.list.len() {
             self.sync_one(world, k, dt)?;
         }
         Ok(())
     }
 
-    fn rebuild(&mut self, world: &mut PhysicsWorld, handles: &[RigidBodyHandle]) {
+    /// Brings the list up to the enabled bodies of the world.
+    fn know(&mut self, world: &mut PhysicsWorld) {
+        let enabled = world.bodies.iter().filter(|(_, body)| body.is_enabled());
+        let known = self.list.iter().map(|s| s.handle);
+        if enabled.map(|(handle, _)| handle).eq(known) {
+            return;
+        }
         let mut old: FxHashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
             .list
             .drain(..)
@@ -79,53 +102,51 @@ impl Bodies {
             .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
         self.index.clear();
-        for &handle in handles {
+        let on = |h: &ColliderHandle| world.colliders.get(*h).is_some_and(|c| c.is_enabled());
+        let waits = |(h, body): (RigidBodyHandle, &RigidBody)| {
+            body.is_enabled() && !old.contains_key(&h) && !body.colliders().iter().all(on)
+        };
+        if world.bodies.iter().any(waits) {
+            // only rapier knows whether a collider was switched off by itself or with its body
+            world.collision_pipeline.step(
+                0.0,
+                &mut world.islands,
+                &mut world.broad_phase,
+                &mut world.narrow_phase,
+                &mut world.bodies,
+                &mut world.colliders,
+                &(),
+                &(),
+            );
+        }
+        for (handle, _) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+            let (shadow, u, w) = old
+                .remove(&handle)
+                .unwrap_or_else(|| Shadow::unseen(handle));
             self.index.insert(handle, self.list.len() as u32);
-            let (shadow, u, w) = old.remove(&handle).unwrap_or_else(|| {
-                // a new body: rapier computes its mass only when it steps
-                if let Some(body) = world.bodies.get_mut(handle) {
-                    body.recompute_mass_properties_from_colliders(&world.colliders);
-                }
-                (Shadow::unseen(handle), Vec3::zeros(), Vec3::zeros())
-            });
             self.list.push(shadow);
             self.velocities.push(u);
             self.inverse_mass.push(w);
         }
         self.exact
-            .retain(|handle, _| self.index.contains_key(handle));
+            .retain(|handle, _| world.bodies.contains(*handle));
     }
 
-    fn sync_one(&mut self, world: &PhysicsWorld, k: usize, dt: f64) -> Result<(), ModelError> {
+    fn sync_one(&mut self, world: &mut PhysicsWorld, k: usize, dt: f64) -> Result<(), ModelError> {
         let shadow = &mut self.list[k];
+        let body = &world.bodies[shadow.handle];
+        let added = body.mass_properties().additional_local_mprops.as_deref();
+        if shadow.added_mass.as_ref() != added {
+            shadow.added_mass = added.copied();
+            world.bodies[shadow.handle].recompute_mass_properties_from_colliders(&world.colliders);
+        }
         let body = &world.bodies[shadow.handle];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
         refuse_unsupported(body, name)?;
+        refuse_bad(body, name)?;
         let pose = *body.position();
         let first = !shadow.seen;
-        shadow.seen = true;
-        if first || pose != shadow.written_pose {
-            if !pose.translation.is_finite() || !pose.rotation.re.is_finite() {
-                return Err(ModelError::Invalid(format!(
-                    "{} has a position that is not finite",
-                    name()
-                )));
-            }
-            shadow.pose = Pose64::from_rapier(&pose);
-            shadow.written_pose = pose;
-        }
         let velocity = (body.linvel(), body.angvel());
-        if first || velocity != shadow.written_velocity {
-            if !velocity.0.is_finite() || !velocity.1.is_finite() {
-                return Err(ModelError::Invalid(format!(
-                    "{} has a velocity that is not finite",
-                    name()
-                )));
-            }
-            self.velocities[k] =
-                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
-            shadow.written_velocity = velocity;
-        }
         let local = &body.mass_properties().local_mprops;
         let seen = (
             local.inv_mass,
@@ -134,29 +155,38 @@ impl Bodies {
             body.locked_axes(),
         );
         if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
-            shadow.mass_seen = Some(seen);
-            shadow.kind = body.body_type();
-            shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
-            self.inverse_mass[k] = match self.exact.get(&shadow.handle) {
+            shadow.inverse_mass = match self.exact.get(&shadow.handle) {
                 _ if !body.is_dynamic() => Vec3::zeros(),
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),
                 None => {
+                    check_mass(body, name)?;
                     // rapier stores inverses; the decimal lies in the mass itself
                     let invert = |w: Real| if w > 0.0 { 1.0 / widen(1.0 / w) } else { 0.0 };
                     locked(seen.3, invert(seen.0), invert(seen.1))
                 }
             };
-            let free = !seen.3.contains(LockedAxes::TRANSLATION_LOCKED);
-            if body.is_dynamic()
-                && free
-                && self.inverse_mass[k].x.max(self.inverse_mass[k].y) <= 0.0
-            {
-                return Err(ModelError::Invalid(format!(
-                    "{} is dynamic but has no mass: give it a collider with a density or a mass",
-                    name()
-                )));
-            }
+            shadow.mass_seen = Some(seen);
+            shadow.kind = body.body_type();
+            shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
         }
+        if first || pose != shadow.written_pose {
+            shadow.pose = Pose64::from_rapier(&pose);
+            shadow.written_pose = pose;
+        }
+        if first || velocity != shadow.written_velocity {
+            self.velocities[k] =
+                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
+            shadow.written_velocity = velocity;
+        }
+        shadow.seen = true;
+        let damping = (widen(body.linear_damping()), widen(body.angular_damping()));
+        self.inverse_mass[k] = if damping == (0.0, 0.0) || shadow.inverse_mass == Vec3::zeros() {
+            shadow.inverse_mass
+        } else {
+            self.damping = true;
+            damped(shadow.inverse_mass, damping, dt)
+        };
+        shadow.target = None;
         if shadow.kind == RigidBodyType::KinematicPositionBased {
             shadow.target = Some(*body.next_position());
             let next = Pose64::from_rapier(body.next_position());
@@ -175,9 +205,21 @@ impl Bodies {
         Ok(())
     }
 
+    /// Kinetic energy \[J\] by the bodies' own masses, where damping makes the step's differ.
+    pub fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
+        let of = |(u, shadow): (&Vec3, &Shadow)| {
+            let w = shadow.inverse_mass;
+            let terms = (0..3).filter(|&i| w[i] > 0.0);
+            terms.map(|i| 0.5 * u[i] * u[i] / w[i]).sum::<f64>()
+        };
+        self.damping
+            .then(|| velocities.iter().zip(&self.list).map(of).sum())
+    }
+
     /// Gives a body a mass of its own, from the next step on.
     pub fn set_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
         self.exact.insert(handle, exact);
+        self.promised.push(handle);
         if let Some(k) = self.index_of(handle) {
             self.list[k as usize].mass_seen = None;
         }
@@ -230,45 +272,69 @@ impl Bodies {
     }
 
     /// Sets a body's state in `f64`; rapier gets it rounded.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a body that is not there, or a state that is not finite.
     pub fn place(
         &mut self,
         world: &mut PhysicsWorld,
         handle: RigidBodyHandle,
         pose: Pose64,
         velocity: Vec3,
-    ) -> bool {
-        let Some(k) = self.index_of(handle).map(|k| k as usize) else {
-            return false;
-        };
-        let shadow = &mut self.list[k];
-        shadow.pose = pose;
-        self.velocities[k] = velocity;
-        if let Some(body) = world.bodies.get_mut(handle) {
-            body.set_position(pose.to_rapier(), false);
-            let linear = Vector::new(velocity.x as Real, velocity.y as Real);
-            body.set_linvel(linear, false);
-            body.set_angvel(velocity.z as Real, false);
-            shadow.written_pose = *body.position();
-            shadow.written_velocity = (body.linvel(), body.angvel());
+    ) -> Result<(), ModelError> {
+        let body = world.bodies.get_mut(handle).ok_or(not_there(handle))?;
+        let turn = pose.cos.hypot(pose.sin);
+        if !(pose.translation.iter().chain(&velocity)).all(|x| x.is_finite())
+            || (turn - 1.0).abs() > 1e-6
+            || !turn.is_finite()
+        {
+            return Err(ModelError::Invalid(format!(
+                "body (handle {:?}): pose {pose:?} and velocity {velocity:?} must be finite, and \
+                 the rotation a unit",
+                body_id(handle)
+            )));
         }
-        true
+        body.set_position(pose.to_rapier(), false);
+        let linear = Vector::new(velocity.x as Real, velocity.y as Real);
+        body.set_linvel(linear, false);
+        body.set_angvel(velocity.z as Real, false);
+        // an unknown one comes last until the next step puts all in order
+        let k = self.index_of(handle).unwrap_or(self.list.len() as u32);
+        if k as usize == self.list.len() {
+            let (shadow, u, w) = Shadow::unseen(handle);
+            self.index.insert(handle, k);
+            self.list.push(shadow);
+            self.velocities.push(u);
+            self.inverse_mass.push(w);
+        }
+        let shadow = &mut self.list[k as usize];
+        shadow.pose = pose;
+        shadow.written_pose = *body.position();
+        shadow.written_velocity = (body.linvel(), body.angvel());
+        shadow.seen = true;
+        self.velocities[k as usize] = velocity;
+        Ok(())
     }
 }
 
 impl Shadow {
-    fn unseen(handle: RigidBodyHandle) -> Self {
-        Shadow {
+    /// With the velocity and inverse mass that go with it.
+    fn unseen(handle: RigidBodyHandle) -> (Self, Vec3, Vec3) {
+        let shadow = Shadow {
             handle,
             pose: Pose64::new(Vec2::zeros(), 0.0),
             center: Vec2::zeros(),
             radius: 0.0,
+            inverse_mass: Vec3::zeros(),
             target: None,
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,
             written_velocity: (Vector::ZERO, 0.0),
             mass_seen: None,
+            added_mass: None,
             seen: false,
-        }
+        };
+        (shadow, Vec3::zeros(), Vec3::zeros())
     }
 }
 
@@ -284,6 +350,97 @@ fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
         free(LockedAxes::TRANSLATION_LOCKED_Y, inverse_mass),
         free(LockedAxes::ROTATION_LOCKED, inverse_inertia),
     )
+}
+
+/// `M⁻¹` of a damped body, `w / (1 + θ x)`, `x = d Δt`, `θ = 1/(1 − e⁻ˣ) − 1/x`.
+///
+/// With the drag `−d m u_A` as a force it makes of `m u̇ = F − d m u + P` the step
+///
+/// ```text
+/// m (u_E − u_A) = F Δt − d m Δt ((1 − θ) u_A + θ u_E) + P                      (1)
+/// ```
+///
+/// exact in free motion, `u_E = u_A e⁻ˣ + (F/m d)(1 − e⁻ˣ)`, at rest, and stable for any `x`.
+///
+/// # Source
+/// Exponential fitting: Liniger & Willoughby, *SIAM J. Numer. Anal.* 7 (1970).
+fn damped(own: Vec3, (linear, angular): (f64, f64), dt: f64) -> Vec3 {
+    let factor = |d: f64| {
+        let x = d * dt;
+        // 1 + θ x = x / (1 − e⁻ˣ)
+        if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x }
+    };
+    let (a, b) = (factor(linear), factor(angular));
+    own.component_mul(&Vec3::new(a, a, b))
+}
+
+pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
+    let id = body_id(handle);
+    ModelError::Invalid(format!("body (handle {id:?}) is not in the world"))
+}
+
+/// What a user can set to something that is no number.
+fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let (v, f) = (body.linvel(), body.user_force());
+    let fields = [
+        ("position [m]", body.position().translation.x),
+        ("position [m]", body.position().translation.y),
+        ("rotation", body.rotation().re),
+        ("rotation", body.rotation().im),
+        ("velocity [m/s]", v.x),
+        ("velocity [m/s]", v.y),
+        ("spin [rad/s]", body.angvel()),
+        ("force [N]", f.x),
+        ("force [N]", f.y),
+        ("torque [N m]", body.user_torque()),
+        ("gravity scale", body.gravity_scale()),
+        ("linear damping [1/s]", body.linear_damping()),
+        ("angular damping [1/s]", body.angular_damping()),
+    ];
+    // one branch for all that is well
+    let sum: f64 = fields.iter().map(|(_, x)| f64::from(*x)).sum();
+    if sum.is_finite() && finite(body.next_position()) {
+        return Ok(());
+    }
+    let bad = fields.iter().find(|(_, x)| !x.is_finite());
+    let (field, value) = bad.unwrap_or(&("target position [m]", Real::NAN));
+    Err(ModelError::Invalid(format!(
+        "{}: {field} is {value}, which is not finite",
+        name()
+    )))
+}
+
+fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let local = &body.mass_properties().local_mprops;
+    let (mass, inertia) = (local.inv_mass, local.inv_principal_inertia);
+    let bad = |what: &str, inverse: Real| {
+        Err(ModelError::Invalid(format!(
+            "{}: {what} is {}, must be finite and above 0",
+            name(),
+            1.0 / inverse
+        )))
+    };
+    if !(mass.is_finite() && mass >= 0.0) {
+        return bad("mass [kg]", mass);
+    }
+    if !(inertia.is_finite() && inertia >= 0.0) {
+        return bad("inertia [kg m2]", inertia);
+    }
+    if !local.local_com.is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "{}: centre of mass is {}, which is not finite",
+            name(),
+            local.local_com
+        )));
+    }
+    let held = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
+    if mass == 0.0 && !held {
+        return Err(ModelError::Invalid(format!(
+            "{} is dynamic but has no mass: give it a collider with a density or a mass",
+            name()
+        )));
+    }
+    Ok(())
 }
 
 fn refuse_unsupported(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {

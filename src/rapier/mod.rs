@@ -12,6 +12,7 @@
 
 mod baseline;
 mod bodies;
+mod changes;
 mod convex;
 mod detection;
 mod dispatcher;

@@ -170,7 +170,7 @@ impl MoreauPipeline {
     /// Places a body in `f64`: pose of its frame, velocity of its centre of mass and spin.
     ///
     /// # Errors
-    /// [`ModelError`] if the world cannot be taken over or does not hold the body.
+    /// [`ModelError::Invalid`] if the world does not hold the body, or a number is not finite.
     pub fn place(
         &mut self,
         world: &mut PhysicsWorld,
@@ -178,15 +178,7 @@ impl MoreauPipeline {
         pose: Pose64,
         velocity: Vec3,
     ) -> Result<(), ModelError> {
-        self.bodies.sync(world, 1.0)?;
-        if self.bodies.place(world, body, pose, velocity) {
-            Ok(())
-        } else {
-            Err(ModelError::Invalid(format!(
-                "body (handle {:?}) is not in the world",
-                body_id(body)
-            )))
-        }
+        self.bodies.place(world, body, pose, velocity)
     }
 
     /// `f64` pose of a body's frame.
@@ -239,7 +231,18 @@ impl MultibodyModel for RapierModel<'_> {
                 "soft bodies are not supported".to_owned(),
             ));
         }
+        if !(self.gravity.x + self.gravity.y).is_finite() {
+            return Err(ModelError::Invalid(format!(
+                "gravity is ({}, {}) m/s2, must be finite",
+                self.gravity.x, self.gravity.y
+            )));
+        }
+        check_joints(self.world)?;
         self.bodies.sync(self.world, dt)
+    }
+
+    fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
+        self.bodies.kinetic_energy(velocities)
     }
 
     fn velocities(&self) -> &[Vec3] {
@@ -257,10 +260,10 @@ impl MultibodyModel for RapierModel<'_> {
     /// Weight, the user's forces and torques, and damping `−d m v` as rapier defines `d` [1/s].
     fn forces(&self, _time: f64, out: &mut [Vec3]) {
         for (k, h) in out.iter_mut().enumerate() {
-            let w = self.bodies.inverse_mass[k];
-            if w == Vec3::zeros() {
+            if self.bodies.inverse_mass[k] == Vec3::zeros() {
                 continue;
             }
+            let w = self.bodies.list[k].inverse_mass;
             let body = &self.world.bodies[self.bodies.list[k].handle];
             let u = self.bodies.velocities[k];
             let (force, torque) = (body.user_force(), body.user_torque());
@@ -294,6 +297,13 @@ impl MultibodyModel for RapierModel<'_> {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         self.bodies.write(self.world, false);
         let acceleration = self.acceleration();
+        if !acceleration.is_finite() {
+            // a search without end would leave its mark on rapier's tree
+            return Err(ModelError::Invalid(
+                "a force is too large for the mass of its body: the acceleration is not finite"
+                    .to_owned(),
+            ));
+        }
         self.detector
             .detect(self.world, self.bodies, acceleration, dt, out)?;
         joint_rows(self.world, self.bodies, self.dt, out)
@@ -314,8 +324,8 @@ impl MultibodyModel for RapierModel<'_> {
         self.bodies
             .list
             .iter()
-            .zip(&self.bodies.inverse_mass)
-            .map(|(shadow, w)| {
+            .map(|shadow| {
+                let w = shadow.inverse_mass;
                 let scale = widen(self.world.bodies[shadow.handle].gravity_scale());
                 let center = shadow.pose.apply(shadow.center);
                 (0..2)
@@ -332,4 +342,20 @@ impl MultibodyModel for RapierModel<'_> {
             .bodies
             .propagate_modified_body_positions_to_colliders(&mut self.world.colliders);
     }
+}
+
+/// Joints hold bodies that are there.
+fn check_joints(world: &PhysicsWorld) -> Result<(), ModelError> {
+    for (handle, joint) in world.impulse_joints.iter() {
+        for body in [joint.body1(), joint.body2()] {
+            if !world.bodies.contains(body) {
+                return Err(ModelError::Invalid(format!(
+                    "joint {}: body (handle {:?}) is not in the world",
+                    handle.into_raw_parts().0,
+                    body_id(body)
+                )));
+            }
+        }
+    }
+    Ok(())
 }
