@@ -532,21 +532,9 @@ fn square() -> ColliderBuilder {
 }
 
 #[test]
-fn unsupported_bodies_and_colliders_are_refused_by_name() {
+fn unsupported_colliders_are_refused_by_name() {
     let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
     let cases = [
-        (
-            "dominance",
-            refusal(free().dominance_group(3), square(), none),
-        ),
-        (
-            "continuous collision detection",
-            refusal(free().ccd_enabled(true), square(), none),
-        ),
-        (
-            "soft-CCD",
-            refusal(free().soft_ccd_prediction(0.1), square(), none),
-        ),
         (
             "contact skin",
             refusal(free(), square().contact_skin(0.01), none),

@@ -34,6 +34,7 @@ mod rotor;
 mod rules;
 mod solve;
 mod stage;
+mod standing;
 mod stepper;
 mod visco_elastic;
 
@@ -48,5 +49,6 @@ pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
 pub use solve::SolvedProblem;
+pub use standing::{Standing, Sweep};
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

@@ -113,6 +113,11 @@ pub trait MultibodyModel {
     /// Diagonal of `M⁻¹`, one block a body.
     fn inverse_mass(&self) -> &[Vec3];
 
+    /// What sets bodies apart beyond their masses; `None` where nothing does.
+    fn standing(&self) -> Option<&super::Standing> {
+        None
+    }
+
     /// Generalised forces `h` [N, N, N m] at the present configuration and the velocities of the
     /// start of the step; `out` holds zeros on entry.
     fn forces(&self, time: f64, out: &mut [Vec3]);

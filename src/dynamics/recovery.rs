@@ -78,7 +78,7 @@ impl OverlapRecovery {
         let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
         let mut excess = BTreeSet::new();
         for contact in &stage.detection.contacts {
-            let own = movable(&contact.rows, inverse_mass);
+            let own = stage.standing.receiving(&contact.rows, inverse_mass);
             if !matches!(contact.law, NormalLaw::Rigid { .. }) || own.bodies == [NO_BODY; 2] {
                 continue;
             }

@@ -7,6 +7,7 @@ use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Memories, Span, Stage};
+use super::standing::Standing;
 use crate::contact::{NO_BODY, Vec3};
 use crate::solver::{Shares, solver_by_name};
 use thiserror::Error;
@@ -50,6 +51,7 @@ impl StepperSettings {
             law: self.impact_law,
             shares: self.shares,
             events: self.events,
+            sweeps: false,
         }
     }
 
@@ -191,7 +193,12 @@ impl MoreauStepper {
         model: &mut M,
         dt: f64,
     ) -> Result<StepRecord, StepError> {
-        let rules = self.settings.rules();
+        let mut rules = self.settings.rules();
+        match model.standing() {
+            Some(standing) => self.stage.standing.clone_from(standing),
+            None => self.stage.standing = Standing::default(),
+        }
+        rules.sweeps = rules.corrects_gaps() && !self.stage.standing.sweeps.is_empty();
         let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
         let mut record = StepRecord {
             time: self.time + dt,
@@ -210,9 +217,9 @@ impl MoreauStepper {
         };
         stage.detect(model, ahead)?;
         self.lands = self.lands || stage.detection.contacts.iter().any(lands);
-        if rules.events {
+        if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, stage, &self.memory, place, dt, dt)?;
+            see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;
         }
         stage.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
@@ -223,15 +230,15 @@ impl MoreauStepper {
         let recovers = self.settings.recovers();
         let recovery = recovers.then(|| self.recovery.look(stage, w));
         self.solver.solve(stage, w, &rules);
-        if rules.events {
-            release_lone(stage, &self.solver, dt);
+        if rules.locates() {
+            release_lone(stage, &self.solver, &rules, w, dt);
         }
         stage.end_velocities(w);
         check_finite(&stage.end, self.time)?;
 
         let islands = std::mem::take(&mut self.solver.islands);
         let outcomes = std::mem::take(&mut self.solver.outcomes);
-        let clusters = if rules.events {
+        let clusters = if rules.locates() {
             let context = Context {
                 main: stage,
                 memory: &self.memory,

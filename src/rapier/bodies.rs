@@ -4,7 +4,7 @@ use super::engine::prelude::*;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
-use crate::dynamics::Pose64;
+use crate::dynamics::{Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
@@ -24,6 +24,8 @@ pub(super) struct Shadow {
     pub center: Vec2,
     /// Farthest collider point from it \[m\].
     pub radius: f64,
+    /// Thinnest extent of its colliders \[m\]; `None` until it is measured again.
+    thickness: Option<f64>,
     /// `M⁻¹` of the body by itself: without what damping adds.
     pub inverse_mass: Vec3,
     /// Where the user sends a position-driven body in this step.
@@ -45,6 +47,7 @@ pub(super) struct Bodies {
     pub velocities: Vec<Vec3>,
     /// `M⁻¹` as the step uses it, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
+    pub standing: Standing,
     /// Whether any body is damped.
     damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
@@ -80,12 +83,65 @@ impl Bodies {
             if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
                 body.recompute_mass_properties_from_colliders(&world.colliders);
             }
+            if let Some(k) = parent.and_then(|h| self.index_of(h)) {
+                self.list[k as usize].thickness = None;
+            }
         }
         self.damping = false;
+        self.standing.dominance.clear();
+        self.standing.sweeps.clear();
         for k in 0..self.list.len() {
             self.sync_one(world, k, dt)?;
+            self.stand(world, k, dt);
         }
         Ok(())
+    }
+
+    /// Dominance of a body, and whether it is followed within the step.
+    fn stand(&mut self, world: &PhysicsWorld, k: usize, dt: f64) {
+        let (shadow, count) = (&mut self.list[k], self.velocities.len());
+        let body = &world.bodies[shadow.handle];
+        if !body.is_dynamic() {
+            // above all others, as if it had the highest dominance
+            if let Some(level) = self.standing.dominance.get_mut(k) {
+                *level = FIRM;
+            }
+            return;
+        }
+        let group = i16::from(body.dominance_group());
+        if group != 0 && self.standing.dominance.is_empty() {
+            let earlier = self.list[..k].iter().map(|s| s.kind);
+            let firm = |kind| {
+                if kind == RigidBodyType::Dynamic {
+                    0
+                } else {
+                    FIRM
+                }
+            };
+            self.standing.dominance.extend(earlier.map(firm));
+            self.standing.dominance.resize(count, 0);
+        }
+        if group != 0 {
+            self.standing.dominance[k] = group;
+        }
+        let shadow = &mut self.list[k];
+        let thickness = *shadow.thickness.get_or_insert_with(|| {
+            let own = body.colliders().iter();
+            own.filter_map(|h| world.colliders.get(*h))
+                .filter(|c| c.is_enabled() && !c.is_sensor())
+                .map(|c| thickness(c.shape()))
+                .fold(f64::INFINITY, f64::min)
+        });
+        let u = self.velocities[k];
+        let extent = f64::from(body.mass_properties().max_extent());
+        let fast = (u.xy().norm() + u.z.abs() * extent) * dt > 0.5 * thickness;
+        if fast || body.is_ccd_enabled() {
+            self.standing.sweeps.resize(count, Sweep::NONE);
+            self.standing.sweeps[k] = Sweep {
+                thickness,
+                all: body.is_ccd_enabled(),
+            };
+        }
     }
 
     /// Brings the list up to the enabled bodies of the world.
@@ -142,7 +198,6 @@ impl Bodies {
         }
         let body = &world.bodies[shadow.handle];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
-        refuse_unsupported(body, name)?;
         refuse_bad(body, name)?;
         let pose = *body.position();
         let first = !shadow.seen;
@@ -325,6 +380,7 @@ impl Shadow {
             pose: Pose64::new(Vec2::zeros(), 0.0),
             center: Vec2::zeros(),
             radius: 0.0,
+            thickness: None,
             inverse_mass: Vec3::zeros(),
             target: None,
             kind: RigidBodyType::Fixed,
@@ -350,6 +406,19 @@ fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
         free(LockedAxes::TRANSLATION_LOCKED_Y, inverse_mass),
         free(LockedAxes::ROTATION_LOCKED, inverse_inertia),
     )
+}
+
+/// Dominance of what nothing moves: above that of any dynamic body.
+const FIRM: i16 = i8::MAX as i16 + 1;
+
+/// Thinnest extent \[m\] of a shape; of a mesh none, as rapier does not follow those either.
+fn thickness(shape: &dyn Shape) -> f64 {
+    match shape.shape_type() {
+        ShapeType::TriMesh | ShapeType::Polyline | ShapeType::HeightField | ShapeType::Voxels => {
+            f64::INFINITY
+        }
+        _ => f64::from(shape.ccd_thickness()),
+    }
 }
 
 /// `M⁻¹` of a damped body, `w / (1 + θ x)`, `x = d Δt`, `θ = 1/(1 − e⁻ˣ) − 1/x`.
@@ -439,20 +508,6 @@ fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelEr
             "{} is dynamic but has no mass: give it a collider with a density or a mass",
             name()
         )));
-    }
-    Ok(())
-}
-
-fn refuse_unsupported(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
-    let refuse = |what: &str| Err(ModelError::Unsupported(format!("{}: {what}", name())));
-    if body.dominance_group() != 0 && body.is_dynamic() {
-        return refuse("dominance groups are not supported yet");
-    }
-    if body.is_ccd_enabled() {
-        return refuse("continuous collision detection is not supported yet");
-    }
-    if body.soft_ccd_prediction() > 0.0 {
-        return refuse("soft-CCD prediction is not supported yet");
     }
     Ok(())
 }

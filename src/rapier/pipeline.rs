@@ -7,8 +7,8 @@ use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, SolvedProblem,
-    StepError, StepperSettings,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
+    SolvedProblem, Standing, StepError, StepperSettings,
 };
 
 /// Settings of a [`MoreauPipeline`].
@@ -109,6 +109,7 @@ impl MoreauPipeline {
             detector: &mut self.detector,
             gravity,
             dt,
+            scheme: self.stepper.settings().scheme,
         };
         let result = self.stepper.step(&mut model, dt);
         if result.is_err() {
@@ -207,6 +208,7 @@ struct RapierModel<'a> {
     gravity: Vec2,
     /// Of the whole step \[s\].
     dt: f64,
+    scheme: Scheme,
 }
 
 impl RapierModel<'_> {
@@ -238,7 +240,21 @@ impl MultibodyModel for RapierModel<'_> {
             )));
         }
         check_joints(self.world)?;
-        self.bodies.sync(self.world, dt)
+        self.bodies.sync(self.world, dt)?;
+        if self.scheme == Scheme::Moreau
+            && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
+        {
+            return Err(ModelError::Unsupported(format!(
+                "body {k} (handle {:?}): continuous collision detection needs the scheme \
+                 'staggered', 'moreau' ignores gaps",
+                body_id(self.bodies.list[k].handle)
+            )));
+        }
+        Ok(())
+    }
+
+    fn standing(&self) -> Option<&Standing> {
+        Some(&self.bodies.standing)
     }
 
     fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
@@ -347,11 +363,22 @@ impl MultibodyModel for RapierModel<'_> {
 /// Joints hold bodies that are there.
 fn check_joints(world: &PhysicsWorld) -> Result<(), ModelError> {
     for (handle, joint) in world.impulse_joints.iter() {
+        let number = handle.into_raw_parts().0;
+        let groups =
+            [joint.body1(), joint.body2()].map(|h| world.bodies.get(h).filter(|b| b.is_dynamic()));
+        if let [Some(a), Some(b)] = groups
+            && a.dominance_group() != b.dominance_group()
+        {
+            return Err(ModelError::Unsupported(format!(
+                "joint {number}: it ties bodies of dominance {} and {}, which is not supported",
+                a.dominance_group(),
+                b.dominance_group()
+            )));
+        }
         for body in [joint.body1(), joint.body2()] {
             if !world.bodies.contains(body) {
                 return Err(ModelError::Invalid(format!(
-                    "joint {}: body (handle {:?}) is not in the world",
-                    handle.into_raw_parts().0,
+                    "joint {number}: body (handle {:?}) is not in the world",
                     body_id(body)
                 )));
             }
