@@ -55,6 +55,8 @@ pub(super) struct Bodies {
     promised: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
+    /// Changes whenever bodies get other numbers.
+    pub numbering: u64,
 }
 
 impl Bodies {
@@ -158,6 +160,7 @@ impl Bodies {
             .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
         self.index.clear();
+        self.numbering += 1;
         let on = |h: &ColliderHandle| world.colliders.get(*h).is_some_and(|c| c.is_enabled());
         let waits = |(h, body): (RigidBodyHandle, &RigidBody)| {
             body.is_enabled() && !old.contains_key(&h) && !body.colliders().iter().all(on)
@@ -357,6 +360,7 @@ impl Bodies {
         let k = self.index_of(handle).unwrap_or(self.list.len() as u32);
         if k as usize == self.list.len() {
             let (shadow, u, w) = Shadow::unseen(handle);
+            self.numbering += 1;
             self.index.insert(handle, k);
             self.list.push(shadow);
             self.velocities.push(u);
