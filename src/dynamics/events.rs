@@ -92,7 +92,7 @@ pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
         .filter(|r| r.bodies[0] != NO_BODY && r.bodies[1] != NO_BODY)
         .collect();
     let mut islands = Islands::default();
-    islands.build(inverse_mass.len(), &rows);
+    islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
     stage.crowded.clear();
     stage.crowded.resize(inverse_mass.len(), false);
     for k in 0..islands.len() {
@@ -277,7 +277,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
 fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
     let all: Vec<Rows> = crossing.iter().chain(links).copied().collect();
     let mut islands = Islands::default();
-    islands.build(count, &all);
+    islands.build(count, all.iter().map(|r| r.bodies));
     (0..islands.len())
         .filter(|&k| {
             islands

@@ -2,7 +2,9 @@ use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
 /// Names a contact from step to step, so that impulses can be matched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub struct ContactKey {
     /// The two surfaces, as the model numbers them.
     pub pair: u64,

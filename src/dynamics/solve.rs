@@ -76,7 +76,8 @@ impl IslandSolver {
 
     /// Finds the impulses of all blocks of `stage`.
     pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
-        self.islands.build(inverse_mass.len(), &stage.rows);
+        let rows = stage.rows.iter().map(|r| r.bodies);
+        self.islands.build(inverse_mass.len(), rows);
         self.outcomes.clear();
         if stage.standing.dominance.is_empty() {
             for k in 0..self.islands.len() {

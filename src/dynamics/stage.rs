@@ -10,13 +10,16 @@ use super::rules::{
 use super::standing::Standing;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// What is kept of a contact from one step to the next.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Memory {
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Memory {
     /// [N s], in an interval of length `dt`.
+    #[serde(with = "super::saved::pair")]
     pub impulse: Vec2,
+    #[serde(with = "super::saved::endless")]
     pub dt: f64,
     /// Tangential velocity at the end of it, if it stuck.
     pub stuck: Option<f64>,

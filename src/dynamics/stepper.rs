@@ -1,14 +1,14 @@
 use super::cluster::Context;
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
-use super::model::{Configuration, ModelError, MultibodyModel};
+use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::{IslandSolver, SolvedProblem};
-use super::stage::{Memories, Span, Stage};
+use super::stage::{Memories, Memory, Span, Stage, movable};
 use super::standing::Standing;
-use crate::contact::{NO_BODY, Vec3};
+use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{Shares, solver_by_name};
 use thiserror::Error;
 
@@ -138,6 +138,33 @@ impl MoreauStepper {
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
     pub fn forget_contacts(&mut self) {
         self.memory.clear();
+    }
+
+    /// What is remembered of the contacts and joints of bodies to which `group` gives a number, all
+    /// that move on both sides: it is lost after a step without them.
+    pub(crate) fn set_aside(&self, group: impl Fn(u32) -> u32) -> Vec<(u32, ContactKey, Memory)> {
+        let found = &self.stage.detection;
+        let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
+        let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
+        let of = |(key, rows): (&ContactKey, &Rows)| {
+            let [a, b] = movable(rows, &self.inverse_mass).bodies;
+            let own = match (a, b) {
+                (NO_BODY, NO_BODY) => 0,
+                (NO_BODY, b) => group(b),
+                (a, NO_BODY) => group(a),
+                (a, b) => group(a).min(group(b)),
+            };
+            let memory = self.memory.get(key).filter(|_| own != 0)?;
+            Some((own, *key, *memory))
+        };
+        all.filter_map(of).collect()
+    }
+
+    /// Remembers again what was set aside.
+    pub(crate) fn take_back(&mut self, memory: &[(ContactKey, Memory)]) {
+        self.memory.extend(memory.iter().copied());
+        self.recovery
+            .take_back(memory.iter().map(|(key, _)| key.pair));
     }
 
     /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.

@@ -1,10 +1,11 @@
 use super::changes::{ColliderWatch, finite};
 use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
+use super::sleeping::Sleepers;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
-use crate::dynamics::{Pose64, Standing, Sweep};
+use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
@@ -38,6 +39,10 @@ pub(super) struct Shadow {
     mass_seen: Option<(Real, Real, Vector, LockedAxes)>,
     added_mass: Option<RigidBodyAdditionalMassProps>,
     seen: bool,
+    /// The island it sleeps in, or 0.
+    pub group: u32,
+    /// Where it stood a step ago.
+    pub last: Pose64,
 }
 
 /// All enabled bodies of a world, in rapier's order.
@@ -55,6 +60,7 @@ pub(super) struct Bodies {
     promised: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
+    pub sleepers: Sleepers,
     /// Changes whenever bodies get other numbers.
     pub numbering: u64,
 }
@@ -71,7 +77,12 @@ impl Bodies {
     /// # Errors
     /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported;
     /// for a collider, see [`ColliderWatch::scan`]. What is bad is not taken over.
-    pub fn sync(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
+    pub fn sync(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        stay_awake: bool,
+    ) -> Result<Vec<(ContactKey, Memory)>, ModelError> {
         for handle in std::mem::take(&mut self.promised) {
             if !world.bodies.contains(handle) {
                 self.exact.remove(&handle);
@@ -89,6 +100,8 @@ impl Bodies {
                 self.list[k as usize].thickness = None;
             }
         }
+        self.heed(world, dt, stay_awake)?;
+        let woken = self.wake_stirred(world);
         self.damping = false;
         self.standing.dominance.clear();
         self.standing.sweeps.clear();
@@ -96,7 +109,7 @@ impl Bodies {
             self.sync_one(world, k, dt)?;
             self.stand(world, k, dt);
         }
-        Ok(())
+        Ok(woken)
     }
 
     /// Dominance of a body, and whether it is followed within the step.
@@ -187,12 +200,30 @@ impl Bodies {
             self.velocities.push(u);
             self.inverse_mass.push(w);
         }
+        // who sleeps beside a body that is gone
+        for (shadow, _, _) in old.values() {
+            self.sleepers.stir(shadow.group);
+            let colliders = world.bodies.get(shadow.handle).map(RigidBody::colliders);
+            for handle in colliders.into_iter().flatten() {
+                self.sleepers.stir_touching(handle.into_raw_parts().0);
+            }
+        }
         self.exact
             .retain(|handle, _| world.bodies.contains(*handle));
     }
 
-    fn sync_one(&mut self, world: &mut PhysicsWorld, k: usize, dt: f64) -> Result<(), ModelError> {
+    pub(super) fn sync_one(
+        &mut self,
+        world: &mut PhysicsWorld,
+        k: usize,
+        dt: f64,
+    ) -> Result<(), ModelError> {
         let shadow = &mut self.list[k];
+        if shadow.group != 0 {
+            self.inverse_mass[k] = Vec3::zeros();
+            self.velocities[k] = Vec3::zeros();
+            return Ok(());
+        }
         let body = &world.bodies[shadow.handle];
         let added = body.mass_properties().additional_local_mprops.as_deref();
         if shadow.added_mass.as_ref() != added {
@@ -226,6 +257,9 @@ impl Bodies {
             shadow.mass_seen = Some(seen);
             shadow.kind = body.body_type();
             shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
+        }
+        if first {
+            shadow.last = Pose64::from_rapier(&pose);
         }
         if first || pose != shadow.written_pose {
             shadow.pose = Pose64::from_rapier(&pose);
@@ -377,6 +411,22 @@ impl Bodies {
 }
 
 impl Shadow {
+    /// Whether the user has moved, changed or switched a body since the last step.
+    pub fn differs(&self, body: &RigidBody) -> bool {
+        let added = body.mass_properties().additional_local_mprops.as_deref();
+        *body.position() != self.written_pose
+            || body.body_type() != self.kind
+            || added != self.added_mass.as_ref()
+            || self
+                .mass_seen
+                .is_none_or(|seen| seen.3 != body.locked_axes())
+    }
+
+    /// Takes the velocity that rapier holds for our own.
+    pub fn note_velocity(&mut self, body: &RigidBody) {
+        self.written_velocity = (body.linvel(), body.angvel());
+    }
+
     /// With the velocity and inverse mass that go with it.
     fn unseen(handle: RigidBodyHandle) -> (Self, Vec3, Vec3) {
         let shadow = Shadow {
@@ -393,6 +443,8 @@ impl Shadow {
             mass_seen: None,
             added_mass: None,
             seen: false,
+            group: 0,
+            last: Pose64::new(Vec2::zeros(), 0.0),
         };
         (shadow, Vec3::zeros(), Vec3::zeros())
     }

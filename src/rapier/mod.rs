@@ -20,6 +20,7 @@ mod mass;
 mod pipeline;
 mod pose;
 mod simulation;
+mod sleeping;
 mod widen;
 
 #[cfg(not(feature = "f64"))]

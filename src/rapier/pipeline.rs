@@ -20,6 +20,8 @@ pub struct MoreauSettings {
     pub dt: Option<f64>,
     /// Who finds the pairs of colliders that come near each other.
     pub detection: DetectionDrive,
+    /// Steps every body, whatever its activation settings say.
+    pub stay_awake: bool,
 }
 
 /// Steps a [`PhysicsWorld`] nonsmoothly, in place of `world.step()`.
@@ -44,9 +46,25 @@ pub struct MoreauSettings {
 /// ```
 ///
 /// # What it takes
-/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, any collider
-/// parry has, groups, revolute joints with a velocity motor or a force-based spring. Anything else is refused by name.
-/// Sleeping is ignored: every body is stepped.
+/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, dominance, any
+/// collider parry has, groups, revolute joints with a velocity motor or a force-based spring.
+/// Anything else is refused by name. `linvel()` of a body driven by its position is not written
+/// (rapier lets no one), [`MoreauPipeline::velocity`] knows it.
+///
+/// # Fast bodies
+/// Contacts that a body with `ccd_enabled` closes by more than half its thickness in a step are
+/// located in time, other bullets included; without the flag so are those of a fast body with what
+/// nothing moves, where rapier sweeps as well. Soft prediction is what every pair has anyway. There
+/// is no cap on speeds. A thin bar that turns by more than some 10 degrees a step can still pass.
+///
+/// # Sleep
+/// Islands fall asleep by rapier's own activation settings, unless
+/// [`MoreauSettings::stay_awake`]. Asleep they stand still to the last bit, cost next to nothing,
+/// and are in no record: their impulses are kept, and act again when they wake. What wakes an
+/// island: a body that presses on it or a driven one that moves while it touches, `wake_up`, and any
+/// change of its bodies, colliders and joints or of what it lies on. Bodies put to sleep by hand
+/// within one step wake together. What still moved when an island fell asleep, below rapier's
+/// thresholds, is lost to the energy.
 ///
 /// # Precision
 /// Poses, velocities and masses are kept in `f64` and written to rapier rounded; a pose or
@@ -92,16 +110,33 @@ impl MoreauPipeline {
     }
 
     fn model<'a>(&'a mut self, world: &'a mut PhysicsWorld, dt: f64) -> RapierModel<'a> {
-        let gravity = self.settings.gravity;
         RapierModel {
-            gravity: gravity
-                .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y))),
+            gravity: gravity(&self.settings, world),
             world,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             dt,
-            scheme: self.stepper.settings().scheme,
         }
+    }
+
+    /// Takes over what the user changed.
+    fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
+        refuse_world(world, gravity(&self.settings, world))?;
+        let woken = self.bodies.sync(world, dt, self.settings.stay_awake)?;
+        self.stepper.take_back(&woken);
+        for (handle, _) in &self.bodies.watch.gone {
+            self.detector.forget_surface(*handle);
+        }
+        if self.stepper.settings().scheme == Scheme::Moreau
+            && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
+        {
+            return Err(ModelError::Unsupported(format!(
+                "body {k} (handle {:?}): continuous collision detection needs the scheme \
+                 'staggered', 'moreau' ignores gaps",
+                body_id(self.bodies.list[k].handle)
+            )));
+        }
+        Ok(())
     }
 
     /// One step of length `dt` \[s\], whatever the settings say.
@@ -109,23 +144,40 @@ impl MoreauPipeline {
     /// # Errors
     /// As [`MoreauPipeline::step`].
     pub fn step_by(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<StepRecord, StepError> {
-        let gravity = self
-            .settings
-            .gravity
-            .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y)));
-        let mut model = RapierModel {
-            world,
-            bodies: &mut self.bodies,
-            detector: &mut self.detector,
-            gravity,
-            dt,
-            scheme: self.stepper.settings().scheme,
-        };
-        let result = self.stepper.step(&mut model, dt);
-        if result.is_err() {
-            self.bodies.give_back(world);
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(StepError::Dt(dt));
         }
-        result
+        loop {
+            self.take_over(world, dt)?;
+            let mut model = RapierModel {
+                gravity: gravity(&self.settings, world),
+                world,
+                bodies: &mut self.bodies,
+                detector: &mut self.detector,
+                dt,
+            };
+            let result = self.stepper.step(&mut model, dt);
+            if result.is_ok() {
+                self.put_to_sleep(world, dt);
+                return result;
+            }
+            self.bodies.give_back(world);
+            // who was pressed on in its sleep takes part from the start
+            if !self.bodies.sleepers.is_stirred() {
+                return result;
+            }
+        }
+    }
+
+    fn put_to_sleep(&mut self, world: &mut PhysicsWorld, dt: f64) {
+        if self.settings.stay_awake {
+            return;
+        }
+        let group = self.bodies.ready(world, dt);
+        if group.iter().any(|g| *g != 0) {
+            let memory = self.stepper.set_aside(|body| group[body as usize]);
+            self.bodies.fall_asleep(world, &group, memory);
+        }
     }
 
     /// Contacts at the present poses, without a step: all that may close within one.
@@ -134,9 +186,9 @@ impl MoreauPipeline {
     /// [`StepError::Model`] if the world cannot be taken over.
     pub fn contacts_now(&mut self, world: &mut PhysicsWorld) -> Result<Detection, StepError> {
         let dt = self.step_length(world);
+        self.take_over(world, dt)?;
         let mut model = self.model(world, dt);
         let mut found = Detection::default();
-        model.begin_step(dt)?;
         model.detect(dt, &mut found)?;
         Ok(found)
     }
@@ -231,7 +283,6 @@ struct RapierModel<'a> {
     gravity: Vec2,
     /// Of the whole step \[s\].
     dt: f64,
-    scheme: Scheme,
 }
 
 impl RapierModel<'_> {
@@ -249,33 +300,28 @@ impl RapierModel<'_> {
     }
 }
 
-impl MultibodyModel for RapierModel<'_> {
-    fn begin_step(&mut self, dt: f64) -> Result<(), ModelError> {
-        if self.world.soft_bodies.iter().next().is_some() {
-            return Err(ModelError::Unsupported(
-                "soft bodies are not supported".to_owned(),
-            ));
+impl RapierModel<'_> {
+    /// Whether a sleeping body is pressed on: the step is begun again then with it awake.
+    fn feel(&mut self, found: &Detection) -> Result<(), ModelError> {
+        let mut free = Vec::new();
+        if !self.bodies.sleepers.is_empty() {
+            free.resize(self.bodies.list.len(), Vec3::zeros());
+            self.forces(0.0, &mut free);
+            let masses = self.bodies.velocities.iter().zip(&self.bodies.inverse_mass);
+            for (h, (u, w)) in free.iter_mut().zip(masses) {
+                *h = u + h.component_mul(w) * self.dt;
+            }
         }
-        if !(self.gravity.x + self.gravity.y).is_finite() {
-            return Err(ModelError::Invalid(format!(
-                "gravity is ({}, {}) m/s2, must be finite",
-                self.gravity.x, self.gravity.y
-            )));
-        }
-        check_joints(self.world)?;
-        self.bodies.sync(self.world, dt)?;
-        if self.scheme == Scheme::Moreau
-            && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
-        {
-            return Err(ModelError::Unsupported(format!(
-                "body {k} (handle {:?}): continuous collision detection needs the scheme \
-                 'staggered', 'moreau' ignores gaps",
-                body_id(self.bodies.list[k].handle)
-            )));
+        let drop = self.gravity.norm() * self.dt * self.dt;
+        self.bodies.feel(found, &free, drop, self.dt);
+        if self.bodies.sleepers.is_stirred() {
+            return Err(ModelError::Invalid("a sleeping body is stirred".to_owned()));
         }
         Ok(())
     }
+}
 
+impl MultibodyModel for RapierModel<'_> {
     fn standing(&self) -> Option<&Standing> {
         Some(&self.bodies.standing)
     }
@@ -344,7 +390,8 @@ impl MultibodyModel for RapierModel<'_> {
         }
         self.detector
             .detect(self.world, self.bodies, acceleration, dt, out)?;
-        joint_rows(self.world, self.bodies, self.dt, out)
+        joint_rows(self.world, self.bodies, self.dt, out)?;
+        self.feel(out)
     }
 
     fn detect_pairs(
@@ -381,8 +428,24 @@ impl MultibodyModel for RapierModel<'_> {
     }
 }
 
-/// Joints hold bodies that are there.
-fn check_joints(world: &PhysicsWorld) -> Result<(), ModelError> {
+fn gravity(settings: &MoreauSettings, world: &PhysicsWorld) -> Vec2 {
+    let own = || Vec2::new(widen(world.gravity.x), widen(world.gravity.y));
+    settings.gravity.unwrap_or_else(own)
+}
+
+/// What cannot be stepped whatever the bodies are: joints must hold bodies that are there.
+fn refuse_world(world: &PhysicsWorld, gravity: Vec2) -> Result<(), ModelError> {
+    if world.soft_bodies.iter().next().is_some() {
+        return Err(ModelError::Unsupported(
+            "soft bodies are not supported".to_owned(),
+        ));
+    }
+    if !(gravity.x + gravity.y).is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "gravity is ({}, {}) m/s2, must be finite",
+            gravity.x, gravity.y
+        )));
+    }
     for (handle, joint) in world.impulse_joints.iter() {
         let number = handle.into_raw_parts().0;
         let groups =

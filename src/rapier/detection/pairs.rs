@@ -97,6 +97,10 @@ impl Pairs {
         let mut from = Group::default();
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
+            let still = |leaf| finder.bodies.still(finder.leaves.get(leaf).body);
+            if still(a) && still(b) {
+                return true;
+            }
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
             if let Some(tree) = tree {
                 if way + growth[a as usize] + growth[b as usize] < row.budget {
@@ -221,7 +225,13 @@ impl Finder<'_> {
 
     fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         let [a, b] = sides.map(|leaf| leaf.body);
-        let still = |k: u32| k == OUTSIDE || self.bodies.inverse_mass[k as usize] == Vec3::zeros();
+        // who sleeps can be woken
+        let still = |k: u32| {
+            k == OUTSIDE || {
+                let asleep = self.bodies.list[k as usize].group != 0;
+                !asleep && self.bodies.inverse_mass[k as usize] == Vec3::zeros()
+            }
+        };
         if still(a) && still(b) {
             return false;
         }
