@@ -19,6 +19,7 @@ mod kernels;
 mod mass;
 mod pipeline;
 mod pose;
+mod results;
 mod simulation;
 mod sleeping;
 mod widen;
@@ -36,6 +37,7 @@ pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
+pub use results::{HandledContact, StepResults, Totals};
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };

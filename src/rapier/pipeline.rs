@@ -269,6 +269,16 @@ impl MoreauPipeline {
         Some(self.bodies.velocities[k as usize])
     }
 
+    /// The body that records of the last step call by this number.
+    pub fn body(&self, number: u32) -> Option<RigidBodyHandle> {
+        Some(self.bodies.list.get(number as usize)?.handle)
+    }
+
+    /// The collider that records of the last step call by this number.
+    pub fn collider(&self, number: u32) -> Option<ColliderHandle> {
+        self.bodies.watch.handle(number)
+    }
+
     /// The number that records use for a body, if it has been stepped.
     pub fn number(&self, body: RigidBodyHandle) -> Option<u32> {
         self.bodies.index_of(body)
