@@ -7,10 +7,11 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
 /// `f32` ones are not good enough.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExactBody {
     pub mass: f64,
     pub inertia: f64,
@@ -317,6 +318,33 @@ impl Bodies {
         }
     }
 
+    /// All masses given in `f64`.
+    pub fn exact(&self) -> impl Iterator<Item = (RigidBodyHandle, ExactBody)> + '_ {
+        self.exact.iter().map(|(handle, exact)| (*handle, *exact))
+    }
+
+    pub fn restore_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
+        self.exact.insert(handle, exact);
+    }
+
+    /// Appends a body as it was saved; the rest is read from the world.
+    pub fn restore(
+        &mut self,
+        handle: RigidBodyHandle,
+        pose: Pose64,
+        last: Pose64,
+        velocity: Vec3,
+        written: (Pose, (Vector, Real)),
+    ) {
+        let (mut shadow, _, w) = Shadow::unseen(handle);
+        (shadow.pose, shadow.last, shadow.seen) = (pose, last, true);
+        (shadow.written_pose, shadow.written_velocity) = written;
+        self.index.insert(handle, self.list.len() as u32);
+        self.list.push(shadow);
+        self.velocities.push(velocity);
+        self.inverse_mass.push(w);
+    }
+
     /// `q ← q + u dt` of one body.
     pub fn shift(&mut self, body: usize, u: &Vec3, dt: f64) {
         if *u != Vec3::zeros() {
@@ -420,6 +448,11 @@ impl Shadow {
             || self
                 .mass_seen
                 .is_none_or(|seen| seen.3 != body.locked_axes())
+    }
+
+    /// What rapier was given last.
+    pub fn written(&self) -> (Pose, (Vector, Real)) {
+        (self.written_pose, self.written_velocity)
     }
 
     /// Takes the velocity that rapier holds for our own.

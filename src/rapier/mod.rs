@@ -22,6 +22,7 @@ mod pose;
 mod results;
 mod simulation;
 mod sleeping;
+mod state;
 mod widen;
 
 #[cfg(not(feature = "f64"))]
@@ -41,4 +42,5 @@ pub use results::{HandledContact, StepResults, Totals};
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
+pub use state::{PipelineState, StateError};
 pub use widen::widen;

@@ -9,12 +9,14 @@ use crate::dynamics::{
     Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
     SolvedProblem, Standing, StepError, StepperSettings,
 };
+use serde::{Deserialize, Serialize};
 
 /// Settings of a [`MoreauPipeline`].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MoreauSettings {
     pub stepper: StepperSettings,
     /// Gravity in `f64` \[m/s²\]; the world's own where `None`.
+    #[serde(with = "crate::dynamics::saved::some_pair")]
     pub gravity: Option<Vec2>,
     /// Step length in `f64` \[s\]; the world's own where `None`.
     pub dt: Option<f64>,
@@ -70,10 +72,10 @@ pub struct MoreauSettings {
 /// Poses, velocities and masses are kept in `f64` and written to rapier rounded; a pose or
 /// velocity that differs from what was written was set by the user, and is read back.
 pub struct MoreauPipeline {
-    stepper: MoreauStepper,
-    settings: MoreauSettings,
-    bodies: Bodies,
-    detector: Detector,
+    pub(super) stepper: MoreauStepper,
+    pub(super) settings: MoreauSettings,
+    pub(super) bodies: Bodies,
+    pub(super) detector: Detector,
 }
 
 impl MoreauPipeline {
