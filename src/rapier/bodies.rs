@@ -62,7 +62,7 @@ pub(super) struct Bodies {
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
     pub sleepers: Sleepers,
-    /// Changes whenever bodies get other numbers.
+    /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
 }
 
@@ -245,6 +245,7 @@ impl Bodies {
             body.locked_axes(),
         );
         if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
+            self.numbering += 1;
             shadow.inverse_mass = match self.exact.get(&shadow.handle) {
                 _ if !body.is_dynamic() => Vec3::zeros(),
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),

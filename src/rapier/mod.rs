@@ -19,6 +19,7 @@ mod kernels;
 mod mass;
 mod pipeline;
 mod pose;
+mod reporter;
 mod results;
 mod simulation;
 mod sleeping;

@@ -1,7 +1,8 @@
 use super::bodies::{Bodies, ExactBody, body_id};
-use super::detection::{DetectionDrive, Detector, SurfaceLaw};
+use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::{joint_rows, spring_torques};
+use super::reporter::Reporter;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
@@ -76,6 +77,7 @@ pub struct MoreauPipeline {
     pub(super) settings: MoreauSettings,
     pub(super) bodies: Bodies,
     pub(super) detector: Detector,
+    pub(super) reporter: Reporter,
 }
 
 impl MoreauPipeline {
@@ -94,6 +96,7 @@ impl MoreauPipeline {
             detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
+            reporter: Reporter::default(),
         })
     }
 
@@ -111,14 +114,34 @@ impl MoreauPipeline {
         given.unwrap_or_else(|| widen(world.integration_parameters.dt))
     }
 
-    fn model<'a>(&'a mut self, world: &'a mut PhysicsWorld, dt: f64) -> RapierModel<'a> {
+    fn model<'a>(
+        &'a mut self,
+        world: &'a mut PhysicsWorld,
+        hooks: &'a dyn PhysicsHooks,
+        dt: f64,
+    ) -> RapierModel<'a> {
         RapierModel {
             gravity: gravity(&self.settings, world),
             world,
+            hooks,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             dt,
         }
+    }
+
+    /// One step with the user's hooks, and a handler that is told of collisions and contact forces.
+    ///
+    /// # Errors
+    /// As [`MoreauPipeline::step`].
+    pub fn step_with_events(
+        &mut self,
+        world: &mut PhysicsWorld,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
+        let dt = self.step_length(world);
+        self.run(world, dt, hooks, events)
     }
 
     /// Takes over what the user changed.
@@ -146,6 +169,16 @@ impl MoreauPipeline {
     /// # Errors
     /// As [`MoreauPipeline::step`].
     pub fn step_by(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<StepRecord, StepError> {
+        self.run(world, dt, &(), &())
+    }
+
+    fn run(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(StepError::Dt(dt));
         }
@@ -154,12 +187,18 @@ impl MoreauPipeline {
             let mut model = RapierModel {
                 gravity: gravity(&self.settings, world),
                 world,
+                hooks,
                 bodies: &mut self.bodies,
                 detector: &mut self.detector,
                 dt,
             };
             let result = self.stepper.step(&mut model, dt);
-            if result.is_ok() {
+            if let Ok(record) = &result {
+                let crossing = self
+                    .detector
+                    .crossings(Hooks { hooks, world }, &self.bodies);
+                self.reporter
+                    .report(world, &self.detector, crossing, record, events);
                 self.put_to_sleep(world, dt);
                 return result;
             }
@@ -182,17 +221,28 @@ impl MoreauPipeline {
         }
     }
 
-    /// Contacts at the present poses, without a step: all that may close within one.
+    /// Contacts and rows of joints at the present poses, without a step: all that may close within
+    /// one. `out` is emptied first; keep it from call to call, it is large.
     ///
     /// # Errors
     /// [`StepError::Model`] if the world cannot be taken over.
-    pub fn contacts_now(&mut self, world: &mut PhysicsWorld) -> Result<Detection, StepError> {
+    pub fn find_contacts(
+        &mut self,
+        world: &mut PhysicsWorld,
+        out: &mut Detection,
+    ) -> Result<(), StepError> {
         let dt = self.step_length(world);
-        self.take_over(world, dt)?;
-        let mut model = self.model(world, dt);
-        let mut found = Detection::default();
-        model.detect(dt, &mut found)?;
-        Ok(found)
+        loop {
+            self.take_over(world, dt)?;
+            let mut model = self.model(world, &(), dt);
+            out.contacts.clear();
+            out.joints.clear();
+            let found = model.detect(dt, out);
+            // who is found to be pressed on wakes, and has contacts then
+            if found.is_ok() || !self.bodies.sleepers.is_stirred() {
+                return Ok(found?);
+            }
+        }
     }
 
     /// Time at the end of the last step \[s\].
@@ -213,6 +263,11 @@ impl MoreauPipeline {
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.detector.set_surface(collider, law);
+    }
+
+    /// Pairs of colliders that overlapped at the end of the last step and of which one is a sensor.
+    pub fn intersections(&self) -> impl Iterator<Item = [ColliderHandle; 2]> + '_ {
+        self.reporter.intersections()
     }
 
     /// Forgets a collider that was removed.
@@ -290,6 +345,7 @@ impl MoreauPipeline {
 /// A rapier world as a multibody model, for the time of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
+    hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
     gravity: Vec2,
@@ -394,14 +450,18 @@ impl MultibodyModel for RapierModel<'_> {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         let acceleration = self.acceleration();
         if !acceleration.is_finite() {
-            // a search without end would leave its mark on rapier's tree
+            // no search is without end
             return Err(ModelError::Invalid(
                 "a force is too large for the mass of its body: the acceleration is not finite"
                     .to_owned(),
             ));
         }
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
         self.detector
-            .detect(self.world, self.bodies, acceleration, dt, out)?;
+            .detect(hooks, self.bodies, acceleration, dt, out)?;
         joint_rows(self.world, self.bodies, self.dt, out)?;
         self.feel(out)
     }
@@ -412,7 +472,12 @@ impl MultibodyModel for RapierModel<'_> {
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
-        self.detector.detect_pairs(self.bodies, pairs, dt, out);
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
+        self.detector
+            .detect_pairs(hooks, self.bodies, pairs, dt, out);
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 

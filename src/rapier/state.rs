@@ -44,6 +44,8 @@ pub struct PipelineState {
     exact: Vec<(Handle, ExactBody)>,
     surfaces: Vec<(Handle, SurfaceLaw)>,
     sleepers: Sleepers,
+    /// Pairs of colliders that events have told of.
+    told: [Vec<[Handle; 2]>; 3],
 }
 
 /// Index and generation.
@@ -115,6 +117,10 @@ impl MoreauPipeline {
             exact,
             surfaces,
             sleepers: self.bodies.sleepers.clone(),
+            told: self.reporter.state().map(|pairs| {
+                let raw = |pair: [ColliderHandle; 2]| pair.map(|h| h.into_raw_parts());
+                pairs.into_iter().map(raw).collect()
+            }),
         }
     }
 
@@ -141,6 +147,11 @@ impl MoreauPipeline {
             let handle = ColliderHandle::from_raw_parts(*index, *generation);
             pipeline.detector.set_surface(handle, *law);
         }
+        pipeline.reporter.restore(state.told.clone().map(|pairs| {
+            let handles =
+                |pair: [Handle; 2]| pair.map(|(i, g)| ColliderHandle::from_raw_parts(i, g));
+            pairs.into_iter().map(handles).collect()
+        }));
         let bodies = &mut pipeline.bodies;
         for (handle, exact) in &state.exact {
             bodies.restore_exact(RigidBodyHandle::from_raw_parts(handle.0, handle.1), *exact);
