@@ -185,11 +185,11 @@ fn asleep(world: &PhysicsWorld, pair: &Pair) -> bool {
     })
 }
 
-/// Whether a collider that is still there has switched `events` on.
+/// Whether a collider that is still there has switched one of `events` on.
 fn wants(world: &PhysicsWorld, pair: &Pair, events: ActiveEvents) -> bool {
     pair.iter()
         .filter_map(|h| world.colliders.get(*h))
-        .any(|c| c.active_events().contains(events))
+        .any(|c| c.active_events().intersects(events))
 }
 
 fn event(

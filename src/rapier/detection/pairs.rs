@@ -287,7 +287,7 @@ impl Finder<'_> {
                 for (touch, speed) in left {
                     found.clear();
                     found.push(touch);
-                    let belt = setting.belt + speed;
+                    let belt = setting.belt - speed;
                     self.give(Pair { belt, ..setting }, sides, one, from, found, out);
                 }
             } else if !found.is_empty() {
