@@ -194,9 +194,8 @@ impl MoreauPipeline {
             };
             let result = self.stepper.step(&mut model, dt);
             if let Ok(record) = &result {
-                let crossing = self
-                    .detector
-                    .crossings(Hooks { hooks, world }, &self.bodies);
+                let asked = Hooks { hooks, world };
+                let crossing = self.detector.crossings(asked, &self.bodies);
                 self.reporter
                     .report(world, &self.detector, crossing, record, events);
                 self.put_to_sleep(world, dt);

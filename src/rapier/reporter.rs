@@ -120,9 +120,10 @@ impl Reporter {
             .filter(|(key, (_, met))| touches(key, met))
             .map(|(key, (pair, _))| (*key, *pair))
             .collect();
-        // who sleeps touches what it touched
-        let kept = self.touching.iter().filter(|(_, pair)| rests(world, pair));
-        now.extend(kept.map(|(key, pair)| (*key, *pair)));
+        // who sleeps touches on
+        let slept = self.touching.iter().filter(|(_, pair)| asleep(world, pair));
+        let slept: Vec<_> = slept.map(|(key, pair)| (*key, *pair)).collect();
+        now.extend(slept);
         let none = CollisionEventFlags::empty();
         for (_, pair) in self.touching.iter().filter(|(k, _)| !now.contains_key(*k)) {
             // a collider that is gone wants nothing any more, the other one may
@@ -182,19 +183,21 @@ impl Reporter {
     }
 }
 
-/// Whether one collider's body sleeps and the other's does not move.
-fn rests(world: &PhysicsWorld, pair: &Pair) -> bool {
-    let body = |h: &ColliderHandle| world.bodies.get(world.colliders.get(*h)?.parent()?);
-    let sleeps = |b: &RigidBody| b.is_dynamic() && b.is_sleeping();
-    pair.iter().all(|h| world.colliders.contains(*h))
-        && pair.iter().filter_map(body).any(sleeps)
-        && pair
-            .iter()
-            .filter_map(body)
-            .all(|b| sleeps(b) || !b.is_dynamic() && !b.is_moving())
+/// Whether the bodies of a pair stand still, one of them asleep: their contacts are not looked at.
+fn asleep(world: &PhysicsWorld, pair: &Pair) -> bool {
+    let body = |h: &ColliderHandle| {
+        let parent = world.colliders.get(*h)?.parent();
+        Some(parent.and_then(|b| world.bodies.get(b)))
+    };
+    let bodies: Option<Vec<_>> = pair.iter().map(body).collect();
+    let still = |b: &RigidBody| b.is_sleeping() || b.is_fixed();
+    bodies.is_some_and(|bodies| {
+        bodies.iter().flatten().all(|b| still(b))
+            && bodies.iter().flatten().any(|b| b.is_sleeping())
+    })
 }
 
-/// Whether a collider that is still there has switched `events` on.
+/// Whether a collider that is still there has switched one of `events` on.
 fn wants(world: &PhysicsWorld, pair: &Pair, events: ActiveEvents) -> bool {
     pair.iter()
         .filter_map(|h| world.colliders.get(*h))

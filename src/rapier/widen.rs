@@ -1,4 +1,5 @@
 use super::engine::math::Real;
+use std::f64::consts::LOG10_2;
 
 /// The `f64` that a person meant by an `f32`: the shortest decimal of up to seven digits that
 /// rounds to it, or what has none as it is.
@@ -10,16 +11,18 @@ use super::engine::math::Real;
 pub fn widen(value: Real) -> f64 {
     let wide = f64::from(value);
     // integers and dyadic fractions are exact already, and have no shorter decimal
-    let dyadic = value.fract() == 0.0 || value.abs() < 16.0 && (value * 1024.0).fract() == 0.0;
+    // not `fract`, which is a call where the processor is not known to have it
+    let whole = |x: f64| x as i64 as f64 == x;
+    let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
     if cfg!(feature = "f64") || !value.is_finite() || dyadic {
         return wide;
     }
     // of both numbers of the quotient nothing is lost
-    let decimal = |power: f64| (wide * power).round() / power;
+    let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
-    // decimals that make seven digits, from the power of two: 0.30103 = log10 2
+    // decimals that make seven digits
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let most = (7 - (f64::from(exponent) * 0.30103).floor() as i32).clamp(1, 22) as usize;
+    let most = (7 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
     if !meant(&POWERS[most - 1]) {
         return wide;
     }

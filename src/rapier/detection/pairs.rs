@@ -286,7 +286,7 @@ impl Finder<'_> {
                 for (touch, speed) in left {
                     found.clear();
                     found.push(touch);
-                    let belt = setting.belt + speed;
+                    let belt = setting.belt - speed;
                     self.give(Pair { belt, ..setting }, sides, one, from, found, out);
                 }
             } else if !found.is_empty() {
@@ -329,9 +329,10 @@ impl Finder<'_> {
     fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         // who sleeps can be woken
         let still = |leaf: &Leaf| {
-            let k = leaf.body as usize;
-            leaf.body == OUTSIDE
-                || self.bodies.list[k].group == 0 && self.bodies.inverse_mass[k] == Vec3::zeros()
+            leaf.body == OUTSIDE || {
+                let asleep = self.bodies.list[leaf.body as usize].group != 0;
+                !asleep && self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
+            }
         };
         !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
