@@ -62,6 +62,8 @@ pub(super) struct Bodies {
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
     pub sleepers: Sleepers,
+    /// Colliders that went since rapier's notes were looked through.
+    gone: usize,
     /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
 }
@@ -101,6 +103,7 @@ impl Bodies {
                 self.list[k as usize].thickness = None;
             }
         }
+        self.drop_notes(world);
         self.heed(world, dt, stay_awake)?;
         let woken = self.wake_stirred(world);
         self.damping = false;
@@ -157,6 +160,17 @@ impl Bodies {
                 thickness,
                 all: body.is_ccd_enabled(),
             };
+        }
+    }
+
+    /// Rids rapier's notes of what was modified of those that are gone: only its own step would.
+    fn drop_notes(&mut self, world: &mut PhysicsWorld) {
+        self.gone += self.watch.gone.len();
+        if self.gone > 64 + world.bodies.len() {
+            self.gone = 0;
+            // going over all notes all that is there, anew
+            world.bodies.iter_mut().for_each(drop);
+            world.colliders.iter_mut().for_each(drop);
         }
     }
 
