@@ -41,6 +41,7 @@ pub(super) fn record_stage(
                     impulse: p,
                     dt: stage.length,
                     stuck: None,
+                    rebounded: false,
                 };
                 memory.insert(joint.key, kept);
             }
@@ -123,6 +124,7 @@ fn record_contact(
         impulse,
         dt: stage.length,
         stuck: sticks.then_some(gamma_e.y),
+        rebounded: block.impact,
     }
 }
 
