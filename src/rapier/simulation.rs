@@ -189,6 +189,10 @@ impl Simulation {
         }
         let handle = self.world.bodies.insert(builder);
         let collider = self.add_collider(BodyId(handle), shape, surface)?;
+        if let Some(body) = self.world.bodies.get_mut(handle) {
+            // rapier knows the mass only when it has stepped, but is asked for its energy before
+            body.recompute_mass_properties_from_colliders(&self.world.colliders);
+        }
         if let Some(exact) = exact {
             self.pipeline.set_exact_mass(handle, exact)?;
         }
