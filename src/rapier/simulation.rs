@@ -40,6 +40,8 @@ pub enum ShapeSpec {
         points: Vec<Vec2>,
         closed: bool,
     },
+    /// Several colliders, each at its place in the body's frame; none of them a compound.
+    Compound(Vec<(Pose64, ShapeSpec)>),
 }
 
 impl ShapeSpec {
@@ -195,10 +197,14 @@ impl Simulation {
         Ok((BodyId(handle), collider))
     }
 
-    /// Adds a massless collider to a body, in the body's frame.
+    /// Adds a massless collider to a body, in the body's frame; of a compound all of its parts.
+    ///
+    /// # Returns
+    /// The collider, of a compound the first one.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, or an unknown body.
+    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, an empty compound, or
+    /// an unknown body.
     pub fn add_collider(
         &mut self,
         body: BodyId,
@@ -208,12 +214,31 @@ impl Simulation {
         if !self.world.bodies.contains(body.0) {
             return Err(ModelError::Invalid("the body is not in the world".into()));
         }
+        if let ShapeSpec::Compound(parts) = shape {
+            let ids: Vec<ColliderId> = parts
+                .iter()
+                .map(|(place, part)| self.add_part(body, place, part, surface))
+                .collect::<Result<_, _>>()?;
+            let none = || ModelError::Invalid("a compound needs a part".into());
+            return ids.first().copied().ok_or_else(none);
+        }
+        self.add_part(body, &Pose64::new(Vec2::zeros(), 0.0), shape, surface)
+    }
+
+    fn add_part(
+        &mut self,
+        body: BodyId,
+        place: &Pose64,
+        shape: &ShapeSpec,
+        surface: &Surface,
+    ) -> Result<ColliderId, ModelError> {
         let groups = InteractionGroups::new(
             Group::from_bits_truncate(surface.groups.0),
             Group::from_bits_truncate(surface.groups.1),
             InteractionTestMode::And,
         );
         let collider = collider(shape)?
+            .position(place.to_rapier())
             .density(0.0)
             .friction(surface.friction as Real)
             .friction_combine_rule(match surface.friction_rule {
@@ -225,6 +250,15 @@ impl Simulation {
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
         Ok(ColliderId(handle))
+    }
+
+    /// The share of the weight that a body feels, and its drag on velocity and spin [1/s].
+    pub fn set_drag(&mut self, body: BodyId, gravity_scale: f64, damping: [f64; 2]) {
+        if let Some(body) = self.world.bodies.get_mut(body.0) {
+            body.set_gravity_scale(gravity_scale as Real, false);
+            body.set_linear_damping(damping[0] as Real);
+            body.set_angular_damping(damping[1] as Real);
+        }
     }
 
     /// Removes a collider and adds another in its place, so that rapier keeps no stale contacts.
@@ -393,6 +427,11 @@ fn collider(shape: &ShapeSpec) -> Result<ColliderBuilder, ModelError> {
             }
             let points = points.iter().map(|&p| vector(p)).collect();
             ColliderBuilder::oriented_polyline(points, Some(edges))
+        }
+        ShapeSpec::Compound(_) => {
+            return Err(ModelError::Unsupported(
+                "a compound within a compound".into(),
+            ));
         }
     })
 }

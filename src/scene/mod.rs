@@ -36,6 +36,7 @@ pub mod file;
 mod hash;
 pub mod linear;
 mod outline;
+mod overlap;
 mod overrides;
 mod planar;
 mod reader;
@@ -107,6 +108,10 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
+    /// Share of the weight it feels.
+    pub gravity_scale: f64,
+    /// Drag on velocity and spin [1/s].
+    pub damping: [f64; 2],
     pub oscillation: Option<Oscillation>,
     /// Indices of the bodies it may touch; `None` is all.
     pub touches: Option<Vec<usize>>,
@@ -153,6 +158,17 @@ pub enum Shape {
     Line,
     /// A circle \[m\] that is touched from inside.
     Bowl { radius: f64 },
+    /// Several at once, none of them a compound or planar only.
+    Compound(Vec<Part>),
+}
+
+/// A shape at its place in the body's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    pub shape: Shape,
+    /// \[m\] and \[rad\].
+    pub position: [f64; 2],
+    pub angle: f64,
 }
 
 impl Shape {
@@ -292,6 +308,8 @@ fn resolve_body(
         velocity: entry.velocity,
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
+        gravity_scale: entry.gravity_scale.unwrap_or(1.0),
+        damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,
         touches: None,
     })
