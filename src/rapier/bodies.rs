@@ -41,6 +41,8 @@ pub(super) struct Bodies {
     pub inverse_mass: Vec<Vec3>,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
     index: FxHashMap<RigidBodyHandle, u32>,
+    /// Changes whenever bodies get other numbers.
+    pub numbering: u64,
 }
 
 impl Bodies {
@@ -79,6 +81,7 @@ impl Bodies {
             .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
         self.index.clear();
+        self.numbering += 1;
         for &handle in handles {
             self.index.insert(handle, self.list.len() as u32);
             let (shadow, u, w) = old.remove(&handle).unwrap_or_else(|| {

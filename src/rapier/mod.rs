@@ -12,14 +12,11 @@
 
 mod baseline;
 mod bodies;
-mod convex;
 mod detection;
-mod dispatcher;
 mod joints;
 mod kernels;
 mod mass;
 mod pipeline;
-mod points;
 mod pose;
 mod simulation;
 mod widen;
@@ -35,7 +32,7 @@ pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
-pub use detection::{NO_CELL, SurfaceLaw};
+pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,

@@ -1,6 +1,5 @@
 use super::bodies::{Bodies, ExactBody, body_id};
-use super::detection::{Detector, SurfaceLaw};
-use super::dispatcher::FreshManifolds;
+use super::detection::{DetectionDrive, Detector, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::{joint_rows, spring_torques};
 use super::widen;
@@ -19,6 +18,8 @@ pub struct MoreauSettings {
     pub gravity: Option<Vec2>,
     /// Step length in `f64` \[s\]; the world's own where `None`.
     pub dt: Option<f64>,
+    /// Who finds the pairs of colliders that come near each other.
+    pub detection: DetectionDrive,
 }
 
 /// Steps a [`PhysicsWorld`] nonsmoothly, in place of `world.step()`.
@@ -55,7 +56,6 @@ pub struct MoreauPipeline {
     settings: MoreauSettings,
     bodies: Bodies,
     detector: Detector,
-    dispatcher_set: bool,
 }
 
 impl MoreauPipeline {
@@ -71,10 +71,9 @@ impl MoreauPipeline {
         }
         Ok(MoreauPipeline {
             stepper: MoreauStepper::new(settings.stepper.clone())?,
+            detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
-            detector: Detector::default(),
-            dispatcher_set: false,
         })
     }
 
@@ -83,11 +82,25 @@ impl MoreauPipeline {
     /// # Errors
     /// [`StepError`]; the world then stands as it did before the step.
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepRecord, StepError> {
-        let dt = self
-            .settings
-            .dt
-            .unwrap_or_else(|| widen(world.integration_parameters.dt));
+        let dt = self.step_length(world);
         self.step_by(world, dt)
+    }
+
+    fn step_length(&self, world: &PhysicsWorld) -> f64 {
+        let given = self.settings.dt;
+        given.unwrap_or_else(|| widen(world.integration_parameters.dt))
+    }
+
+    fn model<'a>(&'a mut self, world: &'a mut PhysicsWorld, dt: f64) -> RapierModel<'a> {
+        let gravity = self.settings.gravity;
+        RapierModel {
+            gravity: gravity
+                .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y))),
+            world,
+            bodies: &mut self.bodies,
+            detector: &mut self.detector,
+            dt,
+        }
     }
 
     /// One step of length `dt` \[s\], whatever the settings say.
@@ -95,10 +108,6 @@ impl MoreauPipeline {
     /// # Errors
     /// As [`MoreauPipeline::step`].
     pub fn step_by(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<StepRecord, StepError> {
-        if !self.dispatcher_set {
-            world.narrow_phase.set_query_dispatcher(FreshManifolds);
-            self.dispatcher_set = true;
-        }
         let gravity = self
             .settings
             .gravity
@@ -115,6 +124,19 @@ impl MoreauPipeline {
             self.bodies.give_back(world);
         }
         result
+    }
+
+    /// Contacts at the present poses, without a step: all that may close within one.
+    ///
+    /// # Errors
+    /// [`StepError::Model`] if the world cannot be taken over.
+    pub fn contacts_now(&mut self, world: &mut PhysicsWorld) -> Result<Detection, StepError> {
+        let dt = self.step_length(world);
+        let mut model = self.model(world, dt);
+        let mut found = Detection::default();
+        model.begin_step(dt)?;
+        model.detect(dt, &mut found)?;
+        Ok(found)
     }
 
     /// Time at the end of the last step \[s\].
@@ -134,12 +156,12 @@ impl MoreauPipeline {
 
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
-        self.detector.surfaces.insert(collider, law);
+        self.detector.set_surface(collider, law);
     }
 
     /// Forgets a collider that was removed.
     pub(super) fn forget_surface(&mut self, collider: ColliderHandle) {
-        self.detector.surfaces.remove(&collider);
+        self.detector.forget_surface(collider);
     }
 
     /// Gives a body mass and inertia in `f64`.
@@ -292,7 +314,6 @@ impl MultibodyModel for RapierModel<'_> {
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
-        self.bodies.write(self.world, false);
         let acceleration = self.acceleration();
         self.detector
             .detect(self.world, self.bodies, acceleration, dt, out)?;
@@ -305,8 +326,7 @@ impl MultibodyModel for RapierModel<'_> {
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
-        self.detector
-            .detect_pairs(self.world, self.bodies, pairs, dt, out);
+        self.detector.detect_pairs(self.bodies, pairs, dt, out);
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 

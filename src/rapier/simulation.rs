@@ -151,6 +151,7 @@ impl Simulation {
                 stepper,
                 gravity: Some(gravity),
                 dt: Some(dt),
+                ..MoreauSettings::default()
             })?,
             ground: None,
             rapier_time: 0.0,
