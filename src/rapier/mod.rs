@@ -19,6 +19,7 @@ mod mass;
 mod pipeline;
 mod pose;
 mod simulation;
+mod surfaces;
 mod widen;
 
 #[cfg(not(feature = "f64"))]

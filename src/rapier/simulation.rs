@@ -3,6 +3,7 @@ use super::detection::SurfaceLaw;
 use super::engine::prelude::*;
 use super::mass::area_moments;
 use super::pipeline::{MoreauPipeline, MoreauSettings};
+use super::surfaces::SurfaceHooks;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
@@ -61,6 +62,9 @@ pub struct Surface {
     pub groups: (u32, u32),
     /// How its friction combines with the other's: the mean, or the larger of the two.
     pub friction_rule: FrictionRule,
+    /// Direction in the body's frame in which the surface pushes, within 0.1 rad of it, what did
+    /// not come through it; `None` pushes all round.
+    pub one_way: Option<Vec2>,
 }
 
 /// How two friction coefficients make one.
@@ -81,6 +85,7 @@ impl Default for Surface {
             law: SurfaceLaw::default(),
             groups: (u32::MAX, u32::MAX),
             friction_rule: FrictionRule::Mean,
+            one_way: None,
         }
     }
 }
@@ -130,6 +135,7 @@ pub struct Simulation {
     /// Bodies that stand still, for joints with the world.
     ground: Option<RigidBodyHandle>,
     pub(super) rapier_time: f64,
+    pub(super) hooks: SurfaceHooks,
 }
 
 impl Simulation {
@@ -155,6 +161,7 @@ impl Simulation {
             })?,
             ground: None,
             rapier_time: 0.0,
+            hooks: SurfaceHooks::default(),
         })
     }
 
@@ -250,6 +257,12 @@ impl Simulation {
             .collision_groups(groups);
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
+        if surface.law.speed != 0.0 {
+            self.hooks.speeds.insert(handle, surface.law.speed);
+        }
+        if let Some(direction) = surface.one_way {
+            self.hooks.one_way.insert(handle, direction);
+        }
         Ok(ColliderId(handle))
     }
 
@@ -276,6 +289,7 @@ impl Simulation {
         let new = self.add_collider(body, shape, surface)?;
         self.world.remove_collider(old.0);
         self.pipeline.forget_surface(old.0);
+        self.hooks.forget(old.0);
         Ok(new)
     }
 
@@ -284,6 +298,7 @@ impl Simulation {
         if let Some(body) = self.world.bodies.get(body.0) {
             for &handle in body.colliders() {
                 self.pipeline.forget_surface(handle);
+                self.hooks.forget(handle);
             }
         }
         self.world.remove_body(body.0);

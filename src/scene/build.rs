@@ -152,6 +152,7 @@ impl Scene {
                 speed: body.surface_velocity,
                 one_point_per_segment: false,
             },
+            one_way: body.one_way.map(Vec2::from),
             ..Surface::default()
         }
     }

@@ -75,6 +75,10 @@ const EMBEDDED: &[(&str, &str)] = &[
         "ball-and-chain",
         include_str!("../../scenes/ball-and-chain.toml"),
     ),
+    (
+        "one-way-platforms",
+        include_str!("../../scenes/one-way-platforms.toml"),
+    ),
     ("bowl", include_str!("../../scenes/bowl.toml")),
     (
         "rolling-bowl",

@@ -248,6 +248,9 @@ pub struct BodyEntry {
     /// counter-clockwise round the body: towards -x on its top.
     #[serde(default)]
     pub surface_velocity: f64,
+    /// Direction in the body's frame in which its surface pushes, within 0.1 rad; what comes from
+    /// elsewhere passes through. Default: it pushes all round.
+    pub one_way: Option<[f64; 2]>,
     /// Share of the weight that a dynamic body feels, default 1; negative: it falls upwards.
     pub gravity_scale: Option<f64>,
     /// Drag of a dynamic body, `−d m v` and `−d J ω` with `d` [1/s], at most 1/dt; default 0.

@@ -108,6 +108,8 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
+    /// Direction in its frame in which its surface pushes; `None` all round.
+    pub one_way: Option<[f64; 2]>,
     /// Share of the weight it feels.
     pub gravity_scale: f64,
     /// Drag on velocity and spin [1/s].
@@ -308,6 +310,7 @@ fn resolve_body(
         velocity: entry.velocity,
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
+        one_way: entry.one_way,
         gravity_scale: entry.gravity_scale.unwrap_or(1.0),
         damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,

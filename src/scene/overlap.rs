@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// normal of an edge (Gottschalk, Lin & Manocha 1996, in the plane). An edge of a polyline counts
 /// as a slab on its solid side, as thick as the largest other body but no thicker than the solid.
 ///
-/// What overlaps at the start is no fault of a step: a pair's depth counts beyond the least that
+/// What passes through a one-way body is no penetration: such bodies are left out. What overlaps at the start is no fault of a step: a pair's depth counts beyond the least that
 /// it has had since.
 pub(super) struct Overlaps {
     leaves: Vec<Leaf>,
@@ -35,6 +35,7 @@ struct Leaf {
     core: Vec<Vec2>,
     radius: f64,
     moves: bool,
+    one_way: bool,
 }
 
 impl Overlaps {
@@ -53,6 +54,7 @@ impl Overlaps {
             for leaf in &mut leaves[from..] {
                 leaf.body = k as u32;
                 leaf.moves = body.kind == BodyKind::Dynamic;
+                leaf.one_way = body.one_way.is_some();
             }
         }
         Overlaps {
@@ -114,7 +116,8 @@ impl Overlaps {
     fn excess(&mut self, i: u32, j: u32) -> f64 {
         let (a, b) = (&self.leaves[i as usize], &self.leaves[j as usize]);
         let pair = (a.body.min(b.body), a.body.max(b.body));
-        if a.body == b.body || !(a.moves || b.moves) || self.tied.contains(&pair) {
+        let apart = a.body != b.body && (a.moves || b.moves) && !self.tied.contains(&pair);
+        if !apart || a.one_way || b.one_way {
             return 0.0;
         }
         let corners = [i, j].map(|k| self.placed[k as usize].0.as_slice());
@@ -160,6 +163,7 @@ fn add(shape: &Shape, place: &Pose64, largest: f64, out: &mut Vec<Leaf>) {
             core,
             radius,
             moves: false,
+            one_way: false,
         });
     };
     match shape {

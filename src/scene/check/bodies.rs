@@ -36,6 +36,16 @@ fn check_body(at: &At<'_>, body: &BodyEntry, materials: &[Material]) -> Result<(
     at.pair("velocity", body.velocity, SPEED)?;
     at.within("spin", body.spin, SPIN)?;
     at.within("surface_velocity", body.surface_velocity, SPEED)?;
+    if let Some([x, y]) = body.one_way {
+        at.pair("one_way", [x, y], PLACE)?;
+        if (x.hypot(y) - 1.0).abs() > 1e-6 {
+            return Err(SceneError::OutOfRange {
+                at: at.key("one_way").place(),
+                value: format!("{:?}", [x, y]),
+                allowed: "a direction of length 1".to_owned(),
+            });
+        }
+    }
     if body.kind == BodyKind::Fixed {
         for (key, moving) in [
             ("velocity", body.velocity != [0.0; 2]),

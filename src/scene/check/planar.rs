@@ -66,11 +66,12 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
         }
     }
     for (key, given) in [
-        ("gravity_scale", body.gravity_scale),
-        ("linear_damping", body.linear_damping),
-        ("angular_damping", body.angular_damping),
+        ("one_way", body.one_way.is_some()),
+        ("gravity_scale", body.gravity_scale.is_some()),
+        ("linear_damping", body.linear_damping.is_some()),
+        ("angular_damping", body.angular_damping.is_some()),
     ] {
-        if given.is_some() {
+        if given {
             let problem = format!("a scene with a rod, a line or a bowl knows no {key}");
             return Err(at.key(key).conflict(problem));
         }
