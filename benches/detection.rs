@@ -5,6 +5,7 @@
 //! the medians; bookkeeping and what the user may have changed are counted in. Nothing here asserts
 //! a time.
 
+use moreau2d::dynamics::Detection;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{DetectionDrive, MoreauPipeline, MoreauSettings};
 use std::f64::consts::TAU;
@@ -159,25 +160,28 @@ fn main() {
         let mut ours = pipeline(DetectionDrive::Tree);
         let mut reference = pipeline(DetectionDrive::Exhaustive);
         let mut times = [vec![], vec![]];
-        let mut contacts = 0;
+        let (mut found, mut all) = (Detection::default(), Detection::default());
         for step in 0..steps {
             let start = Instant::now();
             world.step();
             times[0].push(start.elapsed().as_secs_f64());
             let start = Instant::now();
-            let found = ours.contacts_now(&mut world).expect("a sound world");
+            ours.find_contacts(&mut world, &mut found)
+                .expect("a sound world");
             times[1].push(start.elapsed().as_secs_f64());
-            contacts = found.contacts.len();
             if step % 50 == 0 {
-                let all = reference.contacts_now(&mut world).expect("a sound world");
+                reference
+                    .find_contacts(&mut world, &mut all)
+                    .expect("a sound world");
                 let equal = all.contacts == found.contacts;
                 assert!(equal, "{name}: not what trying all pairs finds");
             }
         }
         let [rapier, ours] = times.map(|mut t| 1e3 * median(&mut t));
         println!(
-            "{name:24} {rapier:9.3} {ours:9.3} {:6.2} {contacts:9}",
-            ours / rapier
+            "{name:24} {rapier:9.3} {ours:9.3} {:6.2} {:9}",
+            ours / rapier,
+            found.contacts.len()
         );
     }
 }

@@ -209,7 +209,7 @@ fn gaps_of_balls_and_boxes_are_exact_wherever_they_are() {
 }
 
 #[test]
-fn gaps_from_parry_are_good_to_a_micrometre() {
+fn gaps_are_good_to_round_off_whatever_the_shapes() {
     for (low_name, low) in shapes() {
         for (high_name, high) in shapes() {
             let found = contacts(&low, &high, at(0.03, 0.999), Vec2::zeros());
@@ -218,9 +218,8 @@ fn gaps_from_parry_are_good_to_a_micrometre() {
                 ("ball", "ball") => 0.999f64.hypot(0.03) - 1.0,
                 _ => -1e-3,
             };
-            // f32 on 1 m shapes at the origin: 3e-7 m
             assert!(
-                (least - exact).abs() <= 1e-6,
+                (least - exact).abs() <= 1e-14,
                 "{high_name} on {low_name}: {least} for {exact}"
             );
         }
@@ -546,34 +545,6 @@ fn unsupported_bodies_and_colliders_are_refused_by_name() {
         (
             "soft-CCD",
             refusal(free().soft_ccd_prediction(0.1), square(), none),
-        ),
-        (
-            "contact skin",
-            refusal(free(), square().contact_skin(0.01), none),
-        ),
-        (
-            "hooks",
-            refusal(
-                free(),
-                square().active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS),
-                none,
-            ),
-        ),
-        (
-            "events",
-            refusal(
-                free(),
-                square().active_events(ActiveEvents::COLLISION_EVENTS),
-                none,
-            ),
-        ),
-        (
-            "contact-force events",
-            refusal(
-                free(),
-                square().active_events(ActiveEvents::CONTACT_FORCE_EVENTS),
-                none,
-            ),
         ),
     ];
     for (name, error) in cases {
@@ -943,35 +914,6 @@ fn a_shape_that_the_user_sets_is_met_where_it_is() {
         }
         let y = pipeline.pose(body).unwrap().translation.y;
         assert!((y - 0.75).abs() < RESOLVED, "polygon {polygon}: {y}");
-    }
-}
-
-// --- found, not yet mended --------------------------------------------------------------------
-
-/// Bug: colliders are checked only when their shape, place or material changes; what the user
-/// switches on later is ignored in silence.
-#[test]
-fn what_is_unsupported_is_refused_whenever_it_is_switched_on() {
-    type Change = fn(&mut Collider);
-    let changes: [(&str, Change); 3] = [
-        ("hooks", |c| {
-            c.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
-        }),
-        ("events", |c| {
-            c.set_active_events(ActiveEvents::COLLISION_EVENTS)
-        }),
-        ("contact skin", |c| c.set_contact_skin(0.01)),
-    ];
-    for (name, change) in changes {
-        let mut world = world(-9.81);
-        let (_, collider) = world.insert(free(), square());
-        let mut pipeline = pipeline();
-        pipeline.step(&mut world).unwrap();
-        change(&mut world.colliders[collider]);
-        match pipeline.step(&mut world) {
-            Err(error) => assert!(error.to_string().contains(name), "{error}"),
-            Ok(_) => panic!("{name}: ignored"),
-        }
     }
 }
 

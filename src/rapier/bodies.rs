@@ -41,7 +41,7 @@ pub(super) struct Bodies {
     pub inverse_mass: Vec<Vec3>,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
     index: FxHashMap<RigidBodyHandle, u32>,
-    /// Changes whenever bodies get other numbers.
+    /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
 }
 
@@ -138,6 +138,7 @@ impl Bodies {
         );
         if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
             shadow.mass_seen = Some(seen);
+            self.numbering += 1;
             shadow.kind = body.body_type();
             shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
             self.inverse_mass[k] = match self.exact.get(&shadow.handle) {

@@ -18,6 +18,7 @@ mod kernels;
 mod mass;
 mod pipeline;
 mod pose;
+mod reporter;
 mod simulation;
 mod surfaces;
 mod widen;

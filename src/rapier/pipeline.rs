@@ -1,7 +1,8 @@
 use super::bodies::{Bodies, ExactBody, body_id};
-use super::detection::{DetectionDrive, Detector, SurfaceLaw};
+use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::{joint_rows, spring_torques};
+use super::reporter::Reporter;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
@@ -56,6 +57,7 @@ pub struct MoreauPipeline {
     settings: MoreauSettings,
     bodies: Bodies,
     detector: Detector,
+    reporter: Reporter,
 }
 
 impl MoreauPipeline {
@@ -74,6 +76,7 @@ impl MoreauPipeline {
             detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
+            reporter: Reporter::default(),
         })
     }
 
@@ -91,16 +94,23 @@ impl MoreauPipeline {
         given.unwrap_or_else(|| widen(world.integration_parameters.dt))
     }
 
-    fn model<'a>(&'a mut self, world: &'a mut PhysicsWorld, dt: f64) -> RapierModel<'a> {
-        let gravity = self.settings.gravity;
-        RapierModel {
-            gravity: gravity
-                .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y))),
-            world,
-            bodies: &mut self.bodies,
-            detector: &mut self.detector,
-            dt,
-        }
+    fn gravity(&self, world: &PhysicsWorld) -> Vec2 {
+        let own = Vec2::new(widen(world.gravity.x), widen(world.gravity.y));
+        self.settings.gravity.unwrap_or(own)
+    }
+
+    /// One step with the user's hooks, and a handler that is told of collisions and contact forces.
+    ///
+    /// # Errors
+    /// As [`MoreauPipeline::step`].
+    pub fn step_with_events(
+        &mut self,
+        world: &mut PhysicsWorld,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
+        let dt = self.step_length(world);
+        self.run(world, dt, hooks, events)
     }
 
     /// One step of length `dt` \[s\], whatever the settings say.
@@ -108,35 +118,63 @@ impl MoreauPipeline {
     /// # Errors
     /// As [`MoreauPipeline::step`].
     pub fn step_by(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<StepRecord, StepError> {
-        let gravity = self
-            .settings
-            .gravity
-            .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y)));
+        self.run(world, dt, &(), &())
+    }
+
+    fn run(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
+        let gravity = self.gravity(world);
         let mut model = RapierModel {
             world,
+            hooks,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             gravity,
             dt,
         };
         let result = self.stepper.step(&mut model, dt);
-        if result.is_err() {
-            self.bodies.give_back(world);
+        match &result {
+            Ok(record) => {
+                let crossing = self
+                    .detector
+                    .crossings(Hooks { hooks, world }, &self.bodies);
+                self.reporter
+                    .report(world, &self.detector, crossing, record, events);
+            }
+            Err(_) => self.bodies.give_back(world),
         }
         result
     }
 
-    /// Contacts at the present poses, without a step: all that may close within one.
+    /// Contacts and rows of joints at the present poses, without a step: all that may close within
+    /// one. `out` is emptied first; keep it from call to call, it is large.
     ///
     /// # Errors
     /// [`StepError::Model`] if the world cannot be taken over.
-    pub fn contacts_now(&mut self, world: &mut PhysicsWorld) -> Result<Detection, StepError> {
+    pub fn find_contacts(
+        &mut self,
+        world: &mut PhysicsWorld,
+        out: &mut Detection,
+    ) -> Result<(), StepError> {
         let dt = self.step_length(world);
-        let mut model = self.model(world, dt);
-        let mut found = Detection::default();
+        let gravity = self.gravity(world);
+        let mut model = RapierModel {
+            world,
+            hooks: &(),
+            bodies: &mut self.bodies,
+            detector: &mut self.detector,
+            gravity,
+            dt,
+        };
+        out.contacts.clear();
+        out.joints.clear();
         model.begin_step(dt)?;
-        model.detect(dt, &mut found)?;
-        Ok(found)
+        Ok(model.detect(dt, out)?)
     }
 
     /// Time at the end of the last step \[s\].
@@ -157,6 +195,11 @@ impl MoreauPipeline {
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.detector.set_surface(collider, law);
+    }
+
+    /// Pairs of colliders that overlapped at the end of the last step and of which one is a sensor.
+    pub fn intersections(&self) -> impl Iterator<Item = [ColliderHandle; 2]> + '_ {
+        self.reporter.intersections()
     }
 
     /// Forgets a collider that was removed.
@@ -232,6 +275,7 @@ impl MoreauPipeline {
 /// A rapier world as a multibody model, for the time of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
+    hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
     gravity: Vec2,
@@ -315,8 +359,12 @@ impl MultibodyModel for RapierModel<'_> {
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         let acceleration = self.acceleration();
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
         self.detector
-            .detect(self.world, self.bodies, acceleration, dt, out)?;
+            .detect(hooks, self.bodies, acceleration, dt, out)?;
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 
@@ -326,7 +374,12 @@ impl MultibodyModel for RapierModel<'_> {
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
-        self.detector.detect_pairs(self.bodies, pairs, dt, out);
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
+        self.detector
+            .detect_pairs(hooks, self.bodies, pairs, dt, out);
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 

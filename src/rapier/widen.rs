@@ -1,29 +1,30 @@
 use super::engine::math::Real;
 
-/// The `f64` that a person meant by an `f32`: the shortest decimal that rounds to it.
+/// The `f64` that a person meant by an `f32`: the shortest decimal of up to seven digits that
+/// rounds to it, or what has none as it is.
 ///
 /// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that
 /// a user typed thus lose nothing on their way through rapier.
 ///
 /// With the feature `f64` rapier keeps what was typed, and this gives it back as it is.
 pub fn widen(value: Real) -> f64 {
-    // integers and dyadic fractions are exact already, and have no shorter decimal
-    if cfg!(feature = "f64") || !value.is_finite() || (value * 1024.0).fract() == 0.0 {
-        return f64::from(value);
-    }
-    // the fewest decimals that give it back; both numbers of the quotient are exact
     let wide = f64::from(value);
-    for power in POWERS {
-        let digits = (wide * power).round();
-        let decimal = digits / power;
-        if decimal as Real == value {
-            return decimal;
-        }
-        if digits.abs() > 1e15 {
-            break;
-        }
+    // integers and dyadic fractions are exact already, and have no shorter decimal
+    let dyadic = value.fract() == 0.0 || value.abs() < 16.0 && (value * 1024.0).fract() == 0.0;
+    if cfg!(feature = "f64") || !value.is_finite() || dyadic {
+        return wide;
     }
-    value.to_string().parse().unwrap_or(wide)
+    // of both numbers of the quotient nothing is lost
+    let decimal = |power: f64| (wide * power).round() / power;
+    let meant = |power: &f64| decimal(*power) as Real == value;
+    // decimals that make seven digits, from the power of two: 0.30103 = log10 2
+    let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    let most = (7 - (f64::from(exponent) * 0.30103).floor() as i32).clamp(1, 22) as usize;
+    if !meant(&POWERS[most - 1]) {
+        return wide;
+    }
+    let fewest = POWERS[..most].partition_point(|power| !meant(power));
+    decimal(POWERS[fewest])
 }
 
 /// 10¹ to 10²², all exact.
@@ -46,13 +47,12 @@ mod tests {
             prop_assert_eq!(widen(value) as Real, value);
         }
 
-        /// The shortest decimal is the one that the standard library prints.
+        /// What a user types comes back, whatever its size.
         #[test]
         #[cfg(not(feature = "f64"))]
-        fn is_the_decimal_that_is_printed(value in -1.0e6f32..1.0e6, scale in -12i32..6) {
-            let value = value * 10f32.powi(scale);
-            prop_assume!((value * 1024.0).fract() != 0.0);
-            prop_assert_eq!(widen(value), value.to_string().parse::<f64>().unwrap());
+        fn gives_back_up_to_six_digits(digits in -999_999i32..=999_999, scale in -12i32..=0) {
+            let typed: f64 = format!("{digits}e{scale}").parse().unwrap();
+            prop_assert_eq!(widen(typed as f32), typed);
         }
     }
 

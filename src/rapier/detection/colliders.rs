@@ -184,9 +184,8 @@ impl Colliders {
         self.list.get(slot as usize)?.as_ref()
     }
 
-    /// Larger extent of a collider \[m\].
-    pub fn size(&self, slot: u32) -> f64 {
-        self.get(slot).map_or(0.0, |known| known.size)
+    pub fn any_sensor(&self) -> bool {
+        self.list.iter().flatten().any(Known::is_sensor)
     }
 
     pub fn set_surface(&mut self, handle: ColliderHandle, law: SurfaceLaw) {

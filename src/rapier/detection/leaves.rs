@@ -14,9 +14,13 @@ pub(super) struct Leaf {
     local: Pose64,
     /// Farthest point from the origin of that frame \[m\].
     radius: f64,
+    /// Larger extent of the collider \[m\].
+    pub size: f64,
     /// Index of the collider, and of the part in it.
     pub slot: u32,
     pub sub: u32,
+    /// Whether it is the only part of its collider.
+    pub lone: bool,
     /// Number of the body in this step.
     pub body: u32,
 }
@@ -42,10 +46,6 @@ impl Leaves {
             Some(leaf) => leaf,
             None => unreachable!("a pair of parts outlived one of them"),
         }
-    }
-
-    pub fn of(&self, slot: u32) -> &[u32] {
-        self.of_slot.get(slot as usize).map_or(&[], Vec::as_slice)
     }
 
     /// Drops the leaves of a collider and says which they were.
@@ -75,8 +75,10 @@ impl Leaves {
                 radius: shapes::radius(&piece.part, &local),
                 part: piece.part.clone(),
                 local,
+                size: known.size,
                 slot,
                 sub: piece.sub,
+                lone: known.pieces.len() == 1,
                 body: colliders.body(slot, bodies),
             };
             let at = self.body_pose(leaf.body, bodies);

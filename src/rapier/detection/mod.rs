@@ -13,6 +13,7 @@
 
 mod colliders;
 mod exhaustive;
+mod hooks;
 mod leaves;
 mod pairs;
 mod points;
@@ -24,7 +25,9 @@ use super::engine::prelude::*;
 use super::joints::OUTSIDE;
 use crate::dynamics::{Detection, ModelError};
 use colliders::Colliders;
+pub(super) use hooks::Hooks;
 use leaves::Leaves;
+pub(super) use pairs::Told;
 use pairs::{Apart, Finder, Pairs, apart};
 use rustc_hash::FxHashSet;
 use tree::Tree;
@@ -70,6 +73,8 @@ pub(super) struct Detector {
     numbering: Option<u64>,
     /// Of the last full pass.
     span: Span,
+    /// Of each body, a bound of the speed of any of its points \[m/s\].
+    speeds: Vec<f64>,
 }
 
 impl Detector {
@@ -94,15 +99,20 @@ impl Detector {
     /// [`ModelError`] for colliders that use what is not supported.
     pub fn detect(
         &mut self,
-        world: &PhysicsWorld,
+        hooks: Hooks,
         bodies: &mut Bodies,
         acceleration: f64,
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
+        let world = hooks.world;
         self.take_over(world, bodies)?;
         self.leaves.follow(bodies);
-        self.span = Span::new(bodies, acceleration, dt);
+        self.speeds.clear();
+        let bodies_all = 0..bodies.list.len();
+        self.speeds
+            .extend(bodies_all.map(|k| speed_bound(bodies, k as u32)));
+        self.span = Span::new(&self.speeds, acceleration, dt);
         match self.drive {
             DetectionDrive::Tree => self.find_near(bodies),
             DetectionDrive::Exhaustive => self.try_all(),
@@ -113,6 +123,8 @@ impl Detector {
             colliders: &self.colliders,
             leaves: &self.leaves,
             apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
             span: self.span,
         };
         let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
@@ -123,20 +135,52 @@ impl Detector {
     /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses.
     pub fn detect_pairs(
         &mut self,
+        hooks: Hooks,
         bodies: &Bodies,
         pairs: &[[u32; 2]],
         dt: f64,
         out: &mut Detection,
     ) {
         self.leaves.follow(bodies);
+        for &slot in pairs.iter().flatten() {
+            let body = self.colliders.body(slot, bodies);
+            if body != OUTSIDE {
+                self.speeds[body as usize] = speed_bound(bodies, body);
+            }
+        }
         let finder = Finder {
             bodies,
             colliders: &self.colliders,
             leaves: &self.leaves,
             apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
             span: Span { dt, ..self.span },
         };
         self.pairs.some(&finder, pairs, out);
+    }
+
+    /// Pairs of colliders, one of them a sensor, that overlap at the present poses.
+    pub fn crossings(&mut self, hooks: Hooks, bodies: &Bodies) -> Vec<[ColliderHandle; 2]> {
+        if !self.colliders.any_sensor() {
+            return Vec::new();
+        }
+        self.leaves.follow(bodies);
+        let finder = Finder {
+            bodies,
+            colliders: &self.colliders,
+            leaves: &self.leaves,
+            apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
+            span: self.span,
+        };
+        self.pairs.crossings(&finder)
+    }
+
+    /// Contacts that are not solved but that a handler wants to hear of, with their gap \[m\].
+    pub fn told(&self) -> &[Told] {
+        self.pairs.told()
     }
 
     /// Takes over what the user changed about colliders and bodies.
@@ -160,8 +204,10 @@ impl Detector {
         if self.numbering != Some(bodies.numbering) {
             self.numbering = Some(bodies.numbering);
             self.leaves.renumber(&self.colliders, bodies);
+            self.colliders.measure_bodies(bodies);
+        } else if !self.colliders.changed.is_empty() {
+            self.colliders.measure_bodies(bodies);
         }
-        self.colliders.measure_bodies(bodies);
         self.tree.begin(self.leaves.list.len());
         told
     }
@@ -171,9 +217,7 @@ impl Detector {
         let (span, leaves) = (self.span, &self.leaves);
         for (k, leaf) in leaves.list.iter().enumerate() {
             let Some(leaf) = leaf else { continue };
-            let growth = self
-                .span
-                .growth(bodies, leaf.body, self.colliders.size(leaf.slot));
+            let growth = span.growth(speed(&self.speeds, leaf.body), leaf.size);
             self.pairs.set_growth(k, growth);
             let way = leaves.way[k];
             if self.tree.holds(k, way, growth) {
@@ -200,10 +244,8 @@ struct Span {
 }
 
 impl Span {
-    fn new(bodies: &Bodies, acceleration: f64, dt: f64) -> Span {
-        let fastest = (0..bodies.list.len())
-            .map(|k| speed_bound(bodies, k as u32))
-            .fold(0.0, f64::max);
+    fn new(speeds: &[f64], acceleration: f64, dt: f64) -> Span {
+        let fastest = speeds.iter().copied().fold(0.0, f64::max);
         let drop = acceleration * dt * dt;
         Span {
             dt,
@@ -220,8 +262,8 @@ impl Span {
     }
 
     /// One side's share of it: two of them are no less than the reach.
-    fn growth(&self, bodies: &Bodies, body: u32, size: f64) -> f64 {
-        let own = 1.1 * speed(bodies, body) * self.dt + self.drop;
+    fn growth(&self, speed: f64, size: f64) -> f64 {
+        let own = 1.1 * speed * self.dt + self.drop;
         own.max(0.5 * self.prediction.min(size))
     }
 
@@ -235,14 +277,14 @@ impl Span {
     }
 }
 
-/// Bound of the speed of any point \[m/s\].
-fn speed(bodies: &Bodies, body: u32) -> f64 {
+fn speed(speeds: &[f64], body: u32) -> f64 {
     match body {
         OUTSIDE => 0.0,
-        body => speed_bound(bodies, body),
+        body => speeds[body as usize],
     }
 }
 
+/// Bound of the speed of any point of a body \[m/s\].
 fn speed_bound(bodies: &Bodies, k: u32) -> f64 {
     let u = &bodies.velocities[k as usize];
     u.xy().norm() + u.z.abs() * bodies.list[k as usize].radius

@@ -2,18 +2,21 @@
 
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
-use super::super::engine::parry::query::{DefaultQueryDispatcher, PersistentQueryDispatcher};
+use super::super::engine::parry::query::{
+    DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
+};
 use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::{Core, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
+use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::tree::Tree;
 use super::{Span, shapes, speed};
 use crate::contact::Vec3;
 use crate::dynamics::Detection;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Two parts whose fat boxes overlap.
 #[derive(Debug, Clone, Copy)]
@@ -32,8 +35,25 @@ pub(super) struct Pairs {
     known: FxHashSet<u64>,
     /// Of each leaf, its share of the reach \[m\].
     growth: Vec<f64>,
-    touches: Vec<Touch>,
+    scratch: Scratch,
     added: bool,
+}
+
+/// A contact that is not solved: its groups or a hook forbid it to push, or nothing in it can move.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::rapier) struct Told {
+    pub colliders: [ColliderHandle; 2],
+    /// \[m\]
+    pub gap: f64,
+}
+
+/// What a look at a pair writes beside the contacts.
+#[derive(Default)]
+struct Scratch {
+    told: Vec<Told>,
+    touches: Vec<Touch>,
+    /// What the user's hook wrote on pairs.
+    marks: FxHashMap<u64, u32>,
 }
 
 fn name([a, b]: [u32; 2]) -> u64 {
@@ -81,20 +101,48 @@ impl Pairs {
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let known = &mut self.known;
+        let (known, marks) = (&mut self.known, &mut self.scratch.marks);
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
                 known.remove(&name(row.leaves));
+                marks.remove(&name(row.leaves));
             }
             stays
         });
     }
 
+    /// See [`super::Detector::told`].
+    pub fn told(&self) -> &[Told] {
+        &self.scratch.told
+    }
+
+    /// See [`super::Detector::crossings`].
+    pub fn crossings(&mut self, finder: &Finder) -> Vec<[ColliderHandle; 2]> {
+        let mut found: Vec<[ColliderHandle; 2]> = Vec::new();
+        for row in &self.rows {
+            let sides = row.leaves.map(|leaf| finder.leaves.get(leaf));
+            let known = sides.map(|leaf| finder.colliders.get(leaf.slot));
+            let [Some(one), Some(two)] = known else {
+                continue;
+            };
+            let handles = [one.handle, two.handle];
+            if (one.is_sensor() || two.is_sensor())
+                && found.last() != Some(&handles)
+                && finder.may_cross(sides, [one, two])
+                && finder.overlap(row, sides, &mut self.scratch.touches)
+            {
+                found.push(handles);
+            }
+        }
+        found
+    }
+
     /// Contacts of all pairs; those whose boxes parted are dropped.
     pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
-        let (known, growth, found) = (&mut self.known, &self.growth, &mut self.touches);
+        let (known, growth, scratch) = (&mut self.known, &self.growth, &mut self.scratch);
         let mut from = Group::default();
+        scratch.told.clear();
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
@@ -104,10 +152,11 @@ impl Pairs {
                 }
                 if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
                     known.remove(&name(row.leaves));
+                    scratch.marks.remove(&name(row.leaves));
                     return false;
                 }
             }
-            if let Some(bound) = finder.contacts(row, from.of(row, out), found, out) {
+            if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
                 row.budget = way + bound;
             }
             true
@@ -124,7 +173,7 @@ impl Pairs {
             let from = out.contacts.len();
             let rows = self.rows[start..].iter();
             for row in rows.take_while(|row| row.order[..2] == [a, b][..]) {
-                finder.contacts(row, from, &mut self.touches, out);
+                finder.contacts(row, from, &mut self.scratch, out);
             }
         }
     }
@@ -173,6 +222,8 @@ pub(super) struct Finder<'a> {
     pub colliders: &'a Colliders,
     pub leaves: &'a Leaves,
     pub apart: &'a Apart,
+    pub hooks: Hooks<'a>,
+    pub speeds: &'a [f64],
     pub span: Span,
 }
 
@@ -184,9 +235,10 @@ impl Finder<'_> {
         &self,
         row: &Row,
         from: usize,
-        found: &mut Vec<Touch>,
+        scratch: &mut Scratch,
         out: &mut Detection,
     ) -> Option<f64> {
+        let found = &mut scratch.touches;
         let sides = row.leaves.map(|leaf| self.leaves.get(leaf));
         let known = [
             self.colliders.get(sides[0].slot)?,
@@ -195,7 +247,12 @@ impl Finder<'_> {
         if !self.may_touch(sides, known) {
             return None;
         }
-        let speeds = sides.map(|leaf| speed(self.bodies, leaf.body));
+        let told = !self.may_push(sides, known);
+        let heard = known[0].events() | known[1].events();
+        if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
+            return None;
+        }
+        let speeds = sides.map(|leaf| speed(self.speeds, leaf.body));
         let reach = self.span.reach(speeds, known.map(|k| k.size));
         let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
         found.clear();
@@ -208,31 +265,86 @@ impl Finder<'_> {
             reach,
             found,
         ) {
-            if !found.is_empty() {
+            if told {
+                let least = found.iter().map(|t| t.gap).reduce(f64::min);
+                scratch.told.extend(least.map(|gap| Told {
+                    colliders: known.map(|k| k.handle),
+                    gap,
+                }));
+                return Some(bound);
+            }
+            let asked = known[0].hooks() | known[1].hooks();
+            if asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS) {
+                let mut setting = self.setting(sides, known);
+                let mark = scratch.marks.entry(name(row.leaves)).or_insert(0);
+                let subs = sides.map(|leaf| leaf.sub);
+                let hooks = self.hooks;
+                let left = hooks.modify(known, poses, subs, found, &mut setting, mark);
+                for (touch, speed) in left {
+                    found.clear();
+                    found.push(touch);
+                    let belt = setting.belt + speed;
+                    self.give(Pair { belt, ..setting }, sides, one, from, found, out);
+                }
+            } else if !found.is_empty() {
                 let setting = self.setting(sides, known);
                 self.give(setting, sides, one, from, found, out);
             }
             return Some(bound);
         }
+        if told {
+            return None;
+        }
+        // hooks that change contacts need one of our kernels: a shape of the user's own has none
         let setting = self.setting(sides, known);
         self.ask_parry(row, sides, setting, reach, from, one[0] || one[1], out);
         Some(f64::NEG_INFINITY)
     }
 
+    fn kinds(&self, sides: [&Leaf; 2]) -> [RigidBodyType; 2] {
+        sides.map(|leaf| match leaf.body {
+            OUTSIDE => RigidBodyType::Fixed,
+            body => self.bodies.list[body as usize].kind,
+        })
+    }
+
+    /// Whether two colliders may touch at all: rapier's questions in rapier's order.
     fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         let [a, b] = sides.map(|leaf| leaf.body);
-        let still = |k: u32| k == OUTSIDE || self.bodies.inverse_mass[k as usize] == Vec3::zeros();
-        if still(a) && still(b) {
-            return false;
-        }
-        let kind = |k: u32| match k {
-            OUTSIDE => RigidBodyType::Fixed,
-            k => self.bodies.list[k as usize].kind,
-        };
         !(known[0].is_sensor() || known[1].is_sensor())
             && (self.apart.is_empty() || !self.apart.contains(&[a.min(b), a.max(b)]))
-            && known[0].may_meet(known[1], [kind(a), kind(b)])
+            && known[0].may_meet(known[1], self.kinds(sides))
+    }
+
+    /// Whether they may push each other.
+    fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        let still = |leaf: &Leaf| {
+            leaf.body == OUTSIDE || self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
+        };
+        !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
+            && self.hooks.lets_push(known)
+    }
+
+    /// Whether one may be told that it is in the other.
+    fn may_cross(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
+    }
+
+    fn overlap(&self, row: &Row, sides: [&Leaf; 2], found: &mut Vec<Touch>) -> bool {
+        let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
+        let parts = sides.map(|leaf| &leaf.part);
+        found.clear();
+        match touches(poses[0], parts[0], poses[1], parts[1], 0.0, found) {
+            Some(_) => !found.is_empty(),
+            None => DefaultQueryDispatcher
+                .intersection_test(
+                    &relative(poses[0], poses[1]).to_rapier(),
+                    &*shapes::for_parry(&parts[0].core),
+                    &*shapes::for_parry(&parts[1].core),
+                )
+                .is_ok_and(|answer| answer.intersecting),
+        }
     }
 
     fn setting(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> Pair {
@@ -274,19 +386,20 @@ impl Finder<'_> {
             }
         }
         let sub = sides.map(|leaf| leaf.sub);
-        let parts = sides.map(|leaf| self.leaves.of(leaf.slot).len());
+        if sides.iter().all(|leaf| leaf.lone) {
+            let points = found
+                .iter()
+                .map(|t| setting.point(self.bodies, t, [0, 0], t.feature.into(), true));
+            out.contacts.extend(points);
+            return;
+        }
         for touch in found.iter() {
-            let feature = if parts == [1, 1] {
-                touch.feature.into()
-            } else {
-                let old = &out.contacts[from..];
-                if old.iter().any(|p| same_place(p, touch, setting.size)) {
-                    continue;
-                }
-                mix([sub[0], sub[1], touch.feature, 0])
-            };
-            let point = setting.point(self.bodies, touch, sub, feature, true);
-            out.contacts.push(point);
+            let old = &out.contacts[from..];
+            if !old.iter().any(|p| same_place(p, touch, setting.size)) {
+                let feature = mix([sub[0], sub[1], touch.feature, 0]);
+                let point = setting.point(self.bodies, touch, sub, feature, true);
+                out.contacts.push(point);
+            }
         }
     }
 

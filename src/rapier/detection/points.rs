@@ -31,6 +31,7 @@ impl Pair {
         self
     }
 
+    #[inline]
     pub fn point(
         &self,
         bodies: &Bodies,

@@ -92,7 +92,16 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
             surface(ends.enumerate(), one_sided, skin, local, out);
         }
         TypedShape::HeightField(field) => {
-            let ends = field.segments().map(|s| [vec2(s.a), vec2(s.b)]);
+            // parry computes the two ends of a joint apart, an ulp from each other
+            let mut last = Vec2::repeat(f64::INFINITY);
+            let ends = field.segments().map(|s| {
+                let [mut a, b] = [vec2(s.a), vec2(s.b)];
+                if (a - last).norm() < 1e-5 * (b - a).norm() {
+                    a = last;
+                }
+                last = b;
+                [a, b]
+            });
             surface(ends.enumerate(), false, skin, local, out);
         }
         TypedShape::TriMesh(mesh) => surface(outline(mesh), true, skin, local, out),

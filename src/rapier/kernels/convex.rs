@@ -112,7 +112,12 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         any: f64::NEG_INFINITY,
         best: None,
     };
-    for (k, n) in base.normals.iter().enumerate() {
+    // behind a one-sided segment there is a solid, not a gap
+    let faces = match base.edge {
+        Some(edge) if edge.one_sided => 1,
+        _ => base.normals.len(),
+    };
+    for (k, n) in base.normals[..faces].iter().enumerate() {
         let m = Vec2::new(
             seen.cos * n.x + seen.sin * n.y,
             seen.cos * n.y - seen.sin * n.x,
@@ -130,7 +135,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         let met = match (other.edge, sides[1]) {
             (Some(edge), Some(face)) => {
                 // square on its face, whichever of the two corners rounding made the nearer
-                m.dot(&edge.normals[face]) <= -1.0 + 1e-12 || edge.admits(nearest, -m, face)
+                m.dot(&edge.normals[face]) <= -1.0 + 1e-12 || edge.admits(nearest, -m)
             }
             (Some(_), None) => false,
             (None, _) => true,
@@ -241,15 +246,18 @@ pub(super) fn convex_convex(
         match nearest(first, second, &seen, &back) {
             Nearest::Corners(corners, distance) => {
                 if both > 0.0 && distance - both <= reach {
-                    corner_touch(poses, &views, corners, sides, rounding, out);
+                    corner_touch(poses, &views, corners, rounding, out);
                 }
                 return distance - both;
             }
             Nearest::Face(turn, k, distance) => {
-                let side = sides[turn];
-                if views[turn].edge.is_some() && side != Some(k) {
-                    return distance - both;
-                }
+                // a solid behind a one-sided face is in it, not beyond it
+                let sunk = |edge: &Edge| edge.one_sided && k == 1 && sides[turn] == Some(0);
+                let k = match views[turn].edge {
+                    Some(edge) if sunk(edge) => 0,
+                    Some(_) if sides[turn] != Some(k) => return distance - both,
+                    _ => k,
+                };
                 chosen = Some((turn == 1, k));
             }
         }
@@ -326,7 +334,6 @@ fn corner_touch(
     poses: [&Pose64; 2],
     views: &[View; 2],
     corners: [usize; 2],
-    sides: [Option<usize>; 2],
     rounding: [f64; 2],
     out: &mut Vec<Touch>,
 ) {
@@ -338,13 +345,13 @@ fn corner_touch(
     }
     let normal = away / distance;
     for i in 0..2 {
-        if let (Some(edge), Some(face)) = (views[i].edge, sides[i]) {
+        if let Some(edge) = views[i].edge {
             let outward = if i == 0 { normal } else { -normal };
             let local = Vec2::new(
                 poses[i].cos * outward.x + poses[i].sin * outward.y,
                 poses[i].cos * outward.y - poses[i].sin * outward.x,
             );
-            if !edge.admits(corners[i], local, face) {
+            if !edge.admits(corners[i], local) {
                 return;
             }
         }

@@ -51,9 +51,9 @@ impl Edge {
         }
     }
 
-    /// Whether corner `end` may be met along `direction`, by something on the side of `face`.
-    pub fn admits(&self, end: usize, direction: Vec2, face: usize) -> bool {
-        if direction.dot(&self.normals[face]) < 0.0 {
+    /// Whether corner `end` may be met along `direction`.
+    pub fn admits(&self, end: usize, direction: Vec2) -> bool {
+        if self.one_sided && direction.dot(&self.normals[0]) < 0.0 {
             return false;
         }
         let outward = self.ends[end] - self.ends[1 - end];
