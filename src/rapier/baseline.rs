@@ -81,7 +81,8 @@ impl Simulation {
         parameters.static_contact_softness.natural_frequency = fixed as Real;
         parameters.num_solver_iterations = settings.substeps;
         parameters.num_internal_pgs_iterations = settings.iterations;
-        for &handle in self.hooks.speeds.keys().chain(self.hooks.one_way.keys()) {
+        self.hooks.belts = true;
+        for &handle in self.hooks.speeds.keys() {
             if let Some(collider) = self.world.colliders.get_mut(handle) {
                 collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
             }

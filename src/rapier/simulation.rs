@@ -254,7 +254,11 @@ impl Simulation {
                 FrictionRule::Larger => CoefficientCombineRule::Max,
             })
             .restitution(surface.restitution as Real)
-            .collision_groups(groups);
+            .collision_groups(groups)
+            .active_hooks(match surface.one_way {
+                Some(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+                None => ActiveHooks::empty(),
+            });
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
         if surface.law.speed != 0.0 {
@@ -380,7 +384,8 @@ impl Simulation {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        self.pipeline.step(&mut self.world)
+        self.pipeline
+            .step_with_events(&mut self.world, &self.hooks, &())
     }
 
     /// `f64` pose of a body's frame.

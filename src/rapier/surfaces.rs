@@ -1,4 +1,4 @@
-//! Belts and one-way surfaces, told to rapier through its own hooks.
+//! Belts and one-way surfaces through rapier's hooks, for its own solver and for ours.
 
 use super::engine::prelude::*;
 use crate::contact::Vec2;
@@ -14,6 +14,8 @@ pub(super) struct SurfaceHooks {
     pub speeds: FxHashMap<ColliderHandle, f64>,
     /// In the collider's frame.
     pub one_way: FxHashMap<ColliderHandle, Vec2>,
+    /// Whether belts go through the hook: ours know them from [`super::SurfaceLaw`].
+    pub belts: bool,
 }
 
 impl SurfaceHooks {
@@ -47,7 +49,8 @@ impl PhysicsHooks for SurfaceHooks {
         }
         let speed = |handle| self.speeds.get(&handle).copied().unwrap_or(0.0);
         let belt = (speed(c1) + speed(c2)) as Real;
-        if belt != 0.0
+        if self.belts
+            && belt != 0.0
             && let Some(rigid) = context.rigid_mut()
         {
             let normal = *rigid.normal;

@@ -253,6 +253,7 @@ fn catalogue_scenes_hold_what_their_titles_say() {
     assert_eq!(bodies("loaded-arch"), 1 + 17 + 4);
     assert_eq!(bodies("card-house"), 1 + 30 + 10);
     assert_eq!(bodies("high-mass-ratio-1"), 1 + 3 * 55);
+    assert_eq!(bodies("one-way-platforms"), 2 + 4 + 4 + 1);
     let grid = load("joint-grid", &[]).unwrap();
     // two rows of pins less the six between its seven fixed discs
     assert_eq!(

@@ -116,6 +116,11 @@ fn contradictions_and_bad_outlines_are_told() {
         ),
         (
             "box = [10, 1]",
+            "box = [10, 1]\none_way = [0, 2]",
+            "12:1: body.floor.one_way = [0.0, 2.0]: allowed is a direction of length 1",
+        ),
+        (
+            "box = [10, 1]",
             "box = [10, 1]\ngravity_scale = 0",
             "gravity_scale has no effect on a fixed body",
         ),
