@@ -137,7 +137,8 @@ fn median(times: &mut [f64]) -> f64 {
 fn main() {
     let short = std::env::args().any(|a| a == "--test");
     let (warm, steps) = if short { (2, 3) } else { (200, 100) };
-    let scenes: [(&str, fn() -> PhysicsWorld); 5] = [
+    type Build = fn() -> PhysicsWorld;
+    let scenes: [(&str, Build); 5] = [
         ("pyramid of 5050 boxes", pyramid),
         ("5000 discs", discs),
         ("100 pyramids", pyramids),

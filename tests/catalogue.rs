@@ -11,7 +11,7 @@ use moreau2d::scene::{self, Body, Built, Model, Scene, Shape};
 use std::collections::HashMap;
 
 /// Scenes of bodies, and how many steps show what they are about: 50 or all there are, and for the
-/// drum and the platforms 200, after which their grains and boxes lie on them.
+/// drum 200 and the platforms 120, after which grains and boxes lie on them.
 fn scenes_of_bodies() -> Vec<(Scene, usize)> {
     scene::scenes()
         .unwrap()
@@ -20,10 +20,10 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
         .filter(|scene| scene.study.is_none() && scene.thresher.is_none())
         .map(|scene| {
             let whole = (scene.step.time / scene.step.dt).round() as usize;
-            let steps = if ["drum", "one-way-platforms"].contains(&scene.name.as_str()) {
-                200
-            } else {
-                50.min(whole)
+            let steps = match scene.name.as_str() {
+                "drum" => 200,
+                "one-way-platforms" => 120,
+                _ => 50.min(whole),
             };
             (scene, steps)
         })

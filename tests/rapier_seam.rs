@@ -5,8 +5,8 @@ use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{
-    ColliderId, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64, ShapeSpec,
-    Simulation, Surface,
+    ColliderId, ExactBody, JointDrive, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64,
+    ShapeSpec, Simulation, Surface,
 };
 
 const DT: f64 = 1.0 / 120.0;
@@ -531,31 +531,6 @@ fn square() -> ColliderBuilder {
 }
 
 #[test]
-fn unsupported_bodies_and_colliders_are_refused_by_name() {
-    let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
-    let cases = [
-        (
-            "dominance",
-            refusal(free().dominance_group(3), square(), none),
-        ),
-        (
-            "continuous collision detection",
-            refusal(free().ccd_enabled(true), square(), none),
-        ),
-        (
-            "soft-CCD",
-            refusal(free().soft_ccd_prediction(0.1), square(), none),
-        ),
-    ];
-    for (name, error) in cases {
-        assert!(
-            error.contains(name) && error.contains("not supported"),
-            "{name}: {error}"
-        );
-    }
-}
-
-#[test]
 fn unsupported_joints_are_refused_by_name() {
     let with = |joint: GenericJoint| {
         refusal(free(), square(), move |world, ground, body| {
@@ -621,14 +596,14 @@ fn bodies_that_cannot_be_simulated_are_refused() {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);
         });
         assert!(
-            error.contains("position that is not finite"),
+            error.contains("position") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_linvel(Vector::new(0.0, broken), true);
         });
         assert!(
-            error.contains("velocity that is not finite"),
+            error.contains("velocity") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square().friction(broken), none);
@@ -650,7 +625,7 @@ fn a_force_that_is_not_finite_leaves_the_world_as_it_was() {
     let before = *world.bodies[ball].position();
     world.bodies[ball].add_force(Vector::new(Real::NAN, 0.0), true);
     let error = pipeline.step(&mut world).unwrap_err();
-    assert!(matches!(error, StepError::NonFinite { .. }), "{error:?}");
+    assert!(error.to_string().contains("force"), "{error:?}");
     assert_eq!(*world.bodies[ball].position(), before);
     world.bodies[ball].reset_forces(true);
     pipeline.step(&mut world).unwrap();
@@ -1051,10 +1026,14 @@ fn a_failed_step_has_seen_no_pairs() {
             .unwrap();
     }
     let last = s.world.bodies.iter().last().unwrap().0;
-    s.world.bodies[last].add_force(Vector::new(Real::NAN, 0.0), false);
+    // an acceleration beyond all numbers is found out after the contacts
+    let exact = |inertia| ExactBody { mass: 1.0, inertia };
+    s.pipeline.set_exact_mass(last, exact(1e-300)).unwrap();
+    s.world.bodies[last].add_torque(1e30, false);
     let error = s.step().unwrap_err();
     assert!(matches!(error, StepError::NonFinite { .. }), "{error}");
-    s.world.bodies[last].reset_forces(false);
+    s.world.bodies[last].reset_torques(false);
+    s.pipeline.set_exact_mass(last, exact(1.0)).unwrap();
     s.world.bodies[last].set_translation(Vector::new(0.9, 0.0), false);
     assert_eq!(s.step().unwrap().recovering, 1);
 }

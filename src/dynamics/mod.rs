@@ -32,11 +32,14 @@ pub mod record;
 mod recovery;
 mod rotor;
 mod rules;
+pub(crate) mod saved;
 mod solve;
 mod stage;
+mod standing;
 mod stepper;
 mod visco_elastic;
 
+pub(crate) use islands::Islands;
 pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
@@ -48,5 +51,7 @@ pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
 pub use solve::SolvedProblem;
+pub(crate) use stage::Memory;
+pub use standing::{Standing, Sweep};
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

@@ -12,6 +12,7 @@
 
 mod baseline;
 mod bodies;
+mod changes;
 mod detection;
 mod joints;
 mod kernels;
@@ -20,6 +21,7 @@ mod pipeline;
 mod pose;
 mod reporter;
 mod simulation;
+mod sleeping;
 mod surfaces;
 mod widen;
 

@@ -104,10 +104,14 @@ impl Reporter {
         let wanted = met
             .iter()
             .filter(|(_, (pair, _))| wants(world, pair, ActiveEvents::COLLISION_EVENTS));
-        let now: BTreeMap<_, Pair> = wanted
+        let mut now: BTreeMap<_, Pair> = wanted
             .filter(|(key, (_, met))| touches(key, met))
             .map(|(key, (pair, _))| (*key, *pair))
             .collect();
+        // who sleeps touches on
+        let slept = self.touching.iter().filter(|(_, pair)| asleep(world, pair));
+        let slept: Vec<_> = slept.map(|(key, pair)| (*key, *pair)).collect();
+        now.extend(slept);
         let none = CollisionEventFlags::empty();
         for (_, pair) in self.touching.iter().filter(|(k, _)| !now.contains_key(*k)) {
             // a collider that is gone wants nothing any more, the other one may
@@ -167,11 +171,25 @@ impl Reporter {
     }
 }
 
-/// Whether a collider that is still there has switched `events` on.
+/// Whether the bodies of a pair stand still, one of them asleep: their contacts are not looked at.
+fn asleep(world: &PhysicsWorld, pair: &Pair) -> bool {
+    let body = |h: &ColliderHandle| {
+        let parent = world.colliders.get(*h)?.parent();
+        Some(parent.and_then(|b| world.bodies.get(b)))
+    };
+    let bodies: Option<Vec<_>> = pair.iter().map(body).collect();
+    let still = |b: &RigidBody| b.is_sleeping() || b.is_fixed();
+    bodies.is_some_and(|bodies| {
+        bodies.iter().flatten().all(|b| still(b))
+            && bodies.iter().flatten().any(|b| b.is_sleeping())
+    })
+}
+
+/// Whether a collider that is still there has switched one of `events` on.
 fn wants(world: &PhysicsWorld, pair: &Pair, events: ActiveEvents) -> bool {
     pair.iter()
         .filter_map(|h| world.colliders.get(*h))
-        .any(|c| c.active_events().contains(events))
+        .any(|c| c.active_events().intersects(events))
 }
 
 fn event(

@@ -157,6 +157,7 @@ impl Simulation {
                 stepper,
                 gravity: Some(gravity),
                 dt: Some(dt),
+                stay_awake: true,
                 ..MoreauSettings::default()
             })?,
             ground: None,

@@ -1,4 +1,5 @@
 use super::engine::math::Real;
+use std::f64::consts::LOG10_2;
 
 /// The `f64` that a person meant by an `f32`: the shortest decimal of up to seven digits that
 /// rounds to it, or what has none as it is.
@@ -17,9 +18,9 @@ pub fn widen(value: Real) -> f64 {
     // of both numbers of the quotient nothing is lost
     let decimal = |power: f64| (wide * power).round() / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
-    // decimals that make seven digits, from the power of two: 0.30103 = log10 2
+    // decimals that make seven digits
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let most = (7 - (f64::from(exponent) * 0.30103).floor() as i32).clamp(1, 22) as usize;
+    let most = (7 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
     if !meant(&POWERS[most - 1]) {
         return wide;
     }

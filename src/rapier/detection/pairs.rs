@@ -145,6 +145,10 @@ impl Pairs {
         scratch.told.clear();
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
+            let still = |leaf| finder.bodies.still(finder.leaves.get(leaf).body);
+            if still(a) && still(b) {
+                return true;
+            }
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
             if let Some(tree) = tree {
                 if way + growth[a as usize] + growth[b as usize] < row.budget {
@@ -283,7 +287,7 @@ impl Finder<'_> {
                 for (touch, speed) in left {
                     found.clear();
                     found.push(touch);
-                    let belt = setting.belt + speed;
+                    let belt = setting.belt - speed;
                     self.give(Pair { belt, ..setting }, sides, one, from, found, out);
                 }
             } else if !found.is_empty() {
@@ -318,8 +322,12 @@ impl Finder<'_> {
 
     /// Whether they may push each other.
     fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        // who sleeps can be woken
         let still = |leaf: &Leaf| {
-            leaf.body == OUTSIDE || self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
+            leaf.body == OUTSIDE || {
+                let asleep = self.bodies.list[leaf.body as usize].group != 0;
+                !asleep && self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
+            }
         };
         !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
