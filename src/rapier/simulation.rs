@@ -198,6 +198,10 @@ impl Simulation {
         }
         let handle = self.world.bodies.insert(builder);
         let collider = self.add_collider(BodyId(handle), shape, surface)?;
+        if let Some(body) = self.world.bodies.get_mut(handle) {
+            // rapier does so within its first step only: its energy before that would be 0
+            body.recompute_mass_properties_from_colliders(&self.world.colliders);
+        }
         if let Some(exact) = exact {
             self.pipeline.set_exact_mass(handle, exact)?;
         }
