@@ -125,7 +125,8 @@ pub struct StepRecord {
     pub impact_gain: f64,
     pub energy: StepEnergy,
     /// Worst penetration \[m\] at the end of the step, carried there from the midpoint with the
-    /// end velocity, contacts in an impact left out.
+    /// end velocity, contacts in an impact left out. Experiments on a rapier world put in its place
+    /// what they measure on the poses at the end, for every engine alike.
     pub penetration: f64,
     /// Worst penetration \[m\] at which an impact was noticed.
     pub penetration_impact: f64,

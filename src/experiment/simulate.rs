@@ -244,10 +244,16 @@ pub fn advance(
     mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
 ) -> Result<Totals, RunError> {
     let mut totals = Totals::default();
+    let state = |built: &Built, k: usize| engine.state(built, k);
+    // what overlaps before the first step is no fault of a step
+    built.penetration(state);
     for _ in 0..steps {
         let start = Instant::now();
-        let record = engine.step(built)?;
+        let mut record = engine.step(built)?;
         totals.wall += start.elapsed().as_secs_f64();
+        if let Some(depth) = built.penetration(state) {
+            record.penetration = depth;
+        }
         totals.add(&record);
         observe(&record, built)?;
     }

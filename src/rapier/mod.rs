@@ -24,6 +24,7 @@ mod results;
 mod simulation;
 mod sleeping;
 mod state;
+mod surfaces;
 mod widen;
 
 #[cfg(not(feature = "f64"))]

@@ -3,6 +3,7 @@ use super::detection::SurfaceLaw;
 use super::engine::prelude::*;
 use super::mass::area_moments;
 use super::pipeline::{MoreauPipeline, MoreauSettings};
+use super::surfaces::SurfaceHooks;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
@@ -40,6 +41,8 @@ pub enum ShapeSpec {
         points: Vec<Vec2>,
         closed: bool,
     },
+    /// Several colliders, each at its place in the body's frame; none of them a compound.
+    Compound(Vec<(Pose64, ShapeSpec)>),
 }
 
 impl ShapeSpec {
@@ -59,6 +62,9 @@ pub struct Surface {
     pub groups: (u32, u32),
     /// How its friction combines with the other's: the mean, or the larger of the two.
     pub friction_rule: FrictionRule,
+    /// Direction in the body's frame in which the surface pushes, within 0.1 rad of it, what did
+    /// not come through it; `None` pushes all round.
+    pub one_way: Option<Vec2>,
 }
 
 /// How two friction coefficients make one.
@@ -79,6 +85,7 @@ impl Default for Surface {
             law: SurfaceLaw::default(),
             groups: (u32::MAX, u32::MAX),
             friction_rule: FrictionRule::Mean,
+            one_way: None,
         }
     }
 }
@@ -128,6 +135,7 @@ pub struct Simulation {
     /// Bodies that stand still, for joints with the world.
     ground: Option<RigidBodyHandle>,
     pub(super) rapier_time: f64,
+    pub(super) hooks: SurfaceHooks,
 }
 
 impl Simulation {
@@ -154,6 +162,7 @@ impl Simulation {
             })?,
             ground: None,
             rapier_time: 0.0,
+            hooks: SurfaceHooks::default(),
         })
     }
 
@@ -190,7 +199,7 @@ impl Simulation {
         let handle = self.world.bodies.insert(builder);
         let collider = self.add_collider(BodyId(handle), shape, surface)?;
         if let Some(body) = self.world.bodies.get_mut(handle) {
-            // rapier knows the mass only when it has stepped, but is asked for its energy before
+            // rapier does so within its first step only: its energy before that would be 0
             body.recompute_mass_properties_from_colliders(&self.world.colliders);
         }
         if let Some(exact) = exact {
@@ -201,10 +210,14 @@ impl Simulation {
         Ok((BodyId(handle), collider))
     }
 
-    /// Adds a massless collider to a body, in the body's frame.
+    /// Adds a massless collider to a body, in the body's frame; of a compound all of its parts.
+    ///
+    /// # Returns
+    /// The collider, of a compound the first one.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, or an unknown body.
+    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, an empty compound, or
+    /// an unknown body.
     pub fn add_collider(
         &mut self,
         body: BodyId,
@@ -214,12 +227,31 @@ impl Simulation {
         if !self.world.bodies.contains(body.0) {
             return Err(ModelError::Invalid("the body is not in the world".into()));
         }
+        if let ShapeSpec::Compound(parts) = shape {
+            let ids: Vec<ColliderId> = parts
+                .iter()
+                .map(|(place, part)| self.add_part(body, place, part, surface))
+                .collect::<Result<_, _>>()?;
+            let none = || ModelError::Invalid("a compound needs a part".into());
+            return ids.first().copied().ok_or_else(none);
+        }
+        self.add_part(body, &Pose64::new(Vec2::zeros(), 0.0), shape, surface)
+    }
+
+    fn add_part(
+        &mut self,
+        body: BodyId,
+        place: &Pose64,
+        shape: &ShapeSpec,
+        surface: &Surface,
+    ) -> Result<ColliderId, ModelError> {
         let groups = InteractionGroups::new(
             Group::from_bits_truncate(surface.groups.0),
             Group::from_bits_truncate(surface.groups.1),
             InteractionTestMode::And,
         );
         let collider = collider(shape)?
+            .position(place.to_rapier())
             .density(0.0)
             .friction(surface.friction as Real)
             .friction_combine_rule(match surface.friction_rule {
@@ -227,10 +259,29 @@ impl Simulation {
                 FrictionRule::Larger => CoefficientCombineRule::Max,
             })
             .restitution(surface.restitution as Real)
-            .collision_groups(groups);
+            .collision_groups(groups)
+            .active_hooks(match surface.one_way {
+                Some(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+                None => ActiveHooks::empty(),
+            });
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
+        if surface.law.speed != 0.0 {
+            self.hooks.speeds.insert(handle, surface.law.speed);
+        }
+        if let Some(direction) = surface.one_way {
+            self.hooks.one_way.insert(handle, direction);
+        }
         Ok(ColliderId(handle))
+    }
+
+    /// The share of the weight that a body feels, and its drag on velocity and spin [1/s].
+    pub fn set_drag(&mut self, body: BodyId, gravity_scale: f64, damping: [f64; 2]) {
+        if let Some(body) = self.world.bodies.get_mut(body.0) {
+            body.set_gravity_scale(gravity_scale as Real, false);
+            body.set_linear_damping(damping[0] as Real);
+            body.set_angular_damping(damping[1] as Real);
+        }
     }
 
     /// Removes a collider and adds another in its place, so that rapier keeps no stale contacts.
@@ -247,6 +298,7 @@ impl Simulation {
         let new = self.add_collider(body, shape, surface)?;
         self.world.remove_collider(old.0);
         self.pipeline.forget_surface(old.0);
+        self.hooks.forget(old.0);
         Ok(new)
     }
 
@@ -255,6 +307,7 @@ impl Simulation {
         if let Some(body) = self.world.bodies.get(body.0) {
             for &handle in body.colliders() {
                 self.pipeline.forget_surface(handle);
+                self.hooks.forget(handle);
             }
         }
         self.world.remove_body(body.0);
@@ -336,7 +389,8 @@ impl Simulation {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        self.pipeline.step(&mut self.world)
+        self.pipeline
+            .step_with_events(&mut self.world, &self.hooks, &())
     }
 
     /// `f64` pose of a body's frame.
@@ -399,6 +453,11 @@ fn collider(shape: &ShapeSpec) -> Result<ColliderBuilder, ModelError> {
             }
             let points = points.iter().map(|&p| vector(p)).collect();
             ColliderBuilder::oriented_polyline(points, Some(edges))
+        }
+        ShapeSpec::Compound(_) => {
+            return Err(ModelError::Unsupported(
+                "a compound within a compound".into(),
+            ));
         }
     })
 }

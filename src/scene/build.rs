@@ -1,5 +1,6 @@
 //! From a scene file to a world that can be stepped.
 
+use super::overlap::Overlaps;
 use super::world::{Built, HandWritten, World};
 use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Update, Wear, planar};
 use crate::contact::{Vec2, Vec3};
@@ -63,7 +64,7 @@ impl Scene {
     /// fails here only on shapes that `f32` cannot tell from degenerate ones.
     pub fn build(&self) -> Result<Built, StepError> {
         let stepper = || MoreauStepper::new(self.step.stepper());
-        Ok(Built(match (self.model(), &self.linear) {
+        let world = match (self.model(), &self.linear) {
             (Model::Linear, Some(block)) => World::Linear(HandWritten {
                 model: block.model()?,
                 stepper: stepper()?,
@@ -75,7 +76,12 @@ impl Scene {
                 dt: self.step.dt,
             }),
             _ => self.build_on_rapier()?,
-        }))
+        };
+        let rapier = matches!(world, World::Rapier { .. });
+        Ok(Built {
+            world,
+            overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
+        })
     }
 
     fn build_on_rapier(&self) -> Result<World, StepError> {
@@ -93,6 +99,7 @@ impl Scene {
                     mass(body),
                 )
                 .map_err(|error| named(error, &body.name))?;
+            simulation.set_drag(id, body.gravity_scale, body.damping);
             bodies.push(id);
         }
         for joint in &self.joints {
@@ -145,6 +152,7 @@ impl Scene {
                 speed: body.surface_velocity,
                 one_point_per_segment: false,
             },
+            one_way: body.one_way.map(Vec2::from),
             ..Surface::default()
         }
     }
@@ -185,6 +193,15 @@ fn shape(shape: &Shape) -> Result<ShapeSpec, ModelError> {
             points: points(p),
             closed: *closed,
         },
+        Shape::Compound(parts) => ShapeSpec::Compound(
+            parts
+                .iter()
+                .map(|part| {
+                    let place = Pose64::new(Vec2::from(part.position), part.angle);
+                    Ok((place, self::shape(&part.shape)?))
+                })
+                .collect::<Result<_, ModelError>>()?,
+        ),
         Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {
             return Err(ModelError::Unsupported(
                 "rapier has no rod, line or bowl".to_owned(),

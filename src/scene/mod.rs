@@ -36,6 +36,7 @@ pub mod file;
 mod hash;
 pub mod linear;
 mod outline;
+mod overlap;
 mod overrides;
 mod planar;
 mod reader;
@@ -107,6 +108,12 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
+    /// Direction in its frame in which its surface pushes; `None` all round.
+    pub one_way: Option<[f64; 2]>,
+    /// Share of the weight it feels.
+    pub gravity_scale: f64,
+    /// Drag on velocity and spin [1/s].
+    pub damping: [f64; 2],
     pub oscillation: Option<Oscillation>,
     /// Indices of the bodies it may touch; `None` is all.
     pub touches: Option<Vec<usize>>,
@@ -153,6 +160,17 @@ pub enum Shape {
     Line,
     /// A circle \[m\] that is touched from inside.
     Bowl { radius: f64 },
+    /// Several at once, none of them a compound or planar only.
+    Compound(Vec<Part>),
+}
+
+/// A shape at its place in the body's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    pub shape: Shape,
+    /// \[m\] and \[rad\].
+    pub position: [f64; 2],
+    pub angle: f64,
 }
 
 impl Shape {
@@ -292,6 +310,9 @@ fn resolve_body(
         velocity: entry.velocity,
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
+        one_way: entry.one_way,
+        gravity_scale: entry.gravity_scale.unwrap_or(1.0),
+        damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,
         touches: None,
     })

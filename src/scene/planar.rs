@@ -39,7 +39,10 @@ pub(super) fn shape(shape: &Shape) -> Option<PlanarShape> {
         },
         Shape::Line => PlanarShape::Line,
         Shape::Bowl { radius } => PlanarShape::Bowl { radius },
-        Shape::Capsule { .. } | Shape::Polygon { .. } | Shape::Polyline { .. } => return None,
+        Shape::Capsule { .. }
+        | Shape::Polygon { .. }
+        | Shape::Polyline { .. }
+        | Shape::Compound(_) => return None,
     })
 }
 
