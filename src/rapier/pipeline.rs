@@ -2,7 +2,7 @@ use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{Detector, SurfaceLaw};
 use super::dispatcher::FreshManifolds;
 use super::engine::prelude::*;
-use super::joints::{joint_rows, spring_torques};
+use super::joints::joint_rows;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
@@ -276,7 +276,6 @@ impl MultibodyModel for RapierModel<'_> {
                 h.z = widen(torque) - widen(body.angular_damping()) * u.z / w.z;
             }
         }
-        spring_torques(self.world, self.bodies, out);
     }
 
     fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {

@@ -306,9 +306,9 @@ impl Simulation {
         match drive {
             None => {}
             Some(JointDrive::Motor { speed, max_torque }) => {
-                // rapier's motor is a damper; ours takes any gain as exact
+                // a motor is a damper: of this gain per mass it holds its speed to 1e-10
                 joint = joint
-                    .motor_velocity(speed as Real, 1.0e6)
+                    .motor_velocity(speed as Real, 1.0e12)
                     .motor_max_force(max_torque.min(f64::from(Real::MAX)) as Real);
             }
             Some(JointDrive::Spring { stiffness, damping }) => {
