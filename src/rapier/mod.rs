@@ -15,6 +15,7 @@ mod bodies;
 mod convex;
 mod detection;
 mod dispatcher;
+mod joint_spec;
 mod joints;
 mod kernels;
 mod mass;
@@ -36,8 +37,9 @@ pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{NO_CELL, SurfaceLaw};
+pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use simulation::{
-    BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
+    BodyId, ColliderId, FrictionRule, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
 pub use widen::widen;

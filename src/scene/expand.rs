@@ -1,6 +1,7 @@
 //! From the checked file to a flat list of placed bodies.
 
-use super::file::{BodyEntry, JointEntry, JointKind, RepeatEntry};
+use super::file::{BodyEntry, RepeatEntry};
+use super::joint::{JointEntry, JointKind};
 
 /// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
 /// by repeat.
@@ -44,11 +45,18 @@ pub(super) fn pins(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<JointEn
             joints.push(JointEntry {
                 kind: JointKind::Revolute,
                 bodies: [copy.name.clone(), next.name.clone()],
-                at: [
+                at: Some([
                     copy.position[0] + cos * x - sin * y,
                     copy.position[1] + sin * x + cos * y,
-                ],
+                ]),
+                anchors: None,
+                axis: None,
+                limits: None,
+                length: None,
+                stiffness: None,
+                damping: None,
                 motor: None,
+                contacts: false,
             });
         }
     }
