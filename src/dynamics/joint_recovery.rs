@@ -1,4 +1,4 @@
-//! Gaps of joints that are closed by position, where velocities would give energy.
+//! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
 
 use super::joint_rules::joint_impact_rule;
 use super::model::{Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
@@ -21,7 +21,7 @@ const TURN: f64 = 0.5;
 ///
 /// ```text
 /// J d = −g   of these joints      J d = 0   of all others
-/// J d ≥ −max(g, 0)   of contacts and limits                                   (1)
+/// J d ≥ −g   of these limits      J d ≥ −max(g, 0)   of contacts and other limits   (1)
 /// ```
 ///
 /// Velocities and kinetic energy stay as they are.
@@ -55,7 +55,10 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
         let joints = found.joints.iter().enumerate();
         let worst = joints
             .filter(|(k, _)| loose(*k))
-            .map(|(_, joint)| gap(joint).norm())
+            .map(|(_, joint)| match joint.kind {
+                JointKind::Limit { gap } => (-gap).max(0.0),
+                _ => gap(joint).norm(),
+            })
             .fold(0.0, f64::max);
         if worst <= CLOSED {
             break;
@@ -79,6 +82,7 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             }
             rows.push(own);
             free.push(match joint.kind {
+                JointKind::Limit { gap } if loose(k) => Vec2::new(gap, 0.0),
                 JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
                 _ if loose(k) => gap(joint),
                 _ => Vec2::zeros(),

@@ -93,7 +93,8 @@ pub(super) struct Stage {
     pub resolution: Vec<f64>,
     /// Contacts of the detection left out until they are located in time.
     pub waiting: Vec<usize>,
-    /// Joints of the detection, ascending, whose gaps were closed by less than asked.
+    /// Joints of the detection whose gaps were closed by less than asked, and limits that are passed
+    /// farther than their bend explains; ascending once solved.
     pub loose: Vec<usize>,
     /// Pairs whose penetration is no fault of the step: they started overlapped.
     pub excused: BTreeSet<u64>,
@@ -315,6 +316,12 @@ impl Stage {
             let Some((free, law)) = joint_rule(rules, joint, &now) else {
                 continue;
             };
+            if let JointKind::Limit { gap } = joint.kind
+                && rules.corrects_gaps()
+                && gap < -now.bend.norm() - LOOSE * (1.0 + joint.bend.reach())
+            {
+                self.loose.push(index);
+            }
             let known = memory.get(&joint.key);
             let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
             let mut block = joint_block(index, joint, law, now.gamma_f + free, now.gamma_a);
@@ -401,6 +408,10 @@ impl Stage {
         }
     }
 }
+
+/// Gap \[m or rad\], and share of its arm, by which a limit may be passed before it is closed by
+/// position.
+const LOOSE: f64 = 1e-9;
 
 fn joint_block(index: usize, joint: &JointRow, law: Law, free: Vec2, gamma_a: Vec2) -> Block {
     Block {

@@ -44,7 +44,9 @@ pub struct MoreauSettings {
 ///
 /// # What it takes
 /// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, any collider
-/// parry has, groups, revolute joints with a velocity motor or a force-based spring. Anything else is refused by name.
+/// parry has, groups, every impulse joint with its limits, motors, coupled axes and softness. Anything
+/// else is refused by name: multibody joints and soft bodies, for example. What joints carry is in
+/// [`StepRecord::joints`].
 /// Sleeping is ignored: every body is stepped.
 ///
 /// # Precision
