@@ -29,6 +29,7 @@ impl Bench {
             },
             gravity: Some(Vec2::from(gravity)),
             dt: Some(dt),
+            ..MoreauSettings::default()
         };
         Bench {
             world: PhysicsWorld::new(),

@@ -5,8 +5,8 @@ use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{
-    ColliderId, JointDrive, JointSpec, MassSpec, MoreauPipeline, MoreauSettings, Motion, Pose64,
-    ShapeSpec, Simulation, Surface,
+    ColliderId, ExactBody, JointDrive, JointSpec, MassSpec, MoreauPipeline, MoreauSettings, Motion,
+    Pose64, ShapeSpec, Simulation, Surface,
 };
 
 const DT: f64 = 1.0 / 120.0;
@@ -209,7 +209,7 @@ fn gaps_of_balls_and_boxes_are_exact_wherever_they_are() {
 }
 
 #[test]
-fn gaps_from_parry_are_good_to_a_micrometre() {
+fn gaps_are_good_to_round_off_whatever_the_shapes() {
     for (low_name, low) in shapes() {
         for (high_name, high) in shapes() {
             let found = contacts(&low, &high, at(0.03, 0.999), Vec2::zeros());
@@ -218,9 +218,8 @@ fn gaps_from_parry_are_good_to_a_micrometre() {
                 ("ball", "ball") => 0.999f64.hypot(0.03) - 1.0,
                 _ => -1e-3,
             };
-            // f32 on 1 m shapes at the origin: 3e-7 m
             assert!(
-                (least - exact).abs() <= 1e-6,
+                (least - exact).abs() <= 1e-14,
                 "{high_name} on {low_name}: {least} for {exact}"
             );
         }
@@ -532,59 +531,6 @@ fn square() -> ColliderBuilder {
 }
 
 #[test]
-fn unsupported_bodies_and_colliders_are_refused_by_name() {
-    let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
-    let cases = [
-        (
-            "dominance",
-            refusal(free().dominance_group(3), square(), none),
-        ),
-        (
-            "continuous collision detection",
-            refusal(free().ccd_enabled(true), square(), none),
-        ),
-        (
-            "soft-CCD",
-            refusal(free().soft_ccd_prediction(0.1), square(), none),
-        ),
-        (
-            "contact skin",
-            refusal(free(), square().contact_skin(0.01), none),
-        ),
-        (
-            "hooks",
-            refusal(
-                free(),
-                square().active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS),
-                none,
-            ),
-        ),
-        (
-            "events",
-            refusal(
-                free(),
-                square().active_events(ActiveEvents::COLLISION_EVENTS),
-                none,
-            ),
-        ),
-        (
-            "contact-force events",
-            refusal(
-                free(),
-                square().active_events(ActiveEvents::CONTACT_FORCE_EVENTS),
-                none,
-            ),
-        ),
-    ];
-    for (name, error) in cases {
-        assert!(
-            error.contains(name) && error.contains("not supported"),
-            "{name}: {error}"
-        );
-    }
-}
-
-#[test]
 fn unsupported_joints_are_refused_by_name() {
     let cases: [(&str, String); 2] = [
         (
@@ -622,14 +568,14 @@ fn bodies_that_cannot_be_simulated_are_refused() {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);
         });
         assert!(
-            error.contains("position that is not finite"),
+            error.contains("position") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_linvel(Vector::new(0.0, broken), true);
         });
         assert!(
-            error.contains("velocity that is not finite"),
+            error.contains("velocity") && error.contains("not finite"),
             "{broken}: {error}"
         );
         let error = refusal(free(), square().friction(broken), none);
@@ -651,7 +597,7 @@ fn a_force_that_is_not_finite_leaves_the_world_as_it_was() {
     let before = *world.bodies[ball].position();
     world.bodies[ball].add_force(Vector::new(Real::NAN, 0.0), true);
     let error = pipeline.step(&mut world).unwrap_err();
-    assert!(matches!(error, StepError::NonFinite { .. }), "{error:?}");
+    assert!(error.to_string().contains("force"), "{error:?}");
     assert_eq!(*world.bodies[ball].position(), before);
     world.bodies[ball].reset_forces(true);
     pipeline.step(&mut world).unwrap();
@@ -918,35 +864,6 @@ fn a_shape_that_the_user_sets_is_met_where_it_is() {
     }
 }
 
-// --- found, not yet mended --------------------------------------------------------------------
-
-/// Bug: colliders are checked only when their shape, place or material changes; what the user
-/// switches on later is ignored in silence.
-#[test]
-fn what_is_unsupported_is_refused_whenever_it_is_switched_on() {
-    type Change = fn(&mut Collider);
-    let changes: [(&str, Change); 3] = [
-        ("hooks", |c| {
-            c.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
-        }),
-        ("events", |c| {
-            c.set_active_events(ActiveEvents::COLLISION_EVENTS)
-        }),
-        ("contact skin", |c| c.set_contact_skin(0.01)),
-    ];
-    for (name, change) in changes {
-        let mut world = world(-9.81);
-        let (_, collider) = world.insert(free(), square());
-        let mut pipeline = pipeline();
-        pipeline.step(&mut world).unwrap();
-        change(&mut world.colliders[collider]);
-        match pipeline.step(&mut world) {
-            Err(error) => assert!(error.to_string().contains(name), "{error}"),
-            Ok(_) => panic!("{name}: ignored"),
-        }
-    }
-}
-
 /// Bug: the exact mass of a body that was stepped before is stored and never read, as rapier's own
 /// mass did not change.
 #[test]
@@ -1081,10 +998,14 @@ fn a_failed_step_has_seen_no_pairs() {
             .unwrap();
     }
     let last = s.world.bodies.iter().last().unwrap().0;
-    s.world.bodies[last].add_force(Vector::new(Real::NAN, 0.0), false);
+    // an acceleration beyond all numbers is found out after the contacts
+    let exact = |inertia| ExactBody { mass: 1.0, inertia };
+    s.pipeline.set_exact_mass(last, exact(1e-300)).unwrap();
+    s.world.bodies[last].add_torque(1e30, false);
     let error = s.step().unwrap_err();
     assert!(matches!(error, StepError::NonFinite { .. }), "{error}");
-    s.world.bodies[last].reset_forces(false);
+    s.world.bodies[last].reset_torques(false);
+    s.pipeline.set_exact_mass(last, exact(1.0)).unwrap();
     s.world.bodies[last].set_translation(Vector::new(0.9, 0.0), false);
     assert_eq!(s.step().unwrap().recovering, 1);
 }

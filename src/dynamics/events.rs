@@ -9,7 +9,7 @@
 use super::cluster::{Cluster, Context, Runner};
 use super::islands::Islands;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{reference_acceleration, rest_velocity, turning};
+use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solve::IslandSolver;
 use super::stage::{Memories, Source, Stage, movable};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
@@ -92,7 +92,7 @@ pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
         .filter(|r| r.bodies[0] != NO_BODY && r.bodies[1] != NO_BODY)
         .collect();
     let mut islands = Islands::default();
-    islands.build(inverse_mass.len(), &rows);
+    islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
     stage.crowded.clear();
     stage.crowded.resize(inverse_mass.len(), false);
     for k in 0..islands.len() {
@@ -113,7 +113,13 @@ pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
 
 /// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
 /// nothing else cost no solve, so that every bounce can be followed.
-pub(super) fn release_lone(stage: &mut Stage, solver: &IslandSolver, step: f64) {
+pub(super) fn release_lone(
+    stage: &mut Stage,
+    solver: &IslandSolver,
+    rules: &Rules,
+    inverse_mass: &[Vec3],
+    step: f64,
+) {
     for k in 0..solver.islands.len() {
         let &[i] = solver.islands.blocks(k) else {
             continue;
@@ -126,6 +132,13 @@ pub(super) fn release_lone(stage: &mut Stage, solver: &IslandSolver, step: f64) 
         let NormalLaw::Rigid { restitution: e } = contact.law else {
             continue;
         };
+        let swept = || {
+            let standing = &stage.standing;
+            standing.swept(contact, block.gamma_a, step, inverse_mass)
+        };
+        if !rules.events && !swept() {
+            continue;
+        }
         let speed = contact.rows.velocity(&stage.start).x;
         let at_start = contact.gap - 0.5 * stage.length * speed;
         let a = reference_acceleration(contact, &stage.start, &stage.accelerations);
@@ -145,6 +158,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     model: &mut M,
     stage: &mut Stage,
     memory: &Memories,
+    rules: &Rules,
     start: impl Fn(u32) -> Option<Configuration>,
     length: f64,
     step: f64,
@@ -152,11 +166,19 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     let mut pairs: Vec<[u32; 2]> = Vec::new();
     let mut bodies: Vec<u32> = Vec::new();
     for contact in &stage.detection.contacts {
-        let opening = contact.rows.velocity(&stage.start).x;
+        let gamma = contact.rows.velocity(&stage.start);
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+        let at_start = contact.gap - 0.5 * length * gamma.x;
+        if !rigid || gamma.x <= 0.0 || at_start >= -2.0 * contact.gap_noise {
+            continue;
+        }
         let carried = memory.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
-        let at_start = contact.gap - 0.5 * length * opening;
-        if rigid && !carried && opening > 0.0 && at_start < -2.0 * contact.gap_noise {
+        // what is followed cannot have been deep inside: it has come through
+        let followed = stage.standing.followed(contact, model.inverse_mass());
+        let through = followed.is_some_and(|thickness| {
+            gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
+        });
+        if through || rules.events && !carried {
             pairs.push(contact.surfaces);
             bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
         }
@@ -183,9 +205,13 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         model.set_configuration(*body, place);
     }
     result?;
+    let w = model.inverse_mass();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&stage.start).x;
-        let passed = contact.gap > 0.0 && contact.gap < 0.5 * length * closing;
+        // what is followed may have been left in a shallow overlap
+        let followed = stage.standing.followed(contact, w);
+        let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
+        let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
         contact.gap -= 0.5 * length * closing;
         passed
     });
@@ -226,7 +252,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
                     }
                 }
         })
-        .map(|i| main.rows[i])
+        .map(|i| movable(&main.blocks[i].rows, context.inverse_mass))
         .collect();
     let mut runner = Runner::default();
     let mut done: Vec<Cluster> = Vec::new();
@@ -251,7 +277,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
 fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
     let all: Vec<Rows> = crossing.iter().chain(links).copied().collect();
     let mut islands = Islands::default();
-    islands.build(count, &all);
+    islands.build(count, all.iter().map(|r| r.bodies));
     (0..islands.len())
         .filter(|&k| {
             islands

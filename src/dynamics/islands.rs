@@ -1,10 +1,10 @@
 //! Groups of bodies that share contacts: each is a contact problem of its own.
 
-use crate::contact::{NO_BODY, Rows};
+use crate::contact::NO_BODY;
 
 /// Splits blocks of rows into islands of bodies connected by them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Islands {
+pub(crate) struct Islands {
     parent: Vec<u32>,
     /// Blocks grouped by island: `blocks[start\[k\]..start[k + 1]]`, ascending within an island.
     blocks: Vec<u32>,
@@ -12,12 +12,13 @@ pub(super) struct Islands {
 }
 
 impl Islands {
-    /// Groups `rows` over `bodies` bodies; islands come in the order of their first block.
-    pub fn build(&mut self, bodies: usize, rows: &[Rows]) {
+    /// Groups blocks by the two bodies of each, over `bodies` bodies; islands come in the order of
+    /// their first block.
+    pub fn build(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
+        let count_of_blocks = rows.len();
         self.parent.clear();
         self.parent.extend(0..bodies as u32);
-        for block in rows {
-            let [a, b] = block.bodies;
+        for [a, b] in rows.clone() {
             if a != NO_BODY && b != NO_BODY {
                 let (a, b) = (self.find(a), self.find(b));
                 self.parent[a.max(b) as usize] = a.min(b);
@@ -25,9 +26,8 @@ impl Islands {
         }
         let mut number = vec![u32::MAX; bodies];
         let mut count: Vec<u32> = Vec::new();
-        let mut of_block = Vec::with_capacity(rows.len());
-        for block in rows {
-            let [a, b] = block.bodies;
+        let mut of_block = Vec::with_capacity(count_of_blocks);
+        for [a, b] in rows {
             let root = self.find(if a != NO_BODY { a } else { b }) as usize;
             if number[root] == u32::MAX {
                 number[root] = count.len() as u32;
@@ -43,7 +43,7 @@ impl Islands {
         }
         let mut next = self.start.clone();
         self.blocks.clear();
-        self.blocks.resize(rows.len(), 0);
+        self.blocks.resize(count_of_blocks, 0);
         for (block, &island) in of_block.iter().enumerate() {
             let slot = &mut next[island as usize];
             self.blocks[*slot as usize] = block as u32;
@@ -74,17 +74,12 @@ impl Islands {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Vec3;
 
     #[test]
     fn fixed_supports_do_not_join_islands() {
-        let rows = |a, b| Rows {
-            bodies: [a, b],
-            jacobian: [[Vec3::zeros(); 2]; 2],
-        };
         let mut islands = Islands::default();
-        let all = [rows(NO_BODY, 3), rows(0, 1), rows(NO_BODY, 1), rows(2, 3)];
-        islands.build(5, &all);
+        let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3]];
+        islands.build(5, all.into_iter());
         assert_eq!(islands.len(), 2);
         assert_eq!(islands.blocks(0), &[0, 3]);
         assert_eq!(islands.blocks(1), &[1, 2]);

@@ -5,6 +5,7 @@ use super::outcome::kinetic_of;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, NO_BODY, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, SolveReport};
+use serde::{Deserialize, Serialize};
 
 /// Share of the energy of an island that its joints may have put in.
 const SHARE: f64 = 0.01;
@@ -13,8 +14,8 @@ const SHARE: f64 = 0.01;
 const FORGOTTEN: f64 = 1.0 / 256.0;
 
 /// What the joints of an island have put in, shared out among them.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Account {
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct Account {
     /// `A` \[J\].
     added: f64,
     /// The largest energy it was held against lately \[J\].

@@ -36,11 +36,14 @@ pub mod record;
 mod recovery;
 mod rotor;
 mod rules;
+pub(crate) mod saved;
 mod solve;
 mod stage;
+mod standing;
 mod stepper;
 mod visco_elastic;
 
+pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
@@ -53,5 +56,7 @@ pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
 pub use solve::SolvedProblem;
+pub(crate) use stage::Memory;
+pub use standing::{Standing, Sweep};
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

@@ -3,7 +3,9 @@ use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
 /// Names a contact from step to step, so that impulses can be matched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub struct ContactKey {
     /// The two surfaces, as the model numbers them.
     pub pair: u64,
@@ -178,6 +180,11 @@ pub trait MultibodyModel {
     /// Diagonal of `M⁻¹`, one block a body.
     fn inverse_mass(&self) -> &[Vec3];
 
+    /// What sets bodies apart beyond their masses; `None` where nothing does.
+    fn standing(&self) -> Option<&super::Standing> {
+        None
+    }
+
     /// Generalised forces `h` [N, N, N m] at the present configuration and the velocities of the
     /// start of the step; `out` holds zeros on entry.
     fn forces(&self, time: f64, out: &mut [Vec3]);
@@ -220,6 +227,12 @@ pub trait MultibodyModel {
         self.detect(dt, out)?;
         out.contacts.retain(|c| pairs.contains(&c.surfaces));
         Ok(())
+    }
+
+    /// Kinetic energy \[J\] at `velocities`, where [`MultibodyModel::inverse_mass`] holds more than
+    /// mass: the difference then counts as work of the forces.
+    fn kinetic_energy(&self, _velocities: &[Vec3]) -> Option<f64> {
+        None
     }
 
     /// Potential energy \[J\] of the present configuration; 0 where the model has none.

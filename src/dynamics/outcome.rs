@@ -20,10 +20,20 @@ pub(super) fn record_stage(
         if !used(i) {
             continue;
         }
-        let own = mobile_velocity(&block.rows, mean, inverse_mass);
+        // no work where no impulse arrives
+        let takes = |rows: &Rows| {
+            let mut rows = *rows;
+            for (body, own) in rows.bodies.iter_mut().zip(&stage.rows[i].bodies) {
+                if *own == NO_BODY {
+                    *body = NO_BODY;
+                }
+            }
+            mobile_velocity(&rows, mean, inverse_mass)
+        };
         match block.source {
             Source::Joint(index) => {
                 let joint = &stage.detection.joints[index];
+                let own = takes(&block.rows);
                 let work = p.dot(&own);
                 record.joint_gap = record.joint_gap.max(joint.distance());
                 match joint.kind {
@@ -55,7 +65,7 @@ pub(super) fn record_stage(
                     NormalLaw::Load { force } => Vec2::new(force * stage.length, p.x),
                     _ => p,
                 };
-                let work = mobile_velocity(&contact.rows, mean, inverse_mass);
+                let work = takes(&contact.rows);
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
                 let kept = record_contact(stage, i, contact, impulse, time, record);

@@ -60,6 +60,13 @@ impl OverlapRecovery {
         }
     }
 
+    /// Pairs that come back as they went: seen before.
+    pub fn take_back(&mut self, pairs: impl Iterator<Item = u64>) {
+        self.seen.extend(pairs);
+        self.seen.sort_unstable();
+        self.seen.dedup();
+    }
+
     /// Pairs that are still overlapped.
     pub fn pairs(&self) -> usize {
         self.overlapped.len()
@@ -79,7 +86,7 @@ impl OverlapRecovery {
         let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
         let mut excess = BTreeSet::new();
         for contact in &stage.detection.contacts {
-            let own = movable(&contact.rows, inverse_mass);
+            let own = stage.standing.receiving(&contact.rows, inverse_mass);
             if !matches!(contact.law, NormalLaw::Rigid { .. }) || own.bodies == [NO_BODY; 2] {
                 continue;
             }
@@ -135,7 +142,7 @@ pub(super) fn displacements(
 ) -> Vec<(u32, Vec3)> {
     let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
     let mut islands = Islands::default();
-    islands.build(inverse_mass.len(), rows);
+    islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
     for k in 0..islands.len() {
         let members = islands.blocks(k);
         let asks = |i: &u32| match laws[*i as usize] {

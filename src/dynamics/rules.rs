@@ -71,12 +71,19 @@ pub(super) struct Rules {
     pub shares: Shares,
     /// Contacts that come in fast wait until they are located in time.
     pub events: bool,
+    /// Those of bodies that are followed do, see [`super::Sweep`].
+    pub sweeps: bool,
 }
 
 impl Rules {
     /// Whether gaps and joint distances are closed, or left as the published rule leaves them.
     pub fn corrects_gaps(&self) -> bool {
         self.scheme == Scheme::Staggered
+    }
+
+    /// Whether anything can wait.
+    pub fn locates(&self) -> bool {
+        self.events || self.sweeps
     }
 }
 
@@ -93,6 +100,8 @@ pub(super) struct Situation {
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
     pub stuck: Option<f64>,
+    /// Whether it waits if it comes in fast.
+    pub located: bool,
     /// Whether it lies among many bodies that are about to touch.
     pub crowded: bool,
 }
@@ -215,7 +224,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let persists = now.carried && g < g_r;
     let slow = rest_velocity(now.applied, now.span.step);
     let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
-    if rules.events && fast && !persists {
+    if now.located && fast && !persists {
         return Choice::Wait;
     }
     let smooth = persists || e * closing <= v_r;

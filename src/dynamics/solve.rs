@@ -7,7 +7,7 @@ use super::outcome::redundant;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
-use crate::contact::{ContactProblem, Law, Vec2, Vec3, natural_map};
+use crate::contact::{ContactProblem, Law, NO_BODY, Vec2, Vec3, natural_map};
 use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// How one island was solved.
@@ -79,12 +79,36 @@ impl IslandSolver {
 
     /// Finds the impulses of all blocks of `stage`.
     pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
-        self.islands.build(inverse_mass.len(), &stage.rows);
+        let rows = stage.rows.iter().map(|r| r.bodies);
+        self.islands.build(inverse_mass.len(), rows);
         self.outcomes.clear();
-        for k in 0..self.islands.len() {
-            let outcome = self.solve_island(k, stage, inverse_mass, rules);
-            self.outcomes.push(outcome);
+        if stage.standing.dominance.is_empty() {
+            for k in 0..self.islands.len() {
+                let outcome = self.solve_island(k, stage, inverse_mass, rules);
+                self.outcomes.push(outcome);
+            }
+            stage.loose.sort_unstable();
+            return;
         }
+        // bodies that press on each other both ways are of one dominance
+        let level = |k: usize| {
+            let rows = &stage.rows[self.islands.blocks(k)[0] as usize];
+            let own = rows.bodies.iter().find(|b| **b != NO_BODY);
+            own.map_or(0, |b| stage.standing.dominance[*b as usize])
+        };
+        let mut order: Vec<(i16, usize)> = (0..self.islands.len()).map(|k| (level(k), k)).collect();
+        order.sort_by_key(|&(level, k)| (std::cmp::Reverse(level), k));
+        let mut outcomes = vec![None; order.len()];
+        let mut above = None;
+        for (level, k) in order {
+            if above != Some(level) {
+                stage.end_velocities(inverse_mass);
+                above = Some(level);
+            }
+            stage.look_up(self.islands.blocks(k));
+            outcomes[k] = Some(self.solve_island(k, stage, inverse_mass, rules));
+        }
+        self.outcomes.extend(outcomes.into_iter().flatten());
         stage.loose.sort_unstable();
     }
 

@@ -4,20 +4,24 @@
 use super::joint_cap::Account;
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{
-    ContactKey, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 use super::rules::{
     Choice, Rule, Rules, Situation, applied_acceleration, centripetal, impact_rule, rule,
 };
+use super::standing::Standing;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// What is kept of a contact from one step to the next.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Memory {
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Memory {
     /// [N s], in an interval of length `dt`.
+    #[serde(with = "super::saved::pair")]
     pub impulse: Vec2,
+    #[serde(with = "super::saved::endless")]
     pub dt: f64,
     /// Tangential velocity at the end of it, if it stuck.
     pub stuck: Option<f64>,
@@ -67,6 +71,8 @@ pub(super) struct Block {
     /// Carried an impulse, and stuck, in the interval before.
     pub carried_before: bool,
     pub stuck_before: bool,
+    /// What the step gave to the body above: `γ_F` holds it as well.
+    pub given: Vec2,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +85,7 @@ pub(super) enum Source {
 #[derive(Default)]
 pub(super) struct Stage {
     pub length: f64,
+    pub standing: Standing,
     pub start: Vec<Vec3>,
     pub forces: Vec<Vec3>,
     pub accelerations: Vec<Vec3>,
@@ -86,7 +93,7 @@ pub(super) struct Stage {
     pub end: Vec<Vec3>,
     pub detection: Detection,
     pub blocks: Vec<Block>,
-    /// Of each block, the rows of movable sides only.
+    /// Of each block, the rows of the sides that take impulses only.
     pub rows: Vec<Rows>,
     pub impulses: Vec<Vec2>,
     /// Velocity that the solve of a block's island resolves \[m/s\].
@@ -177,25 +184,34 @@ impl Stage {
         self.clear_blocks();
         let contacts = std::mem::take(&mut self.detection.contacts);
         for (index, contact) in contacts.iter().enumerate() {
-            if !belongs(&contact.rows, members, inverse_mass) {
+            if !belongs(&contact.rows, members, inverse_mass)
+                || !self.receives(contact, inverse_mass)
+            {
                 continue;
             }
             let surface = Vec2::new(0.0, contact.surface_velocity);
+            let gamma_a = contact.rows.velocity(&self.start) + surface;
+            let swept = rules.sweeps
+                && self
+                    .standing
+                    .swept(contact, gamma_a, span.step, inverse_mass);
             let known = memory.get(&contact.key);
             let applied = applied_acceleration(contact, &self.accelerations);
             let now = Situation {
                 span,
-                gamma_a: contact.rows.velocity(&self.start) + surface,
+                gamma_a,
                 gamma_f: contact.rows.velocity(&self.free) + surface,
                 acceleration: centripetal(contact, &self.start).max(applied),
                 applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
-                crowded: contact
-                    .rows
-                    .bodies
-                    .iter()
-                    .any(|b| self.crowded.get(*b as usize).is_some_and(|c| *c)),
+                located: rules.events || swept,
+                crowded: !swept
+                    && contact
+                        .rows
+                        .bodies
+                        .iter()
+                        .any(|b| self.crowded.get(*b as usize).is_some_and(|c| *c)),
             };
             let Rule { free, law, impact } = match rule(rules, contact, &now) {
                 Choice::Out => continue,
@@ -230,6 +246,7 @@ impl Stage {
                 account: Account::default(),
                 carried_before: now.carried,
                 stuck_before: now.stuck.is_some(),
+                given: Vec2::zeros(),
             });
             self.impulses.push(warm);
         }
@@ -256,7 +273,9 @@ impl Stage {
             else {
                 continue;
             };
-            if !belongs(&contact.rows, Some(members), inverse_mass) {
+            if !belongs(&contact.rows, Some(members), inverse_mass)
+                || !self.receives(contact, inverse_mass)
+            {
                 continue;
             }
             let surface = Vec2::new(0.0, contact.surface_velocity);
@@ -273,6 +292,7 @@ impl Stage {
                 account: Account::default(),
                 carried_before: false,
                 stuck_before: false,
+                given: Vec2::zeros(),
             });
         }
         for (index, joint) in self.detection.joints.iter().enumerate() {
@@ -341,8 +361,11 @@ impl Stage {
     }
 
     fn close_blocks(&mut self, inverse_mass: &[Vec3]) {
-        self.rows
-            .extend(self.blocks.iter().map(|b| movable(&b.rows, inverse_mass)));
+        let standing = &self.standing;
+        self.rows.extend(self.blocks.iter().map(|b| match b.source {
+            Source::Contact(_) => standing.receiving(&b.rows, inverse_mass),
+            Source::Joint(_) => movable(&b.rows, inverse_mass),
+        }));
         self.resolution.clear();
         self.resolution.resize(self.blocks.len(), 0.0);
     }
@@ -352,15 +375,37 @@ impl Stage {
     pub fn end_velocities(&mut self, inverse_mass: &[Vec3]) {
         self.end.clear();
         self.end.extend_from_slice(&self.free);
-        for (block, &impulse) in self.blocks.iter().zip(&self.impulses) {
-            block.rows.push(impulse, inverse_mass, &mut self.end);
+        for (rows, &impulse) in self.rows.iter().zip(&self.impulses) {
+            rows.push(impulse, inverse_mass, &mut self.end);
         }
+    }
+
+    /// Adds to some blocks what the bodies above have been given in the step: those must be
+    /// solved, and [`Stage::end_velocities`] up to date.
+    pub fn look_up(&mut self, members: &[u32]) {
+        for &i in members {
+            let mut above = self.blocks[i as usize].rows;
+            for (side, own) in self.rows[i as usize].bodies.iter().enumerate() {
+                if *own != NO_BODY {
+                    above.bodies[side] = NO_BODY;
+                }
+            }
+            let given = above.velocity(&self.end) - above.velocity(&self.free);
+            let block = &mut self.blocks[i as usize];
+            block.given = given;
+            block.free += given;
+        }
+    }
+
+    fn receives(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> bool {
+        self.standing.dominance.is_empty()
+            || self.standing.receiving(&contact.rows, inverse_mass).bodies != [NO_BODY; 2]
     }
 
     /// `γ_F` of block `i`, without what its rule added.
     pub fn gamma_free(&self, i: usize) -> Vec2 {
         let block = &self.blocks[i];
-        let gamma = block.rows.velocity(&self.free);
+        let gamma = block.rows.velocity(&self.free) + block.given;
         match block.source {
             Source::Contact(c) => match self.detection.contacts[c].law {
                 NormalLaw::Load { .. } => {
@@ -425,6 +470,7 @@ fn joint_block(index: usize, joint: &JointRow, law: Law, free: Vec2, gamma_a: Ve
         account: Account::default(),
         carried_before: false,
         stuck_before: false,
+        given: Vec2::zeros(),
     }
 }
 

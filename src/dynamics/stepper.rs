@@ -1,14 +1,15 @@
 use super::cluster::Context;
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::joint_recovery::close_joints;
-use super::model::{Configuration, ModelError, MultibodyModel};
+use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::{IslandSolver, SolvedProblem};
-use super::stage::{Memories, Span, Stage};
-use crate::contact::{NO_BODY, Vec3};
+use super::stage::{Memories, Memory, Span, Stage, movable};
+use super::standing::Standing;
+use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{Shares, solver_by_name};
 use thiserror::Error;
 
@@ -51,6 +52,7 @@ impl StepperSettings {
             law: self.impact_law,
             shares: self.shares,
             events: self.events,
+            sweeps: false,
         }
     }
 
@@ -139,6 +141,33 @@ impl MoreauStepper {
         self.memory.clear();
     }
 
+    /// What is remembered of the contacts and joints of bodies to which `group` gives a number, all
+    /// that move on both sides: it is lost after a step without them.
+    pub(crate) fn set_aside(&self, group: impl Fn(u32) -> u32) -> Vec<(u32, ContactKey, Memory)> {
+        let found = &self.stage.detection;
+        let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
+        let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
+        let of = |(key, rows): (&ContactKey, &Rows)| {
+            let [a, b] = movable(rows, &self.inverse_mass).bodies;
+            let own = match (a, b) {
+                (NO_BODY, NO_BODY) => 0,
+                (NO_BODY, b) => group(b),
+                (a, NO_BODY) => group(a),
+                (a, b) => group(a).min(group(b)),
+            };
+            let memory = self.memory.get(key).filter(|_| own != 0)?;
+            Some((own, *key, *memory))
+        };
+        all.filter_map(of).collect()
+    }
+
+    /// Remembers again what was set aside.
+    pub(crate) fn take_back(&mut self, memory: &[(ContactKey, Memory)]) {
+        self.memory.extend(memory.iter().copied());
+        self.recovery
+            .take_back(memory.iter().map(|(key, _)| key.pair));
+    }
+
     /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
     pub fn keep_problems(&mut self, keep: bool) {
         self.solver.kept = keep.then(Vec::new);
@@ -192,7 +221,12 @@ impl MoreauStepper {
         model: &mut M,
         dt: f64,
     ) -> Result<StepRecord, StepError> {
-        let rules = self.settings.rules();
+        let mut rules = self.settings.rules();
+        match model.standing() {
+            Some(standing) => self.stage.standing.clone_from(standing),
+            None => self.stage.standing = Standing::default(),
+        }
+        rules.sweeps = rules.corrects_gaps() && !self.stage.standing.sweeps.is_empty();
         let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
         let mut record = StepRecord {
             time: self.time + dt,
@@ -211,9 +245,9 @@ impl MoreauStepper {
         };
         stage.detect(model, ahead)?;
         self.lands = self.lands || stage.detection.contacts.iter().any(lands);
-        if rules.events {
+        if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, stage, &self.memory, place, dt, dt)?;
+            see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;
         }
         stage.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
@@ -224,15 +258,15 @@ impl MoreauStepper {
         let recovers = self.settings.recovers();
         let recovery = recovers.then(|| self.recovery.look(stage, w));
         self.solver.solve(stage, w, &rules);
-        if rules.events {
-            release_lone(stage, &self.solver, dt);
+        if rules.locates() {
+            release_lone(stage, &self.solver, &rules, w, dt);
         }
         stage.end_velocities(w);
         check_finite(&stage.end, self.time)?;
 
         let islands = std::mem::take(&mut self.solver.islands);
         let outcomes = std::mem::take(&mut self.solver.outcomes);
-        let clusters = if rules.events {
+        let clusters = if rules.locates() {
             let context = Context {
                 main: stage,
                 memory: &self.memory,
@@ -275,6 +309,13 @@ impl MoreauStepper {
             }
         }
         record.energy.kinetic_end = kinetic(&stage.end, w);
+        let own = [&stage.start, &stage.end].map(|u| model.kinetic_energy(u));
+        if let [Some(start), Some(end)] = own {
+            let energy = &mut record.energy;
+            let change = energy.kinetic_end - energy.kinetic_start;
+            energy.forces += end - start - change;
+            (energy.kinetic_start, energy.kinetic_end) = (start, end);
+        }
         model.set_velocities(&stage.end);
         for body in (0..apart.len()).filter(|&body| !apart[body]) {
             model.shift(body, &stage.end[body], 0.5 * dt);

@@ -1,8 +1,11 @@
+use super::changes::{ColliderWatch, finite};
+use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
+use super::sleeping::Sleepers;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
-use crate::dynamics::Pose64;
+use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
@@ -22,6 +25,10 @@ pub(super) struct Shadow {
     pub center: Vec2,
     /// Farthest collider point from it \[m\].
     pub radius: f64,
+    /// Thinnest extent of its colliders \[m\]; `None` until it is measured again.
+    thickness: Option<f64>,
+    /// `M⁻¹` of the body by itself: without what damping adds.
+    pub inverse_mass: Vec3,
     /// Where the user sends a position-driven body in this step.
     target: Option<Pose>,
     pub kind: RigidBodyType,
@@ -30,17 +37,32 @@ pub(super) struct Shadow {
     written_velocity: (Vector, Real),
     /// `None` until it is first read, and again when an exact mass was given.
     mass_seen: Option<(Real, Real, Vector, LockedAxes)>,
+    added_mass: Option<RigidBodyAdditionalMassProps>,
     seen: bool,
+    /// The island it sleeps in, or 0.
+    pub group: u32,
+    /// Where it stood a step ago.
+    pub last: Pose64,
 }
 
 /// All enabled bodies of a world, in rapier's order.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub(super) struct Bodies {
     pub list: Vec<Shadow>,
     pub velocities: Vec<Vec3>,
+    /// `M⁻¹` as the step uses it, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
+    pub standing: Standing,
+    /// Whether any body is damped.
+    damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
+    /// Bodies given an exact mass since the last step.
+    promised: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
+    pub watch: ColliderWatch,
+    pub sleepers: Sleepers,
+    /// Changes whenever bodies get other numbers or another centre of mass.
+    pub numbering: u64,
 }
 
 impl Bodies {
@@ -53,25 +75,97 @@ impl Bodies {
     /// bodies, and the velocities of kinematic ones.
     ///
     /// # Errors
-    /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported.
-    pub fn sync(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
-        let handles: Vec<RigidBodyHandle> = world
-            .bodies
-            .iter()
-            .filter(|(_, body)| body.is_enabled())
-            .map(|(handle, _)| handle)
-            .collect();
-        if !handles.iter().eq(self.list.iter().map(|s| &s.handle)) {
-            self.rebuild(world, &handles);
+    /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported;
+    /// for a collider, see [`ColliderWatch::scan`]. What is bad is not taken over.
+    pub fn sync(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        stay_awake: bool,
+    ) -> Result<Vec<(ContactKey, Memory)>, ModelError> {
+        for handle in std::mem::take(&mut self.promised) {
+            if !world.bodies.contains(handle) {
+                self.exact.remove(&handle);
+                return Err(not_there(handle));
+            }
         }
-        self.list.iter_mut().for_each(|s| s.target = None);
+        self.know(world);
+        self.watch.scan(&world.colliders)?;
+        // rapier computes masses only when it steps
+        for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
+            if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
+                body.recompute_mass_properties_from_colliders(&world.colliders);
+            }
+            if let Some(k) = parent.and_then(|h| self.index_of(h)) {
+                self.list[k as usize].thickness = None;
+            }
+        }
+        self.heed(world, dt, stay_awake)?;
+        let woken = self.wake_stirred(world);
+        self.damping = false;
+        self.standing.dominance.clear();
+        self.standing.sweeps.clear();
         for k in 0..self.list.len() {
             self.sync_one(world, k, dt)?;
+            self.stand(world, k, dt);
         }
-        Ok(())
+        Ok(woken)
     }
 
-    fn rebuild(&mut self, world: &mut PhysicsWorld, handles: &[RigidBodyHandle]) {
+    /// Dominance of a body, and whether it is followed within the step.
+    fn stand(&mut self, world: &PhysicsWorld, k: usize, dt: f64) {
+        let (shadow, count) = (&mut self.list[k], self.velocities.len());
+        let body = &world.bodies[shadow.handle];
+        if !body.is_dynamic() {
+            // above all others, as if it had the highest dominance
+            if let Some(level) = self.standing.dominance.get_mut(k) {
+                *level = FIRM;
+            }
+            return;
+        }
+        let group = i16::from(body.dominance_group());
+        if group != 0 && self.standing.dominance.is_empty() {
+            let earlier = self.list[..k].iter().map(|s| s.kind);
+            let firm = |kind| {
+                if kind == RigidBodyType::Dynamic {
+                    0
+                } else {
+                    FIRM
+                }
+            };
+            self.standing.dominance.extend(earlier.map(firm));
+            self.standing.dominance.resize(count, 0);
+        }
+        if group != 0 {
+            self.standing.dominance[k] = group;
+        }
+        let shadow = &mut self.list[k];
+        let thickness = *shadow.thickness.get_or_insert_with(|| {
+            let own = body.colliders().iter();
+            own.filter_map(|h| world.colliders.get(*h))
+                .filter(|c| c.is_enabled() && !c.is_sensor())
+                .map(|c| thickness(c.shape()))
+                .fold(f64::INFINITY, f64::min)
+        });
+        let u = self.velocities[k];
+        let extent = f64::from(body.mass_properties().max_extent());
+        let fast = (u.xy().norm() + u.z.abs() * extent) * dt > 0.5 * thickness;
+        if fast || body.is_ccd_enabled() {
+            self.standing.sweeps.resize(count, Sweep::NONE);
+            self.standing.sweeps[k] = Sweep {
+                thickness,
+                all: body.is_ccd_enabled(),
+            };
+        }
+    }
+
+    /// Brings the list up to the enabled bodies of the world.
+    fn know(&mut self, world: &mut PhysicsWorld) {
+        let enabled = world.bodies.iter().filter(|(_, body)| body.is_enabled());
+        let known = self.list.iter().map(|s| s.handle);
+        if enabled.map(|(handle, _)| handle).eq(known) {
+            return;
+        }
         let mut old: FxHashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
             .list
             .drain(..)
@@ -79,53 +173,69 @@ impl Bodies {
             .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
         self.index.clear();
-        for &handle in handles {
+        self.numbering += 1;
+        let on = |h: &ColliderHandle| world.colliders.get(*h).is_some_and(|c| c.is_enabled());
+        let waits = |(h, body): (RigidBodyHandle, &RigidBody)| {
+            body.is_enabled() && !old.contains_key(&h) && !body.colliders().iter().all(on)
+        };
+        if world.bodies.iter().any(waits) {
+            // only rapier knows whether a collider was switched off by itself or with its body
+            world.collision_pipeline.step(
+                0.0,
+                &mut world.islands,
+                &mut world.broad_phase,
+                &mut world.narrow_phase,
+                &mut world.bodies,
+                &mut world.colliders,
+                &(),
+                &(),
+            );
+        }
+        for (handle, _) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+            let (shadow, u, w) = old
+                .remove(&handle)
+                .unwrap_or_else(|| Shadow::unseen(handle));
             self.index.insert(handle, self.list.len() as u32);
-            let (shadow, u, w) = old.remove(&handle).unwrap_or_else(|| {
-                // a new body: rapier computes its mass only when it steps
-                if let Some(body) = world.bodies.get_mut(handle) {
-                    body.recompute_mass_properties_from_colliders(&world.colliders);
-                }
-                (Shadow::unseen(handle), Vec3::zeros(), Vec3::zeros())
-            });
             self.list.push(shadow);
             self.velocities.push(u);
             self.inverse_mass.push(w);
         }
+        // who sleeps beside a body that is gone
+        for (shadow, _, _) in old.values() {
+            self.sleepers.stir(shadow.group);
+            let colliders = world.bodies.get(shadow.handle).map(RigidBody::colliders);
+            for handle in colliders.into_iter().flatten() {
+                self.sleepers.stir_touching(handle.into_raw_parts().0);
+            }
+        }
         self.exact
-            .retain(|handle, _| self.index.contains_key(handle));
+            .retain(|handle, _| world.bodies.contains(*handle));
     }
 
-    fn sync_one(&mut self, world: &PhysicsWorld, k: usize, dt: f64) -> Result<(), ModelError> {
+    pub(super) fn sync_one(
+        &mut self,
+        world: &mut PhysicsWorld,
+        k: usize,
+        dt: f64,
+    ) -> Result<(), ModelError> {
         let shadow = &mut self.list[k];
+        if shadow.group != 0 {
+            self.inverse_mass[k] = Vec3::zeros();
+            self.velocities[k] = Vec3::zeros();
+            return Ok(());
+        }
+        let body = &world.bodies[shadow.handle];
+        let added = body.mass_properties().additional_local_mprops.as_deref();
+        if shadow.added_mass.as_ref() != added {
+            shadow.added_mass = added.copied();
+            world.bodies[shadow.handle].recompute_mass_properties_from_colliders(&world.colliders);
+        }
         let body = &world.bodies[shadow.handle];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
-        refuse_unsupported(body, name)?;
+        refuse_bad(body, name)?;
         let pose = *body.position();
         let first = !shadow.seen;
-        shadow.seen = true;
-        if first || pose != shadow.written_pose {
-            if !pose.translation.is_finite() || !pose.rotation.re.is_finite() {
-                return Err(ModelError::Invalid(format!(
-                    "{} has a position that is not finite",
-                    name()
-                )));
-            }
-            shadow.pose = Pose64::from_rapier(&pose);
-            shadow.written_pose = pose;
-        }
         let velocity = (body.linvel(), body.angvel());
-        if first || velocity != shadow.written_velocity {
-            if !velocity.0.is_finite() || !velocity.1.is_finite() {
-                return Err(ModelError::Invalid(format!(
-                    "{} has a velocity that is not finite",
-                    name()
-                )));
-            }
-            self.velocities[k] =
-                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
-            shadow.written_velocity = velocity;
-        }
         let local = &body.mass_properties().local_mprops;
         let seen = (
             local.inv_mass,
@@ -134,29 +244,42 @@ impl Bodies {
             body.locked_axes(),
         );
         if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
-            shadow.mass_seen = Some(seen);
-            shadow.kind = body.body_type();
-            shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
-            self.inverse_mass[k] = match self.exact.get(&shadow.handle) {
+            self.numbering += 1;
+            shadow.inverse_mass = match self.exact.get(&shadow.handle) {
                 _ if !body.is_dynamic() => Vec3::zeros(),
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),
                 None => {
+                    check_mass(body, name)?;
                     // rapier stores inverses; the decimal lies in the mass itself
                     let invert = |w: Real| if w > 0.0 { 1.0 / widen(1.0 / w) } else { 0.0 };
                     locked(seen.3, invert(seen.0), invert(seen.1))
                 }
             };
-            let free = !seen.3.contains(LockedAxes::TRANSLATION_LOCKED);
-            if body.is_dynamic()
-                && free
-                && self.inverse_mass[k].x.max(self.inverse_mass[k].y) <= 0.0
-            {
-                return Err(ModelError::Invalid(format!(
-                    "{} is dynamic but has no mass: give it a collider with a density or a mass",
-                    name()
-                )));
-            }
+            shadow.mass_seen = Some(seen);
+            shadow.kind = body.body_type();
+            shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
         }
+        if first {
+            shadow.last = Pose64::from_rapier(&pose);
+        }
+        if first || pose != shadow.written_pose {
+            shadow.pose = Pose64::from_rapier(&pose);
+            shadow.written_pose = pose;
+        }
+        if first || velocity != shadow.written_velocity {
+            self.velocities[k] =
+                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
+            shadow.written_velocity = velocity;
+        }
+        shadow.seen = true;
+        let damping = (widen(body.linear_damping()), widen(body.angular_damping()));
+        self.inverse_mass[k] = if damping == (0.0, 0.0) || shadow.inverse_mass == Vec3::zeros() {
+            shadow.inverse_mass
+        } else {
+            self.damping = true;
+            damped(shadow.inverse_mass, damping, dt)
+        };
+        shadow.target = None;
         if shadow.kind == RigidBodyType::KinematicPositionBased {
             shadow.target = Some(*body.next_position());
             let next = Pose64::from_rapier(body.next_position());
@@ -175,9 +298,21 @@ impl Bodies {
         Ok(())
     }
 
+    /// Kinetic energy \[J\] by the bodies' own masses, where damping makes the step's differ.
+    pub fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
+        let of = |(u, shadow): (&Vec3, &Shadow)| {
+            let w = shadow.inverse_mass;
+            let terms = (0..3).filter(|&i| w[i] > 0.0);
+            terms.map(|i| 0.5 * u[i] * u[i] / w[i]).sum::<f64>()
+        };
+        self.damping
+            .then(|| velocities.iter().zip(&self.list).map(of).sum())
+    }
+
     /// Gives a body a mass of its own, from the next step on.
     pub fn set_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
         self.exact.insert(handle, exact);
+        self.promised.push(handle);
         if let Some(k) = self.index_of(handle) {
             self.list[k as usize].mass_seen = None;
         }
@@ -230,45 +365,89 @@ impl Bodies {
     }
 
     /// Sets a body's state in `f64`; rapier gets it rounded.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a body that is not there, or a state that is not finite.
     pub fn place(
         &mut self,
         world: &mut PhysicsWorld,
         handle: RigidBodyHandle,
         pose: Pose64,
         velocity: Vec3,
-    ) -> bool {
-        let Some(k) = self.index_of(handle).map(|k| k as usize) else {
-            return false;
-        };
-        let shadow = &mut self.list[k];
-        shadow.pose = pose;
-        self.velocities[k] = velocity;
-        if let Some(body) = world.bodies.get_mut(handle) {
-            body.set_position(pose.to_rapier(), false);
-            let linear = Vector::new(velocity.x as Real, velocity.y as Real);
-            body.set_linvel(linear, false);
-            body.set_angvel(velocity.z as Real, false);
-            shadow.written_pose = *body.position();
-            shadow.written_velocity = (body.linvel(), body.angvel());
+    ) -> Result<(), ModelError> {
+        let body = world.bodies.get_mut(handle).ok_or(not_there(handle))?;
+        let turn = pose.cos.hypot(pose.sin);
+        if !(pose.translation.iter().chain(&velocity)).all(|x| x.is_finite())
+            || (turn - 1.0).abs() > 1e-6
+            || !turn.is_finite()
+        {
+            return Err(ModelError::Invalid(format!(
+                "body (handle {:?}): pose {pose:?} and velocity {velocity:?} must be finite, and \
+                 the rotation a unit",
+                body_id(handle)
+            )));
         }
-        true
+        body.set_position(pose.to_rapier(), false);
+        let linear = Vector::new(velocity.x as Real, velocity.y as Real);
+        body.set_linvel(linear, false);
+        body.set_angvel(velocity.z as Real, false);
+        // an unknown one comes last until the next step puts all in order
+        let k = self.index_of(handle).unwrap_or(self.list.len() as u32);
+        if k as usize == self.list.len() {
+            let (shadow, u, w) = Shadow::unseen(handle);
+            self.numbering += 1;
+            self.index.insert(handle, k);
+            self.list.push(shadow);
+            self.velocities.push(u);
+            self.inverse_mass.push(w);
+        }
+        let shadow = &mut self.list[k as usize];
+        shadow.pose = pose;
+        shadow.written_pose = *body.position();
+        shadow.written_velocity = (body.linvel(), body.angvel());
+        shadow.seen = true;
+        self.velocities[k as usize] = velocity;
+        Ok(())
     }
 }
 
 impl Shadow {
-    fn unseen(handle: RigidBodyHandle) -> Self {
-        Shadow {
+    /// Whether the user has moved, changed or switched a body since the last step.
+    pub fn differs(&self, body: &RigidBody) -> bool {
+        let added = body.mass_properties().additional_local_mprops.as_deref();
+        *body.position() != self.written_pose
+            || body.body_type() != self.kind
+            || added != self.added_mass.as_ref()
+            || self
+                .mass_seen
+                .is_none_or(|seen| seen.3 != body.locked_axes())
+    }
+
+    /// Takes the velocity that rapier holds for our own.
+    pub fn note_velocity(&mut self, body: &RigidBody) {
+        self.written_velocity = (body.linvel(), body.angvel());
+    }
+
+    /// With the velocity and inverse mass that go with it.
+    fn unseen(handle: RigidBodyHandle) -> (Self, Vec3, Vec3) {
+        let shadow = Shadow {
             handle,
             pose: Pose64::new(Vec2::zeros(), 0.0),
             center: Vec2::zeros(),
             radius: 0.0,
+            thickness: None,
+            inverse_mass: Vec3::zeros(),
             target: None,
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,
             written_velocity: (Vector::ZERO, 0.0),
             mass_seen: None,
+            added_mass: None,
             seen: false,
-        }
+            group: 0,
+            last: Pose64::new(Vec2::zeros(), 0.0),
+        };
+        (shadow, Vec3::zeros(), Vec3::zeros())
     }
 }
 
@@ -286,16 +465,106 @@ fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
     )
 }
 
-fn refuse_unsupported(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
-    let refuse = |what: &str| Err(ModelError::Unsupported(format!("{}: {what}", name())));
-    if body.dominance_group() != 0 && body.is_dynamic() {
-        return refuse("dominance groups are not supported yet");
+/// Dominance of what nothing moves: above that of any dynamic body.
+const FIRM: i16 = i8::MAX as i16 + 1;
+
+/// Thinnest extent \[m\] of a shape; of a mesh none, as rapier does not follow those either.
+fn thickness(shape: &dyn Shape) -> f64 {
+    match shape.shape_type() {
+        ShapeType::TriMesh | ShapeType::Polyline | ShapeType::HeightField | ShapeType::Voxels => {
+            f64::INFINITY
+        }
+        _ => f64::from(shape.ccd_thickness()),
     }
-    if body.is_ccd_enabled() {
-        return refuse("continuous collision detection is not supported yet");
+}
+
+/// `M⁻¹` of a damped body, `w / (1 + θ x)`, `x = d Δt`, `θ = 1/(1 − e⁻ˣ) − 1/x`.
+///
+/// With the drag `−d m u_A` as a force it makes of `m u̇ = F − d m u + P` the step
+///
+/// ```text
+/// m (u_E − u_A) = F Δt − d m Δt ((1 − θ) u_A + θ u_E) + P                      (1)
+/// ```
+///
+/// exact in free motion, `u_E = u_A e⁻ˣ + (F/m d)(1 − e⁻ˣ)`, at rest, and stable for any `x`.
+///
+/// # Source
+/// Exponential fitting: Liniger & Willoughby, *SIAM J. Numer. Anal.* 7 (1970).
+fn damped(own: Vec3, (linear, angular): (f64, f64), dt: f64) -> Vec3 {
+    let factor = |d: f64| {
+        let x = d * dt;
+        // 1 + θ x = x / (1 − e⁻ˣ)
+        if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x }
+    };
+    let (a, b) = (factor(linear), factor(angular));
+    own.component_mul(&Vec3::new(a, a, b))
+}
+
+pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
+    let id = body_id(handle);
+    ModelError::Invalid(format!("body (handle {id:?}) is not in the world"))
+}
+
+/// What a user can set to something that is no number.
+fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let (v, f) = (body.linvel(), body.user_force());
+    let fields = [
+        ("position [m]", body.position().translation.x),
+        ("position [m]", body.position().translation.y),
+        ("rotation", body.rotation().re),
+        ("rotation", body.rotation().im),
+        ("velocity [m/s]", v.x),
+        ("velocity [m/s]", v.y),
+        ("spin [rad/s]", body.angvel()),
+        ("force [N]", f.x),
+        ("force [N]", f.y),
+        ("torque [N m]", body.user_torque()),
+        ("gravity scale", body.gravity_scale()),
+        ("linear damping [1/s]", body.linear_damping()),
+        ("angular damping [1/s]", body.angular_damping()),
+    ];
+    // one branch for all that is well
+    let sum: f64 = fields.iter().map(|(_, x)| f64::from(*x)).sum();
+    if sum.is_finite() && finite(body.next_position()) {
+        return Ok(());
     }
-    if body.soft_ccd_prediction() > 0.0 {
-        return refuse("soft-CCD prediction is not supported yet");
+    let bad = fields.iter().find(|(_, x)| !x.is_finite());
+    let (field, value) = bad.unwrap_or(&("target position [m]", Real::NAN));
+    Err(ModelError::Invalid(format!(
+        "{}: {field} is {value}, which is not finite",
+        name()
+    )))
+}
+
+fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let local = &body.mass_properties().local_mprops;
+    let (mass, inertia) = (local.inv_mass, local.inv_principal_inertia);
+    let bad = |what: &str, inverse: Real| {
+        Err(ModelError::Invalid(format!(
+            "{}: {what} is {}, must be finite and above 0",
+            name(),
+            1.0 / inverse
+        )))
+    };
+    if !(mass.is_finite() && mass >= 0.0) {
+        return bad("mass [kg]", mass);
+    }
+    if !(inertia.is_finite() && inertia >= 0.0) {
+        return bad("inertia [kg m2]", inertia);
+    }
+    if !local.local_com.is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "{}: centre of mass is {}, which is not finite",
+            name(),
+            local.local_com
+        )));
+    }
+    let held = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
+    if mass == 0.0 && !held {
+        return Err(ModelError::Invalid(format!(
+            "{} is dynamic but has no mass: give it a collider with a density or a mass",
+            name()
+        )));
     }
     Ok(())
 }

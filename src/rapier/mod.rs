@@ -12,17 +12,17 @@
 
 mod baseline;
 mod bodies;
-mod convex;
+mod changes;
 mod detection;
-mod dispatcher;
 mod joint_spec;
 mod joints;
 mod kernels;
 mod mass;
 mod pipeline;
-mod points;
 mod pose;
+mod reporter;
 mod simulation;
+mod sleeping;
 mod widen;
 
 #[cfg(not(feature = "f64"))]
@@ -36,7 +36,7 @@ pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
-pub use detection::{NO_CELL, SurfaceLaw};
+pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use simulation::{

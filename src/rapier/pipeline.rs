@@ -1,14 +1,14 @@
 use super::bodies::{Bodies, ExactBody, body_id};
-use super::detection::{Detector, SurfaceLaw};
-use super::dispatcher::FreshManifolds;
+use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::joint_rows;
+use super::reporter::Reporter;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, SolvedProblem,
-    StepError, StepperSettings,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
+    SolvedProblem, Standing, StepError, StepperSettings,
 };
 
 /// Settings of a [`MoreauPipeline`].
@@ -19,6 +19,10 @@ pub struct MoreauSettings {
     pub gravity: Option<Vec2>,
     /// Step length in `f64` \[s\]; the world's own where `None`.
     pub dt: Option<f64>,
+    /// Who finds the pairs of colliders that come near each other.
+    pub detection: DetectionDrive,
+    /// Steps every body, whatever its activation settings say.
+    pub stay_awake: bool,
 }
 
 /// Steps a [`PhysicsWorld`] nonsmoothly, in place of `world.step()`.
@@ -43,11 +47,26 @@ pub struct MoreauSettings {
 /// ```
 ///
 /// # What it takes
-/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, any collider
-/// parry has, groups, every impulse joint with its limits, motors, coupled axes and softness. Anything
-/// else is refused by name: multibody joints and soft bodies, for example. What joints carry is in
-/// [`StepRecord::joints`].
-/// Sleeping is ignored: every body is stepped.
+/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, dominance, any
+/// collider parry has, groups, every impulse joint with its limits, motors, coupled axes and
+/// softness. Anything else is refused by name: multibody joints and soft bodies, for example. What
+/// joints carry is in [`StepRecord::joints`]. `linvel()` of a body driven by its position is not written
+/// (rapier lets no one), [`MoreauPipeline::velocity`] knows it.
+///
+/// # Fast bodies
+/// Contacts that a body with `ccd_enabled` closes by more than half its thickness in a step are
+/// located in time, other bullets included; without the flag so are those of a fast body with what
+/// nothing moves, where rapier sweeps as well. Soft prediction is what every pair has anyway. There
+/// is no cap on speeds. A thin bar that turns by more than some 10 degrees a step can still pass.
+///
+/// # Sleep
+/// Islands fall asleep by rapier's own activation settings, unless
+/// [`MoreauSettings::stay_awake`]. Asleep they stand still to the last bit, cost next to nothing,
+/// and are in no record: their impulses are kept, and act again when they wake. What wakes an
+/// island: a body that presses on it or a driven one that moves while it touches, `wake_up`, and any
+/// change of its bodies, colliders and joints or of what it lies on. Bodies put to sleep by hand
+/// within one step wake together. What still moved when an island fell asleep, below rapier's
+/// thresholds, is lost to the energy.
 ///
 /// # Precision
 /// Poses, velocities and masses are kept in `f64` and written to rapier rounded; a pose or
@@ -57,7 +76,7 @@ pub struct MoreauPipeline {
     settings: MoreauSettings,
     bodies: Bodies,
     detector: Detector,
-    dispatcher_set: bool,
+    reporter: Reporter,
 }
 
 impl MoreauPipeline {
@@ -73,10 +92,10 @@ impl MoreauPipeline {
         }
         Ok(MoreauPipeline {
             stepper: MoreauStepper::new(settings.stepper.clone())?,
+            detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
-            detector: Detector::default(),
-            dispatcher_set: false,
+            reporter: Reporter::default(),
         })
     }
 
@@ -85,11 +104,47 @@ impl MoreauPipeline {
     /// # Errors
     /// [`StepError`]; the world then stands as it did before the step.
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepRecord, StepError> {
-        let dt = self
-            .settings
-            .dt
-            .unwrap_or_else(|| widen(world.integration_parameters.dt));
+        let dt = self.step_length(world);
         self.step_by(world, dt)
+    }
+
+    fn step_length(&self, world: &PhysicsWorld) -> f64 {
+        let given = self.settings.dt;
+        given.unwrap_or_else(|| widen(world.integration_parameters.dt))
+    }
+
+    /// One step with the user's hooks, and a handler that is told of collisions and contact forces.
+    ///
+    /// # Errors
+    /// As [`MoreauPipeline::step`].
+    pub fn step_with_events(
+        &mut self,
+        world: &mut PhysicsWorld,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
+        let dt = self.step_length(world);
+        self.run(world, dt, hooks, events)
+    }
+
+    /// Takes over what the user changed.
+    fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
+        refuse_world(world, gravity(&self.settings, world))?;
+        let woken = self.bodies.sync(world, dt, self.settings.stay_awake)?;
+        self.stepper.take_back(&woken);
+        for (handle, _) in &self.bodies.watch.gone {
+            self.detector.forget_surface(*handle);
+        }
+        if self.stepper.settings().scheme == Scheme::Moreau
+            && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
+        {
+            return Err(ModelError::Unsupported(format!(
+                "body {k} (handle {:?}): continuous collision detection needs the scheme \
+                 'staggered', 'moreau' ignores gaps",
+                body_id(self.bodies.list[k].handle)
+            )));
+        }
+        Ok(())
     }
 
     /// One step of length `dt` \[s\], whatever the settings say.
@@ -97,26 +152,80 @@ impl MoreauPipeline {
     /// # Errors
     /// As [`MoreauPipeline::step`].
     pub fn step_by(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<StepRecord, StepError> {
-        if !self.dispatcher_set {
-            world.narrow_phase.set_query_dispatcher(FreshManifolds);
-            self.dispatcher_set = true;
+        self.run(world, dt, &(), &())
+    }
+
+    fn run(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        hooks: &dyn PhysicsHooks,
+        events: &dyn EventHandler,
+    ) -> Result<StepRecord, StepError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(StepError::Dt(dt));
         }
-        let gravity = self
-            .settings
-            .gravity
-            .unwrap_or_else(|| Vec2::new(widen(world.gravity.x), widen(world.gravity.y)));
+        loop {
+            self.take_over(world, dt)?;
+            let mut model = RapierModel {
+                gravity: gravity(&self.settings, world),
+                world,
+                hooks,
+                bodies: &mut self.bodies,
+                detector: &mut self.detector,
+                dt,
+            };
+            let result = self.stepper.step(&mut model, dt);
+            if let Ok(record) = &result {
+                let asked = Hooks { hooks, world };
+                let crossing = self.detector.crossings(asked, &self.bodies);
+                self.reporter
+                    .report(world, &self.detector, crossing, record, events);
+                self.put_to_sleep(world, dt);
+                return result;
+            }
+            self.bodies.give_back(world);
+            // who was pressed on in its sleep takes part from the start
+            if !self.bodies.sleepers.is_stirred() {
+                return result;
+            }
+        }
+    }
+
+    fn put_to_sleep(&mut self, world: &mut PhysicsWorld, dt: f64) {
+        if self.settings.stay_awake {
+            return;
+        }
+        let group = self.bodies.ready(world, dt);
+        if group.iter().any(|g| *g != 0) {
+            let memory = self.stepper.set_aside(|body| group[body as usize]);
+            self.bodies.fall_asleep(world, &group, memory);
+        }
+    }
+
+    /// Contacts and rows of joints at the present poses, without a step: all that may close within
+    /// one. `out` is emptied first; keep it from call to call, it is large.
+    ///
+    /// # Errors
+    /// [`StepError::Model`] if the world cannot be taken over.
+    pub fn find_contacts(
+        &mut self,
+        world: &mut PhysicsWorld,
+        out: &mut Detection,
+    ) -> Result<(), StepError> {
+        let dt = self.step_length(world);
+        self.take_over(world, dt)?;
         let mut model = RapierModel {
+            gravity: gravity(&self.settings, world),
             world,
+            hooks: &(),
             bodies: &mut self.bodies,
             detector: &mut self.detector,
-            gravity,
             dt,
         };
-        let result = self.stepper.step(&mut model, dt);
-        if result.is_err() {
-            self.bodies.give_back(world);
-        }
-        result
+        out.contacts.clear();
+        out.joints.clear();
+        Ok(model.detect(dt, out)?)
     }
 
     /// Time at the end of the last step \[s\].
@@ -136,12 +245,17 @@ impl MoreauPipeline {
 
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
-        self.detector.surfaces.insert(collider, law);
+        self.detector.set_surface(collider, law);
+    }
+
+    /// Pairs of colliders that overlapped at the end of the last step and of which one is a sensor.
+    pub fn intersections(&self) -> impl Iterator<Item = [ColliderHandle; 2]> + '_ {
+        self.reporter.intersections()
     }
 
     /// Forgets a collider that was removed.
     pub(super) fn forget_surface(&mut self, collider: ColliderHandle) {
-        self.detector.surfaces.remove(&collider);
+        self.detector.forget_surface(collider);
     }
 
     /// Gives a body mass and inertia in `f64`.
@@ -172,7 +286,7 @@ impl MoreauPipeline {
     /// Places a body in `f64`: pose of its frame, velocity of its centre of mass and spin.
     ///
     /// # Errors
-    /// [`ModelError`] if the world cannot be taken over or does not hold the body.
+    /// [`ModelError::Invalid`] if the world does not hold the body, or a number is not finite.
     pub fn place(
         &mut self,
         world: &mut PhysicsWorld,
@@ -180,15 +294,7 @@ impl MoreauPipeline {
         pose: Pose64,
         velocity: Vec3,
     ) -> Result<(), ModelError> {
-        self.bodies.sync(world, 1.0)?;
-        if self.bodies.place(world, body, pose, velocity) {
-            Ok(())
-        } else {
-            Err(ModelError::Invalid(format!(
-                "body (handle {:?}) is not in the world",
-                body_id(body)
-            )))
-        }
+        self.bodies.place(world, body, pose, velocity)
     }
 
     /// `f64` pose of a body's frame.
@@ -212,6 +318,7 @@ impl MoreauPipeline {
 /// A rapier world as a multibody model, for the time of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
+    hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
     gravity: Vec2,
@@ -234,14 +341,34 @@ impl RapierModel<'_> {
     }
 }
 
-impl MultibodyModel for RapierModel<'_> {
-    fn begin_step(&mut self, dt: f64) -> Result<(), ModelError> {
-        if self.world.soft_bodies.iter().next().is_some() {
-            return Err(ModelError::Unsupported(
-                "soft bodies are not supported".to_owned(),
-            ));
+impl RapierModel<'_> {
+    /// Whether a sleeping body is pressed on: the step is begun again then with it awake.
+    fn feel(&mut self, found: &Detection) -> Result<(), ModelError> {
+        let mut free = Vec::new();
+        if !self.bodies.sleepers.is_empty() {
+            free.resize(self.bodies.list.len(), Vec3::zeros());
+            self.forces(0.0, &mut free);
+            let masses = self.bodies.velocities.iter().zip(&self.bodies.inverse_mass);
+            for (h, (u, w)) in free.iter_mut().zip(masses) {
+                *h = u + h.component_mul(w) * self.dt;
+            }
         }
-        self.bodies.sync(self.world, dt)
+        let drop = self.gravity.norm() * self.dt * self.dt;
+        self.bodies.feel(found, &free, drop, self.dt);
+        if self.bodies.sleepers.is_stirred() {
+            return Err(ModelError::Invalid("a sleeping body is stirred".to_owned()));
+        }
+        Ok(())
+    }
+}
+
+impl MultibodyModel for RapierModel<'_> {
+    fn standing(&self) -> Option<&Standing> {
+        Some(&self.bodies.standing)
+    }
+
+    fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
+        self.bodies.kinetic_energy(velocities)
     }
 
     fn velocities(&self) -> &[Vec3] {
@@ -259,10 +386,10 @@ impl MultibodyModel for RapierModel<'_> {
     /// Weight, the user's forces and torques, and damping `−d m v` as rapier defines `d` [1/s].
     fn forces(&self, _time: f64, out: &mut [Vec3]) {
         for (k, h) in out.iter_mut().enumerate() {
-            let w = self.bodies.inverse_mass[k];
-            if w == Vec3::zeros() {
+            if self.bodies.inverse_mass[k] == Vec3::zeros() {
                 continue;
             }
+            let w = self.bodies.list[k].inverse_mass;
             let body = &self.world.bodies[self.bodies.list[k].handle];
             let u = self.bodies.velocities[k];
             let (force, torque) = (body.user_force(), body.user_torque());
@@ -293,11 +420,22 @@ impl MultibodyModel for RapierModel<'_> {
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
-        self.bodies.write(self.world, false);
         let acceleration = self.acceleration();
+        if !acceleration.is_finite() {
+            // a search without end would leave its mark on rapier's tree
+            return Err(ModelError::Invalid(
+                "a force is too large for the mass of its body: the acceleration is not finite"
+                    .to_owned(),
+            ));
+        }
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
         self.detector
-            .detect(self.world, self.bodies, acceleration, dt, out)?;
-        joint_rows(self.world, self.bodies, self.dt, out)
+            .detect(hooks, self.bodies, acceleration, dt, out)?;
+        joint_rows(self.world, self.bodies, self.dt, out)?;
+        self.feel(out)
     }
 
     fn detect_pairs(
@@ -306,8 +444,12 @@ impl MultibodyModel for RapierModel<'_> {
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
         self.detector
-            .detect_pairs(self.world, self.bodies, pairs, dt, out);
+            .detect_pairs(hooks, self.bodies, pairs, dt, out);
         joint_rows(self.world, self.bodies, self.dt, out)
     }
 
@@ -315,8 +457,8 @@ impl MultibodyModel for RapierModel<'_> {
         self.bodies
             .list
             .iter()
-            .zip(&self.bodies.inverse_mass)
-            .map(|(shadow, w)| {
+            .map(|shadow| {
+                let w = shadow.inverse_mass;
                 let scale = widen(self.world.bodies[shadow.handle].gravity_scale());
                 let center = shadow.pose.apply(shadow.center);
                 (0..2)
@@ -333,4 +475,47 @@ impl MultibodyModel for RapierModel<'_> {
             .bodies
             .propagate_modified_body_positions_to_colliders(&mut self.world.colliders);
     }
+}
+
+fn gravity(settings: &MoreauSettings, world: &PhysicsWorld) -> Vec2 {
+    let own = || Vec2::new(widen(world.gravity.x), widen(world.gravity.y));
+    settings.gravity.unwrap_or_else(own)
+}
+
+/// What cannot be stepped whatever the bodies are: joints must hold bodies that are there.
+fn refuse_world(world: &PhysicsWorld, gravity: Vec2) -> Result<(), ModelError> {
+    if world.soft_bodies.iter().next().is_some() {
+        return Err(ModelError::Unsupported(
+            "soft bodies are not supported".to_owned(),
+        ));
+    }
+    if !(gravity.x + gravity.y).is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "gravity is ({}, {}) m/s2, must be finite",
+            gravity.x, gravity.y
+        )));
+    }
+    for (handle, joint) in world.impulse_joints.iter() {
+        let number = handle.into_raw_parts().0;
+        let groups =
+            [joint.body1(), joint.body2()].map(|h| world.bodies.get(h).filter(|b| b.is_dynamic()));
+        if let [Some(a), Some(b)] = groups
+            && a.dominance_group() != b.dominance_group()
+        {
+            return Err(ModelError::Unsupported(format!(
+                "joint {number}: it ties bodies of dominance {} and {}, which is not supported",
+                a.dominance_group(),
+                b.dominance_group()
+            )));
+        }
+        for body in [joint.body1(), joint.body2()] {
+            if !world.bodies.contains(body) {
+                return Err(ModelError::Invalid(format!(
+                    "joint {number}: body (handle {:?}) is not in the world",
+                    body_id(body)
+                )));
+            }
+        }
+    }
+    Ok(())
 }

@@ -140,6 +140,8 @@ impl Simulation {
                 stepper,
                 gravity: Some(gravity),
                 dt: Some(dt),
+                stay_awake: true,
+                ..MoreauSettings::default()
             })?,
             ground: None,
             rapier_time: 0.0,

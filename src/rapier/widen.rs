@@ -1,18 +1,40 @@
 use super::engine::math::Real;
+use std::f64::consts::LOG10_2;
 
-/// The `f64` that a person meant by an `f32`: the shortest decimal that rounds to it.
+/// The `f64` that a person meant by an `f32`: the shortest decimal of up to seven digits that
+/// rounds to it, or what has none as it is.
 ///
 /// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that
 /// a user typed thus lose nothing on their way through rapier.
 ///
 /// With the feature `f64` rapier keeps what was typed, and this gives it back as it is.
 pub fn widen(value: Real) -> f64 {
-    // integers and dyadic fractions are exact already, and need no printing
-    if cfg!(feature = "f64") || !value.is_finite() || (value * 1024.0).fract() == 0.0 {
-        return f64::from(value);
+    let wide = f64::from(value);
+    // integers and dyadic fractions are exact already, and have no shorter decimal
+    // not `fract`, which is a call where the processor is not known to have it
+    let whole = |x: f64| x as i64 as f64 == x;
+    let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
+    if cfg!(feature = "f64") || !value.is_finite() || dyadic {
+        return wide;
     }
-    value.to_string().parse().unwrap_or(f64::from(value))
+    // of both numbers of the quotient nothing is lost
+    let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
+    let meant = |power: &f64| decimal(*power) as Real == value;
+    // decimals that make seven digits
+    let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    let most = (7 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
+    if !meant(&POWERS[most - 1]) {
+        return wide;
+    }
+    let fewest = POWERS[..most].partition_point(|power| !meant(power));
+    decimal(POWERS[fewest])
 }
+
+/// 10¹ to 10²², all exact.
+const POWERS: [f64; 22] = [
+    1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
+    1e18, 1e19, 1e20, 1e21, 1e22,
+];
 
 #[cfg(test)]
 mod tests {
@@ -26,6 +48,14 @@ mod tests {
             let value = f32::from_bits(bits) as Real;
             prop_assume!(value.is_finite());
             prop_assert_eq!(widen(value) as Real, value);
+        }
+
+        /// What a user types comes back, whatever its size.
+        #[test]
+        #[cfg(not(feature = "f64"))]
+        fn gives_back_up_to_six_digits(digits in -999_999i32..=999_999, scale in -12i32..=0) {
+            let typed: f64 = format!("{digits}e{scale}").parse().unwrap();
+            prop_assert_eq!(widen(typed as f32), typed);
         }
     }
 

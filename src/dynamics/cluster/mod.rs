@@ -95,6 +95,9 @@ impl Runner {
         self.here = self.moved.iter().map(origin).collect();
         self.restore(model);
         self.flow.start.clone_from(&context.main.start);
+        for stage in [&mut self.flow, &mut self.instant] {
+            stage.standing.clone_from(&context.main.standing);
+        }
         self.flow.excused.clone_from(&context.main.excused);
         self.flow.crowded.clone_from(&context.main.crowded);
         self.remembered = None;
@@ -115,7 +118,8 @@ impl Runner {
             };
             let plain = self.record.events >= limit;
             let rules = Rules {
-                events: !plain,
+                events: context.rules.events && !plain,
+                sweeps: context.rules.sweeps && !plain,
                 ..context.rules
             };
             let span = Span {
@@ -288,10 +292,10 @@ impl Runner {
         }
         flow.detect_pairs(model, &self.pairs, context.dt)?;
         let memory = self.remembered.as_ref().unwrap_or(context.memory);
-        if rules.events {
+        if rules.locates() {
             let (moved, here) = (&self.moved, &self.here);
             let place = |b: u32| moved.iter().position(|m| *m == b).map(|k| here[k]);
-            see_from_the_start(model, flow, memory, place, span.length, span.step)?;
+            see_from_the_start(model, flow, memory, rules, place, span.length, span.step)?;
         }
         flow.free_velocities(model, at + 0.5 * span.length, span.length);
         let w = context.inverse_mass;
@@ -299,8 +303,8 @@ impl Runner {
         solver.solve(flow, w, rules);
         let spent = solver.outcomes.iter();
         spent.for_each(|outcome| outcome.count_work(&mut self.record));
-        if rules.events {
-            release_lone(flow, solver, span.step);
+        if rules.locates() {
+            release_lone(flow, solver, rules, w, span.step);
         }
         self.held.clear();
         let blocks = 0..flow.blocks.len();

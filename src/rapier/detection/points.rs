@@ -1,10 +1,10 @@
 //! From what touches to contact points: rows, keys, laws.
 
-use super::bodies::Bodies;
-use super::engine::geometry::ContactManifold;
-use super::engine::parry::query::TrackedContact;
-use super::engine::prelude::*;
-use super::kernels::Touch;
+use super::super::bodies::Bodies;
+use super::super::engine::geometry::ContactManifold;
+use super::super::engine::parry::query::TrackedContact;
+use super::super::engine::prelude::*;
+use super::super::kernels::Touch;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
 
@@ -31,6 +31,7 @@ impl Pair {
         self
     }
 
+    #[inline]
     pub fn point(
         &self,
         bodies: &Bodies,
@@ -90,16 +91,6 @@ impl Pair {
             law: self.law,
             surface_velocity: self.belt,
         }
-    }
-}
-
-/// Length \[m\] of a polyline's segment; 1 for any other shape.
-pub(super) fn segment_length(collider: &Collider, segment: u32) -> f64 {
-    match collider.shape().as_polyline() {
-        Some(polyline) if (segment as usize) < polyline.num_segments() => {
-            f64::from(polyline.segment(segment).length())
-        }
-        _ => 1.0,
     }
 }
 

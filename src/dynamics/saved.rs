@@ -1,0 +1,28 @@
+//! Numbers as a saved state holds them.
+
+/// A pair as a list of two.
+pub(crate) mod pair {
+    use crate::contact::Vec2;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(v: &Vec2, to: S) -> Result<S::Ok, S::Error> {
+        [v.x, v.y].serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec2, D::Error> {
+        <[f64; 2]>::deserialize(from).map(Vec2::from)
+    }
+}
+
+/// A time that may be endless, which JSON has no number for.
+pub(crate) mod endless {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
+        time.is_finite().then_some(*time).serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        Option::deserialize(from).map(|time| time.unwrap_or(f64::INFINITY))
+    }
+}

@@ -1,0 +1,160 @@
+//! What the user changed about colliders since the last step.
+
+use super::engine::prelude::*;
+use crate::dynamics::ModelError;
+
+/// A collider as it was found last.
+#[derive(Clone)]
+struct Seen {
+    handle: ColliderHandle,
+    parent: Option<RigidBodyHandle>,
+    /// Kept alive, so that a new shape cannot come to lie at the same address.
+    shape: SharedShape,
+    place: Pose,
+    enabled: bool,
+    sensor: bool,
+    groups: [InteractionGroups; 2],
+    mass: (Real, Real, Vector),
+    scan: u32,
+}
+
+/// Notices new, removed, moved, re-shaped, re-massed and switched colliders by looking at all of
+/// them: rapier's own notes of what was modified are for its own step.
+#[derive(Clone, Default)]
+pub(super) struct ColliderWatch {
+    seen: Vec<Option<Seen>>,
+    known: usize,
+    scan: u32,
+    /// Of the last scan: what changed or came, and what went, each with its body then.
+    pub changed: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
+    pub gone: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
+}
+
+impl ColliderWatch {
+    /// Looks at all colliders.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] names a collider whose place or shape is not finite; it counts as
+    /// unseen then.
+    pub fn scan(&mut self, colliders: &ColliderSet) -> Result<(), ModelError> {
+        self.changed.clear();
+        self.gone.clear();
+        self.scan = self.scan.wrapping_add(1);
+        let mut met = 0;
+        for (handle, collider) in colliders.iter() {
+            let slot = handle.into_raw_parts().0 as usize;
+            if self.seen.len() <= slot {
+                self.seen.resize(slot + 1, None);
+            }
+            let entry = &mut self.seen[slot];
+            let old = entry.as_mut().filter(|s| s.handle == handle);
+            if let Some(old) = old
+                && old.is(collider)
+            {
+                old.scan = self.scan;
+                met += 1;
+                continue;
+            }
+            check(handle, collider)?;
+            if let Some(other) = entry.take() {
+                self.known -= 1;
+                // the slot's former owner, or the same one as it was
+                if other.handle != handle {
+                    self.gone.push((other.handle, other.parent));
+                } else if other.parent != collider.parent() {
+                    self.changed.push((handle, other.parent));
+                }
+            }
+            *entry = Some(Seen::new(handle, collider, self.scan));
+            self.known += 1;
+            met += 1;
+            self.changed.push((handle, collider.parent()));
+        }
+        if met < self.known {
+            for entry in &mut self.seen {
+                if let Some(gone) = entry.take_if(|s| s.scan != self.scan) {
+                    self.gone.push((gone.handle, gone.parent));
+                }
+            }
+            self.known = met;
+        }
+        Ok(())
+    }
+}
+
+impl Seen {
+    fn new(handle: ColliderHandle, collider: &Collider, scan: u32) -> Self {
+        Seen {
+            handle,
+            parent: collider.parent(),
+            shape: collider.shared_shape().clone(),
+            place: place(collider),
+            enabled: collider.is_enabled(),
+            sensor: collider.is_sensor(),
+            groups: [collider.collision_groups(), collider.solver_groups()],
+            mass: mass(collider),
+            scan,
+        }
+    }
+
+    fn is(&self, collider: &Collider) -> bool {
+        std::sync::Arc::ptr_eq(&self.shape.0, &collider.shared_shape().0)
+            && self.parent == collider.parent()
+            && self.place == place(collider)
+            && self.enabled == collider.is_enabled()
+            && self.sensor == collider.is_sensor()
+            && self.groups == [collider.collision_groups(), collider.solver_groups()]
+            && self.mass == mass(collider)
+    }
+}
+
+fn place(collider: &Collider) -> Pose {
+    *collider
+        .position_wrt_parent()
+        .unwrap_or_else(|| collider.position())
+}
+
+/// Tells masses apart. That of a ball, box or capsule costs nothing; of other shapes a density
+/// does, so that an inertia alone given anew is not seen there.
+fn mass(collider: &Collider) -> (Real, Real, Vector) {
+    match collider.shape().shape_type() {
+        ShapeType::Ball | ShapeType::Cuboid | ShapeType::Capsule => {
+            let all = collider.mass_properties();
+            (all.inv_mass, all.inv_principal_inertia, all.local_com)
+        }
+        _ => (collider.density(), 0.0, Vector::ZERO),
+    }
+}
+
+fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
+    let id = handle.into_raw_parts();
+    let at = place(collider);
+    if !finite(&at) {
+        return Err(ModelError::Invalid(format!(
+            "collider {} (handle {id:?}): position is ({}, {}) m, must be finite",
+            id.0, at.translation.x, at.translation.y
+        )));
+    }
+    let room = collider.shape().compute_local_aabb();
+    let ordered = room.mins.x <= room.maxs.x && room.mins.y <= room.maxs.y;
+    if !room.mins.is_finite() || !room.maxs.is_finite() || !ordered {
+        return Err(ModelError::Invalid(format!(
+            "collider {} (handle {id:?}): shape reaches from ({}, {}) to ({}, {}) m, must be finite \
+             and ordered",
+            id.0, room.mins.x, room.mins.y, room.maxs.x, room.maxs.y
+        )));
+    }
+    let mass = mass(collider);
+    if !(mass.0.is_finite() && mass.1.is_finite() && mass.2.is_finite()) {
+        return Err(ModelError::Invalid(format!(
+            "collider {} (handle {id:?}): mass or density is not finite",
+            id.0
+        )));
+    }
+    Ok(())
+}
+
+/// Whether a pose can be worked with.
+pub(super) fn finite(pose: &Pose) -> bool {
+    pose.translation.is_finite() && (pose.rotation.re + pose.rotation.im).is_finite()
+}

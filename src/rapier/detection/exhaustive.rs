@@ -1,0 +1,27 @@
+//! The reference drive: every part with every other.
+
+use super::{Detector, shapes};
+
+impl Detector {
+    /// Notes all pairs of parts whose boxes are within the reach of each other.
+    pub(super) fn try_all(&mut self) {
+        self.pairs.clear();
+        let reach = self.span.prediction;
+        let leaves = &self.leaves;
+        let boxes = leaves.list.iter().zip(&leaves.pose).enumerate();
+        let boxes: Vec<(u32, [f64; 4])> = boxes
+            .filter_map(|(k, (leaf, pose))| {
+                Some((k as u32, shapes::extent(&leaf.as_ref()?.part, pose)))
+            })
+            .collect();
+        for (i, &(a, one)) in boxes.iter().enumerate() {
+            for &(b, two) in &boxes[..i] {
+                let near = |k: usize| one[k] <= two[k + 2] + reach && two[k] <= one[k + 2] + reach;
+                if near(0) && near(1) {
+                    self.pairs.add(a, b, leaves);
+                }
+            }
+        }
+        self.pairs.sort();
+    }
+}

@@ -1,0 +1,136 @@
+//! All parts of all colliders, numbered, and how far each has gone.
+
+use super::super::bodies::Bodies;
+use super::super::joints::OUTSIDE;
+use super::super::kernels::Part;
+use super::colliders::Colliders;
+use super::shapes;
+use crate::dynamics::Pose64;
+
+/// One part of a collider.
+pub(super) struct Leaf {
+    pub part: Part,
+    /// In the body's frame, or the world's where it has no body.
+    local: Pose64,
+    /// Farthest point from the origin of that frame \[m\].
+    radius: f64,
+    /// Larger extent of the collider \[m\].
+    pub size: f64,
+    /// Index of the collider, and of the part in it.
+    pub slot: u32,
+    pub sub: u32,
+    /// Whether it is the only part of its collider.
+    pub lone: bool,
+    /// Number of the body in this step.
+    pub body: u32,
+}
+
+/// The parts, under numbers that last as long as their colliders.
+#[derive(Default)]
+pub(super) struct Leaves {
+    pub list: Vec<Option<Leaf>>,
+    /// Of each leaf, a bound of the way \[m\] that any of its points has gone so far.
+    pub way: Vec<f64>,
+    /// Of each leaf, where it is.
+    pub pose: Vec<Pose64>,
+    /// Of each leaf, where its body was at the last call.
+    old: Vec<Pose64>,
+    free: Vec<u32>,
+    /// Of each collider, its leaves.
+    of_slot: Vec<Vec<u32>>,
+}
+
+impl Leaves {
+    pub fn get(&self, leaf: u32) -> &Leaf {
+        match &self.list[leaf as usize] {
+            Some(leaf) => leaf,
+            None => unreachable!("a pair of parts outlived one of them"),
+        }
+    }
+
+    /// Drops the leaves of a collider and says which they were.
+    pub fn remove(&mut self, slot: u32) -> Vec<u32> {
+        let gone = match self.of_slot.get_mut(slot as usize) {
+            Some(leaves) => std::mem::take(leaves),
+            None => Vec::new(),
+        };
+        for &leaf in &gone {
+            self.list[leaf as usize] = None;
+            self.free.push(leaf);
+        }
+        gone
+    }
+
+    /// Adds the parts of a collider.
+    pub fn insert(&mut self, slot: u32, colliders: &Colliders, bodies: &Bodies) {
+        let Some(known) = colliders.get(slot) else {
+            return;
+        };
+        if self.of_slot.len() <= slot as usize {
+            self.of_slot.resize_with(slot as usize + 1, Vec::new);
+        }
+        for piece in &known.pieces {
+            let local = known.local.compose(&piece.local);
+            let leaf = Leaf {
+                radius: shapes::radius(&piece.part, &local),
+                part: piece.part.clone(),
+                local,
+                size: known.size,
+                slot,
+                sub: piece.sub,
+                lone: known.pieces.len() == 1,
+                body: colliders.body(slot, bodies),
+            };
+            let at = self.body_pose(leaf.body, bodies);
+            let id = self.free.pop().unwrap_or(self.list.len() as u32);
+            let k = id as usize;
+            if k == self.list.len() {
+                self.list.push(None);
+                self.way.push(0.0);
+                self.pose.push(at);
+                self.old.push(at);
+            }
+            (self.way[k], self.old[k]) = (0.0, at);
+            self.pose[k] = at.compose(&leaf.local);
+            self.list[k] = Some(leaf);
+            self.of_slot[slot as usize].push(id);
+        }
+    }
+
+    fn body_pose(&self, body: u32, bodies: &Bodies) -> Pose64 {
+        match body {
+            OUTSIDE => Pose64::new(crate::contact::Vec2::zeros(), 0.0),
+            body => bodies.list[body as usize].pose,
+        }
+    }
+
+    /// Takes over the numbers of the bodies after some came or went.
+    pub fn renumber(&mut self, colliders: &Colliders, bodies: &Bodies) {
+        for leaf in self.list.iter_mut().flatten() {
+            leaf.body = colliders.body(leaf.slot, bodies);
+        }
+    }
+
+    /// Moves every leaf to where its body is.
+    ///
+    /// No point of a part can have gone farther than `|Δp| + R |Δ(cos, sin)|`, its chord.
+    pub fn follow(&mut self, bodies: &Bodies) {
+        for (k, leaf) in self.list.iter().enumerate() {
+            let Some(leaf) = leaf else { continue };
+            if leaf.body == OUTSIDE {
+                continue;
+            }
+            let now = &bodies.list[leaf.body as usize].pose;
+            let old = &self.old[k];
+            if now == old {
+                continue;
+            }
+            let turned = (now.cos - old.cos).hypot(now.sin - old.sin);
+            let gone = (now.translation - old.translation).norm() + leaf.radius * turned;
+            // a rounding of it, so that sums of roundings stay a bound
+            self.way[k] += gone * (1.0 + 1e-12);
+            self.old[k] = *now;
+            self.pose[k] = now.compose(&leaf.local);
+        }
+    }
+}

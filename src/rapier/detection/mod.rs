@@ -1,0 +1,291 @@
+//! Contacts from a rapier world.
+//!
+//! Two drives, tested to find the same contacts. [`DetectionDrive::Tree`]: every part of a collider
+//! is a leaf of a tree of fat boxes; pairs of leaves whose boxes overlap are kept sorted, and one is
+//! looked at again only when its two sides can have come close. [`DetectionDrive::Exhaustive`]
+//! remembers nothing and tries every part with every other. Gaps come from `f64` kernels (1e-15 m;
+//! 1e-13 m a kilometre from the origin); of shapes without one (voxels, shapes of the user's own)
+//! from parry, at relative poses formed in `f64` and never from a manifold that is kept (3e-7 m for
+//! 1 m shapes).
+//!
+//! rapier's own broad and narrow phase take no part: they would cost as much as rapier's step, and
+//! keep manifolds while a pair moves by up to a millimetre.
+
+mod colliders;
+mod exhaustive;
+mod hooks;
+mod leaves;
+mod pairs;
+mod points;
+mod shapes;
+mod tree;
+
+use super::bodies::Bodies;
+use super::engine::prelude::*;
+use super::joints::OUTSIDE;
+use crate::dynamics::{Detection, ModelError};
+use colliders::Colliders;
+pub(super) use hooks::Hooks;
+use leaves::Leaves;
+pub(super) use pairs::Told;
+use pairs::{Apart, Finder, Pairs, apart};
+use rustc_hash::FxHashSet;
+use tree::Tree;
+
+/// The cell of a contact on a collider without cells.
+pub const NO_CELL: u32 = 0;
+
+/// Who finds the pairs of colliders that come near each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DetectionDrive {
+    /// A tree of boxes and what was learnt in the steps before.
+    #[default]
+    Tree,
+    /// Nobody: every part is tried with every other. The reference, at a cost that grows with the
+    /// square of the number of parts.
+    Exhaustive,
+}
+
+/// What rapier's collider cannot say about a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceLaw {
+    /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
+    /// rigidity and restitution. Two compliant surfaces act in series. With
+    /// `one_point_per_segment` both are per metre of segment length: a Winkler foundation.
+    pub compliance: Option<(f64, f64)>,
+    /// Speed of the surface along itself \[m/s\], positive counter-clockwise round the collider:
+    /// a belt whose top runs to −x has a positive one.
+    pub speed: f64,
+    /// Keep only the deepest point a segment of this polyline: its segments are cells.
+    pub one_point_per_segment: bool,
+}
+
+/// What detection remembers from step to step.
+#[derive(Default)]
+pub(super) struct Detector {
+    drive: DetectionDrive,
+    colliders: Colliders,
+    leaves: Leaves,
+    tree: Tree,
+    pairs: Pairs,
+    apart: Apart,
+    /// Of the bodies' numbers that the leaves hold.
+    numbering: Option<u64>,
+    /// Of the last full pass.
+    span: Span,
+    /// Of each body, a bound of the speed of any of its points \[m/s\].
+    speeds: Vec<f64>,
+}
+
+impl Detector {
+    pub fn new(drive: DetectionDrive) -> Detector {
+        Detector {
+            drive,
+            ..Detector::default()
+        }
+    }
+
+    pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
+        self.colliders.set_surface(collider, law);
+    }
+
+    pub fn forget_surface(&mut self, collider: ColliderHandle) {
+        self.colliders.surfaces.remove(&collider);
+    }
+
+    /// Finds all contacts at the present poses; `acceleration` \[m/s²\] bounds that of any body.
+    ///
+    /// # Errors
+    /// [`ModelError`] for colliders that use what is not supported.
+    pub fn detect(
+        &mut self,
+        hooks: Hooks,
+        bodies: &mut Bodies,
+        acceleration: f64,
+        dt: f64,
+        out: &mut Detection,
+    ) -> Result<(), ModelError> {
+        let world = hooks.world;
+        self.take_over(world, bodies)?;
+        self.leaves.follow(bodies);
+        self.speeds.clear();
+        let bodies_all = 0..bodies.list.len();
+        self.speeds
+            .extend(bodies_all.map(|k| speed_bound(bodies, k as u32)));
+        self.span = Span::new(&self.speeds, acceleration, dt);
+        match self.drive {
+            DetectionDrive::Tree => self.find_near(bodies),
+            DetectionDrive::Exhaustive => self.try_all(),
+        }
+        apart(world, bodies, &mut self.apart);
+        let finder = Finder {
+            bodies,
+            colliders: &self.colliders,
+            leaves: &self.leaves,
+            apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
+            span: self.span,
+        };
+        let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
+        self.pairs.all(&finder, tree, out);
+        Ok(())
+    }
+
+    /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses.
+    pub fn detect_pairs(
+        &mut self,
+        hooks: Hooks,
+        bodies: &Bodies,
+        pairs: &[[u32; 2]],
+        dt: f64,
+        out: &mut Detection,
+    ) {
+        self.leaves.follow(bodies);
+        for &slot in pairs.iter().flatten() {
+            let body = self.colliders.body(slot, bodies);
+            if body != OUTSIDE {
+                self.speeds[body as usize] = speed_bound(bodies, body);
+            }
+        }
+        let finder = Finder {
+            bodies,
+            colliders: &self.colliders,
+            leaves: &self.leaves,
+            apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
+            span: Span { dt, ..self.span },
+        };
+        self.pairs.some(&finder, pairs, out);
+    }
+
+    /// Pairs of colliders, one of them a sensor, that overlap at the present poses.
+    pub fn crossings(&mut self, hooks: Hooks, bodies: &Bodies) -> Vec<[ColliderHandle; 2]> {
+        if !self.colliders.any_sensor() {
+            return Vec::new();
+        }
+        self.leaves.follow(bodies);
+        let finder = Finder {
+            bodies,
+            colliders: &self.colliders,
+            leaves: &self.leaves,
+            apart: &self.apart,
+            hooks,
+            speeds: &self.speeds,
+            span: self.span,
+        };
+        self.pairs.crossings(&finder)
+    }
+
+    /// Contacts that are not solved but that a handler wants to hear of, with their gap \[m\].
+    pub fn told(&self) -> &[Told] {
+        self.pairs.told()
+    }
+
+    /// Takes over what the user changed about colliders and bodies.
+    fn take_over(&mut self, world: &PhysicsWorld, bodies: &mut Bodies) -> Result<(), ModelError> {
+        let told = self.colliders.refresh(world);
+        let mut gone = FxHashSet::default();
+        for k in 0..self.colliders.changed.len() {
+            let slot = self.colliders.changed[k];
+            for leaf in self.leaves.remove(slot) {
+                self.tree.remove(leaf);
+                gone.insert(leaf);
+            }
+        }
+        // before numbers are used again
+        if !gone.is_empty() {
+            self.pairs.forget(&gone);
+        }
+        for &slot in &self.colliders.changed {
+            self.leaves.insert(slot, &self.colliders, bodies);
+        }
+        if self.numbering != Some(bodies.numbering) {
+            self.numbering = Some(bodies.numbering);
+            self.leaves.renumber(&self.colliders, bodies);
+            self.colliders.measure_bodies(bodies);
+        } else if !self.colliders.changed.is_empty() {
+            self.colliders.measure_bodies(bodies);
+        }
+        self.tree.begin(self.leaves.list.len());
+        told
+    }
+
+    /// Brings the tree and the pairs up to date.
+    fn find_near(&mut self, bodies: &Bodies) {
+        let (span, leaves) = (self.span, &self.leaves);
+        for (k, leaf) in leaves.list.iter().enumerate() {
+            let Some(leaf) = leaf else { continue };
+            let growth = span.growth(speed(&self.speeds, leaf.body), leaf.size);
+            self.pairs.set_growth(k, growth);
+            let way = leaves.way[k];
+            if self.tree.holds(k, way, growth) {
+                continue;
+            }
+            let tight = shapes::extent(&leaf.part, &leaves.pose[k]);
+            let ahead = span.ahead(bodies, leaf.body);
+            self.tree.place(k, tight, way, growth, ahead);
+        }
+        let pairs = &mut self.pairs;
+        self.tree.pairs(|a, b| pairs.add(a, b, leaves));
+        self.pairs.sort();
+    }
+}
+
+/// How far things can come in a step.
+#[derive(Clone, Copy, Default)]
+struct Span {
+    dt: f64,
+    /// By acceleration alone \[m\].
+    drop: f64,
+    /// Of the fastest two together \[m\].
+    prediction: f64,
+}
+
+impl Span {
+    fn new(speeds: &[f64], acceleration: f64, dt: f64) -> Span {
+        let fastest = speeds.iter().copied().fold(0.0, f64::max);
+        let drop = acceleration * dt * dt;
+        Span {
+            dt,
+            drop,
+            prediction: 2.0 * (fastest * dt + drop) + 1e-6,
+        }
+    }
+
+    /// How near two surfaces must be to matter \[m\]: what these two can do in a step, or what a
+    /// neighbour can do to them. `sizes` \[m\] are theirs.
+    fn reach(&self, speeds: [f64; 2], sizes: [f64; 2]) -> f64 {
+        let own = 1.1 * (speeds[0] + speeds[1]) * self.dt + 2.0 * self.drop;
+        own.max(self.prediction.min(sizes[0].min(sizes[1])))
+    }
+
+    /// One side's share of it: two of them are no less than the reach.
+    fn growth(&self, speed: f64, size: f64) -> f64 {
+        let own = 1.1 * speed * self.dt + self.drop;
+        own.max(0.5 * self.prediction.min(size))
+    }
+
+    /// Where a body goes in the next steps \[m\].
+    fn ahead(&self, bodies: &Bodies, body: u32) -> [f64; 2] {
+        if body == OUTSIDE {
+            return [0.0; 2];
+        }
+        let u = &bodies.velocities[body as usize];
+        [u.x, u.y].map(|v| (4.0 * self.dt * v).clamp(-1.0, 1.0))
+    }
+}
+
+fn speed(speeds: &[f64], body: u32) -> f64 {
+    match body {
+        OUTSIDE => 0.0,
+        body => speeds[body as usize],
+    }
+}
+
+/// Bound of the speed of any point of a body \[m/s\].
+fn speed_bound(bodies: &Bodies, k: u32) -> f64 {
+    let u = &bodies.velocities[k as usize];
+    u.xy().norm() + u.z.abs() * bodies.list[k as usize].radius
+}

@@ -1,0 +1,460 @@
+//! The narrow phase: pairs of parts, and the contacts of those that are near.
+
+use super::super::bodies::Bodies;
+use super::super::engine::geometry::ContactManifold;
+use super::super::engine::parry::query::{
+    DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
+};
+use super::super::engine::prelude::*;
+use super::super::joints::OUTSIDE;
+use super::super::kernels::{Core, Touch, relative, touches};
+use super::colliders::{Colliders, Known};
+use super::hooks::Hooks;
+use super::leaves::{Leaf, Leaves};
+use super::points::{Pair, mix, parry_points, same_place};
+use super::tree::Tree;
+use super::{Span, shapes, speed};
+use crate::contact::Vec3;
+use crate::dynamics::Detection;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// Two parts whose fat boxes overlap.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    /// Colliders, then parts: the order of contacts, which must not depend on history.
+    order: [u32; 4],
+    leaves: [u32; 2],
+    /// Way \[m\] of the two together below which they are too far apart to look at.
+    budget: f64,
+}
+
+/// All pairs of parts, sorted.
+#[derive(Default)]
+pub(super) struct Pairs {
+    rows: Vec<Row>,
+    known: FxHashSet<u64>,
+    /// Of each leaf, its share of the reach \[m\].
+    growth: Vec<f64>,
+    scratch: Scratch,
+    added: bool,
+}
+
+/// A contact that is not solved: its groups or a hook forbid it to push, or nothing in it can move.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::rapier) struct Told {
+    pub colliders: [ColliderHandle; 2],
+    /// \[m\]
+    pub gap: f64,
+}
+
+/// What a look at a pair writes beside the contacts.
+#[derive(Default)]
+struct Scratch {
+    told: Vec<Told>,
+    touches: Vec<Touch>,
+    /// What the user's hook wrote on pairs.
+    marks: FxHashMap<u64, u32>,
+}
+
+fn name([a, b]: [u32; 2]) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
+}
+
+impl Pairs {
+    pub fn set_growth(&mut self, leaf: usize, growth: f64) {
+        if self.growth.len() <= leaf {
+            self.growth.resize(leaf + 1, 0.0);
+        }
+        self.growth[leaf] = growth;
+    }
+
+    /// Notes that two leaves are near, unless that is known or they can never meet.
+    pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
+        let (la, lb) = (leaves.get(a), leaves.get(b));
+        if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
+            return;
+        }
+        // the lower collider first, as in rapier
+        let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
+        if self.known.insert(name(pair)) {
+            let [first, second] = pair.map(|leaf| leaves.get(leaf));
+            self.rows.push(Row {
+                order: [first.slot, second.slot, first.sub, second.sub],
+                leaves: pair,
+                budget: f64::NEG_INFINITY,
+            });
+            self.added = true;
+        }
+    }
+
+    pub fn sort(&mut self) {
+        if std::mem::take(&mut self.added) {
+            // what is new stands at the end: two runs to merge
+            self.rows.sort_by_key(|row| row.order);
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.known.clear();
+    }
+
+    /// Drops all pairs of these leaves.
+    pub fn forget(&mut self, gone: &FxHashSet<u32>) {
+        let (known, marks) = (&mut self.known, &mut self.scratch.marks);
+        self.rows.retain(|row| {
+            let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
+            if !stays {
+                known.remove(&name(row.leaves));
+                marks.remove(&name(row.leaves));
+            }
+            stays
+        });
+    }
+
+    /// See [`super::Detector::told`].
+    pub fn told(&self) -> &[Told] {
+        &self.scratch.told
+    }
+
+    /// See [`super::Detector::crossings`].
+    pub fn crossings(&mut self, finder: &Finder) -> Vec<[ColliderHandle; 2]> {
+        let mut found: Vec<[ColliderHandle; 2]> = Vec::new();
+        for row in &self.rows {
+            let sides = row.leaves.map(|leaf| finder.leaves.get(leaf));
+            let known = sides.map(|leaf| finder.colliders.get(leaf.slot));
+            let [Some(one), Some(two)] = known else {
+                continue;
+            };
+            let handles = [one.handle, two.handle];
+            if (one.is_sensor() || two.is_sensor())
+                && found.last() != Some(&handles)
+                && finder.may_cross(sides, [one, two])
+                && finder.overlap(row, sides, &mut self.scratch.touches)
+            {
+                found.push(handles);
+            }
+        }
+        found
+    }
+
+    /// Contacts of all pairs; those whose boxes parted are dropped.
+    pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
+        let (known, growth, scratch) = (&mut self.known, &self.growth, &mut self.scratch);
+        let mut from = Group::default();
+        scratch.told.clear();
+        self.rows.retain_mut(|row| {
+            let [a, b] = row.leaves;
+            let still = |leaf| finder.bodies.still(finder.leaves.get(leaf).body);
+            if still(a) && still(b) {
+                return true;
+            }
+            let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
+            if let Some(tree) = tree {
+                if way + growth[a as usize] + growth[b as usize] < row.budget {
+                    return true;
+                }
+                if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
+                    known.remove(&name(row.leaves));
+                    scratch.marks.remove(&name(row.leaves));
+                    return false;
+                }
+            }
+            if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
+                row.budget = way + bound;
+            }
+            true
+        });
+    }
+
+    /// Contacts of some pairs of colliders, sorted as those of [`Pairs::all`].
+    pub fn some(&mut self, finder: &Finder, pairs: &[[u32; 2]], out: &mut Detection) {
+        let mut sorted = pairs.to_vec();
+        sorted.sort_unstable();
+        sorted.dedup();
+        for [a, b] in sorted {
+            let start = self.rows.partition_point(|row| row.order[..2] < [a, b][..]);
+            let from = out.contacts.len();
+            let rows = self.rows[start..].iter();
+            for row in rows.take_while(|row| row.order[..2] == [a, b][..]) {
+                finder.contacts(row, from, &mut self.scratch, out);
+            }
+        }
+    }
+}
+
+/// Where the contacts of the present pair of colliders start.
+#[derive(Default)]
+struct Group {
+    slots: [u32; 2],
+    start: usize,
+}
+
+impl Group {
+    fn of(&mut self, row: &Row, out: &Detection) -> usize {
+        let slots = [row.order[0], row.order[1]];
+        if slots != self.slots {
+            *self = Group {
+                slots,
+                start: out.contacts.len(),
+            };
+        }
+        self.start
+    }
+}
+
+/// Pairs of bodies between which a joint switches contacts off, smaller number first.
+pub(super) type Apart = FxHashSet<[u32; 2]>;
+
+pub(super) fn apart(world: &PhysicsWorld, bodies: &Bodies, out: &mut Apart) {
+    out.clear();
+    for (_, joint) in world.impulse_joints.iter() {
+        if !joint.data.contacts_enabled
+            && let (Some(a), Some(b)) = (
+                bodies.index_of(joint.body1()),
+                bodies.index_of(joint.body2()),
+            )
+        {
+            out.insert([a.min(b), a.max(b)]);
+        }
+    }
+}
+
+/// What a look at a pair needs to know.
+pub(super) struct Finder<'a> {
+    pub bodies: &'a Bodies,
+    pub colliders: &'a Colliders,
+    pub leaves: &'a Leaves,
+    pub apart: &'a Apart,
+    pub hooks: Hooks<'a>,
+    pub speeds: &'a [f64],
+    pub span: Span,
+}
+
+impl Finder<'_> {
+    /// Adds the contacts of a pair; those of the same two colliders start at `from`.
+    ///
+    /// Returns a lower bound of the gap \[m\]; `None` if none was asked for.
+    fn contacts(
+        &self,
+        row: &Row,
+        from: usize,
+        scratch: &mut Scratch,
+        out: &mut Detection,
+    ) -> Option<f64> {
+        let found = &mut scratch.touches;
+        let sides = row.leaves.map(|leaf| self.leaves.get(leaf));
+        let known = [
+            self.colliders.get(sides[0].slot)?,
+            self.colliders.get(sides[1].slot)?,
+        ];
+        if !self.may_touch(sides, known) {
+            return None;
+        }
+        let told = !self.may_push(sides, known);
+        let heard = known[0].events() | known[1].events();
+        if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
+            return None;
+        }
+        let speeds = sides.map(|leaf| speed(self.speeds, leaf.body));
+        let reach = self.span.reach(speeds, known.map(|k| k.size));
+        let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
+        found.clear();
+        let one = known.map(|k| k.law.one_point_per_segment);
+        if let Some(bound) = touches(
+            poses[0],
+            &sides[0].part,
+            poses[1],
+            &sides[1].part,
+            reach,
+            found,
+        ) {
+            if told {
+                let least = found.iter().map(|t| t.gap).reduce(f64::min);
+                scratch.told.extend(least.map(|gap| Told {
+                    colliders: known.map(|k| k.handle),
+                    gap,
+                }));
+                return Some(bound);
+            }
+            let asked = known[0].hooks() | known[1].hooks();
+            if asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS) {
+                let mut setting = self.setting(sides, known);
+                let mark = scratch.marks.entry(name(row.leaves)).or_insert(0);
+                let subs = sides.map(|leaf| leaf.sub);
+                let hooks = self.hooks;
+                let left = hooks.modify(known, poses, subs, found, &mut setting, mark);
+                for (touch, speed) in left {
+                    found.clear();
+                    found.push(touch);
+                    let belt = setting.belt - speed;
+                    self.give(Pair { belt, ..setting }, sides, one, from, found, out);
+                }
+            } else if !found.is_empty() {
+                let setting = self.setting(sides, known);
+                self.give(setting, sides, one, from, found, out);
+            }
+            return Some(bound);
+        }
+        if told {
+            return None;
+        }
+        // hooks that change contacts need one of our kernels: a shape of the user's own has none
+        let setting = self.setting(sides, known);
+        self.ask_parry(row, sides, setting, reach, from, one[0] || one[1], out);
+        Some(f64::NEG_INFINITY)
+    }
+
+    fn kinds(&self, sides: [&Leaf; 2]) -> [RigidBodyType; 2] {
+        sides.map(|leaf| match leaf.body {
+            OUTSIDE => RigidBodyType::Fixed,
+            body => self.bodies.list[body as usize].kind,
+        })
+    }
+
+    /// Whether two colliders may touch at all: rapier's questions in rapier's order.
+    fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        let [a, b] = sides.map(|leaf| leaf.body);
+        !(known[0].is_sensor() || known[1].is_sensor())
+            && (self.apart.is_empty() || !self.apart.contains(&[a.min(b), a.max(b)]))
+            && known[0].may_meet(known[1], self.kinds(sides))
+    }
+
+    /// Whether they may push each other.
+    fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        // who sleeps can be woken
+        let still = |leaf: &Leaf| {
+            leaf.body == OUTSIDE || {
+                let asleep = self.bodies.list[leaf.body as usize].group != 0;
+                !asleep && self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
+            }
+        };
+        !(still(sides[0]) && still(sides[1]))
+            && known[0].may_push(known[1])
+            && self.hooks.lets_push(known)
+    }
+
+    /// Whether one may be told that it is in the other.
+    fn may_cross(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
+        known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
+    }
+
+    fn overlap(&self, row: &Row, sides: [&Leaf; 2], found: &mut Vec<Touch>) -> bool {
+        let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
+        let parts = sides.map(|leaf| &leaf.part);
+        found.clear();
+        match touches(poses[0], parts[0], poses[1], parts[1], 0.0, found) {
+            Some(_) => !found.is_empty(),
+            None => DefaultQueryDispatcher
+                .intersection_test(
+                    &relative(poses[0], poses[1]).to_rapier(),
+                    &*shapes::for_parry(&parts[0].core),
+                    &*shapes::for_parry(&parts[1].core),
+                )
+                .is_ok_and(|answer| answer.intersecting),
+        }
+    }
+
+    fn setting(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> Pair {
+        let setting = Pair {
+            numbers: sides.map(|leaf| leaf.body),
+            surfaces: sides.map(|leaf| leaf.slot),
+            key: pair_key(known.map(|k| k.handle)),
+            law: known[0].combined_law(known[1]),
+            friction: known[0].combined_friction(known[1]),
+            // on side 1 the surface runs along +t, on side 2 along −t
+            belt: -known[0].law.speed - known[1].law.speed,
+            size: known[0].size.min(known[1].size),
+        };
+        let cell = (0..2).find(|&i| known[i].law.one_point_per_segment);
+        match cell.map(|i| &sides[i].part.core) {
+            Some(Core::Edge(edge)) => setting.over((edge.ends[1] - edge.ends[0]).norm()),
+            _ => setting,
+        }
+    }
+
+    fn give(
+        &self,
+        setting: Pair,
+        sides: [&Leaf; 2],
+        one: [bool; 2],
+        from: usize,
+        found: &mut Vec<Touch>,
+        out: &mut Detection,
+    ) {
+        if one[0] || one[1] {
+            let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
+            if let Some(&deepest) = deepest {
+                found.clear();
+                // one point a segment: its feature must not flicker between the two ends
+                found.push(Touch {
+                    feature: 0,
+                    ..deepest
+                });
+            }
+        }
+        let sub = sides.map(|leaf| leaf.sub);
+        if sides.iter().all(|leaf| leaf.lone) {
+            let points = found
+                .iter()
+                .map(|t| setting.point(self.bodies, t, [0, 0], t.feature.into(), true));
+            out.contacts.extend(points);
+            return;
+        }
+        for touch in found.iter() {
+            let old = &out.contacts[from..];
+            if !old.iter().any(|p| same_place(p, touch, setting.size)) {
+                let feature = mix([sub[0], sub[1], touch.feature, 0]);
+                let point = setting.point(self.bodies, touch, sub, feature, true);
+                out.contacts.push(point);
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn ask_parry(
+        &self,
+        row: &Row,
+        sides: [&Leaf; 2],
+        setting: Pair,
+        reach: f64,
+        from: usize,
+        one: bool,
+        out: &mut Detection,
+    ) {
+        let poses = row.leaves.map(|leaf| self.leaves.pose[leaf as usize]);
+        let shapes = sides.map(|leaf| shapes::for_parry(&leaf.part.core));
+        let rounding = sides[0].part.rounding + sides[1].part.rounding;
+        let mut manifolds: Vec<ContactManifold> = Vec::new();
+        // what parry cannot do is no contact in rapier either
+        let _ = DefaultQueryDispatcher.contact_manifolds(
+            &relative(&poses[0], &poses[1]).to_rapier(),
+            &*shapes[0],
+            &*shapes[1],
+            (reach + rounding) as Real,
+            &mut manifolds,
+            &mut None,
+        );
+        for manifold in manifolds.iter().filter(|m| !m.points.is_empty()) {
+            parry_points(manifold, &poses, reach + rounding, one, |touch, order| {
+                let touch = Touch {
+                    gap: touch.gap - rounding,
+                    ..touch
+                };
+                let old = &out.contacts[from..];
+                if old.iter().any(|p| same_place(p, &touch, setting.size)) {
+                    return;
+                }
+                let sub = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
+                let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
+                let point = setting.point(self.bodies, &touch, sub, feature, false);
+                out.contacts.push(point);
+            });
+        }
+    }
+}
+
+fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
+    let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
+    mix([a, of_a, b, of_b])
+}

@@ -1,0 +1,260 @@
+//! rapier's shapes as parts with closed-form gaps.
+
+use super::super::engine::parry::shape::{PolylineFlags, TriMesh, TypedShape};
+use super::super::engine::prelude::*;
+use super::super::kernels::{Core, Edge, Part, Polygon, corners};
+use super::super::widen;
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+use rustc_hash::FxHashMap;
+
+/// One part of a collider.
+#[derive(Clone)]
+pub(super) struct Piece {
+    pub part: Part,
+    /// In the collider's frame.
+    pub local: Pose64,
+    /// Which segment, triangle or sub-shape it is.
+    pub sub: u32,
+}
+
+/// The parts of a shape.
+///
+/// Segments of polylines and height fields know their neighbours, see [`Edge`]. A triangle mesh
+/// is met at its outline, as an oriented polyline is: the borders between its triangles are no
+/// surface. `skin` \[m\] is added all round.
+pub(super) fn pieces(shape: &SharedShape, skin: f64) -> Vec<Piece> {
+    let mut out = Vec::new();
+    add(shape, skin, Pose64::new(Vec2::zeros(), 0.0), &mut out);
+    out
+}
+
+fn vec2(v: Vector) -> Vec2 {
+    Vec2::new(widen(v.x), widen(v.y))
+}
+
+fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
+    let next = out.len() as u32;
+    let mut one = |core: Option<Core>, rounding: f64| {
+        out.push(Piece {
+            part: Part {
+                core: core.unwrap_or_else(|| Core::Other(shape.clone())),
+                rounding: rounding + skin,
+            },
+            local,
+            sub: next,
+        });
+    };
+    let polygon = |points: Vec<Vec2>| Polygon::new(points).map(|p| Core::Polygon(p.into()));
+    let alone = |a: Vector, b: Vector| {
+        let edge = Edge::new(vec2(a), vec2(b), false);
+        edge.map(|e| Core::Edge(e.into()))
+    };
+    match shape.as_typed_shape() {
+        TypedShape::Ball(b) => one(Some(Core::Ball(widen(b.radius))), 0.0),
+        TypedShape::Cuboid(c) => one(Some(Core::Box(vec2(c.half_extents))), 0.0),
+        TypedShape::RoundCuboid(c) => {
+            let half = vec2(c.inner_shape.half_extents);
+            one(Some(Core::Box(half)), widen(c.border_radius));
+        }
+        TypedShape::Capsule(c) => match alone(c.segment.a, c.segment.b) {
+            Some(core) => one(Some(core), widen(c.radius)),
+            // without length it is a ball
+            None => {
+                let at = local.compose(&Pose64::new(vec2(c.segment.a), 0.0));
+                let core = Core::Ball(widen(c.radius));
+                let rounding = skin;
+                out.push(Piece {
+                    part: Part { core, rounding },
+                    local: at,
+                    sub: next,
+                });
+            }
+        },
+        TypedShape::Segment(s) => one(alone(s.a, s.b), 0.0),
+        TypedShape::Triangle(t) => one(polygon([t.a, t.b, t.c].map(vec2).to_vec()), 0.0),
+        TypedShape::RoundTriangle(t) => {
+            let inner = &t.inner_shape;
+            let core = polygon([inner.a, inner.b, inner.c].map(vec2).to_vec());
+            one(core, widen(t.border_radius));
+        }
+        TypedShape::ConvexPolygon(p) => {
+            one(polygon(p.points().iter().map(|q| vec2(*q)).collect()), 0.0);
+        }
+        TypedShape::RoundConvexPolygon(p) => {
+            let points = p.inner_shape.points().iter().map(|q| vec2(*q));
+            one(polygon(points.collect()), widen(p.border_radius));
+        }
+        TypedShape::HalfSpace(h) => one(Some(Core::HalfPlane(vec2(h.normal).normalize())), 0.0),
+        TypedShape::Polyline(line) => {
+            let one_sided = line.flags().contains(PolylineFlags::ORIENTED);
+            let ends = line.segments().map(|s| [vec2(s.a), vec2(s.b)]);
+            surface(ends.enumerate(), one_sided, skin, local, out);
+        }
+        TypedShape::HeightField(field) => {
+            // parry computes the two ends of a joint apart, an ulp from each other
+            let mut last = Vec2::repeat(f64::INFINITY);
+            let ends = field.segments().map(|s| {
+                let [mut a, b] = [vec2(s.a), vec2(s.b)];
+                if (a - last).norm() < 1e-5 * (b - a).norm() {
+                    a = last;
+                }
+                last = b;
+                [a, b]
+            });
+            surface(ends.enumerate(), false, skin, local, out);
+        }
+        TypedShape::TriMesh(mesh) => surface(outline(mesh), true, skin, local, out),
+        TypedShape::Compound(compound) => {
+            for (pose, shape) in compound.shapes() {
+                add(shape, skin, local.compose(&Pose64::from_rapier(pose)), out);
+            }
+        }
+        _ => one(None, 0.0),
+    }
+}
+
+/// A point as a key; −0 is 0.
+fn place(p: Vec2) -> [u64; 2] {
+    [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits()]
+}
+
+/// Segments, numbered, that are neighbours where exactly two of them meet.
+fn surface(
+    segments: impl Iterator<Item = (usize, [Vec2; 2])>,
+    one_sided: bool,
+    skin: f64,
+    local: Pose64,
+    out: &mut Vec<Piece>,
+) {
+    let mut edges: Vec<(u32, Edge)> = segments
+        .filter_map(|(sub, [a, b])| Some((sub as u32, Edge::new(a, b, one_sided)?)))
+        .collect();
+    let mut meeting: FxHashMap<[u64; 2], Vec<(usize, usize)>> = FxHashMap::default();
+    for (i, (_, edge)) in edges.iter().enumerate() {
+        for end in 0..2 {
+            let key = place(edge.ends[end]);
+            meeting.entry(key).or_default().push((i, end));
+        }
+    }
+    for joint in meeting.values() {
+        let &[(i, at_i), (j, at_j)] = joint.as_slice() else {
+            continue;
+        };
+        if i == j {
+            continue;
+        }
+        for (mine, end, other, at) in [(i, at_i, j, at_j), (j, at_j, i, at_i)] {
+            let leads = edges[other].1.ends[1 - at] - edges[other].1.ends[at];
+            edges[mine].1.neighbours[end] = Some(leads.normalize());
+            edges[mine].1.owns[end] = mine < other;
+        }
+    }
+    out.extend(edges.into_iter().map(|(sub, edge)| Piece {
+        part: Part {
+            core: Core::Edge(edge.into()),
+            rounding: skin,
+        },
+        local,
+        sub,
+    }));
+}
+
+/// The sides of triangles that no other triangle shares, solid on their left, numbered three to a
+/// triangle.
+fn outline(mesh: &TriMesh) -> impl Iterator<Item = (usize, [Vec2; 2])> {
+    let mut sides = Vec::new();
+    let mut shared: FxHashMap<[[u64; 2]; 2], u32> = FxHashMap::default();
+    for (t, triangle) in mesh.triangles().enumerate() {
+        let mut points = [triangle.a, triangle.b, triangle.c].map(vec2);
+        if (points[1] - points[0]).perp(&(points[2] - points[0])) < 0.0 {
+            points.swap(1, 2);
+        }
+        for k in 0..3 {
+            let ends = [points[k], points[(k + 1) % 3]];
+            let mut key = ends.map(place);
+            key.sort_unstable();
+            *shared.entry(key).or_insert(0) += 1;
+            sides.push((3 * t + k, key, ends));
+        }
+    }
+    sides
+        .into_iter()
+        .filter(move |(_, key, _)| shared[key] == 1)
+        .map(|(sub, _, ends)| (sub, ends))
+}
+
+/// Extent of a part in the frame given by `pose`: low x, low y, high x, high y \[m\].
+pub(super) fn extent(part: &Part, pose: &Pose64) -> [f64; 4] {
+    let at = pose.translation;
+    let grown = |low: Vec2, high: Vec2, by: f64| [low.x - by, low.y - by, high.x + by, high.y + by];
+    let round = |points: &[Vec2]| {
+        let first = pose.apply(points[0]);
+        let (low, high) = points[1..].iter().fold((first, first), |(low, high), p| {
+            let p = pose.apply(*p);
+            (low.inf(&p), high.sup(&p))
+        });
+        grown(low, high, part.rounding)
+    };
+    match &part.core {
+        Core::Ball(r) => grown(at, at, r + part.rounding),
+        Core::Box(h) => {
+            let (c, s) = (pose.cos.abs(), pose.sin.abs());
+            let reach = Vec2::new(c * h.x + s * h.y, s * h.x + c * h.y);
+            grown(at - reach, at + reach, part.rounding)
+        }
+        Core::Polygon(polygon) => round(&polygon.points),
+        Core::Edge(edge) => round(&edge.ends),
+        Core::HalfPlane(_) => [-FAR, -FAR, FAR, FAR],
+        Core::Other(shape) => {
+            let aabb = shape.compute_aabb(&pose.to_rapier());
+            let wide = |v: Vector| Vec2::new(f64::from(v.x), f64::from(v.y));
+            // what rounding the pose has moved it by
+            let slack = 1e-6 * (1.0 + at.amax());
+            grown(wide(aabb.mins), wide(aabb.maxs), part.rounding + slack)
+        }
+    }
+}
+
+/// Border of what a half-plane fills \[m\]: its area is still finite in single precision.
+const FAR: f64 = 1e15;
+
+/// Farthest point of a part from the origin of the frame given by `pose` \[m\].
+pub(super) fn radius(part: &Part, pose: &Pose64) -> f64 {
+    let far = |points: &[Vec2]| {
+        let points = points.iter().map(|p| pose.apply(*p).norm());
+        points.fold(0.0, f64::max)
+    };
+    part.rounding
+        + match &part.core {
+            Core::Ball(r) => pose.translation.norm() + r,
+            Core::Box(h) => far(&corners(*h)),
+            Core::Polygon(polygon) => far(&polygon.points),
+            Core::Edge(edge) => far(&edge.ends),
+            // turning, it sweeps everything
+            Core::HalfPlane(_) => FAR,
+            Core::Other(shape) => {
+                let sphere = shape.compute_local_bounding_sphere();
+                let center = Vec2::new(sphere.center.x.into(), sphere.center.y.into());
+                pose.apply(center).norm() + f64::from(sphere.radius)
+            }
+        }
+}
+
+/// A shape of parry's that fills a part without its rounding.
+pub(super) fn for_parry(core: &Core) -> SharedShape {
+    let v = |p: Vec2| Vector::new(p.x as Real, p.y as Real);
+    match core {
+        Core::Ball(r) => SharedShape::ball(*r as Real),
+        Core::Box(h) => SharedShape::cuboid(h.x as Real, h.y as Real),
+        Core::Polygon(polygon) => {
+            let points: Vec<_> = polygon.points.iter().map(|p| v(*p)).collect();
+            let first = points[0];
+            SharedShape::convex_polyline(points)
+                .unwrap_or_else(|| SharedShape::segment(first, first))
+        }
+        Core::Edge(edge) => SharedShape::segment(v(edge.ends[0]), v(edge.ends[1])),
+        Core::HalfPlane(n) => SharedShape::halfspace(v(*n)),
+        Core::Other(shape) => shape.clone(),
+    }
+}

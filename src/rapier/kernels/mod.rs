@@ -1,0 +1,348 @@
+//! Gaps in `f64`, exact to round-off, where parry's are to 1e-7 of the size.
+//!
+//! A collider is a set of [`Part`]s: a ball, a box, a convex polygon, a segment of a polyline or a
+//! half-plane, each with a rounding (that of capsules and round shapes, and the contact skin).
+
+mod boxes;
+mod convex;
+mod edges;
+
+pub(super) use convex::Polygon;
+pub(super) use edges::Edge;
+
+use super::engine::prelude::SharedShape;
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+use convex::{View, convex_convex, polygon_ball};
+use std::sync::Arc;
+
+/// A core with a closed-form gap, in the frame of its part.
+#[derive(Clone)]
+pub(super) enum Core {
+    /// Radius \[m\].
+    Ball(f64),
+    /// Half extents \[m\].
+    Box(Vec2),
+    Polygon(Arc<Polygon>),
+    Edge(Arc<Edge>),
+    /// Outward normal of a half-plane whose border runs through the origin.
+    HalfPlane(Vec2),
+    /// What has no kernel here and is left to parry.
+    Other(SharedShape),
+}
+
+/// A core and what is added all round it \[m\].
+#[derive(Clone)]
+pub(super) struct Part {
+    pub core: Core,
+    pub rounding: f64,
+}
+
+/// One contact between two parts, signs as in [`crate::contact`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    pub normal: Vec2,
+    /// Halfway between the two surfaces.
+    pub point: Vec2,
+    pub gap: f64,
+    pub feature: u32,
+}
+
+impl Touch {
+    /// The same contact with the shapes in the other order.
+    fn reversed(self) -> Touch {
+        Touch {
+            normal: -self.normal,
+            ..self
+        }
+    }
+}
+
+/// Pose of `other` in the frame of `base`.
+pub(super) fn relative(base: &Pose64, other: &Pose64) -> Pose64 {
+    Pose64 {
+        translation: base.apply_inverse(other.translation),
+        cos: base.cos * other.cos + base.sin * other.sin,
+        sin: base.cos * other.sin - base.sin * other.cos,
+    }
+}
+
+/// Adds the contacts of part 1 with part 2 that are nearer than `reach` \[m\], at most two.
+///
+/// Returns a lower bound \[m\] of the gap: unless the two move by more than it exceeds `reach`, no
+/// contact can appear. `None` for parts that have no kernel.
+pub(super) fn touches(
+    pose1: &Pose64,
+    part1: &Part,
+    pose2: &Pose64,
+    part2: &Part,
+    reach: f64,
+    out: &mut Vec<Touch>,
+) -> Option<f64> {
+    let from = out.len();
+    let rounding = [part1.rounding, part2.rounding];
+    let flat = rounding == [0.0, 0.0];
+    Some(match (&part1.core, &part2.core) {
+        (Core::Other(_), _) | (_, Core::Other(_)) => return None,
+        (&Core::Ball(r1), &Core::Ball(r2)) => {
+            let touch = ball_ball(pose1, r1 + rounding[0], pose2, r2 + rounding[1]);
+            keep(touch, reach, out)
+        }
+        (&Core::Box(h1), &Core::Box(h2)) if flat => {
+            boxes::box_box(pose1, h1, pose2, h2, reach, out)
+        }
+        (_, &Core::Ball(r2)) => {
+            let (center, radius) = (pose2.translation, r2 + rounding[1]);
+            with_ball(pose1, part1, center, radius, reach, out)
+        }
+        (&Core::Ball(r1), _) => {
+            let (center, radius) = (pose1.translation, r1 + rounding[0]);
+            let bound = with_ball(pose2, part2, center, radius, reach, out);
+            out[from..].iter_mut().for_each(|t| *t = t.reversed());
+            bound
+        }
+        (&Core::HalfPlane(_), &Core::HalfPlane(_)) => f64::INFINITY,
+        (&Core::HalfPlane(n), core) => with_view(core, |view| {
+            plane(pose1, n, pose2, view, rounding, reach, out)
+        }),
+        (core, &Core::HalfPlane(n)) => {
+            let swapped = [rounding[1], rounding[0]];
+            let bound = with_view(core, |view| {
+                plane(pose2, n, pose1, view, swapped, reach, out)
+            });
+            out[from..].iter_mut().for_each(|t| *t = t.reversed());
+            bound
+        }
+        (core1, core2) => with_view(core1, |first| {
+            with_view(core2, |second| {
+                convex_convex([pose1, pose2], [first, second], rounding, reach, out)
+            })
+        }),
+    })
+}
+
+fn keep(touch: Touch, reach: f64, out: &mut Vec<Touch>) -> f64 {
+    if touch.gap <= reach {
+        out.push(touch);
+    }
+    touch.gap
+}
+
+/// The corners and faces of a core that has some; `run` is not called for others.
+fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
+    match core {
+        Core::Polygon(polygon) => run(View::from(polygon.as_ref())),
+        Core::Edge(edge) => run(View::from(edge.as_ref())),
+        &Core::Box(h) => run(View {
+            points: &corners(h),
+            normals: &[Vec2::x(), Vec2::y(), -Vec2::x(), -Vec2::y()],
+            center: Vec2::zeros(),
+            edge: None,
+        }),
+        Core::Ball(_) | Core::HalfPlane(_) | Core::Other(_) => f64::INFINITY,
+    }
+}
+
+/// Counter-clockwise, the face of each with the next in the order +x, +y, −x, −y.
+pub(super) fn corners(h: Vec2) -> [Vec2; 4] {
+    [
+        Vec2::new(h.x, -h.y),
+        Vec2::new(h.x, h.y),
+        Vec2::new(-h.x, h.y),
+        Vec2::new(-h.x, -h.y),
+    ]
+}
+
+fn ball_ball(pose1: &Pose64, r1: f64, pose2: &Pose64, r2: f64) -> Touch {
+    let d = pose2.translation - pose1.translation;
+    let distance = d.norm();
+    // concentric balls have no normal of their own: push upwards, by rule
+    let normal = if distance > 0.0 {
+        d / distance
+    } else {
+        Vec2::y()
+    };
+    let gap = distance - r1 - r2;
+    Touch {
+        normal,
+        point: pose1.translation + normal * (r1 + 0.5 * gap),
+        gap,
+        feature: 0,
+    }
+}
+
+/// A part that is no ball with one.
+fn with_ball(
+    pose: &Pose64,
+    part: &Part,
+    center: Vec2,
+    radius: f64,
+    reach: f64,
+    out: &mut Vec<Touch>,
+) -> f64 {
+    let rounding = part.rounding;
+    match &part.core {
+        &Core::Box(half) => keep(box_ball(pose, half, rounding, center, radius), reach, out),
+        Core::Polygon(polygon) => {
+            let touch = polygon_ball(pose, polygon, rounding, center, radius);
+            keep(touch, reach, out)
+        }
+        Core::Edge(edge) => edges::edge_ball(pose, edge, rounding, center, radius, reach, out),
+        &Core::HalfPlane(n) => {
+            let normal = pose.rotate(n);
+            let gap = normal.dot(&(center - pose.translation)) - radius - rounding;
+            let touch = Touch {
+                normal,
+                point: center - normal * (radius + 0.5 * gap),
+                gap,
+                feature: 0,
+            };
+            keep(touch, reach, out)
+        }
+        Core::Ball(_) | Core::Other(_) => f64::INFINITY,
+    }
+}
+
+fn box_ball(pose: &Pose64, half: Vec2, rounding: f64, center: Vec2, radius: f64) -> Touch {
+    let c = pose.apply_inverse(center);
+    let nearest = Vec2::new(c.x.clamp(-half.x, half.x), c.y.clamp(-half.y, half.y));
+    let d = c - nearest;
+    let distance = d.norm();
+    let (normal, separation) = if distance > 0.0 {
+        (d / distance, distance)
+    } else {
+        // the centre lies inside: out by the nearest face
+        let depth = half - c.abs();
+        let axis = if depth.x < depth.y {
+            Vec2::x()
+        } else {
+            Vec2::y()
+        };
+        let side = if c.dot(&axis) < 0.0 { -1.0 } else { 1.0 };
+        (axis * side, -depth.x.min(depth.y))
+    };
+    let gap = separation - radius - rounding;
+    Touch {
+        normal: pose.rotate(normal),
+        point: pose.apply(c - normal * (radius + 0.5 * gap)),
+        gap,
+        feature: 0,
+    }
+}
+
+/// A half-plane with the face that looks at it most.
+fn plane(
+    pose: &Pose64,
+    n: Vec2,
+    other_pose: &Pose64,
+    other: View,
+    rounding: [f64; 2],
+    reach: f64,
+    out: &mut Vec<Touch>,
+) -> f64 {
+    let normal = pose.rotate(n);
+    let both = rounding[0] + rounding[1];
+    let height = |q: Vec2| normal.dot(&(other_pose.apply(q) - pose.translation));
+    let bound = other.points.iter().map(|q| height(*q));
+    let bound = bound.fold(f64::INFINITY, f64::min) - both;
+    if bound > reach {
+        return bound;
+    }
+    let against = |k: &usize| other_pose.rotate(other.normals[*k]).dot(&normal);
+    let lowest = (0..other.normals.len()).min_by(|a, b| against(a).total_cmp(&against(b)));
+    let k = lowest.unwrap_or(0);
+    for j in [k, (k + 1) % other.points.len()] {
+        let p = other_pose.apply(other.points[j]);
+        let gap = height(other.points[j]) - both;
+        if gap <= reach {
+            out.push(Touch {
+                normal,
+                point: p - normal * (rounding[1] + 0.5 * gap),
+                gap,
+                feature: j as u32,
+            });
+        }
+    }
+    bound
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A core without rounding.
+    pub(in crate::rapier) fn sharp(core: Core) -> Part {
+        Part {
+            core,
+            rounding: 0.0,
+        }
+    }
+
+    fn gaps(p1: Pose64, s1: &Part, p2: Pose64, s2: &Part) -> Vec<Touch> {
+        let mut out = Vec::new();
+        touches(&p1, s1, &p2, s2, 1.0, &mut out);
+        out
+    }
+
+    #[test]
+    fn stacked_boxes_touch_at_both_ends_whatever_the_offset() {
+        let unit = sharp(Core::Box(Vec2::new(0.5, 0.5)));
+        for offset in [0.0, 1000.0] {
+            let a = Pose64::new(Vec2::new(offset, 0.0), 0.0);
+            let b = Pose64::new(Vec2::new(offset + 0.25, 1.0 + 1e-7), 0.0);
+            let found = gaps(a, &unit, b, &unit);
+            assert_eq!(found.len(), 2);
+            for t in &found {
+                // one rounding of the offset's coordinate
+                assert!((t.gap - 1e-7).abs() < 1e-15 + 4.0 * f64::EPSILON * offset);
+                assert!((t.normal - Vec2::y()).norm() < 1e-15);
+            }
+            assert!((found[1].point.x - found[0].point.x).abs() > 0.74);
+        }
+    }
+
+    #[test]
+    fn normals_point_from_the_first_to_the_second() {
+        let ball = sharp(Core::Ball(0.5));
+        let bx = sharp(Core::Box(Vec2::new(0.5, 0.5)));
+        let low = Pose64::new(Vec2::zeros(), 0.3);
+        let high = Pose64::new(Vec2::new(0.1, 1.2), -0.7);
+        for (s1, s2) in [(&ball, &ball), (&ball, &bx), (&bx, &ball), (&bx, &bx)] {
+            let up = gaps(low, s1, high, s2);
+            let down = gaps(high, s2, low, s1);
+            assert_eq!(up.len(), down.len());
+            assert!(!up.is_empty());
+            // the two orders may number the two ends the other way round
+            let sorted = |mut found: Vec<Touch>| {
+                found.sort_by(|a, b| a.gap.total_cmp(&b.gap));
+                found
+            };
+            for (u, d) in sorted(up).iter().zip(&sorted(down)) {
+                assert!(u.normal.y > 0.5);
+                assert!((u.normal + d.normal).norm() < 1e-14, "{u:?} {d:?}");
+                assert!((u.gap - d.gap).abs() < 1e-14);
+            }
+        }
+    }
+
+    /// Against the distance of densely sampled outlines.
+    #[test]
+    fn tilted_corner_gap_is_the_corner_height() {
+        let half = Vec2::new(0.3, 0.2);
+        let floor = Pose64::new(Vec2::new(0.0, -1.0), 0.0);
+        for angle in [0.05, 0.4, 1.2, -0.6] {
+            let pose = Pose64::new(Vec2::new(0.2, 0.5), angle);
+            let lowest = (0..4)
+                .map(|i| pose.apply(corners(half)[i]).y)
+                .fold(f64::INFINITY, f64::min);
+            let found = gaps(
+                floor,
+                &sharp(Core::Box(Vec2::new(5.0, 1.0))),
+                pose,
+                &sharp(Core::Box(half)),
+            );
+            let least = found.iter().map(|t| t.gap).fold(f64::INFINITY, f64::min);
+            assert!((least - lowest).abs() < 1e-15);
+        }
+    }
+}

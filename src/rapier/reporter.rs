@@ -1,0 +1,318 @@
+//! Collision and contact-force events, with our impulses.
+//!
+//! Two colliders touch from the step in which a contact of theirs carries an impulse or is closed,
+//! until all their contacts are open by more than rapier's prediction distance: what only rides
+//! along does not flicker. Sensors cross where they overlap at the end of a step. The pair that a
+//! handler gets holds our impulses; a force is an impulse over the length of the step.
+
+use super::detection::{Detector, Told};
+use super::engine::geometry::{
+    CollisionEventFlags, ContactManifold, ContactManifoldData, PairContacts,
+};
+use super::engine::parry::query::TrackedContact;
+use super::engine::parry::shape::PackedFeatureId;
+use super::engine::prelude::*;
+use super::widen;
+use crate::contact::Vec2;
+use crate::dynamics::record::{ContactRecord, StepRecord};
+use std::collections::BTreeMap;
+
+type Pair = [ColliderHandle; 2];
+
+/// By index, then generation: the order of events.
+fn order(pair: &Pair) -> [(u32, u32); 2] {
+    pair.map(|h| h.into_raw_parts())
+}
+
+/// What was told so far.
+#[derive(Default)]
+pub(super) struct Reporter {
+    /// Pairs that touch.
+    touching: BTreeMap<[(u32, u32); 2], Pair>,
+    /// Pairs whose force was above the threshold in the last step.
+    loaded: BTreeMap<[(u32, u32); 2], Pair>,
+    /// Sensors and what they overlap.
+    crossing: BTreeMap<[(u32, u32); 2], Pair>,
+    /// A pair of rapier's that has told of its force before; only rapier can make one.
+    continuing: Option<Box<ContactPair>>,
+}
+
+/// Contacts of one pair in this step.
+#[derive(Default)]
+struct Met<'a> {
+    contacts: Vec<&'a ContactRecord>,
+    gap: f64,
+    load: f64,
+}
+
+impl Reporter {
+    /// See [`super::MoreauPipeline::intersections`].
+    pub fn intersections(&self) -> impl Iterator<Item = Pair> + '_ {
+        self.crossing.values().copied()
+    }
+
+    /// Tells `handler` what began and what ended in a step.
+    pub fn report(
+        &mut self,
+        world: &PhysicsWorld,
+        detector: &Detector,
+        crossing: Vec<Pair>,
+        record: &StepRecord,
+        handler: &dyn EventHandler,
+    ) {
+        self.cross(world, crossing, handler);
+        let met = gather(world, record, detector.told());
+        self.touch(world, &met, handler);
+        self.push(world, &met, record.dt, handler);
+    }
+
+    fn cross(&mut self, world: &PhysicsWorld, crossing: Vec<Pair>, handler: &dyn EventHandler) {
+        let now: BTreeMap<_, Pair> = crossing.into_iter().map(|p| (order(&p), p)).collect();
+        let tell = |pair: &Pair, started: bool| {
+            if wants(world, pair, ActiveEvents::COLLISION_EVENTS) {
+                let flags = CollisionEventFlags::SENSOR;
+                handler.handle_collision_event(
+                    &world.bodies,
+                    &world.colliders,
+                    event(world, pair, started, flags),
+                    None,
+                );
+            }
+        };
+        let ended = self.crossing.iter().filter(|(k, _)| !now.contains_key(*k));
+        ended.for_each(|(_, pair)| tell(pair, false));
+        let began = now.iter().filter(|(k, _)| !self.crossing.contains_key(*k));
+        began.for_each(|(_, pair)| tell(pair, true));
+        self.crossing = now;
+    }
+
+    fn touch(
+        &mut self,
+        world: &PhysicsWorld,
+        met: &BTreeMap<[(u32, u32); 2], (Pair, Met)>,
+        handler: &dyn EventHandler,
+    ) {
+        let near = widen(world.integration_parameters.prediction_distance());
+        let touches = |key: &[(u32, u32); 2], met: &Met| {
+            let limit = if self.touching.contains_key(key) {
+                near
+            } else {
+                0.0
+            };
+            met.load > 0.0 || met.gap <= limit
+        };
+        let wanted = met
+            .iter()
+            .filter(|(_, (pair, _))| wants(world, pair, ActiveEvents::COLLISION_EVENTS));
+        let mut now: BTreeMap<_, Pair> = wanted
+            .filter(|(key, (_, met))| touches(key, met))
+            .map(|(key, (pair, _))| (*key, *pair))
+            .collect();
+        // who sleeps touches on
+        let slept = self.touching.iter().filter(|(_, pair)| asleep(world, pair));
+        let slept: Vec<_> = slept.map(|(key, pair)| (*key, *pair)).collect();
+        now.extend(slept);
+        let none = CollisionEventFlags::empty();
+        for (_, pair) in self.touching.iter().filter(|(k, _)| !now.contains_key(*k)) {
+            // a collider that is gone wants nothing any more, the other one may
+            if wants(world, pair, ActiveEvents::COLLISION_EVENTS) {
+                let event = event(world, pair, false, none);
+                handler.handle_collision_event(&world.bodies, &world.colliders, event, None);
+            }
+        }
+        for (key, pair) in now.iter().filter(|(k, _)| !self.touching.contains_key(*k)) {
+            let contacts = fill(ContactPair::default(), world, pair, &met[key].1);
+            let event = event(world, pair, true, none);
+            let contacts = Some(&contacts);
+            handler.handle_collision_event(&world.bodies, &world.colliders, event, contacts);
+        }
+        self.touching = now;
+    }
+
+    fn push(
+        &mut self,
+        world: &PhysicsWorld,
+        met: &BTreeMap<[(u32, u32); 2], (Pair, Met)>,
+        dt: f64,
+        handler: &dyn EventHandler,
+    ) {
+        let mut now = BTreeMap::new();
+        for (key, (pair, met)) in met {
+            let force = met.load / dt;
+            let threshold = pair
+                .iter()
+                .filter_map(|h| world.colliders.get(*h))
+                .filter(|c| {
+                    c.active_events()
+                        .contains(ActiveEvents::CONTACT_FORCE_EVENTS)
+                })
+                .map(|c| widen(c.contact_force_event_threshold()))
+                .reduce(f64::min);
+            if threshold.is_none_or(|least| force <= least) {
+                continue;
+            }
+            let base = if self.loaded.contains_key(key) {
+                let known = self.continuing.get_or_insert_with(continuing);
+                ContactPair::clone(known)
+            } else {
+                ContactPair::default()
+            };
+            let contacts = fill(base, world, pair, met);
+            handler.handle_contact_force_event(
+                dt as Real,
+                &world.bodies,
+                &world.colliders,
+                &contacts,
+                force as Real,
+            );
+            now.insert(*key, *pair);
+        }
+        self.loaded = now;
+    }
+}
+
+/// Whether the bodies of a pair stand still, one of them asleep: their contacts are not looked at.
+fn asleep(world: &PhysicsWorld, pair: &Pair) -> bool {
+    let body = |h: &ColliderHandle| {
+        let parent = world.colliders.get(*h)?.parent();
+        Some(parent.and_then(|b| world.bodies.get(b)))
+    };
+    let bodies: Option<Vec<_>> = pair.iter().map(body).collect();
+    let still = |b: &RigidBody| b.is_sleeping() || b.is_fixed();
+    bodies.is_some_and(|bodies| {
+        bodies.iter().flatten().all(|b| still(b))
+            && bodies.iter().flatten().any(|b| b.is_sleeping())
+    })
+}
+
+/// Whether a collider that is still there has switched one of `events` on.
+fn wants(world: &PhysicsWorld, pair: &Pair, events: ActiveEvents) -> bool {
+    pair.iter()
+        .filter_map(|h| world.colliders.get(*h))
+        .any(|c| c.active_events().intersects(events))
+}
+
+fn event(
+    world: &PhysicsWorld,
+    pair: &Pair,
+    started: bool,
+    mut flags: CollisionEventFlags,
+) -> CollisionEvent {
+    if pair.iter().any(|h| world.colliders.get(*h).is_none()) {
+        flags |= CollisionEventFlags::REMOVED;
+    }
+    match started {
+        true => CollisionEvent::Started(pair[0], pair[1], flags),
+        false => CollisionEvent::Stopped(pair[0], pair[1], flags),
+    }
+}
+
+/// The contacts of a step by pairs of colliders of which one wants to hear of something.
+fn gather<'a>(
+    world: &PhysicsWorld,
+    record: &'a StepRecord,
+    told: &[Told],
+) -> BTreeMap<[(u32, u32); 2], (Pair, Met<'a>)> {
+    let mut met: BTreeMap<_, (Pair, Met)> = BTreeMap::new();
+    if !world
+        .colliders
+        .iter()
+        .any(|(_, c)| !c.active_events().is_empty())
+    {
+        return met;
+    }
+    let any = ActiveEvents::all();
+    let fresh = |pair: Pair| {
+        let gap = f64::INFINITY;
+        let met = Met {
+            gap,
+            ..Met::default()
+        };
+        (pair, met)
+    };
+    for contact in &record.contacts {
+        let found = contact
+            .surfaces
+            .map(|slot| Some(world.colliders.get_unknown_gen(slot)?.1));
+        let [Some(one), Some(two)] = found else {
+            continue;
+        };
+        let pair = [one, two];
+        if wants(world, &pair, any) {
+            let (_, met) = met.entry(order(&pair)).or_insert_with(|| fresh(pair));
+            met.gap = met.gap.min(contact.gap);
+            met.load += contact.impulse_n;
+            met.contacts.push(contact);
+        }
+    }
+    for told in told.iter().filter(|t| wants(world, &t.colliders, any)) {
+        let pair = told.colliders;
+        let (_, met) = met.entry(order(&pair)).or_insert_with(|| fresh(pair));
+        met.gap = met.gap.min(told.gap);
+    }
+    met
+}
+
+/// A pair of rapier's with our contacts in it, two to a manifold.
+fn fill(mut pair: ContactPair, world: &PhysicsWorld, handles: &Pair, met: &Met) -> ContactPair {
+    [pair.collider1, pair.collider2] = *handles;
+    let PairContacts::Rigid(rigid) = &mut pair.contacts else {
+        return pair;
+    };
+    rigid.manifolds.clear();
+    rigid.solver_clusters.clear();
+    let colliders = handles.map(|h| world.colliders.get(h));
+    let [Some(c1), Some(c2)] = colliders else {
+        return pair;
+    };
+    let real = |v: Vec2| Vector::new(v.x as Real, v.y as Real);
+    let mut rest = met.contacts.as_slice();
+    while let Some(first) = rest.first() {
+        let together = rest.iter().take(2);
+        let count = together.take_while(|c| c.normal == first.normal).count();
+        let (now, later) = rest.split_at(count);
+        rest = later;
+        let mut data = ContactManifoldData::default();
+        (data.rigid_body1, data.rigid_body2) = (c1.parent(), c2.parent());
+        data.normal = real(first.normal);
+        let mut manifold = ContactManifold::with_data(first.cell, first.cell, data);
+        manifold.local_n1 = c1.position().rotation.inverse() * real(first.normal);
+        manifold.local_n2 = c2.position().rotation.inverse() * real(-first.normal);
+        for contact in now {
+            let half = 0.5 * contact.gap * contact.normal;
+            let local =
+                |collider: &Collider, p: Vec2| collider.position().inverse_transform_point(real(p));
+            let mut point = TrackedContact::new(
+                local(c1, contact.position - half),
+                local(c2, contact.position + half),
+                PackedFeatureId::UNKNOWN,
+                PackedFeatureId::UNKNOWN,
+                contact.gap as Real,
+            );
+            let data: &mut ContactData = &mut point.data;
+            data.impulse = contact.impulse_n as Real;
+            data.tangent_impulse.x = contact.impulse_t as Real;
+            manifold.points.push(point);
+        }
+        rigid.manifolds.push(manifold);
+    }
+    pair
+}
+
+/// A pair that has told of its force before: a ball that lies on another one for two steps.
+fn continuing() -> Box<ContactPair> {
+    let mut world = PhysicsWorld::new();
+    let ball = || {
+        ColliderBuilder::ball(0.5)
+            .active_events(ActiveEvents::CONTACT_FORCE_EVENTS)
+            .contact_force_event_threshold(0.0)
+    };
+    world.insert(RigidBodyBuilder::fixed(), ball());
+    let above = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.99));
+    world.insert(above, ball());
+    for _ in 0..2 {
+        world.step();
+    }
+    let pair = world.narrow_phase.contact_pairs().next();
+    Box::new(pair.cloned().unwrap_or_default())
+}

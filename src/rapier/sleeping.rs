@@ -1,0 +1,412 @@
+//! Sleep: islands at rest that cost nothing until something stirs them.
+//!
+//! A body is ready when its farthest point has moved less than its thresholds allow for as long as
+//! rapier's [`RigidBodyActivation`] says; an island of bodies that touch or are joined sleeps when
+//! all of it is ready, and wakes as a whole. Asleep, bodies stand still to the last bit, act as of
+//! infinite mass, and what their contacts carried is kept until they wake.
+
+use super::bodies::{Bodies, Shadow};
+use super::engine::prelude::*;
+use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::{ContactKey, Detection, Islands, Memory, ModelError};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An island asleep.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Group {
+    /// Colliders that it touched, by the index of their handle; `None` if unknown: any may matter.
+    touched: Option<BTreeSet<u32>>,
+    joints: BTreeMap<u32, u64>,
+    memory: Vec<(ContactKey, Memory)>,
+}
+
+/// All islands asleep. Number 0 is none.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(super) struct Sleepers {
+    groups: BTreeMap<u32, Group>,
+    last: u32,
+    /// To be woken before the next step.
+    #[serde(skip)]
+    stirred: BTreeSet<u32>,
+    /// What touched or was joined in the last step: bodies, colliders.
+    #[serde(skip)]
+    links: Vec<([u32; 2], [u32; 2])>,
+}
+
+impl Sleepers {
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty()
+    }
+
+    /// Wakes an island at the next [`Bodies::wake_stirred`].
+    pub fn stir(&mut self, group: u32) {
+        if group != 0 {
+            self.stirred.insert(group);
+        }
+    }
+
+    pub fn is_stirred(&self) -> bool {
+        !self.stirred.is_empty()
+    }
+
+    fn add(&mut self, group: Group) -> u32 {
+        self.last += 1;
+        self.groups.insert(self.last, group);
+        self.last
+    }
+}
+
+impl Bodies {
+    /// Whether nothing about a body can change in a step.
+    pub fn still(&self, number: u32) -> bool {
+        number == NO_BODY || {
+            let k = number as usize;
+            self.inverse_mass[k] == Vec3::zeros() && self.velocities[k] == Vec3::zeros()
+        }
+    }
+
+    /// Stirs what the user changed, and puts to sleep what the user did.
+    ///
+    /// # Errors
+    /// Those of reading a body that is to sleep.
+    pub(super) fn heed(
+        &mut self,
+        world: &mut PhysicsWorld,
+        dt: f64,
+        stay_awake: bool,
+    ) -> Result<(), ModelError> {
+        self.stir_changed(world);
+        if stay_awake {
+            let all: Vec<u32> = self.sleepers.groups.keys().copied().collect();
+            all.iter().for_each(|&group| self.sleepers.stir(group));
+        } else {
+            let slept = |s: &Shadow| {
+                let body = &world.bodies[s.handle];
+                s.group == 0 && body.is_dynamic() && body.is_sleeping()
+            };
+            let slept: Vec<usize> = (0..self.list.len())
+                .filter(|&k| slept(&self.list[k]))
+                .collect();
+            for &k in &slept {
+                self.sync_one(world, k, dt)?;
+            }
+            if !slept.is_empty() {
+                let group = self.sleepers.add(Group::default());
+                slept.iter().for_each(|&k| self.list[k].group = group);
+            }
+        }
+        Ok(())
+    }
+
+    fn stir_changed(&mut self, world: &PhysicsWorld) {
+        if self.sleepers.is_empty() {
+            return;
+        }
+        for shadow in &self.list {
+            let body = &world.bodies[shadow.handle];
+            if shadow.group != 0 {
+                if !body.is_sleeping() || shadow.differs(body) {
+                    self.sleepers.stir(shadow.group);
+                }
+            } else if !body.is_dynamic() && shadow.differs(body) {
+                // what it carried or comes to carry
+                let slots = body.colliders().iter().map(|h| h.into_raw_parts().0);
+                slots.for_each(|slot| self.sleepers.stir_touching(slot));
+            }
+        }
+        for (handle, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
+            self.sleepers.stir_touching(handle.into_raw_parts().0);
+            if let Some(k) = parent.and_then(|h| self.index_of(h)) {
+                self.sleepers.stir(self.list[k as usize].group);
+            }
+        }
+        for k in 0..self.watch.changed.len() {
+            self.stir_near(world, self.watch.changed[k].0);
+        }
+        self.heed_joints(world);
+    }
+
+    /// Stirs those into which a collider was put.
+    fn stir_near(&mut self, world: &PhysicsWorld, handle: ColliderHandle) {
+        let place = |h: ColliderHandle| {
+            let collider = world.colliders.get(h)?;
+            let pose = match collider.parent().and_then(|h| world.bodies.get(h)) {
+                Some(body) => body.position() * collider.position_wrt_parent()?,
+                None => *collider.position(),
+            };
+            Some(collider.shape().compute_aabb(&pose))
+        };
+        let Some(new) = place(handle) else { return };
+        for shadow in self.list.iter().filter(|s| s.group != 0) {
+            let own = world.bodies[shadow.handle].colliders().iter();
+            if own.filter_map(|h| place(*h)).any(|a| a.intersects(&new)) {
+                self.sleepers.stir(shadow.group);
+            }
+        }
+    }
+
+    fn heed_joints(&mut self, world: &PhysicsWorld) {
+        let mut met: BTreeMap<u32, usize> = BTreeMap::new();
+        for (handle, joint) in world.impulse_joints.iter() {
+            let group = |h| self.index_of(h).map_or(0, |k| self.list[k as usize].group);
+            let groups = [group(joint.body1()), group(joint.body2())];
+            let both = groups.into_iter().collect::<BTreeSet<u32>>();
+            for group in both.into_iter().filter(|g| *g != 0) {
+                *met.entry(group).or_default() += 1;
+                let known = self.sleepers.groups.get(&group);
+                let known = known.and_then(|g| g.joints.get(&handle.into_raw_parts().0));
+                if known != Some(&fingerprint(&joint.data)) {
+                    self.sleepers.stir(group);
+                }
+            }
+        }
+        for (group, own) in &self.sleepers.groups {
+            if own.joints.len() > met.get(group).copied().unwrap_or(0) {
+                self.sleepers.stirred.insert(*group);
+            }
+        }
+    }
+
+    /// Wakes what was stirred; returns what its contacts carried.
+    pub fn wake_stirred(&mut self, world: &mut PhysicsWorld) -> Vec<(ContactKey, Memory)> {
+        let mut memory = Vec::new();
+        let stirred = std::mem::take(&mut self.sleepers.stirred);
+        if stirred.is_empty() {
+            return memory;
+        }
+        for shadow in self.list.iter_mut().filter(|s| stirred.contains(&s.group)) {
+            shadow.group = 0;
+            if let Some(body) = world.bodies.get_mut(shadow.handle) {
+                body.wake_up(true);
+            }
+        }
+        for group in stirred {
+            let group = self.sleepers.groups.remove(&group);
+            memory.extend(group.into_iter().flat_map(|g| g.memory));
+        }
+        memory
+    }
+
+    /// Looks at the contacts of a step: keeps who touches whom, and stirs who is pressed on.
+    ///
+    /// A sleeping body is stirred by one that moves if their gap would close in this step, and by a
+    /// driven one that touches it. `free` [m/s, m/s, rad/s] are the velocities at the end of the
+    /// step as if nothing touched.
+    pub fn feel(&mut self, found: &Detection, free: &[Vec3], drop: f64, dt: f64) {
+        self.sleepers.links.clear();
+        for contact in &found.contacts {
+            let touch = 2.0 * contact.gap_noise + drop;
+            let sides = contact.rows.bodies;
+            if contact.gap <= touch {
+                self.sleepers.links.push((sides, contact.surfaces));
+            }
+            let group = |b: u32| self.list.get(b as usize).map_or(0, |s| s.group);
+            let (one, two) = (group(sides[0]), group(sides[1]));
+            let asleep = one.max(two);
+            if asleep == 0 || one == two {
+                continue;
+            }
+            let other = if one == asleep { sides[1] } else { sides[0] };
+            let closing = -contact.rows.velocity(free).x;
+            let driven = self.inverse_mass.get(other as usize) == Some(&Vec3::zeros());
+            let near = if driven { touch } else { 0.0 };
+            if !self.still(other) && contact.gap - dt * closing.max(0.0) < near {
+                self.sleepers.stir(asleep);
+            }
+        }
+        for joint in &found.joints {
+            let sides = joint.rows.bodies;
+            self.sleepers.links.push((sides, [NO_BODY; 2]));
+        }
+    }
+
+    /// Counts how long every body has been still after a step of `dt` \[s\], and finds the islands
+    /// that are ready to sleep: of each body the island's number, or 0.
+    pub fn ready(&mut self, world: &mut PhysicsWorld, dt: f64) -> Vec<u32> {
+        let unit = f64::from(world.integration_parameters.length_unit);
+        let mut ready = vec![false; self.list.len()];
+        let mut any = false;
+        for (k, shadow) in self.list.iter_mut().enumerate() {
+            let last = std::mem::replace(&mut shadow.last, shadow.pose);
+            if shadow.kind != RigidBodyType::Dynamic || shadow.group != 0 {
+                continue;
+            }
+            let body = &world.bodies[shadow.handle];
+            let rest = body.activation();
+            let extent = f64::from(body.mass_properties().max_extent());
+            let rests = is_still(rest, shadow, last, self.velocities[k].z, extent, unit, dt);
+            let since = rest.time_since_can_sleep;
+            let now = if rests { since + dt as Real } else { 0.0 };
+            ready[k] = rests && now >= rest.time_until_sleep;
+            any |= ready[k];
+            if now != since
+                && let Some(body) = world.bodies.get_mut(shadow.handle)
+            {
+                body.activation_mut().time_since_can_sleep = now;
+            }
+        }
+        let mut group = vec![0; self.list.len()];
+        if any {
+            self.group(world, &ready, &mut group);
+        }
+        group
+    }
+
+    fn group(&mut self, world: &PhysicsWorld, ready: &[bool], group: &mut [u32]) {
+        let links = std::mem::take(&mut self.sleepers.links);
+        let dynamic = |b: u32| {
+            let shadow = self.list.get(b as usize);
+            shadow.is_some_and(|s| s.kind == RigidBodyType::Dynamic && s.group == 0)
+        };
+        // a body by itself is an island as well
+        let alone = (0..ready.len() as u32)
+            .filter(|b| dynamic(*b))
+            .map(|b| [b, b]);
+        let own = |b: u32| if dynamic(b) { b } else { NO_BODY };
+        let pairs: Vec<[u32; 2]> = alone
+            .chain(links.iter().map(|(sides, _)| sides.map(own)))
+            .filter(|sides| *sides != [NO_BODY; 2])
+            .collect();
+        let mut awake = vec![false; ready.len()];
+        for (sides, _) in &links {
+            for (b, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+                if dynamic(b) && !dynamic(other) && !self.still(other) {
+                    awake[b as usize] = true;
+                }
+            }
+        }
+        let mut islands = Islands::default();
+        islands.build(ready.len(), pairs.iter().copied());
+        for island in 0..islands.len() {
+            let members = || {
+                let pairs = islands.blocks(island).iter().map(|&i| pairs[i as usize]);
+                pairs.flatten().filter(|b| *b != NO_BODY)
+            };
+            if members().all(|b| ready[b as usize] && !awake[b as usize]) {
+                let number = self.sleepers.add(Group {
+                    touched: Some(BTreeSet::new()),
+                    ..Group::default()
+                });
+                members().for_each(|b| group[b as usize] = number);
+            }
+        }
+        let of = |b: u32| group.get(b as usize).copied().unwrap_or(0);
+        for (sides, surfaces) in &links {
+            let number = of(sides[0]).max(of(sides[1]));
+            if let Some(own) = self.sleepers.groups.get_mut(&number)
+                && let Some(touched) = &mut own.touched
+            {
+                touched.extend(surfaces.iter().filter(|s| **s != NO_BODY));
+            }
+        }
+        for (handle, joint) in world.impulse_joints.iter() {
+            for body in [joint.body1(), joint.body2()] {
+                let number = self.index_of(body).map_or(0, of);
+                if let Some(own) = self.sleepers.groups.get_mut(&number) {
+                    let joint = fingerprint(&joint.data);
+                    own.joints.insert(handle.into_raw_parts().0, joint);
+                }
+            }
+        }
+        self.sleepers.links = links;
+    }
+
+    /// Puts bodies to sleep in their islands, with what their contacts carried.
+    pub fn fall_asleep(
+        &mut self,
+        world: &mut PhysicsWorld,
+        group: &[u32],
+        memory: Vec<(u32, ContactKey, Memory)>,
+    ) {
+        for (k, shadow) in self.list.iter_mut().enumerate() {
+            if group[k] == 0 {
+                continue;
+            }
+            shadow.group = group[k];
+            self.velocities[k] = Vec3::zeros();
+            if let Some(body) = world.bodies.get_mut(shadow.handle) {
+                body.sleep();
+                shadow.note_velocity(body);
+            }
+        }
+        for (number, key, kept) in memory {
+            if let Some(group) = self.sleepers.groups.get_mut(&number) {
+                group.memory.push((key, kept));
+            }
+        }
+    }
+}
+
+impl Sleepers {
+    /// Stirs those that touch a collider.
+    pub fn stir_touching(&mut self, slot: u32) {
+        for (number, group) in &self.groups {
+            if group.touched.as_ref().is_none_or(|t| t.contains(&slot)) {
+                self.stirred.insert(*number);
+            }
+        }
+    }
+}
+
+/// rapier's measure of rest: the farthest point's way in the step against the thresholds.
+fn is_still(
+    rest: &RigidBodyActivation,
+    shadow: &Shadow,
+    last: crate::dynamics::Pose64,
+    spin: f64,
+    extent: f64,
+    unit: f64,
+    dt: f64,
+) -> bool {
+    let (linear, angular) = (
+        f64::from(rest.normalized_linear_threshold),
+        f64::from(rest.angular_threshold),
+    );
+    if linear < 0.0 || angular < 0.0 {
+        return false;
+    }
+    let turns = if extent > 0.0 {
+        std::f64::consts::FRAC_PI_2
+    } else {
+        angular
+    };
+    let moved: Vec2 = shadow.pose.apply(shadow.center) - last.apply(shadow.center);
+    let turned = (shadow.pose.cos - last.cos).hypot(shadow.pose.sin - last.sin);
+    spin.abs() < turns && 0.5 * (moved.norm() + extent * turned) < linear * unit * dt
+}
+
+/// Tells apart what a user can change about a joint; not what rapier writes into it.
+fn fingerprint(joint: &GenericJoint) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+    let mut number = |x: Real| mix(f64::from(x).to_bits());
+    for frame in [&joint.local_frame1, &joint.local_frame2] {
+        number(frame.translation.x);
+        number(frame.translation.y);
+        number(frame.rotation.re);
+        number(frame.rotation.im);
+    }
+    for limits in &joint.limits {
+        number(limits.min);
+        number(limits.max);
+    }
+    for motor in &joint.motors {
+        number(motor.target_vel);
+        number(motor.target_pos);
+        number(motor.stiffness);
+        number(motor.damping);
+        number(motor.max_force);
+        number(motor.model as u8 as Real);
+    }
+    for axes in [
+        joint.locked_axes,
+        joint.limit_axes,
+        joint.motor_axes,
+        joint.coupled_axes,
+    ] {
+        mix(u64::from(axes.bits()));
+    }
+    mix(u64::from(joint.contacts_enabled) << 1 | u64::from(joint.is_enabled()));
+    hash
+}
