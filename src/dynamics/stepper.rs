@@ -1,5 +1,6 @@
 use super::cluster::Context;
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
+use super::joint_recovery::close_joints;
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
@@ -352,6 +353,9 @@ impl MoreauStepper {
             for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
                 model.set_configuration(body as usize, place);
             }
+        }
+        if !stage.loose.is_empty() {
+            close_joints(model, stage, w, &mut self.solver)?;
         }
         if let Some(recovery) = recovery {
             self.recovery = recovery;

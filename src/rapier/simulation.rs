@@ -116,15 +116,6 @@ impl ColliderId {
     }
 }
 
-/// What drives or holds a revolute joint, on the spin of the second body relative to the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum JointDrive {
-    /// Holds `speed` \[rad/s\] with at most `max_torque` \[N m\].
-    Motor { speed: f64, max_torque: f64 },
-    /// Turns back to the angle of no rotation with `stiffness` [N m/rad], `damping` [N m s/rad].
-    Spring { stiffness: f64, damping: f64 },
-}
-
 /// A rapier world and our pipeline on it, described in `f64`.
 ///
 /// Everything lives in `world` as ordinary rapier bodies and colliders, so that rapier's own
@@ -335,53 +326,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// Pins two bodies (`None` is the fixed world) at a point of each body's frame, no contacts
-    /// between them.
-    ///
-    /// # Errors
-    /// [`ModelError::Invalid`] if a body is unknown.
-    pub fn add_revolute(
-        &mut self,
-        bodies: [Option<BodyId>; 2],
-        anchors: [Vec2; 2],
-        drive: Option<JointDrive>,
-    ) -> Result<(), ModelError> {
-        let mut handles = [RigidBodyHandle::invalid(); 2];
-        for (handle, body) in handles.iter_mut().zip(bodies) {
-            *handle = match body {
-                Some(body) if self.world.bodies.contains(body.0) => body.0,
-                Some(_) => {
-                    return Err(ModelError::Invalid("the body is not in the world".into()));
-                }
-                None => *self
-                    .ground
-                    .get_or_insert_with(|| self.world.bodies.insert(RigidBodyBuilder::fixed())),
-            };
-        }
-        let mut joint = RevoluteJointBuilder::new()
-            .local_anchor1(vector(anchors[0]))
-            .local_anchor2(vector(anchors[1]))
-            .contacts_enabled(false);
-        match drive {
-            None => {}
-            Some(JointDrive::Motor { speed, max_torque }) => {
-                // rapier's motor is a damper; ours takes any gain as exact
-                joint = joint
-                    .motor_velocity(speed as Real, 1.0e6)
-                    .motor_max_force(max_torque.min(f64::from(Real::MAX)) as Real);
-            }
-            Some(JointDrive::Spring { stiffness, damping }) => {
-                joint = joint.motor_model(MotorModel::ForceBased).motor_position(
-                    0.0,
-                    stiffness as Real,
-                    damping as Real,
-                );
-            }
-        }
-        self.world
-            .impulse_joints
-            .insert(handles[0], handles[1], joint, true);
-        Ok(())
+    /// The body that stands still for joints with the world.
+    pub(super) fn ground(&mut self) -> RigidBodyHandle {
+        *self
+            .ground
+            .get_or_insert_with(|| self.world.bodies.insert(RigidBodyBuilder::fixed()))
     }
 
     /// One nonsmooth step.
@@ -409,7 +358,7 @@ impl Simulation {
     }
 }
 
-fn vector(v: Vec2) -> Vector {
+pub(super) fn vector(v: Vec2) -> Vector {
     Vector::new(v.x as Real, v.y as Real)
 }
 

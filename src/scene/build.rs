@@ -6,7 +6,7 @@ use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Updat
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
 use crate::rapier::{
-    JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
+    JointSpec, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
 use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 
@@ -103,15 +103,17 @@ impl Scene {
             bodies.push(id);
         }
         for joint in &self.joints {
-            let motor = joint.motor.map(|m| JointDrive::Motor {
-                speed: m.speed,
-                max_torque: m.max_torque,
-            });
-            simulation.add_revolute(
-                joint.bodies.map(|b| b.map(|k| bodies[k])),
-                self.anchors(joint),
-                motor,
-            )?;
+            simulation.add_joint(&JointSpec {
+                shape: joint.shape(),
+                bodies: joint.bodies.map(|b| b.map(|k| bodies[k])),
+                anchors: self.anchors(joint),
+                angles: joint
+                    .bodies
+                    .map(|b| joint.axis - b.map_or(0.0, |k| self.bodies[k].angle)),
+                limits: joint.limits,
+                drive: joint.motor.map(|motor| motor.drive()),
+                contacts: joint.contacts,
+            })?;
         }
         Ok(World::Rapier {
             simulation: Box::new(simulation),
@@ -119,15 +121,17 @@ impl Scene {
         })
     }
 
-    /// The joint's place in the frame of each of its bodies \[m\].
+    /// The joint's points in the frame of each of its bodies \[m\].
     pub(super) fn anchors(&self, joint: &Joint) -> [Vec2; 2] {
-        let at = Vec2::from(joint.at);
-        joint.bodies.map(|body| match body {
-            Some(k) => {
-                let b = &self.bodies[k];
-                Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+        [0, 1].map(|side| {
+            let at = Vec2::from(joint.at[side]);
+            match joint.bodies[side] {
+                Some(k) => {
+                    let b = &self.bodies[k];
+                    Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+                }
+                None => at,
             }
-            None => at,
         })
     }
 

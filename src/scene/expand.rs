@@ -1,6 +1,7 @@
 //! From the checked file to a flat list of placed bodies.
 
-use super::file::{BodyEntry, BodyKind, JointEntry, JointKind, RepeatEntry};
+use super::file::{BodyEntry, BodyKind, RepeatEntry};
+use super::joint::{JointEntry, JointKind};
 
 /// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
 /// by repeat.
@@ -66,11 +67,18 @@ fn joint(copy: &BodyEntry, next: &BodyEntry, [x, y]: [f64; 2]) -> JointEntry {
     JointEntry {
         kind: JointKind::Revolute,
         bodies: [copy.name.clone(), next.name.clone()],
-        at: [
+        at: Some([
             copy.position[0] + cos * x - sin * y,
             copy.position[1] + sin * x + cos * y,
-        ],
+        ]),
+        anchors: None,
+        axis: None,
+        limits: None,
+        length: None,
+        stiffness: None,
+        damping: None,
         motor: None,
+        contacts: false,
     }
 }
 

@@ -3,6 +3,7 @@
 //! A file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Keys left out
 //! take the default given at the field; unknown keys are refused.
 
+use super::joint::JointEntry;
 use super::linear::LinearBlock;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
@@ -359,57 +360,6 @@ fn sector([radius, thickness, angle]: [f64; 3]) -> Shape {
 
 /// Mass per area [kg/m²] of a body that states neither density nor mass.
 pub const DEFAULT_DENSITY: f64 = 1000.0;
-
-/// What joints call the fixed ground.
-pub const WORLD: &str = "world";
-
-/// The joints of the field; those not supported yet are refused by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum JointKind {
-    Revolute,
-    Prismatic,
-    Fixed,
-    Rope,
-    Spring,
-    PinSlot,
-}
-
-impl JointKind {
-    /// The word of the file.
-    pub fn word(self) -> &'static str {
-        match self {
-            JointKind::Revolute => "revolute",
-            JointKind::Prismatic => "prismatic",
-            JointKind::Fixed => "fixed",
-            JointKind::Rope => "rope",
-            JointKind::Spring => "spring",
-            JointKind::PinSlot => "pin-slot",
-        }
-    }
-}
-
-/// `[[joint]]`
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct JointEntry {
-    pub kind: JointKind,
-    /// Names of two bodies; one may be `world`.
-    pub bodies: [String; 2],
-    /// The joint's place in the world at the start \[m\].
-    pub at: [f64; 2],
-    pub motor: Option<Motor>,
-}
-
-/// A velocity motor on a joint.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motor {
-    /// Wanted angular velocity of the second body relative to the first [rad/s].
-    pub speed: f64,
-    /// Largest torque [N m] of a slice one metre deep.
-    pub max_torque: f64,
-}
 
 /// `[[repeat]]`: copies of a body in a grid (`count`, `step`) or on a `ring`.
 ///

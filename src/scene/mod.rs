@@ -34,7 +34,8 @@ mod error;
 mod expand;
 pub mod file;
 mod hash;
-pub mod linear;
+pub mod joint;
+mod linear;
 mod outline;
 mod overlap;
 mod overrides;
@@ -50,7 +51,8 @@ mod world;
 pub use crate::dynamics::{ImpactLaw, Scheme};
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
-pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Oscillation, Step};
+pub use file::{BodyKind, ClosedForm, Material, Oscillation, Step};
+pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use thresher::{ConcaveSetting, Thresher};
@@ -188,17 +190,6 @@ pub enum Mass {
     /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²]; without the latter the
     /// mass is spread evenly.
     Given { mass: f64, inertia: Option<f64> },
-}
-
-/// A joint and the bodies it ties.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Joint {
-    pub kind: JointKind,
-    /// Indices into [`Scene::bodies`]; `None` is the world.
-    pub bodies: [Option<usize>; 2],
-    /// Place in the world at the start \[m\].
-    pub at: [f64; 2],
-    pub motor: Option<Motor>,
 }
 
 impl Scene {

@@ -1,10 +1,9 @@
-//! Bodies and joints.
+//! Bodies.
 
 use super::*;
-use crate::scene::Joint;
-use crate::scene::file::{BodyEntry, BodyKind, JointEntry, JointKind, WORLD};
+use crate::scene::file::{BodyEntry, BodyKind};
+use crate::scene::joint::WORLD;
 use crate::scene::outline::{check_chain, check_polygon, signed_area};
-use std::collections::HashMap;
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");
@@ -17,7 +16,7 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
         planar::check_body(&at, body, closed_form)?;
     }
     for (index, joint) in file.joint.iter().enumerate() {
-        check_joint(&top.key("joint").index(index), joint)?;
+        joints::check(&top.key("joint").index(index), joint, closed_form)?;
     }
     Ok(())
 }
@@ -234,68 +233,4 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         });
     }
     Ok(())
-}
-
-fn check_joint(at: &At<'_>, joint: &JointEntry) -> Result<(), SceneError> {
-    if joint.kind != JointKind::Revolute {
-        return Err(SceneError::Unsupported {
-            at: at.key("kind").place(),
-            what: format!("a {} joint", joint.kind.word()),
-            supported: "revolute",
-        });
-    }
-    if joint.bodies[0] == joint.bodies[1] {
-        let problem = format!("the joint ties `{}` to itself", joint.bodies[0]);
-        return Err(at.key("bodies").conflict(problem));
-    }
-    at.pair("at", joint.at, PLACE)?;
-    if let Some(motor) = joint.motor {
-        at.key("motor").within("speed", motor.speed, SPIN)?;
-        at.key("motor")
-            .within("max_torque", motor.max_torque, TORQUE)?;
-    }
-    Ok(())
-}
-
-/// Every joint with the numbers of its bodies among those placed.
-///
-/// # Errors
-/// [`SceneError::UnknownName`]; [`SceneError::Conflict`] for a joint between two bodies neither
-/// of which it can move.
-pub(in crate::scene) fn joints(
-    joints: &[JointEntry],
-    placed: &[BodyEntry],
-    document: &Document,
-) -> Result<Vec<Joint>, SceneError> {
-    let top = At::top(document);
-    let numbers: HashMap<&str, usize> = placed
-        .iter()
-        .enumerate()
-        .map(|(number, body)| (body.name.as_str(), number))
-        .collect();
-    joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| {
-            let at = top.key("joint").index(index).key("bodies");
-            let mut bodies = [None; 2];
-            for (side, name) in joint.bodies.iter().enumerate() {
-                bodies[side] = numbers.get(name.as_str()).copied();
-                if bodies[side].is_none() && name != WORLD {
-                    let known = placed.iter().map(|body| body.name.as_str()).chain([WORLD]);
-                    return Err(at.index(side).unknown("body", name, known));
-                }
-            }
-            let movable = |body: &usize| placed[*body].kind == BodyKind::Dynamic;
-            if !bodies.iter().flatten().any(movable) {
-                return Err(at.conflict("neither body is dynamic: the joint has no effect"));
-            }
-            Ok(Joint {
-                kind: joint.kind,
-                bodies,
-                at: joint.at,
-                motor: joint.motor,
-            })
-        })
-        .collect()
 }

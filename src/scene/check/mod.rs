@@ -2,11 +2,12 @@
 
 mod blocks;
 mod bodies;
+mod joints;
 mod linear;
 mod planar;
 mod repeats;
 
-pub(super) use bodies::joints;
+pub(super) use joints::joints;
 pub(super) use planar::{planar, starts, touches};
 
 use super::document::{Document, Segment};

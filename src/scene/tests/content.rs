@@ -80,7 +80,7 @@ fn pins_tie_a_grid_along_each_step_and_copies_can_be_fixed() {
     let fixed =
         |k: usize| scene.bodies[k].kind == BodyKind::Fixed && scene.bodies[k].mass.is_none();
     assert!(fixed(1) && fixed(2) && !fixed(3));
-    let ties: Vec<_> = scene.joints.iter().map(|j| (j.bodies, j.at)).collect();
+    let ties: Vec<_> = scene.joints.iter().map(|j| (j.bodies, j.at[0])).collect();
     let expected = [
         // none between the two that are fixed
         ([Some(2), Some(3)], [1.5, 1.0]),
@@ -119,7 +119,7 @@ fn joints_reach_copies_by_name() {
     );
     let scene = parse(&text, &[]).unwrap();
     assert_eq!(scene.joints[0].bodies, [Some(2), None]);
-    assert_eq!(scene.joints[0].motor.unwrap().speed, 3.0);
+    assert_eq!(scene.joints[0].motor.unwrap().speed, Some(3.0));
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn pins_tie_copies_into_chains_and_rings() {
         parse(&text, &[]).unwrap().joints
     };
     let chain = joints("count = [3]\nstep = [[1, 0]]");
-    let ends: Vec<_> = chain.iter().map(|j| (j.bodies, j.at)).collect();
+    let ends: Vec<_> = chain.iter().map(|j| (j.bodies, j.at[0])).collect();
     let expected = [
         ([Some(1), Some(2)], [0.5, 1.0]),
         ([Some(2), Some(3)], [1.5, 1.0]),
@@ -139,7 +139,7 @@ fn pins_tie_copies_into_chains_and_rings() {
     let ring = joints("ring = { centre = [0, 0], radius = 1, count = 4 }");
     assert_eq!(ring.len(), 4);
     assert_eq!(ring[3].bodies, [Some(4), Some(1)]);
-    let [x, y] = ring[1].at;
+    let [x, y] = ring[1].at[0];
     // a rounding of the cosine at 90 degrees
     assert!(x.abs() < 1e-15 && (y - 1.5).abs() < 1e-15, "{x} {y}");
     let arc = joints("ring = { centre = [0, 0], radius = 1, count = 4, arc = [0, 1] }");

@@ -132,12 +132,6 @@ fn contradictions_and_bad_outlines_are_told() {
         let text = format!("{BALL}[[joint]]\nkind = \"{kind}\"\nat = [0, 0]\nbodies = {bodies}\n");
         error_of(&text, &[])
     };
-    let error = joint("rope", "[\"ball\", \"floor\"]");
-    assert!(
-        error
-            .contains("17:1: joint.0.kind: a rope joint is not supported yet; supported: revolute"),
-        "{error}"
-    );
     assert!(joint("revolute", "[\"ball\", \"ball\"]").contains("ties `ball` to itself"));
     assert!(joint("revolute", "[\"floor\", \"world\"]").contains("neither body is dynamic"));
     let empty = "[scene]\nname = \"a\"\ntitle = \"b\"\n";
