@@ -27,6 +27,8 @@ pub(crate) struct Memory {
     pub stuck: Option<f64>,
     /// See [`Block::account`].
     pub account: Account,
+    /// Whether it was a rebound: no load that goes on.
+    pub rebounded: bool,
 }
 
 /// What is remembered of all contacts and joints.
@@ -205,6 +207,7 @@ impl Stage {
                 applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
+                rebounded: known.is_some_and(|m| m.rebounded),
                 located: rules.events || swept,
                 crowded: !swept
                     && contact

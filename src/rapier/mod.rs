@@ -21,8 +21,10 @@ mod mass;
 mod pipeline;
 mod pose;
 mod reporter;
+mod results;
 mod simulation;
 mod sleeping;
+mod state;
 mod widen;
 
 #[cfg(not(feature = "f64"))]
@@ -39,7 +41,9 @@ pub use bodies::ExactBody;
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
+pub use results::{HandledContact, StepResults, Totals};
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
+pub use state::{PipelineState, StateError};
 pub use widen::widen;
