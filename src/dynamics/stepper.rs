@@ -255,7 +255,10 @@ impl MoreauStepper {
             Some(standing) => self.stage.standing.clone_from(standing),
             None => self.stage.standing = Standing::default(),
         }
-        rules.sweeps = rules.corrects_gaps() && !self.stage.standing.sweeps.is_empty();
+        // event location follows all that is fast: sweeps add to it only what was asked for
+        let sweeps = &self.stage.standing.sweeps;
+        let asked = sweeps.iter().any(|s| s.all);
+        rules.sweeps = rules.corrects_gaps() && (asked || !rules.events && !sweeps.is_empty());
         let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
         let mut record = StepRecord {
             time: self.time + dt,
