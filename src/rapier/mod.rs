@@ -19,6 +19,7 @@ mod kernels;
 mod mass;
 mod pipeline;
 mod pose;
+mod queries;
 mod reporter;
 mod simulation;
 mod sleeping;
