@@ -372,3 +372,29 @@ fn joints_wake_who_they_hold() {
     p.step(&mut world).unwrap();
     assert!(!world.bodies[weight].is_sleeping());
 }
+
+/// Asleep is still in touch: no event says otherwise, and none says that it touches anew.
+#[test]
+fn sleep_ends_no_contact() {
+    use std::sync::mpsc::channel;
+    let mut world = PhysicsWorld::new();
+    world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(5.0, 0.5));
+    let told = ColliderBuilder::cuboid(0.5, 0.5).active_events(ActiveEvents::COLLISION_EVENTS);
+    let at = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 1.0));
+    let (body, _) = world.insert(at, told);
+    let (collisions, heard) = channel();
+    let handler = ChannelEventCollector::new(collisions, channel().0, channel().0);
+    let mut p = pipeline();
+    let mut run = |world: &mut PhysicsWorld, steps| {
+        for _ in 0..steps {
+            p.step_with_events(world, &(), &handler).unwrap();
+        }
+        heard.try_iter().map(|e| e.started()).collect::<Vec<_>>()
+    };
+    assert_eq!(run(&mut world, 60), [true]);
+    assert!(world.bodies[body].is_sleeping());
+    world.bodies[body].wake_up(true);
+    assert!(run(&mut world, 60).is_empty());
+    world.bodies[body].set_translation(Vector::new(0.0, 3.0), true);
+    assert_eq!(run(&mut world, 1), [false]);
+}

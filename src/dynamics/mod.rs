@@ -53,5 +53,6 @@ pub use rules::{ImpactLaw, Scheme};
 pub use solve::SolvedProblem;
 pub(crate) use stage::Memory;
 pub use standing::{Standing, Sweep};
+pub(crate) use stepper::StepperState;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

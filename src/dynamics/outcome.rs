@@ -41,6 +41,7 @@ pub(super) fn record_stage(
                     impulse: p,
                     dt: stage.length,
                     stuck: None,
+                    rebounded: false,
                 };
                 memory.insert(joint.key, kept);
             }
@@ -101,6 +102,11 @@ fn record_contact(
             gap: contact.gap,
             impulse_n: impulse.x,
             impulse_t: impulse.y,
+            moments: [0, 1].map(|side| {
+                let [n, t] = contact.rows.jacobian[side];
+                let takes = stage.rows[i].bodies[side] != NO_BODY;
+                takes.then_some(n.z * impulse.x + t.z * impulse.y)
+            }),
             slip: stage.length * slip_velocity,
             load_slip: impulse.x * slip_velocity.abs(),
             friction_work: -impulse.y * slip_velocity,
@@ -118,6 +124,7 @@ fn record_contact(
         impulse,
         dt: stage.length,
         stuck: sticks.then_some(gamma_e.y),
+        rebounded: block.impact,
     }
 }
 

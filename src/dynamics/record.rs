@@ -48,6 +48,9 @@ pub struct ContactRecord {
     /// `P_N`, `P_T` [N s].
     pub impulse_n: f64,
     pub impulse_t: f64,
+    /// Angular impulse [N m s] on each body about its centre of mass; `None` on a side that takes no
+    /// impulse, as it moves on its own or dominates the other.
+    pub moments: [Option<f64>; 2],
     /// `Δt γ̄_T` \[m\], `γ̄ = (γ_A + γ_E)/2`; exactly 0 for a contact that sticks now and stuck before.
     pub slip: f64,
     /// `P_N |γ̄_T|` [N m], what Archard's law eats.

@@ -6,6 +6,7 @@ use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
 use super::stage::{Stage, movable};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Share of an overlap that is undone in a step.
@@ -23,7 +24,7 @@ const SHARE: f64 = 0.2;
 ///
 /// a frictionless contact problem of its own. Velocities and kinetic energy stay as they are. Pairs
 /// that touch later are never corrected: noise of their gaps would make them creep.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct OverlapRecovery {
     /// Pairs of surfaces seen in the last step, ascending, and those that overlapped at first.
     seen: Vec<u64>,

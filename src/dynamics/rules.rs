@@ -100,6 +100,8 @@ pub(super) struct Situation {
     /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
     pub carried: bool,
     pub stuck: Option<f64>,
+    /// Whether what it carried was a rebound.
+    pub rebounded: bool,
     /// Whether it waits if it comes in fast.
     pub located: bool,
     /// Whether it lies among many bodies that are about to touch.
@@ -220,7 +222,9 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
     let v_r = rest_velocity(now.acceleration, now.span.step);
     let g_r = v_r * now.span.step;
-    let persists = now.carried && g < g_r;
+    // what has just rebounded and is hit again rebounds again
+    let again = now.rebounded && e * closing > v_r;
+    let persists = now.carried && g < g_r && !again;
     let slow = rest_velocity(now.applied, now.span.step);
     let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
     if now.located && fast && !persists {

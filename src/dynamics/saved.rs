@@ -14,6 +14,20 @@ pub(crate) mod pair {
     }
 }
 
+/// The same where there may be none.
+pub(crate) mod some_pair {
+    use crate::contact::Vec2;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(v: &Option<Vec2>, to: S) -> Result<S::Ok, S::Error> {
+        v.map(|v| [v.x, v.y]).serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec2>, D::Error> {
+        Option::<[f64; 2]>::deserialize(from).map(|v| v.map(Vec2::from))
+    }
+}
+
 /// A time that may be endless, which JSON has no number for.
 pub(crate) mod endless {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

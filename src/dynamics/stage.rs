@@ -23,6 +23,8 @@ pub(crate) struct Memory {
     pub dt: f64,
     /// Tangential velocity at the end of it, if it stuck.
     pub stuck: Option<f64>,
+    /// Whether it was a rebound: no load that goes on.
+    pub rebounded: bool,
 }
 
 /// What is remembered of all contacts and joints.
@@ -194,6 +196,7 @@ impl Stage {
                 applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
+                rebounded: known.is_some_and(|m| m.rebounded),
                 located: rules.events || swept,
                 crowded: !swept
                     && contact

@@ -10,10 +10,11 @@ use super::stage::{Memories, Memory, Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// How a [`MoreauStepper`] steps.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepperSettings {
     pub scheme: Scheme,
     /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
@@ -97,6 +98,15 @@ pub struct MoreauStepper {
     lands: bool,
 }
 
+/// What a stepper takes from one step to the next.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct StepperState {
+    time: f64,
+    lands: bool,
+    memory: Vec<(ContactKey, Memory)>,
+    recovery: OverlapRecovery,
+}
+
 impl MoreauStepper {
     /// A stepper at t = 0 with no memory.
     ///
@@ -144,6 +154,25 @@ impl MoreauStepper {
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
     pub fn forget_contacts(&mut self) {
         self.memory.clear();
+    }
+
+    /// What the next step depends on.
+    pub(crate) fn state(&self) -> StepperState {
+        let mut memory: Vec<_> = self.memory.iter().map(|(key, m)| (*key, *m)).collect();
+        memory.sort_by_key(|(key, _)| *key);
+        StepperState {
+            time: self.time,
+            lands: self.lands,
+            memory,
+            recovery: self.recovery.clone(),
+        }
+    }
+
+    /// Goes on from where [`MoreauStepper::state`] was taken.
+    pub(crate) fn restore(&mut self, state: &StepperState) {
+        (self.time, self.lands) = (state.time, state.lands);
+        self.memory = state.memory.iter().copied().collect();
+        self.recovery = state.recovery.clone();
     }
 
     /// What is remembered of the contacts and joints of bodies to which `group` gives a number, all

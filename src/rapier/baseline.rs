@@ -175,6 +175,13 @@ fn contacts(
             gap,
             impulse_n,
             impulse_t,
+            moments: [(c1, -1.0), (c2, 1.0)].map(|(c, sign)| {
+                let body = c.parent().and_then(|h| world.bodies.get(h));
+                let body = body.filter(|b| b.is_dynamic())?;
+                let arm = wide(place) - wide(body.center_of_mass());
+                let impulse = normal * impulse_n + tangent * impulse_t;
+                Some(sign * arm.perp(&impulse))
+            }),
             slip: dt * slip_velocity,
             load_slip: impulse_n * slip_velocity.abs(),
             friction_work: -impulse_t * slip_velocity,

@@ -7,10 +7,11 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
 /// `f32` ones are not good enough.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExactBody {
     pub mass: f64,
     pub inertia: f64,
@@ -61,6 +62,8 @@ pub(super) struct Bodies {
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
     pub sleepers: Sleepers,
+    /// Colliders that went since rapier's notes were looked through.
+    gone: usize,
     /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
 }
@@ -100,6 +103,7 @@ impl Bodies {
                 self.list[k as usize].thickness = None;
             }
         }
+        self.drop_notes(world);
         self.heed(world, dt, stay_awake)?;
         let woken = self.wake_stirred(world);
         self.damping = false;
@@ -156,6 +160,17 @@ impl Bodies {
                 thickness,
                 all: body.is_ccd_enabled(),
             };
+        }
+    }
+
+    /// Rids rapier's notes of what was modified of those that are gone: only its own step would.
+    fn drop_notes(&mut self, world: &mut PhysicsWorld) {
+        self.gone += self.watch.gone.len();
+        if self.gone > 64 + world.bodies.len() {
+            self.gone = 0;
+            // going over all notes all that is there, anew
+            world.bodies.iter_mut().for_each(drop);
+            world.colliders.iter_mut().for_each(drop);
         }
     }
 
@@ -318,6 +333,33 @@ impl Bodies {
         }
     }
 
+    /// All masses given in `f64`.
+    pub fn exact(&self) -> impl Iterator<Item = (RigidBodyHandle, ExactBody)> + '_ {
+        self.exact.iter().map(|(handle, exact)| (*handle, *exact))
+    }
+
+    pub fn restore_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
+        self.exact.insert(handle, exact);
+    }
+
+    /// Appends a body as it was saved; the rest is read from the world.
+    pub fn restore(
+        &mut self,
+        handle: RigidBodyHandle,
+        pose: Pose64,
+        last: Pose64,
+        velocity: Vec3,
+        written: (Pose, (Vector, Real)),
+    ) {
+        let (mut shadow, _, w) = Shadow::unseen(handle);
+        (shadow.pose, shadow.last, shadow.seen) = (pose, last, true);
+        (shadow.written_pose, shadow.written_velocity) = written;
+        self.index.insert(handle, self.list.len() as u32);
+        self.list.push(shadow);
+        self.velocities.push(velocity);
+        self.inverse_mass.push(w);
+    }
+
     /// `q ← q + u dt` of one body.
     pub fn shift(&mut self, body: usize, u: &Vec3, dt: f64) {
         if *u != Vec3::zeros() {
@@ -421,6 +463,11 @@ impl Shadow {
             || self
                 .mass_seen
                 .is_none_or(|seen| seen.3 != body.locked_axes())
+    }
+
+    /// What rapier was given last.
+    pub fn written(&self) -> (Pose, (Vector, Real)) {
+        (self.written_pose, self.written_velocity)
     }
 
     /// Takes the velocity that rapier holds for our own.

@@ -82,6 +82,13 @@ impl ColliderWatch {
     }
 }
 
+impl ColliderWatch {
+    /// The collider that had this index at the last scan.
+    pub fn handle(&self, slot: u32) -> Option<ColliderHandle> {
+        Some(self.seen.get(slot as usize)?.as_ref()?.handle)
+    }
+}
+
 impl Seen {
     fn new(handle: ColliderHandle, collider: &Collider, scan: u32) -> Self {
         Seen {

@@ -21,8 +21,10 @@ mod pipeline;
 mod pose;
 mod queries;
 mod reporter;
+mod results;
 mod simulation;
 mod sleeping;
+mod state;
 mod widen;
 
 #[cfg(not(feature = "f64"))]
@@ -38,7 +40,9 @@ pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
+pub use results::{HandledContact, StepResults, Totals};
 pub use simulation::{
     BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
+pub use state::{PipelineState, StateError};
 pub use widen::widen;

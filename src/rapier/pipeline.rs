@@ -11,12 +11,14 @@ use crate::dynamics::{
     SolvedProblem, Standing, StepError, StepperSettings,
 };
 use crate::solver::ImpulseSolver;
+use serde::{Deserialize, Serialize};
 
 /// Settings of a [`MoreauPipeline`].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MoreauSettings {
     pub stepper: StepperSettings,
     /// Gravity in `f64` \[m/s²\]; the world's own where `None`.
+    #[serde(with = "crate::dynamics::saved::some_pair")]
     pub gravity: Option<Vec2>,
     /// Step length in `f64` \[s\]; the world's own where `None`.
     pub dt: Option<f64>,
@@ -72,11 +74,11 @@ pub struct MoreauSettings {
 /// Poses, velocities and masses are kept in `f64` and written to rapier rounded; a pose or
 /// velocity that differs from what was written was set by the user, and is read back.
 pub struct MoreauPipeline {
-    stepper: MoreauStepper,
-    settings: MoreauSettings,
-    bodies: Bodies,
-    detector: Detector,
-    reporter: Reporter,
+    pub(super) stepper: MoreauStepper,
+    pub(super) settings: MoreauSettings,
+    pub(super) bodies: Bodies,
+    pub(super) detector: Detector,
+    pub(super) reporter: Reporter,
 }
 
 impl MoreauPipeline {
@@ -111,6 +113,22 @@ impl MoreauPipeline {
     fn step_length(&self, world: &PhysicsWorld) -> f64 {
         let given = self.settings.dt;
         given.unwrap_or_else(|| widen(world.integration_parameters.dt))
+    }
+
+    fn model<'a>(
+        &'a mut self,
+        world: &'a mut PhysicsWorld,
+        hooks: &'a dyn PhysicsHooks,
+        dt: f64,
+    ) -> RapierModel<'a> {
+        RapierModel {
+            gravity: gravity(&self.settings, world),
+            world,
+            hooks,
+            bodies: &mut self.bodies,
+            detector: &mut self.detector,
+            dt,
+        }
     }
 
     /// One step with the user's hooks, and a handler that is told of collisions and contact forces.
@@ -214,18 +232,17 @@ impl MoreauPipeline {
         out: &mut Detection,
     ) -> Result<(), StepError> {
         let dt = self.step_length(world);
-        self.take_over(world, dt)?;
-        let mut model = RapierModel {
-            gravity: gravity(&self.settings, world),
-            world,
-            hooks: &(),
-            bodies: &mut self.bodies,
-            detector: &mut self.detector,
-            dt,
-        };
-        out.contacts.clear();
-        out.joints.clear();
-        Ok(model.detect(dt, out)?)
+        loop {
+            self.take_over(world, dt)?;
+            let mut model = self.model(world, &(), dt);
+            out.contacts.clear();
+            out.joints.clear();
+            let found = model.detect(dt, out);
+            // who is found to be pressed on wakes, and has contacts then
+            if found.is_ok() || !self.bodies.sleepers.is_stirred() {
+                return Ok(found?);
+            }
+        }
     }
 
     /// Time at the end of the last step \[s\].
@@ -312,6 +329,16 @@ impl MoreauPipeline {
     pub fn velocity(&self, body: RigidBodyHandle) -> Option<Vec3> {
         let k = self.bodies.index_of(body)?;
         Some(self.bodies.velocities[k as usize])
+    }
+
+    /// The body that records of the last step call by this number.
+    pub fn body(&self, number: u32) -> Option<RigidBodyHandle> {
+        Some(self.bodies.list.get(number as usize)?.handle)
+    }
+
+    /// The collider that records of the last step call by this number.
+    pub fn collider(&self, number: u32) -> Option<ColliderHandle> {
+        self.bodies.watch.handle(number)
     }
 
     /// The number that records use for a body, if it has been stepped.
@@ -428,7 +455,7 @@ impl MultibodyModel for RapierModel<'_> {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         let acceleration = self.acceleration();
         if !acceleration.is_finite() {
-            // a search without end would leave its mark on rapier's tree
+            // no search is without end
             return Err(ModelError::Invalid(
                 "a force is too large for the mass of its body: the acceleration is not finite"
                     .to_owned(),

@@ -46,6 +46,18 @@ struct Met<'a> {
 }
 
 impl Reporter {
+    /// What was told: pairs that touch, that press, that cross.
+    pub fn state(&self) -> [Vec<Pair>; 3] {
+        [&self.touching, &self.loaded, &self.crossing]
+            .map(|pairs| pairs.values().copied().collect())
+    }
+
+    /// Goes on from where [`Reporter::state`] was taken.
+    pub fn restore(&mut self, [touching, loaded, crossing]: [Vec<Pair>; 3]) {
+        let map = |pairs: Vec<Pair>| pairs.into_iter().map(|p| (order(&p), p)).collect();
+        (self.touching, self.loaded, self.crossing) = (map(touching), map(loaded), map(crossing));
+    }
+
     /// See [`super::MoreauPipeline::intersections`].
     pub fn intersections(&self) -> impl Iterator<Item = Pair> + '_ {
         self.crossing.values().copied()

@@ -66,6 +66,12 @@ impl Bodies {
         }
     }
 
+    /// Whether any of these bodies sleeps.
+    pub fn sleeps(&self, numbers: [u32; 2]) -> bool {
+        let group = |b: u32| self.list.get(b as usize).map_or(0, |s| s.group);
+        !self.sleepers.is_empty() && numbers.iter().any(|b| group(*b) != 0)
+    }
+
     /// Stirs what the user changed, and puts to sleep what the user did.
     ///
     /// # Errors

@@ -11,12 +11,14 @@ use std::f64::consts::LOG10_2;
 pub fn widen(value: Real) -> f64 {
     let wide = f64::from(value);
     // integers and dyadic fractions are exact already, and have no shorter decimal
-    let dyadic = value.fract() == 0.0 || value.abs() < 16.0 && (value * 1024.0).fract() == 0.0;
+    // not `fract`, which is a call where the processor is not known to have it
+    let whole = |x: f64| x as i64 as f64 == x;
+    let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
     if cfg!(feature = "f64") || !value.is_finite() || dyadic {
         return wide;
     }
     // of both numbers of the quotient nothing is lost
-    let decimal = |power: f64| (wide * power).round() / power;
+    let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
     // decimals that make seven digits
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;

@@ -454,6 +454,7 @@ mod tests {
             gap: 8.0,
             impulse_n: 9.0,
             impulse_t: 10.0,
+            moments: [None; 2],
             slip: 11.0,
             load_slip: 12.0,
             friction_work: 13.0,

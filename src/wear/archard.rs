@@ -172,6 +172,7 @@ mod tests {
             gap: 0.0,
             impulse_n: 1.0,
             impulse_t: 0.0,
+            moments: [None; 2],
             slip: 0.0,
             load_slip,
             friction_work: 0.0,

@@ -62,6 +62,7 @@ fn contact(x: f64, load_slip: f64) -> ContactRecord {
         gap: 0.0,
         impulse_n: 0.0,
         impulse_t: 0.0,
+        moments: [None; 2],
         slip: 0.0,
         load_slip,
         friction_work: 0.0,

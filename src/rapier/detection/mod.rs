@@ -30,13 +30,15 @@ use leaves::Leaves;
 pub(super) use pairs::Told;
 use pairs::{Apart, Finder, Pairs, apart};
 use rustc_hash::FxHashSet;
+use serde::{Deserialize, Serialize};
 use tree::Tree;
 
 /// The cell of a contact on a collider without cells.
 pub const NO_CELL: u32 = 0;
 
 /// Who finds the pairs of colliders that come near each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum DetectionDrive {
     /// A tree of boxes and what was learnt in the steps before.
     #[default]
@@ -47,7 +49,7 @@ pub enum DetectionDrive {
 }
 
 /// What rapier's collider cannot say about a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
     /// rigidity and restitution. Two compliant surfaces act in series. With
@@ -87,6 +89,11 @@ impl Detector {
 
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.colliders.set_surface(collider, law);
+    }
+
+    pub fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
+        let all = self.colliders.surfaces.iter();
+        all.map(|(handle, law)| (*handle, *law))
     }
 
     pub fn forget_surface(&mut self, collider: ColliderHandle) {

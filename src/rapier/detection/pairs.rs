@@ -145,8 +145,7 @@ impl Pairs {
         scratch.told.clear();
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
-            let still = |leaf| finder.bodies.still(finder.leaves.get(leaf).body);
-            if still(a) && still(b) {
+            if finder.asleep([a, b]) {
                 return true;
             }
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
@@ -303,6 +302,12 @@ impl Finder<'_> {
         let setting = self.setting(sides, known);
         self.ask_parry(row, sides, setting, reach, from, one[0] || one[1], out);
         Some(f64::NEG_INFINITY)
+    }
+
+    /// Whether nothing can happen between two leaves, as one sleeps and the other does not move.
+    fn asleep(&self, leaves: [u32; 2]) -> bool {
+        let sides = leaves.map(|leaf| self.leaves.get(leaf).body);
+        self.bodies.sleeps(sides) && sides.iter().all(|b| self.bodies.still(*b))
     }
 
     fn kinds(&self, sides: [&Leaf; 2]) -> [RigidBodyType; 2] {

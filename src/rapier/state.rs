@@ -1,0 +1,186 @@
+//! Everything of a pipeline that the next step depends on, to be saved and resumed.
+
+use super::bodies::{ExactBody, not_there};
+use super::detection::SurfaceLaw;
+use super::engine::prelude::*;
+use super::pipeline::{MoreauPipeline, MoreauSettings};
+use super::sleeping::Sleepers;
+use super::{PRECISION, widen};
+use crate::contact::Vec3;
+use crate::dynamics::{Configuration, ModelError, Pose64, StepError, StepperState};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Of what [`PipelineState`] holds.
+const VERSION: u32 = 1;
+
+/// A pipeline between two steps, as plain data for serde.
+///
+/// With the world it stepped, saved at the same time, [`MoreauPipeline::resume`] goes on bit for
+/// bit. The world is the user's to save: rapier's own types are serialisable with this crate's
+/// feature `serde`, or are cloned.
+///
+/// ```
+/// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+/// use rapier2d::prelude::*;
+///
+/// let mut world = PhysicsWorld::new();
+/// world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+/// let mut pipeline = MoreauPipeline::new(MoreauSettings::default())?;
+/// pipeline.step(&mut world)?;
+/// let saved = serde_json::to_string(&pipeline.state())?;
+/// let mut resumed = MoreauPipeline::resume(&serde_json::from_str(&saved)?, &mut world)?;
+/// assert_eq!(resumed.time(), pipeline.time());
+/// resumed.step(&mut world)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Serialize, Deserialize)]
+pub struct PipelineState {
+    version: u32,
+    precision: String,
+    settings: MoreauSettings,
+    stepper: StepperState,
+    bodies: Vec<BodyState>,
+    exact: Vec<(Handle, ExactBody)>,
+    surfaces: Vec<(Handle, SurfaceLaw)>,
+    sleepers: Sleepers,
+    /// Pairs of colliders that events have told of.
+    told: [Vec<[Handle; 2]>; 3],
+}
+
+/// Index and generation.
+type Handle = (u32, u32);
+
+#[derive(Clone, Serialize, Deserialize)]
+struct BodyState {
+    handle: Handle,
+    pose: Configuration,
+    velocity: [f64; 3],
+    /// What rapier was given last: x, y, cos, sin; and the velocity.
+    written_pose: [f64; 4],
+    written_velocity: [f64; 3],
+    group: u32,
+    last: Configuration,
+}
+
+/// Why a state cannot be resumed.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StateError {
+    /// Saved by another version of this crate.
+    #[error("the state has version {found}, this crate reads version {expected}")]
+    Version { found: u32, expected: u32 },
+    /// Saved with the other precision of rapier.
+    #[error("the state was saved with rapier in {found}, this is {expected}")]
+    Precision {
+        found: String,
+        expected: &'static str,
+    },
+    /// The world is not the one that was stepped.
+    #[error(transparent)]
+    World(#[from] ModelError),
+    #[error(transparent)]
+    Settings(#[from] StepError),
+}
+
+impl MoreauPipeline {
+    /// What the next step depends on, besides the world.
+    pub fn state(&self) -> PipelineState {
+        let raw = |h: RigidBodyHandle| h.into_raw_parts();
+        let bodies = self.bodies.list.iter().zip(&self.bodies.velocities);
+        let mut exact: Vec<(Handle, ExactBody)> =
+            self.bodies.exact().map(|(h, e)| (raw(h), e)).collect();
+        exact.sort_by_key(|(handle, _)| *handle);
+        let surfaces = self.detector.surfaces();
+        let mut surfaces: Vec<(Handle, SurfaceLaw)> =
+            surfaces.map(|(h, law)| (h.into_raw_parts(), law)).collect();
+        surfaces.sort_by_key(|(handle, _)| *handle);
+        PipelineState {
+            version: VERSION,
+            precision: PRECISION.to_owned(),
+            settings: self.settings.clone(),
+            stepper: self.stepper.state(),
+            bodies: bodies
+                .map(|(shadow, u)| {
+                    let (pose, velocity) = shadow.written();
+                    let (at, turn) = (pose.translation, pose.rotation);
+                    BodyState {
+                        handle: raw(shadow.handle),
+                        pose: shadow.pose.numbers(),
+                        velocity: [u.x, u.y, u.z],
+                        written_pose: [at.x, at.y, turn.re, turn.im].map(f64::from),
+                        written_velocity: [velocity.0.x, velocity.0.y, velocity.1].map(f64::from),
+                        group: shadow.group,
+                        last: shadow.last.numbers(),
+                    }
+                })
+                .collect(),
+            exact,
+            surfaces,
+            sleepers: self.bodies.sleepers.clone(),
+            told: self.reporter.state().map(|pairs| {
+                let raw = |pair: [ColliderHandle; 2]| pair.map(|h| h.into_raw_parts());
+                pairs.into_iter().map(raw).collect()
+            }),
+        }
+    }
+
+    /// A pipeline that goes on where `state` was saved, with the world as it was then.
+    ///
+    /// # Errors
+    /// [`StateError`]; the world is as before.
+    pub fn resume(state: &PipelineState, world: &mut PhysicsWorld) -> Result<Self, StateError> {
+        if state.version != VERSION {
+            return Err(StateError::Version {
+                found: state.version,
+                expected: VERSION,
+            });
+        }
+        if state.precision != PRECISION {
+            return Err(StateError::Precision {
+                found: state.precision.clone(),
+                expected: PRECISION,
+            });
+        }
+        let mut pipeline = MoreauPipeline::new(state.settings.clone())?;
+        pipeline.stepper.restore(&state.stepper);
+        for ((index, generation), law) in &state.surfaces {
+            let handle = ColliderHandle::from_raw_parts(*index, *generation);
+            pipeline.detector.set_surface(handle, *law);
+        }
+        pipeline.reporter.restore(state.told.clone().map(|pairs| {
+            let handles =
+                |pair: [Handle; 2]| pair.map(|(i, g)| ColliderHandle::from_raw_parts(i, g));
+            pairs.into_iter().map(handles).collect()
+        }));
+        let bodies = &mut pipeline.bodies;
+        for (handle, exact) in &state.exact {
+            bodies.restore_exact(RigidBodyHandle::from_raw_parts(handle.0, handle.1), *exact);
+        }
+        bodies.watch.scan(&world.colliders)?;
+        for saved in &state.bodies {
+            let handle = RigidBodyHandle::from_raw_parts(saved.handle.0, saved.handle.1);
+            if !world.bodies.get(handle).is_some_and(|b| b.is_enabled()) {
+                return Err(not_there(handle).into());
+            }
+            let [x, y, re, im] = saved.written_pose.map(|v| v as Real);
+            let [vx, vy, spin] = saved.written_velocity.map(|v| v as Real);
+            let pose =
+                Pose::from_parts(Vector::new(x, y), Rotation::from_cos_sin_unchecked(re, im));
+            bodies.restore(
+                handle,
+                Pose64::from_numbers(&saved.pose),
+                Pose64::from_numbers(&saved.last),
+                Vec3::from(saved.velocity),
+                (pose, (Vector::new(vx, vy), spin)),
+            );
+        }
+        let dt = widen(world.integration_parameters.dt);
+        for (k, saved) in state.bodies.iter().enumerate() {
+            bodies.sync_one(world, k, dt)?;
+            bodies.velocities[k] = Vec3::from(saved.velocity);
+            bodies.list[k].group = saved.group;
+        }
+        bodies.sleepers = state.sleepers.clone();
+        Ok(pipeline)
+    }
+}
