@@ -5,6 +5,7 @@ pub mod cli;
 pub mod contact;
 pub mod dynamics;
 pub mod experiment;
+pub mod guide;
 pub mod rapier;
 pub mod report;
 pub mod scene;

@@ -10,7 +10,7 @@ use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Memories, Memory, Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{Shares, solver_by_name};
+use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -144,6 +144,12 @@ impl MoreauStepper {
     /// The settings in force.
     pub fn settings(&self) -> &StepperSettings {
         &self.settings
+    }
+
+    /// Takes a solver of the user's own in place of the one that the settings name, from the next
+    /// step on. What it returns is judged here: its own word does not count.
+    pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
+        self.solver.solver = Box::new(Judged(solver));
     }
 
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.

@@ -20,6 +20,7 @@ mod kernels;
 mod mass;
 mod pipeline;
 mod pose;
+mod queries;
 mod reporter;
 mod results;
 mod simulation;

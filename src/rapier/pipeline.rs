@@ -10,6 +10,7 @@ use crate::dynamics::{
     Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
     SolvedProblem, Standing, StepError, StepperSettings,
 };
+use crate::solver::ImpulseSolver;
 use serde::{Deserialize, Serialize};
 
 /// Settings of a [`MoreauPipeline`].
@@ -248,6 +249,11 @@ impl MoreauPipeline {
     /// Time at the end of the last step \[s\].
     pub fn time(&self) -> f64 {
         self.stepper.time()
+    }
+
+    /// See [`MoreauStepper::set_solver`], and [`crate::guide::own_solver`].
+    pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
+        self.stepper.set_solver(solver);
     }
 
     /// See [`MoreauStepper::keep_problems`].

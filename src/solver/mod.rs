@@ -41,6 +41,7 @@ mod continuation;
 mod direct;
 mod enumeration;
 mod interior_point;
+mod judged;
 mod lemke;
 mod nsgs;
 mod pairs;
@@ -57,6 +58,7 @@ mod explicit_tests;
 pub use auto::Auto;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
+pub(crate) use judged::Judged;
 pub use lemke::{
     LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual,
     proves_infeasible, solve_lcp,

@@ -1,0 +1,1 @@
+//! What of rapier2d is here.

@@ -1,0 +1,384 @@
+//! A scene of one's own: a small threshing machine, built step by step.
+//!
+//! A drum with teeth turns above a concave and drags grains through the gap; a belt feeds it; the
+//! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
+//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine, with
+//! its crop, its calibration and its life, is the scene `thresher` and [`crate::scene::threshing`].
+//!
+//! # 1. A drum with teeth
+//! An oriented polyline is one-sided: the solid lies on the left of its direction. Counter-clockwise
+//! and closed it is a solid outline, concave corners included. Each of its segments is numbered, which
+//! will be the cells that wear.
+//!
+//! ```
+//! use moreau2d::rapier::engine::prelude::*;
+//! use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+//!
+#![doc = include_str!("machine/drum.rs")]
+//!
+//! let mut world = PhysicsWorld::new();
+//! let drum = outline(drum_outline());
+//! world.insert(RigidBodyBuilder::kinematic_velocity_based(), drum);
+//! let grain = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.3));
+//! let (grain, _) = world.insert(grain, ColliderBuilder::ball(0.02));
+//! let mut pipeline = MoreauPipeline::new(MoreauSettings::default())?;
+//! for _ in 0..60 {
+//!     assert_eq!(pipeline.step(&mut world)?.unsolved, 0);
+//! }
+//! // it lies on the flat tip of the upper tooth
+//! let tip = 0.22 * 0.05_f64.cos();
+//! let height = pipeline.pose(grain).unwrap().translation.y;
+//! assert!((height - (tip + 0.02)).abs() < 1e-6, "{height}");
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 2. A concave
+//! The same kind of collider, open and run through clockwise: the steel now lies outside, and grains
+//! lie in the hollow.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+#![doc = include_str!("machine/concave.rs")]
+//!
+//! let mut world = PhysicsWorld::new();
+//! world.insert(RigidBodyBuilder::fixed(), concave());
+//! let grain = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, -0.2));
+//! let (grain, _) = world.insert(grain, ColliderBuilder::ball(0.01));
+//! // who sleeps is in no record
+//! let settings = MoreauSettings { stay_awake: true, ..MoreauSettings::default() };
+//! let mut pipeline = MoreauPipeline::new(settings)?;
+//! let mut touched = 0;
+//! for _ in 0..60 {
+//!     touched = pipeline.step(&mut world)?.contacts.len();
+//! }
+//! // at the lowest corner it lies on two segments, each 2.5 degrees from the horizontal
+//! assert_eq!(touched, 2);
+//! let height = pipeline.pose(grain).unwrap().translation.y;
+//! let expected = -0.23 + 0.01 / 2.5_f64.to_radians().cos();
+//! assert!((height - expected).abs() < 1e-6, "{height}");
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 3. Crop
+//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them and
+//! what gravity gave them is the change of their momentum.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+//! use moreau2d::contact::Vec2;
+//! # use machine::{concave, drum_outline, outline};
+//! # mod machine {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/machine/all.rs"));
+//! # }
+#![doc = include_str!("machine/grains.rs")]
+//!
+//! let (mut world, mut pipeline, _, grains) = machine();
+//! let mass = 100.0 * std::f64::consts::PI * 0.008 * 0.008;
+//! let mut given = Vec2::zeros();
+//! for _ in 0..400 {
+//!     let record = pipeline.step(&mut world)?;
+//!     assert_eq!(record.unsolved, 0);
+//!     for contact in &record.contacts {
+//!         let normal = contact.normal;
+//!         let tangent = Vec2::new(-normal.y, normal.x);
+//!         let impulse = contact.impulse_n * normal + contact.impulse_t * tangent;
+//!         // it acts on side 2; between two grains it cancels
+//!         let is_grain = |side: usize| {
+//!             grains.iter().any(|g| pipeline.number(*g) == Some(contact.bodies[side]))
+//!         };
+//!         match (is_grain(0), is_grain(1)) {
+//!             (false, true) => given += impulse,
+//!             (true, false) => given -= impulse,
+//!             _ => {}
+//!         }
+//!     }
+//! }
+//! let momentum: Vec2 = grains.iter().map(|g| mass * pipeline.velocity(*g).unwrap().xy()).sum();
+//! let gravity = Vec2::new(0.0, -9.81) * 10.0 * mass * 0.2;
+//! assert!((momentum - gravity - given).norm() < 1e-6 * given.norm());
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 4. The drum turns
+//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the moments
+//! of its contacts, and the work that makes is what the grains took and what was lost between them.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+//! # use moreau2d::contact::Vec2;
+//! # mod machine {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/machine/all.rs"));
+//! # }
+//! # use machine::*;
+//! let (mut world, mut pipeline, drum, grains) = machine();
+//! let spin = 10.0;
+//! world.bodies[drum].set_angvel(spin as Real, true); // counter-clockwise: to the right below
+//! let mut work = 0.0; // of the drum [J]
+//! let (mut taken, mut lost) = (0.0, 0.0); // by the grains, by friction and impacts [J]
+//! let mut thrown = 0;
+//! for _ in 0..1000 {
+//!     let record = pipeline.step(&mut world)?;
+//!     assert_eq!(record.unsolved, 0);
+//!     taken += record.energy.contact_n + record.energy.contact_t;
+//!     for contact in &record.contacts {
+//!         lost += contact.friction_work - contact.normal_work;
+//!         let Some(side) = (0..2).find(|&k| Some(contact.bodies[k]) == pipeline.number(drum)) else {
+//!             continue;
+//!         };
+//!         let normal = contact.normal;
+//!         let tangent = Vec2::new(-normal.y, normal.x);
+//!         let on_two = contact.impulse_n * normal + contact.impulse_t * tangent;
+//!         let on_drum = if side == 1 { on_two } else { -on_two };
+//!         // the drum's centre is the origin
+//!         work -= contact.position.perp(&on_drum) * spin;
+//!     }
+//!     // what has left the machine goes
+//!     for grain in &grains {
+//!         let gone = |body: &RigidBody| body.translation().length() > 0.4;
+//!         if world.bodies.get(*grain).is_some_and(gone) {
+//!             world.remove_body(*grain);
+//!             thrown += 1;
+//!         }
+//!     }
+//! }
+//! // equal, up to what sticking contacts moved about their place: their slip is recorded as 0
+//! assert!((work - taken - lost).abs() < 1e-4 * work, "{work} = {taken} + {lost} J");
+//! assert_eq!(thrown, 10);
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 5. A motor instead
+//! A drum that is driven with a limited torque is a dynamic body on a revolute joint with a velocity
+//! motor. A polyline has no area, so mass and inertia are given.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+//! let mut world = PhysicsWorld::new();
+//! world.gravity = Vector::ZERO;
+//! let axle = world.insert_body(RigidBodyBuilder::fixed());
+//! let inertia = 0.5_f64; // [kg m2]
+//! let drum = RigidBodyBuilder::dynamic()
+//!     .additional_mass_properties(MassProperties::new(Vector::ZERO, 20.0, inertia as Real));
+//! let drum = world.insert_body(drum);
+//! // a motor of rapier has a gain: with a large one the speed is held, up to the torque given
+//! let motor = RevoluteJointBuilder::new().motor_velocity(4.0, 1e6).motor_max_force(2.0);
+//! world.insert_impulse_joint(axle, drum, motor);
+//! let mut pipeline = MoreauPipeline::new(MoreauSettings { dt: Some(0.005), ..Default::default() })?;
+//! let mut work = 0.0;
+//! for step in 1..=300 {
+//!     let record = pipeline.step(&mut world)?;
+//!     work += record.energy.motors;
+//!     let spin = pipeline.velocity(drum).unwrap().z;
+//!     // torque over inertia, until the speed is reached
+//!     let expected = f64::min(2.0 / inertia * 0.005 * step as f64, 4.0);
+//!     assert!((spin - expected).abs() < 1e-5, "step {step}: {spin}");
+//! }
+//! assert!((work - 0.5 * inertia * 16.0).abs() < 1e-4, "{work}");
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 6. A belt
+//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of a
+//! belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative one.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
+//! let mut world = PhysicsWorld::new();
+//! let (_, belt) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(2.0, 0.1));
+//! let crop = RigidBodyBuilder::dynamic().translation(Vector::new(-1.0, 0.15));
+//! let (crop, _) = world.insert(crop, ColliderBuilder::cuboid(0.05, 0.05).density(100.0));
+//! let mut pipeline = MoreauPipeline::new(MoreauSettings { dt: Some(0.005), ..Default::default() })?;
+//! pipeline.set_surface(belt, SurfaceLaw { speed: -0.5, ..SurfaceLaw::default() });
+//! for step in 1..=60 {
+//!     pipeline.step(&mut world)?;
+//!     // friction 0.5 accelerates it until it rides
+//!     let expected = f64::min(0.5 * 9.81 * 0.005 * step as f64, 0.5);
+//!     let v = pipeline.velocity(crop).unwrap().x;
+//!     assert!((v - expected).abs() < 1e-6, "step {step}: {v}");
+//! }
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 7. A surface that gives way
+//! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a contact
+//! point (per metre of segment length with `one_point_per_segment`). It is implicit, so any stiffness
+//! is stable.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
+//! let mut world = PhysicsWorld::new();
+//! let (_, mat) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(2.0, 0.1));
+//! let weight = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.15));
+//! let (weight, _) = world.insert(weight, ColliderBuilder::cuboid(0.05, 0.05).density(100.0));
+//! let mut pipeline = MoreauPipeline::new(MoreauSettings { dt: Some(0.002), ..Default::default() })?;
+//! pipeline.set_surface(mat, SurfaceLaw { compliance: Some((1e4, 100.0)), ..Default::default() });
+//! for _ in 0..500 {
+//!     pipeline.step(&mut world)?;
+//! }
+//! // 1 kg on two corners of 10 kN/m
+//! let sunk = 0.15 - pipeline.pose(weight).unwrap().translation.y;
+//! assert!((sunk - 9.81 / 2e4).abs() < 1e-8, "{sunk}");
+//! # Ok::<(), moreau2d::dynamics::StepError>(())
+//! ```
+//!
+//! # 8. Load and slip of every cell
+//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order of
+//! its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times the slip
+//! velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a cell that sticks
+//! stays at 0.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
+//! # use moreau2d::contact::Vec2;
+//! use moreau2d::wear::{Archard, CellArea, LoadSlip};
+//! # mod machine {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/machine/all.rs"));
+//! # }
+//! # use machine::*;
+//! let (mut world, mut pipeline, drum, _) = machine();
+//! world.bodies[drum].set_angvel(10.0, true);
+//! let steel = world.bodies[drum].colliders()[0];
+//! let cells = SurfaceLaw { one_point_per_segment: true, ..SurfaceLaw::default() };
+//! pipeline.set_surface(steel, cells);
+//!
+//! let mut sum = LoadSlip::new(40);
+//! for _ in 0..400 {
+//!     let record = pipeline.step(&mut world)?;
+//!     sum.add(&record.contacts, |contact| {
+//!         let steel = steel.into_raw_parts().0;
+//!         let node = (contact.cell as usize).checked_sub(1);
+//!         node.filter(|_| contact.surfaces.contains(&steel))
+//!     })?;
+//! }
+//!
+//! // depth = K S / A over the length of each segment, one metre deep
+//! let points = drum_outline();
+//! let widths: Vec<f64> = (0..40)
+//!     .map(|i| f64::from((points[(i + 1) % 40] - points[i]).length()))
+//!     .collect();
+//! let law = Archard { coefficient: 1e-13, area: CellArea::Tributary };
+//! let depths = law.depths(sum.sums(), &widths)?;
+//!
+//! // the worn volume is K times all load and slip
+//! let volume: f64 = depths.iter().zip(&widths).map(|(h, w)| h * w).sum();
+//! let load_slip: f64 = sum.sums().iter().sum();
+//! assert!((volume / (1e-13 * load_slip) - 1.0).abs() < 1e-12);
+//! // of a tooth's five segments, trailing flank, tip, leading flank and twice the drum between, the
+//! // tip and the leading flank meet the grains
+//! let share = |kind: usize| (0..8).map(|k| sum.sums()[5 * k + kind]).sum::<f64>() / load_slip;
+//! assert!(share(1) > 0.1 && share(2) > 0.1 && share(1) + share(2) > 0.99);
+//! assert_eq!(depths[0], 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its normals,
+//! re-meshed, with a cycle jump that bounds its own error. The new outline goes into the world as a new
+//! shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and meets the worn surface where
+//! it is.
+//!
+//! # 9. The same as a scene file
+//! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml` holds
+//! it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points are
+//! written out; here they are printed into the text.
+//!
+//! ```
+//! # use moreau2d::rapier::engine::prelude::*;
+//! use moreau2d::scene::Scene;
+//! # mod machine {
+//! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/machine/all.rs"));
+//! # }
+//! # use machine::*;
+//! let points: Vec<[Real; 2]> = drum_outline().iter().map(|p| [p.x, p.y]).collect();
+//! let hollow: Vec<[f64; 2]> = (0..=28)
+//!     .map(|i| {
+//!         let (sin, cos) = (340.0 - 5.0 * i as f64).to_radians().sin_cos();
+//!         [0.23 * cos, 0.23 * sin]
+//!     })
+//!     .collect();
+//! let text = format!(
+//!     r#"
+//! [scene]
+//! name = "small-thresher"
+//! title = "A toothed drum drags grains through a concave"
+//!
+//! [step]
+//! dt = 5e-4
+//! time = 0.2
+//!
+//! [[material]]
+//! name = "steel"
+//! friction = 0.5
+//!
+//! [[body]]
+//! name = "drum"
+//! kind = "kinematic"
+//! spin = 10
+//! closed = true
+//! polyline = {points:?}
+//!
+//! [[body]]
+//! name = "concave"
+//! kind = "fixed"
+//! polyline = {hollow:?}
+//!
+//! [[body]]
+//! name = "grain"
+//! disc = 0.008
+//! density = 100
+//!
+//! [[repeat]] # five grains from 236.25 to 258.75 degrees
+//! of = "grain"
+//! name = "left"
+//! ring = {{ centre = [0, 0], radius = 0.2215, count = 5, arc = [4.123340, 4.516039] }}
+//!
+//! [[repeat]]
+//! of = "grain"
+//! name = "right"
+//! ring = {{ centre = [0, 0], radius = 0.2215, count = 5, arc = [4.908739, 5.301438] }}
+//!
+//! [[body]]
+//! name = "belt"
+//! kind = "fixed"
+//! box = [0.4, 0.02]
+//! position = [-0.5, -0.1]
+//! surface_velocity = -0.5
+//!
+//! [[body]]
+//! name = "crop"
+//! box = [0.05, 0.05]
+//! density = 100
+//! position = [-0.6, -0.065]
+//! "#
+//! );
+//! let scene = Scene::parse("small-thresher.toml", &text, &[])?;
+//! let mut built = scene.build()?;
+//! let crop = scene.bodies.iter().position(|b| b.name == "crop").unwrap();
+//! let drum = scene.bodies.iter().position(|b| b.name == "drum").unwrap();
+//! let mut load_slip = 0.0;
+//! for _ in 0..400 {
+//!     let record = built.step()?;
+//!     assert_eq!(record.unsolved, 0);
+//!     let on_drum = |bodies: [u32; 2]| bodies.contains(&built.number(drum).unwrap());
+//!     let drums = record.contacts.iter().filter(|c| on_drum(c.bodies));
+//!     load_slip += drums.map(|c| c.load_slip).sum::<f64>();
+//! }
+//! // the crop rides on the belt, the drum is worn
+//! let (_, velocity) = built.state(crop).unwrap();
+//! assert!((velocity.x - 0.5).abs() < 1e-6, "{velocity}");
+//! assert!(load_slip > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A motor is `motor = {{ speed = 4, max_torque = 2 }}` in a `[[joint]]`, a compliant surface
+//! `stiffness` and `damping` in a `[[material]]`. Cells and wear of an outline of one's own are the
+//! library's (step 8); files have them for the study's tooth only, `[tooth]`, `[wear]` and
+//! `[thresher]`.
+//!
+//! [`SurfaceLaw`]: crate::rapier::SurfaceLaw

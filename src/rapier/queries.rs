@@ -1,0 +1,71 @@
+//! rapier's own queries between our steps.
+
+use super::engine::prelude::*;
+use super::pipeline::MoreauPipeline;
+
+impl MoreauPipeline {
+    /// Brings rapier's query tree and contact graph up to the present poses, for what reads them:
+    /// `world.cast_ray` and its kin, `world.contact_pairs()`, `world.intersection_pairs()`.
+    ///
+    /// A step of ours finds its contacts by itself and leaves both behind: in a world that rapier
+    /// has never stepped they are empty. Poses of bodies and colliders need no refreshing.
+    ///
+    /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
+    /// `hooks` are asked which pairs to leave out (`&()` for none). No pose, no velocity and no
+    /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. It costs
+    /// about what rapier's detection does; rapier keeps 16 bytes for every pair that has parted
+    /// from one refresh to the next, until a step of its own. A body whose state is not finite is
+    /// switched off, as rapier's own step would.
+    ///
+    /// ```
+    /// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+    /// use rapier2d::prelude::*;
+    ///
+    /// let mut world = PhysicsWorld::new();
+    /// let (_, floor) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(10.0, 0.5));
+    /// let mut pipeline = MoreauPipeline::new(MoreauSettings::default())?;
+    /// pipeline.step(&mut world)?;
+    /// let down = Ray::new(Vector::new(0.0, 2.0), Vector::new(0.0, -1.0));
+    /// let cast = |world: &PhysicsWorld| world.cast_ray(&down, 10.0, true, QueryFilter::default());
+    /// assert!(cast(&world).is_none());
+    /// MoreauPipeline::refresh_queries(&mut world, &());
+    /// assert_eq!(cast(&world), Some((floor, 1.5)));
+    /// # Ok::<(), moreau2d::dynamics::StepError>(())
+    /// ```
+    pub fn refresh_queries(world: &mut PhysicsWorld, hooks: &dyn PhysicsHooks) {
+        let parameters = IntegrationParameters {
+            dt: 0.0,
+            // a manifold that is kept may be a millimetre old
+            contact_recycling: false,
+            ..world.integration_parameters
+        };
+        // rapier wakes what was modified, and with it how long it has been still
+        let rests: Vec<(RigidBodyHandle, RigidBodyActivation)> = (world.bodies.iter())
+            .map(|(handle, body)| (handle, *body.activation()))
+            .collect();
+        // a step of no length may put the tree aside to improve it; the next one, with nothing to
+        // do, puts it back
+        for _ in 0..2 {
+            world.physics_pipeline.step(
+                world.gravity,
+                &parameters,
+                &mut world.islands,
+                &mut world.broad_phase,
+                &mut world.narrow_phase,
+                &mut world.bodies,
+                &mut world.colliders,
+                &mut world.impulse_joints,
+                &mut world.multibody_joints,
+                &mut world.soft_bodies,
+                &mut world.ccd_solver,
+                hooks,
+                &(),
+            );
+        }
+        for (handle, rest) in rests {
+            if world.bodies[handle].activation() != &rest {
+                *world.bodies[handle].activation_mut() = rest;
+            }
+        }
+    }
+}

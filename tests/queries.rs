@@ -1,0 +1,196 @@
+//! rapier's own queries between our steps: behind until they are refreshed, right afterwards, and
+//! nothing else changed.
+
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+
+fn pipeline() -> MoreauPipeline {
+    MoreauPipeline::new(MoreauSettings::default()).unwrap()
+}
+
+/// A floor, a wall that stands on it, and boxes that fall in four rows.
+fn yard() -> (PhysicsWorld, Vec<RigidBodyHandle>) {
+    let mut world = PhysicsWorld::new();
+    world.insert(
+        RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5)),
+        ColliderBuilder::cuboid(10.0, 0.5),
+    );
+    world.insert_collider(
+        ColliderBuilder::cuboid(0.1, 1.0).translation(Vector::new(-4.0, 1.0)),
+        None,
+    );
+    let mut boxes = Vec::new();
+    for k in 0..40 {
+        let (column, row) = ((k % 10) as Real, (k / 10) as Real);
+        let place = Vector::new(0.35 * column - 1.5 + 0.05 * row, 0.3 + 0.5 * row);
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        boxes.push(world.insert(body, ColliderBuilder::cuboid(0.15, 0.15)).0);
+    }
+    (world, boxes)
+}
+
+/// The first that a ray straight down meets at `x`, by brute force over all colliders.
+fn below(world: &PhysicsWorld, ray: &Ray) -> Option<(ColliderHandle, Real)> {
+    let hits = world.colliders.iter().filter_map(|(handle, collider)| {
+        let shape = collider.shape();
+        let way = shape.cast_ray(collider.position(), ray, 100.0, true)?;
+        Some((handle, way))
+    });
+    hits.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Casts 60 rays into the yard; returns how many found what trying all colliders finds.
+#[track_caller]
+fn rays_that_agree(world: &PhysicsWorld) -> usize {
+    let mut hits = 0;
+    let agree = (0..60).filter(|k| {
+        let x = 0.15 * *k as Real - 4.5;
+        let ray = Ray::new(Vector::new(x, 5.0), Vector::new(0.0, -1.0));
+        let expected = below(world, &ray);
+        hits += usize::from(expected.is_some());
+        world.cast_ray(&ray, 100.0, true, QueryFilter::default()) == expected
+    });
+    let agree = agree.count();
+    assert_eq!(hits, 60, "the floor is below all");
+    agree
+}
+
+fn pair(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+#[test]
+fn queries_are_behind_until_they_are_refreshed() {
+    let (mut world, _) = yard();
+    // who sleeps is in no record
+    let mut pipeline = MoreauPipeline::new(MoreauSettings {
+        stay_awake: true,
+        ..MoreauSettings::default()
+    })
+    .unwrap();
+    for step in 0..90 {
+        let record = pipeline.step(&mut world).unwrap();
+        assert_eq!(record.unsolved, 0);
+        if step == 0 {
+            // what the docs say of a world that rapier never stepped
+            assert_eq!(rays_that_agree(&world), 0);
+            assert_eq!(world.contact_pairs().count(), 0);
+        }
+        if step % 15 != 0 {
+            continue;
+        }
+        MoreauPipeline::refresh_queries(&mut world, &());
+        assert_eq!(rays_that_agree(&world), 60, "step {step}");
+        // what our next step finds at its middle, some millimetres on, and rapier here
+        let ours: BTreeSet<(u32, u32)> = record
+            .contacts
+            .iter()
+            .filter(|c| c.impulse_n > 0.0)
+            .map(|c| pair(c.surfaces[0], c.surfaces[1]))
+            .collect();
+        let theirs: BTreeSet<(u32, u32)> = world
+            .contact_pairs()
+            .filter(|p| p.has_any_active_contact())
+            .map(|p| {
+                pair(
+                    p.collider1.into_raw_parts().0,
+                    p.collider2.into_raw_parts().0,
+                )
+            })
+            .collect();
+        assert!(ours.is_subset(&theirs), "step {step}: {ours:?} {theirs:?}");
+        assert!(step < 60 || ours.len() >= 40, "{}", ours.len());
+    }
+}
+
+/// With and without, bit for bit; asleep or not.
+#[test]
+fn refreshing_changes_nothing() {
+    let run = |every: usize| {
+        let (mut world, boxes) = yard();
+        let (platform, _) = world.insert(
+            RigidBodyBuilder::kinematic_position_based().translation(Vector::new(3.0, 0.5)),
+            ColliderBuilder::cuboid(0.5, 0.1),
+        );
+        let rider = RigidBodyBuilder::dynamic().translation(Vector::new(3.0, 0.7));
+        let (rider, _) = world.insert(rider, ColliderBuilder::cuboid(0.1, 0.1));
+        let mut pipeline = pipeline();
+        let mut asleep = 0;
+        for step in 0..400 {
+            let x = 3.0 + 0.2 * (0.02 * step as Real).sin();
+            world.bodies[platform].set_next_kinematic_position(Pose::translation(x, 0.5));
+            if (step + 1) % every == 0 {
+                MoreauPipeline::refresh_queries(&mut world, &());
+            }
+            pipeline.step(&mut world).unwrap();
+            let sleeping = |h: &&RigidBodyHandle| world.bodies[**h].is_sleeping();
+            asleep = boxes.iter().filter(sleeping).count();
+        }
+        MoreauPipeline::refresh_queries(&mut world, &());
+        assert_eq!(rays_that_agree(&world), 60, "of which most sleep");
+        let all = boxes.iter().chain([&rider, &platform]);
+        let states = all.map(|h| (pipeline.pose(*h), pipeline.velocity(*h)));
+        (states.collect::<Vec<_>>(), asleep)
+    };
+    let (with, asleep) = run(7);
+    let (without, as_many) = run(usize::MAX);
+    assert!(asleep > 20, "{asleep}");
+    assert_eq!(asleep, as_many);
+    assert_eq!(with, without);
+}
+
+struct Deaf(Mutex<usize>);
+
+impl PhysicsHooks for Deaf {
+    fn filter_contact_pair(&self, _: &PairFilterContext) -> Option<SolverFlags> {
+        *self.0.lock().unwrap() += 1;
+        None
+    }
+}
+
+#[test]
+fn hooks_are_asked_which_pairs_to_leave_out() {
+    let mut world = PhysicsWorld::new();
+    world.insert(
+        RigidBodyBuilder::fixed(),
+        ColliderBuilder::cuboid(10.0, 0.5).active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS),
+    );
+    let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.99));
+    world.insert(body, ColliderBuilder::ball(0.5));
+    let hooks = Deaf(Mutex::new(0));
+    MoreauPipeline::refresh_queries(&mut world, &hooks);
+    let touching = |world: &PhysicsWorld| {
+        let active = |p: &&ContactPair| p.has_any_active_contact();
+        world.contact_pairs().filter(active).count()
+    };
+    assert_eq!(touching(&world), 0);
+    assert!(*hooks.0.lock().unwrap() > 0);
+    MoreauPipeline::refresh_queries(&mut world, &());
+    assert_eq!(touching(&world), 1);
+}
+
+/// Refreshed or not, rapier goes on from where we left: what lay stays up, what fell lands.
+#[test]
+fn rapiers_own_step_works_afterwards() {
+    for every in [usize::MAX, 9, 1] {
+        let (mut world, boxes) = yard();
+        let mut pipeline = pipeline();
+        for step in 0..30 {
+            pipeline.step(&mut world).unwrap();
+            if (step + 1) % every == 0 {
+                MoreauPipeline::refresh_queries(&mut world, &());
+            }
+        }
+        for _ in 0..240 {
+            world.step();
+        }
+        for handle in &boxes {
+            let body = &world.bodies[*handle];
+            let (x, y) = (body.translation().x, body.translation().y);
+            // on the floor or on others; rapier lets a pile sink by some millimetres
+            assert!(y > 0.13 && y < 1.5 && x.abs() < 9.0, "{every}: ({x}, {y})");
+        }
+    }
+}
