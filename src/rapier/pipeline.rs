@@ -126,6 +126,7 @@ impl MoreauPipeline {
             gravity: gravity(&self.settings, world),
             world,
             hooks,
+            sleeps: !self.settings.stay_awake,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             dt,
