@@ -150,11 +150,14 @@ impl MoreauPipeline {
     /// Takes over what the user changed.
     fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
         refuse_world(world, gravity(&self.settings, world))?;
-        let woken = self.bodies.sync(world, dt, self.settings.stay_awake)?;
+        let mut woken = Vec::new();
+        let stay_awake = self.settings.stay_awake;
+        let synced = self.bodies.sync(world, dt, stay_awake, &mut woken);
         self.stepper.take_back(&woken);
         for (handle, _) in &self.bodies.watch.gone {
             self.detector.forget_surface(*handle);
         }
+        synced?;
         if self.stepper.settings().scheme == Scheme::Moreau
             && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
         {
@@ -200,8 +203,9 @@ impl MoreauPipeline {
             if let Ok(record) = &result {
                 let asked = Hooks { hooks, world };
                 let crossing = self.detector.crossings(asked, &self.bodies);
+                let (bodies, detector) = (&self.bodies, &self.detector);
                 self.reporter
-                    .report(world, &self.detector, crossing, record, events);
+                    .report(world, bodies, detector, crossing, record, events);
                 self.put_to_sleep(world, dt);
                 return result;
             }
