@@ -1,6 +1,7 @@
 //! rapier's own queries between our steps: behind until they are refreshed, right afterwards, and
 //! nothing else changed.
 
+use moreau2d::rapier::engine::control::KinematicCharacterController;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 use std::collections::BTreeSet;
@@ -174,8 +175,18 @@ fn hooks_are_asked_which_pairs_to_leave_out() {
 /// Refreshed or not, rapier goes on from where we left: what lay stays up, what fell lands.
 #[test]
 fn rapiers_own_step_works_afterwards() {
-    for every in [usize::MAX, 9, 1] {
+    for (every, lamed) in [
+        (usize::MAX, false),
+        (9, false),
+        (1, false),
+        (9, true),
+        (usize::MAX, true),
+    ] {
         let (mut world, boxes) = yard();
+        if lamed {
+            let spare = ColliderBuilder::ball(0.1).enabled(false);
+            world.insert_collider(spare, Some(boxes[7]));
+        }
         let mut pipeline = pipeline();
         for step in 0..30 {
             pipeline.step(&mut world).unwrap();
@@ -190,7 +201,41 @@ fn rapiers_own_step_works_afterwards() {
             let body = &world.bodies[*handle];
             let (x, y) = (body.translation().x, body.translation().y);
             // on the floor or on others; rapier lets a pile sink by some millimetres
-            assert!(y > 0.13 && y < 1.5 && x.abs() < 9.0, "{every}: ({x}, {y})");
+            assert!(
+                y > 0.13 && y < 1.5 && x.abs() < 9.0,
+                "{every} {lamed}: ({x}, {y})"
+            );
         }
     }
+}
+
+/// A controller asks rapier's queries where it can go: into a box that fell in its way only as far
+/// as that is known.
+#[test]
+fn a_character_stops_at_what_our_steps_have_moved() {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5));
+    world.insert(floor, ColliderBuilder::cuboid(10.0, 0.5));
+    let body = RigidBodyBuilder::dynamic().translation(Vector::new(2.0, 1.0));
+    world.insert(body, ColliderBuilder::cuboid(0.5, 0.5));
+    let mut pipeline = pipeline();
+    for _ in 0..60 {
+        pipeline.step(&mut world).unwrap();
+    }
+    let walk = |world: &PhysicsWorld| {
+        let character = SharedShape::ball(0.3);
+        let moved = KinematicCharacterController::default().move_shape(
+            1.0 / 60.0,
+            &world.query_pipeline(),
+            &*character,
+            &Pose::translation(0.0, 0.35),
+            Vector::new(3.0, 0.0),
+            |_| {},
+        );
+        moved.translation.x
+    };
+    assert!(walk(&world) > 2.9);
+    MoreauPipeline::refresh_queries(&mut world, &());
+    // the box's side is at 1.5 m
+    assert!((walk(&world) - 1.2).abs() < 0.05, "{}", walk(&world));
 }

@@ -80,20 +80,8 @@
 //! for _ in 0..400 {
 //!     let record = pipeline.step(&mut world)?;
 //!     assert_eq!(record.unsolved, 0);
-//!     for contact in &record.contacts {
-//!         let normal = contact.normal;
-//!         let tangent = Vec2::new(-normal.y, normal.x);
-//!         let impulse = contact.impulse_n * normal + contact.impulse_t * tangent;
-//!         // it acts on side 2; between two grains it cancels
-//!         let is_grain = |side: usize| {
-//!             grains.iter().any(|g| pipeline.number(*g) == Some(contact.bodies[side]))
-//!         };
-//!         match (is_grain(0), is_grain(1)) {
-//!             (false, true) => given += impulse,
-//!             (true, false) => given -= impulse,
-//!             _ => {}
-//!         }
-//!     }
+//!     let results = pipeline.results(&record);
+//!     given += grains.iter().map(|g| results.on_body(*g).impulse).sum::<Vec2>();
 //! }
 //! let momentum: Vec2 = grains.iter().map(|g| mass * pipeline.velocity(*g).unwrap().xy()).sum();
 //! let gravity = Vec2::new(0.0, -9.81) * 10.0 * mass * 0.2;
@@ -115,6 +103,7 @@
 //! # use machine::*;
 //! let (mut world, mut pipeline, drum, grains) = machine();
 //! let spin = 10.0;
+//! let steel = world.bodies[drum].colliders()[0];
 //! world.bodies[drum].set_angvel(spin as Real, true); // counter-clockwise: to the right below
 //! let mut work = 0.0; // of the drum [J]
 //! let (mut taken, mut lost) = (0.0, 0.0); // by the grains, by friction and impacts [J]
@@ -123,17 +112,13 @@
 //!     let record = pipeline.step(&mut world)?;
 //!     assert_eq!(record.unsolved, 0);
 //!     taken += record.energy.contact_n + record.energy.contact_t;
-//!     for contact in &record.contacts {
-//!         lost += contact.friction_work - contact.normal_work;
-//!         let Some(side) = (0..2).find(|&k| Some(contact.bodies[k]) == pipeline.number(drum)) else {
-//!             continue;
-//!         };
-//!         let normal = contact.normal;
-//!         let tangent = Vec2::new(-normal.y, normal.x);
-//!         let on_two = contact.impulse_n * normal + contact.impulse_t * tangent;
-//!         let on_drum = if side == 1 { on_two } else { -on_two };
+//!     lost += record.contacts.iter().map(|c| c.friction_work - c.normal_work).sum::<f64>();
+//!     for contact in pipeline.results(&record).of_collider(steel) {
+//!         // `impulse` acts on the second side
+//!         let on_second = contact.colliders[1] == Some(steel);
+//!         let on_drum = if on_second { contact.impulse() } else { -contact.impulse() };
 //!         // the drum's centre is the origin
-//!         work -= contact.position.perp(&on_drum) * spin;
+//!         work -= contact.record.position.perp(&on_drum) * spin;
 //!     }
 //!     // what has left the machine goes
 //!     for grain in &grains {

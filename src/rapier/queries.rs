@@ -13,7 +13,7 @@ impl MoreauPipeline {
     /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
     /// `hooks` are asked which pairs to leave out (`&()` for none). No pose, no velocity and no
     /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. It costs
-    /// about what rapier's detection does; rapier keeps 16 bytes for every pair that has parted
+    /// about what rapier's detection does; rapier keeps a note of every pair that has parted
     /// from one refresh to the next, until a step of its own. A body whose state is not finite is
     /// switched off, as rapier's own step would.
     ///
