@@ -377,12 +377,12 @@ fn a_step_too_long_is_a_warning_and_no_error() {
 
 /// The end of the chain whips round by more than a radian a step at 2 ms.
 #[test]
-fn pins_that_put_energy_in_are_told() {
+fn joints_that_would_put_energy_in_are_held_back_and_told() {
     let place = Place::new();
     for (dt, told) in [("2e-3", true), ("1e-3", false)] {
         let ended = place.run(&["run", "chain", "--dt", dt, "--out", "r"]);
         assert_eq!(
-            ended.out.contains("pins put in"),
+            ended.out.contains("would have put energy in"),
             told,
             "{dt}: {}",
             ended.out

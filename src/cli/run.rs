@@ -3,7 +3,7 @@ use super::run_files::{BodyState, RunFiles};
 use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
-use crate::scene::{BodyKind, Built, Scene};
+use crate::scene::{Built, Scene};
 use serde_json::json;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
@@ -52,17 +52,6 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     files.finish()?;
     let found = measures(&scene, &samples);
     let mut notes = summary::warnings(&totals);
-    let t = &totals;
-    let driven = scene.bodies.iter().any(|b| b.kind == BodyKind::Kinematic);
-    // pins do no work on what turns by little in a step; round-off of bodies at rest is no news
-    if !driven && t.joint_gain > (0.01 * t.kinetic_most).max(1e-9 * t.energy_start.abs()) {
-        notes.push(format!(
-            "pins put in {} J in one step, of at most {} J that the bodies had: the step is too \
-             long for how fast they turn",
-            number(t.joint_gain, 3),
-            number(t.kinetic_most, 3)
-        ));
-    }
     if scene.reference.is_some() && found.is_empty() {
         notes.push(
             "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \

@@ -63,6 +63,7 @@ pub(super) fn totals(t: &Totals) -> Value {
         "redundant_steps": t.redundant_steps,
         "capped_islands": t.capped,
         "relaxed_islands": t.relaxed,
+        "joint_capped_islands": t.joints_capped,
         "events": t.events,
         "still_recovering_pairs": t.recovering,
         "impact_gain_j": float(t.impact_gain),
@@ -70,6 +71,7 @@ pub(super) fn totals(t: &Totals) -> Value {
         "worst_residual_velocity_m_s": float(t.residual_velocity),
         "worst_penetration_m": float(t.penetration),
         "worst_penetration_impact_m": float(t.penetration_impact),
+        "worst_joint_gap_m": float(t.joint_gap),
         "worst_imbalance_j": float(t.imbalance),
         "energy_start_j": float(t.energy_start),
         "energy_end_j": float(t.energy_end),
@@ -145,6 +147,14 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
         out.push(format!(
             "{} times penetrations could not be pushed out without contradiction",
             t.relaxed
+        ));
+    }
+    if t.joints_capped > 0 {
+        out.push(format!(
+            "{} times joints closed their gaps by less than asked, or they would have put energy \
+             in: the step is long for how fast bodies turn; widest gap {} m",
+            t.joints_capped,
+            number(t.joint_gap, 2)
         ));
     }
     if t.recovering > 0 {

@@ -36,9 +36,14 @@ pub fn solve_local(block: &Mat2, free: Vec2, law: &Law) -> Vec2 {
                 -(block * free) / (block.trace() * block.trace())
             }
         }
-        Law::Bounded { lower, upper } => {
-            Vec2::new((-free.x / block[(0, 0)]).clamp(lower, upper), 0.0)
-        }
+        Law::Bounded {
+            lower,
+            upper,
+            compliance,
+        } => Vec2::new(
+            (-free.x / (block[(0, 0)] + compliance)).clamp(lower, upper),
+            0.0,
+        ),
     }
 }
 
@@ -141,6 +146,7 @@ mod tests {
         let law = Law::Bounded {
             lower: -0.5,
             upper: 0.5,
+            compliance: 0.0,
         };
         let p = solve_local(&Mat2::identity(), Vec2::new(-3.0, 7.0), &law);
         assert_eq!(p, Vec2::new(0.5, 0.0));

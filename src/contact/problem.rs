@@ -13,7 +13,13 @@ pub enum Law {
     Pin,
     /// One row with a bounded impulse, `−ξ ∈ N_{[lower, upper]}(P)` [N s]: a motor with a torque
     /// limit, a friction row of known normal load, and with infinite bounds one bilateral row.
-    Bounded { lower: f64, upper: f64 },
+    ///
+    /// `compliance` is `R ≥ 0` [1/kg] of a spring or a damper, `ξ = (G P + b) + R P`.
+    Bounded {
+        lower: f64,
+        upper: f64,
+        compliance: f64,
+    },
 }
 
 impl Law {
@@ -26,11 +32,11 @@ impl Law {
         }
     }
 
-    /// `R` [1/kg], zero for every law but a compliant contact.
+    /// `R` [1/kg], zero for a pin.
     pub fn compliance(&self) -> f64 {
         match self {
-            Law::Contact { compliance, .. } => *compliance,
-            _ => 0.0,
+            Law::Contact { compliance, .. } | Law::Bounded { compliance, .. } => *compliance,
+            Law::Pin => 0.0,
         }
     }
 }
@@ -137,9 +143,16 @@ impl ContactProblem {
                         return Err(range("compliance", compliance, "finite and at least 0"));
                     }
                 }
-                Law::Bounded { lower, upper } => {
+                Law::Bounded {
+                    lower,
+                    upper,
+                    compliance,
+                } => {
                     if lower.is_nan() || upper.is_nan() || lower > upper {
                         return Err(range("lower bound", lower, "at most the upper bound"));
+                    }
+                    if !(compliance >= 0.0 && compliance.is_finite()) {
+                        return Err(range("compliance", compliance, "finite and at least 0"));
                     }
                 }
                 Law::Pin => {}

@@ -132,8 +132,12 @@ impl Judge {
                     let rho = 2.0 / block.trace();
                     (rho * xi.norm(), rho, p.norm(), b.norm())
                 }
-                Law::Bounded { lower, upper } => {
-                    let rho = 1.0 / block[(0, 0)];
+                Law::Bounded {
+                    lower,
+                    upper,
+                    compliance,
+                } => {
+                    let rho = 1.0 / (block[(0, 0)] + compliance);
                     let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
                     // at a bound that the velocity does not ask for it drives nothing
                     if f == 0.0 && (p.x == lower || p.x == upper) {
@@ -203,6 +207,7 @@ mod tests {
         let bounded = Law::Bounded {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
+            compliance: 0.0,
         };
         for law in [contact(0.5), contact(0.0), Law::Pin, bounded] {
             let problem = ContactProblem {
@@ -227,6 +232,7 @@ mod tests {
         let law = Law::Bounded {
             lower: -bound,
             upper: bound,
+            compliance: 0.0,
         };
         let problem = ContactProblem {
             operator: Delassus::dense(operator),
@@ -246,6 +252,7 @@ mod tests {
         let law = Law::Bounded {
             lower: -5.0,
             upper: 5.0,
+            compliance: 0.0,
         };
         let problem = ContactProblem {
             operator: Delassus::dense(operator),

@@ -19,6 +19,8 @@ pub(super) struct CapBlock {
     pub free: Vec2,
     /// A rigid unilateral contact; others store or feed energy rightly and are exempt.
     pub rigid: bool,
+    /// A pin or locked axis, which is to close its gap no more than others are pushed out.
+    pub held: bool,
     /// A rebounding impact.
     pub impact: bool,
 }
@@ -74,6 +76,8 @@ pub(super) fn cap(
     let calm = |i: usize| {
         if blocks[i].rigid {
             Vec2::new(blocks[i].free.x.max(0.0), 0.0)
+        } else if blocks[i].held {
+            Vec2::zeros()
         } else {
             blocks[i].free
         }
@@ -135,7 +139,7 @@ pub(super) fn work(problem: &ContactProblem, blocks: &[CapBlock], impulses: &[Ve
 }
 
 /// Largest `s` in [0, 1] with `w(s) ≤ 0`, `w` the parabola through (0, ½, 1).
-fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
+pub(super) fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
     let curvature = 2.0 * (w0 + w1) - 4.0 * wh;
     let slope = w1 - w0 - curvature;
     if w1 <= 0.0 {

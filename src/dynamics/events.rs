@@ -175,9 +175,10 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         let carried = memory.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
         // what is followed cannot have been deep inside: it has come through
         let followed = stage.standing.followed(contact, model.inverse_mass());
-        let through = followed.is_some_and(|thickness| {
-            gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
-        });
+        let through = rules.sweeps
+            && followed.is_some_and(|thickness| {
+                gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
+            });
         if through || rules.events && !carried {
             pairs.push(contact.surfaces);
             bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
@@ -209,7 +210,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&stage.start).x;
         // what is followed may have been left in a shallow overlap
-        let followed = stage.standing.followed(contact, w);
+        let followed = stage.standing.followed(contact, w).filter(|_| rules.sweeps);
         let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
         let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
         contact.gap -= 0.5 * length * closing;

@@ -22,6 +22,10 @@ mod cap;
 mod cluster;
 mod events;
 mod islands;
+mod joint;
+mod joint_cap;
+mod joint_recovery;
+mod joint_rules;
 mod linear;
 mod model;
 mod outcome;
@@ -40,10 +44,11 @@ mod stepper;
 mod visco_elastic;
 
 pub(crate) use islands::Islands;
+pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
-    Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
-    MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
+    JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
 pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
 pub use planar_shape::PlanarShape;

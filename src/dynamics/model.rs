@@ -1,3 +1,4 @@
+use super::joint::Bend;
 use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
@@ -46,21 +47,85 @@ pub struct ContactPoint {
     pub surface_velocity: f64,
 }
 
-/// What a joint row asks for.
+/// What a joint row asks for. Units are those of its coordinate: m and N, or rad and N m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointKind {
     /// Two rows that close `gap` \[m\].
     Pin { gap: Vec2 },
-    /// One row driven to `speed` [rad/s or m/s] by at most `max_force` [N m or N].
+    /// One row that closes `gap`.
+    Lock { gap: f64 },
+    /// One row that keeps `gap` from closing further than 0, and pushes only.
+    Limit { gap: f64 },
+    /// One row driven to `speed` by at most `max_force`.
     Motor { speed: f64, max_force: f64 },
+    /// One row with the force `−k stretch − c (γ − speed)` of at most `max_force`.
+    Spring(Spring),
 }
 
-/// Rows of a joint or motor; a motor uses the first row only.
+/// A spring and damper along one coordinate of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// The coordinate less its rest value [m or rad].
+    pub stretch: f64,
+    /// Wanted rate [m/s or rad/s].
+    pub speed: f64,
+    /// `k` [N/m or N m/rad], of an acceleration `1/s²`.
+    pub stiffness: f64,
+    /// `c` [N s/m or N m s/rad], of an acceleration `1/s`.
+    pub damping: f64,
+    /// Whether `k` and `c` are per unit of the mass that the row itself feels, `1/G_ii`.
+    pub per_mass: bool,
+    pub max_force: f64,
+}
+
+/// Which part of a joint a row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum JointPart {
+    /// Both axes of a pin; its impulse is (x, y) in the world.
+    Pin,
+    /// A locked axis: along x or y of the joint's frame on the first body, or the angle.
+    Lock(JointCoordinate),
+    /// The lower and the upper limit of an axis.
+    Lower(JointCoordinate),
+    Upper(JointCoordinate),
+    /// A motor, spring or damper on an axis.
+    Drive(JointCoordinate),
+}
+
+/// The coordinates of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum JointCoordinate {
+    /// Along the joint's own x and y axis, fixed to the first body.
+    X,
+    Y,
+    Angle,
+    /// The distance of both points.
+    Distance,
+}
+
+/// Rows of a joint or motor; all but a pin use the first row only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointRow {
     pub key: ContactKey,
+    /// The model's number of the joint.
+    pub joint: u32,
+    pub part: JointPart,
     pub rows: Rows,
     pub kind: JointKind,
+    /// What the gap does beyond its rate.
+    pub bend: Bend,
+}
+
+impl JointRow {
+    /// How far a pin or slot is apart \[m\]; 0 of what is no length.
+    pub fn distance(&self) -> f64 {
+        match (self.kind, self.part) {
+            (JointKind::Pin { gap }, _) => gap.norm(),
+            (_, JointPart::Lock(JointCoordinate::Angle)) => 0.0,
+            (JointKind::Lock { gap }, _) => gap.abs(),
+            _ => 0.0,
+        }
+    }
 }
 
 /// Everything a model finds at one configuration, in a fixed order.

@@ -1,7 +1,8 @@
 //! What a step did: energy, contacts, what is remembered, and whether its shares are unique.
 
+use super::joint_cap::Account;
 use super::model::{ContactPoint, JointKind, NormalLaw};
-use super::record::{ContactRecord, ContactStatus, StepRecord};
+use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::stage::{Memories, Memory, Source, Stage};
 use crate::contact::{ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 
@@ -33,15 +34,28 @@ pub(super) fn record_stage(
             Source::Joint(index) => {
                 let joint = &stage.detection.joints[index];
                 let own = takes(&block.rows);
+                let work = p.dot(&own);
+                record.joint_gap = record.joint_gap.max(joint.distance());
                 match joint.kind {
-                    JointKind::Pin { .. } => record.energy.joints += p.dot(&own),
-                    JointKind::Motor { .. } => record.energy.motors += p.x * own.x,
+                    JointKind::Pin { .. } | JointKind::Lock { .. } | JointKind::Limit { .. } => {
+                        record.energy.joints += work;
+                    }
+                    JointKind::Motor { .. } | JointKind::Spring(_) => record.energy.motors += work,
                 }
+                record.joints.push(JointRecord {
+                    time,
+                    joint: joint.joint,
+                    part: joint.part,
+                    bodies: joint.rows.bodies,
+                    impulse: p,
+                    work,
+                });
                 let kept = Memory {
                     impulse: p,
                     dt: stage.length,
                     stuck: None,
                     rebounded: false,
+                    account: block.account,
                 };
                 memory.insert(joint.key, kept);
             }
@@ -125,6 +139,7 @@ fn record_contact(
         dt: stage.length,
         stuck: sticks.then_some(gamma_e.y),
         rebounded: block.impact,
+        account: Account::default(),
     }
 }
 
@@ -156,7 +171,11 @@ pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution:
                 usize::from(closed) + usize::from(sticks)
             }
             Law::Pin => 2,
-            Law::Bounded { lower, upper } => usize::from(p.x > lower && p.x < upper),
+            Law::Bounded {
+                lower,
+                upper,
+                compliance,
+            } => usize::from(compliance == 0.0 && p.x > lower && p.x < upper),
         };
         if op.rows[i].bodies != pair {
             (pair, of_pair) = (op.rows[i].bodies, 0);
@@ -175,12 +194,15 @@ pub(super) fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
     velocities
         .iter()
         .zip(inverse_mass)
-        .map(|(u, w)| {
-            (0..3)
-                .filter(|&i| w[i] > 0.0)
-                .map(|i| 0.5 * u[i] * u[i] / w[i])
-                .sum::<f64>()
-        })
+        .map(|(u, w)| kinetic_of(u, w))
+        .sum()
+}
+
+/// The same of one body.
+pub(super) fn kinetic_of(u: &Vec3, w: &Vec3) -> f64 {
+    (0..3)
+        .filter(|&i| w[i] > 0.0)
+        .map(|i| 0.5 * u[i] * u[i] / w[i])
         .sum()
 }
 

@@ -1,6 +1,7 @@
+use super::joint::{JointFrames, RowName};
 use super::model::{
-    Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
-    MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
+    ModelError, MultibodyModel, NormalLaw,
 };
 use super::planar_shape::{PlanarShape, Tip};
 use super::{Pose64, RotorMotor};
@@ -356,28 +357,26 @@ impl MultibodyModel for Planar {
                     pivot.bodies[side].map_or(Vec2::zeros(), |k| self.poses[k].translation);
                 centre + arms[side]
             });
-            // each side at its own anchor: the rows are the derivative of the gap
-            let mut rows = rows(pivot.bodies, arms, Vec2::x());
-            out.joints.push(JointRow {
-                key: key(0),
-                rows,
-                kind: JointKind::Pin {
-                    gap: second - first,
-                },
-            });
+            let frames = JointFrames {
+                bodies: pivot.bodies.map(|b| b.map_or(NO_BODY, |k| k as u32)),
+                arms,
+                offset: second - first,
+            };
+            let name = |part, feature| RowName {
+                key: key(feature),
+                joint: k as u32,
+                part,
+            };
+            out.joints
+                .push(frames.point().lock(name(JointPart::Pin, 0), 0.0));
             if let Some(motor) = pivot.motor {
-                rows.jacobian = [
-                    [Vec3::new(0.0, 0.0, -1.0), Vec3::zeros()],
-                    [Vec3::new(0.0, 0.0, 1.0), Vec3::zeros()],
-                ];
-                out.joints.push(JointRow {
-                    key: key(1),
-                    rows,
-                    kind: JointKind::Motor {
-                        speed: motor.speed,
-                        max_force: motor.max_torque,
-                    },
-                });
+                let kind = JointKind::Motor {
+                    speed: motor.speed,
+                    max_force: motor.max_torque,
+                };
+                let part = JointPart::Drive(JointCoordinate::Angle);
+                out.joints
+                    .push(frames.angle(0.0).driven(name(part, 1), kind));
             }
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! The record of a step: what every report, chart and wear law reads.
 
+use super::model::JointPart;
 use crate::contact::Vec2;
 
 /// What a contact did in a step.
@@ -62,6 +63,26 @@ pub struct ContactRecord {
     pub status: ContactStatus,
 }
 
+/// One part of a joint in one step.
+///
+/// Its mean force in the step is `impulse / Δt`, [`StepRecord::joint_force`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointRecord {
+    /// When it acted \[s\]: as [`ContactRecord::time`].
+    pub time: f64,
+    /// The model's number of the joint: in a rapier world the index of its handle.
+    pub joint: u32,
+    pub part: JointPart,
+    /// The model's number of each body; [`crate::contact::NO_BODY`] for the outside world.
+    pub bodies: [u32; 2],
+    /// Acts on the second body, the opposite on the first: of a pin (x, y) in the world [N s], of
+    /// any other part the first number along its coordinate [N s or N m s]; a limit pushes with
+    /// 0 or more, the upper one against its coordinate.
+    pub impulse: Vec2,
+    /// Energy it gave to both bodies \[J\].
+    pub work: f64,
+}
+
 /// Energy that the impulses of a step gave to the bodies, by source \[J\].
 ///
 /// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is the change of kinetic energy
@@ -79,9 +100,9 @@ pub struct StepEnergy {
     /// Normal and tangential contact impulses.
     pub contact_n: f64,
     pub contact_t: f64,
-    /// Bilateral rows, which do no work on a fixed support.
+    /// Pins, locked axes and limits, which do no work on a fixed support.
     pub joints: f64,
-    /// Motor rows.
+    /// Motors, springs and dampers of joints.
     pub motors: f64,
 }
 
@@ -102,6 +123,8 @@ pub struct StepRecord {
     /// Every active contact, in the model's order; one that is in several intervals round located
     /// impacts once in each.
     pub contacts: Vec<ContactRecord>,
+    /// Every part of every joint that took part, in the model's order; as often as contacts.
+    pub joints: Vec<JointRecord>,
     pub islands: usize,
     pub sweeps: usize,
     pub factorisations: usize,
@@ -117,6 +140,11 @@ pub struct StepRecord {
     /// Islands whose restitution was capped, and whose push-outs had to be dropped.
     pub capped: usize,
     pub relaxed: usize,
+    /// Islands whose joints closed their gaps by less than asked, because it would have given energy:
+    /// the step is long for how fast they turn, or a joint was built apart.
+    pub joints_capped: usize,
+    /// Widest gap \[m\] of a pin or slot at the midpoint.
+    pub joint_gap: f64,
     /// Impacts located in time inside the step.
     pub events: usize,
     /// Pairs that started overlapped and are still being moved apart.
@@ -125,7 +153,8 @@ pub struct StepRecord {
     pub impact_gain: f64,
     pub energy: StepEnergy,
     /// Worst penetration \[m\] at the end of the step, carried there from the midpoint with the
-    /// end velocity, contacts in an impact left out.
+    /// end velocity, contacts in an impact left out. Experiments on a rapier world put in its place
+    /// what they measure on the poses at the end, for every engine alike.
     pub penetration: f64,
     /// Worst penetration \[m\] at which an impact was noticed.
     pub penetration_impact: f64,
@@ -135,6 +164,7 @@ impl StepRecord {
     /// Takes in what some of the bodies did by themselves in the same step.
     pub(super) fn add(&mut self, part: &StepRecord) {
         self.contacts.extend_from_slice(&part.contacts);
+        self.joints.extend_from_slice(&part.joints);
         self.islands += part.islands;
         self.sweeps += part.sweeps;
         self.factorisations += part.factorisations;
@@ -145,6 +175,8 @@ impl StepRecord {
         self.redundant += part.redundant;
         self.capped += part.capped;
         self.relaxed += part.relaxed;
+        self.joints_capped += part.joints_capped;
+        self.joint_gap = self.joint_gap.max(part.joint_gap);
         self.events += part.events;
         self.impact_gain += part.impact_gain;
         self.energy.forces += part.energy.forces;
@@ -159,6 +191,18 @@ impl StepRecord {
     /// Contacts at the end of the step: without impacts located in it, and what led to them.
     pub fn contacts_at_end(&self) -> usize {
         self.contacts.iter().filter(|c| c.time == self.time).count()
+    }
+
+    /// Mean force of a part of a joint over the step [N, or N m in the first number], as
+    /// [`JointRecord::impulse`] is counted; 0 where it took no part.
+    pub fn joint_force(&self, joint: u32, part: JointPart) -> Vec2 {
+        let of = |r: &&JointRecord| r.joint == joint && r.part == part;
+        self.joints
+            .iter()
+            .filter(of)
+            .map(|r| r.impulse)
+            .sum::<Vec2>()
+            / self.dt
     }
 
     /// Sum of `friction_work` over the contacts \[J\].

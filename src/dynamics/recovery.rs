@@ -1,10 +1,11 @@
 //! Pairs that start overlapped are moved apart, without a launch.
 
 use super::islands::Islands;
-use super::model::NormalLaw;
+use super::joint_rules::joint_impact_rule;
+use super::model::{JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{Stage, movable};
+use super::stage::{Stage, diagonal, movable};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -114,11 +115,18 @@ impl OverlapRecovery {
         }
         for joint in &stage.detection.joints {
             let own = movable(&joint.rows, inverse_mass);
-            let pin = matches!(joint.kind, super::model::JointKind::Pin { .. });
-            if pin && own.bodies != [NO_BODY; 2] {
+            // a limit stays as far from its end as it is
+            let gap = match joint.kind {
+                JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&stage.end).x).max(0.0),
+                _ => 0.0,
+            };
+            if let Some((_, law)) = joint_impact_rule(joint, true)
+                && own.bodies != [NO_BODY; 2]
+                && diagonal(joint, inverse_mass) > 0.0
+            {
                 rows.push(own);
-                free.push(Vec2::zeros());
-                laws.push(Law::Pin);
+                free.push(Vec2::new(gap, 0.0));
+                laws.push(law);
             }
         }
         displacements(&rows, &free, &laws, inverse_mass, solver)
@@ -126,7 +134,7 @@ impl OverlapRecovery {
 }
 
 /// Solves (1) on every island that has something to move.
-fn displacements(
+pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
     laws: &[Law],
@@ -138,7 +146,11 @@ fn displacements(
     islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
     for k in 0..islands.len() {
         let members = islands.blocks(k);
-        if members.iter().all(|&i| free[i as usize].x >= 0.0) {
+        let asks = |i: &u32| match laws[*i as usize] {
+            Law::Contact { .. } => free[*i as usize].x < 0.0,
+            _ => free[*i as usize] != Vec2::zeros(),
+        };
+        if !members.iter().any(asks) {
             continue;
         }
         let of = |i: &u32| *i as usize;

@@ -1,6 +1,7 @@
+use super::joint::Bend;
 use super::model::{
-    Configuration, ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError,
-    MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
+    JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
@@ -162,7 +163,10 @@ impl MultibodyModel for Rotor {
                     pair: 1,
                     feature: 0,
                 },
+                joint: 0,
+                part: JointPart::Drive(JointCoordinate::Angle),
                 rows: Rotor::rows(Vec2::new(1.0, 0.0)),
+                bend: Bend::Straight,
                 kind: JointKind::Motor {
                     speed: motor.speed,
                     max_force: motor.max_torque,

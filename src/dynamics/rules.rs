@@ -152,6 +152,7 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
                 law: Law::Bounded {
                     lower: -bound,
                     upper: bound,
+                    compliance: 0.0,
                 },
                 impact: false,
             })

@@ -2,6 +2,7 @@
 
 use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
+use super::joint_cap::cap_joints;
 use super::outcome::redundant;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
@@ -15,6 +16,7 @@ pub(super) struct IslandOutcome {
     report: SolveReport,
     capped: bool,
     relaxed: bool,
+    joints_capped: bool,
     redundant: bool,
     /// Energy that an impact added \[J\], 0 or more.
     gain: f64,
@@ -36,6 +38,7 @@ impl IslandOutcome {
         record.islands += 1;
         record.capped += usize::from(self.capped);
         record.relaxed += usize::from(self.relaxed);
+        record.joints_capped += usize::from(self.joints_capped);
         record.redundant += usize::from(self.redundant);
         record.impact_gain += self.gain;
     }
@@ -84,6 +87,7 @@ impl IslandSolver {
                 let outcome = self.solve_island(k, stage, inverse_mass, rules);
                 self.outcomes.push(outcome);
             }
+            stage.loose.sort_unstable();
             return;
         }
         // bodies that press on each other both ways are of one dominance
@@ -105,6 +109,7 @@ impl IslandSolver {
             outcomes[k] = Some(self.solve_island(k, stage, inverse_mass, rules));
         }
         self.outcomes.extend(outcomes.into_iter().flatten());
+        stage.loose.sort_unstable();
     }
 
     fn solve_island(
@@ -121,7 +126,21 @@ impl IslandSolver {
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
-        let report = self.solver.solve(&problem, &mut impulses, self.tolerance);
+        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
+        let mut joints_capped = false;
+        if rules.corrects_gaps() {
+            let held = cap_joints(
+                self.solver.as_mut(),
+                &mut problem,
+                stage,
+                members,
+                inverse_mass,
+                &mut impulses,
+                report,
+                self.tolerance,
+            );
+            (report, joints_capped) = (held.report, held.capped);
+        }
         if let Some(kept) = &mut self.kept {
             kept.push(SolvedProblem {
                 problem: problem.clone(),
@@ -137,6 +156,7 @@ impl IslandSolver {
             report,
             capped: false,
             relaxed: false,
+            joints_capped,
             redundant: false,
             gain: 0.0,
         };
@@ -246,6 +266,7 @@ fn cap_block(block: &Block, gamma_free: Vec2) -> CapBlock {
         gamma_a: block.gamma_a,
         free: block.free - gamma_free,
         rigid: is_rigid(&block.law),
+        held: block.held,
         impact: block.impact,
     }
 }

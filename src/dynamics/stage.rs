@@ -1,8 +1,10 @@
 //! One interval of time, or one instant, for some of the bodies: the blocks of rows that take
 //! part, their rules, and the contact problem of an island.
 
+use super::joint_cap::Account;
+use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{
-    ContactKey, ContactPoint, Detection, JointKind, ModelError, MultibodyModel, NormalLaw,
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 use super::rules::{
     Choice, Rule, Rules, Situation, applied_acceleration, centripetal, impact_rule, rule,
@@ -25,6 +27,8 @@ pub(crate) struct Memory {
     pub stuck: Option<f64>,
     /// Whether it was a rebound: no load that goes on.
     pub rebounded: bool,
+    /// See [`Block::account`].
+    pub account: Account,
 }
 
 /// What is remembered of all contacts and joints.
@@ -62,6 +66,10 @@ pub(super) struct Block {
     pub free: Vec2,
     pub gamma_a: Vec2,
     pub impact: bool,
+    /// A pin or locked axis.
+    pub held: bool,
+    /// Of a joint: its share of what its island's joints have put in.
+    pub account: Account,
     /// Carried an impulse, and stuck, in the interval before.
     pub carried_before: bool,
     pub stuck_before: bool,
@@ -94,6 +102,9 @@ pub(super) struct Stage {
     pub resolution: Vec<f64>,
     /// Contacts of the detection left out until they are located in time.
     pub waiting: Vec<usize>,
+    /// Joints of the detection whose gaps were closed by less than asked, and limits that are passed
+    /// farther than their bend explains; ascending once solved.
+    pub loose: Vec<usize>,
     /// Pairs whose penetration is no fault of the step: they started overlapped.
     pub excused: BTreeSet<u64>,
     /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
@@ -234,6 +245,8 @@ impl Stage {
                 free: gamma_f + free,
                 gamma_a,
                 impact,
+                held: false,
+                account: Account::default(),
                 carried_before: now.carried,
                 stuck_before: now.stuck.is_some(),
                 given: Vec2::zeros(),
@@ -241,61 +254,19 @@ impl Stage {
             self.impulses.push(warm);
         }
         self.detection.contacts = contacts;
-        let staggered = rules.corrects_gaps();
-        for (index, joint) in self.detection.joints.iter().enumerate() {
-            if !belongs(&joint.rows, members, inverse_mass) {
-                continue;
-            }
-            let mut rows = joint.rows;
-            let (law, free) = match joint.kind {
-                // gap/Δt keeps the drift at second order; the published rule corrects no gap
-                JointKind::Pin { gap } => (
-                    Law::Pin,
-                    if staggered {
-                        gap / span.horizon
-                    } else {
-                        Vec2::zeros()
-                    },
-                ),
-                JointKind::Motor { speed, max_force } => {
-                    rows.jacobian
-                        .iter_mut()
-                        .for_each(|side| side[1] = Vec3::zeros());
-                    let bound = max_force * span.length;
-                    let law = Law::Bounded {
-                        lower: -bound,
-                        upper: bound,
-                    };
-                    (law, Vec2::new(-speed, 0.0))
-                }
-            };
-            let warm = memory
-                .get(&joint.key)
-                .map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            self.blocks.push(Block {
-                source: Source::Joint(index),
-                rows,
-                law,
-                free: rows.velocity(&self.free) + free,
-                gamma_a: rows.velocity(&self.start),
-                impact: false,
-                carried_before: false,
-                stuck_before: false,
-                given: Vec2::zeros(),
-            });
-            self.impulses.push(warm);
-        }
+        self.collect_joints(rules, memory, members, inverse_mass, span);
         self.close_blocks(inverse_mass);
     }
 
-    /// The blocks of an instant: pins, and the contacts to which `restitution` gives a
-    /// coefficient; no forces.
+    /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
+    /// coefficient; no forces. A limit takes part if it touches or `carried` an impulse.
     pub fn collect_impact(
         &mut self,
         rules: &Rules,
         members: &[bool],
         inverse_mass: &[Vec3],
         restitution: impl Fn(usize) -> Option<f64>,
+        carried: impl Fn(&ContactKey) -> bool,
     ) {
         self.length = 0.0;
         self.free.clone_from(&self.start);
@@ -320,31 +291,67 @@ impl Stage {
                 free: gamma + free,
                 gamma_a: gamma,
                 impact,
+                held: false,
+                account: Account::default(),
                 carried_before: false,
                 stuck_before: false,
                 given: Vec2::zeros(),
             });
         }
         for (index, joint) in self.detection.joints.iter().enumerate() {
-            if let JointKind::Pin { .. } = joint.kind
-                && belongs(&joint.rows, Some(members), inverse_mass)
+            if !belongs(&joint.rows, Some(members), inverse_mass)
+                || diagonal(joint, inverse_mass) <= 0.0
             {
+                continue;
+            }
+            if let Some((free, law)) = joint_impact_rule(joint, carried(&joint.key)) {
                 let gamma = joint.rows.velocity(&self.start);
-                self.blocks.push(Block {
-                    source: Source::Joint(index),
-                    rows: joint.rows,
-                    law: Law::Pin,
-                    free: gamma,
-                    gamma_a: gamma,
-                    impact: false,
-                    carried_before: false,
-                    stuck_before: false,
-                    given: Vec2::zeros(),
-                });
+                self.blocks
+                    .push(joint_block(index, joint, law, gamma + free, gamma));
             }
         }
         self.impulses.resize(self.blocks.len(), Vec2::zeros());
         self.close_blocks(inverse_mass);
+    }
+
+    fn collect_joints(
+        &mut self,
+        rules: &Rules,
+        memory: &Memories,
+        members: Option<&[bool]>,
+        inverse_mass: &[Vec3],
+        span: Span,
+    ) {
+        for (index, joint) in self.detection.joints.iter().enumerate() {
+            let diagonal = diagonal(joint, inverse_mass);
+            // a row that nothing can move is none
+            if !belongs(&joint.rows, members, inverse_mass) || diagonal <= 0.0 {
+                continue;
+            }
+            let sides = side_velocities(&joint.rows, &self.start);
+            let now = JointSituation {
+                span,
+                gamma_a: joint.rows.velocity(&self.start),
+                gamma_f: joint.rows.velocity(&self.free),
+                bend: joint.bend.after(sides, span.horizon),
+                diagonal,
+            };
+            let Some((free, law)) = joint_rule(rules, joint, &now) else {
+                continue;
+            };
+            if let JointKind::Limit { gap } = joint.kind
+                && rules.corrects_gaps()
+                && gap < -now.bend.norm() - LOOSE * (1.0 + joint.bend.reach())
+            {
+                self.loose.push(index);
+            }
+            let known = memory.get(&joint.key);
+            let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+            let mut block = joint_block(index, joint, law, now.gamma_f + free, now.gamma_a);
+            block.account = known.map_or(Account::default(), |m| m.account);
+            self.blocks.push(block);
+            self.impulses.push(warm);
+        }
     }
 
     /// Takes out everything that was collected.
@@ -353,6 +360,7 @@ impl Stage {
         self.rows.clear();
         self.impulses.clear();
         self.waiting.clear();
+        self.loose.clear();
     }
 
     fn close_blocks(&mut self, inverse_mass: &[Vec3]) {
@@ -447,6 +455,41 @@ impl Stage {
             laws,
         }
     }
+}
+
+/// Gap \[m or rad\], and share of its arm, by which a limit may be passed before it is closed by
+/// position.
+const LOOSE: f64 = 1e-9;
+
+fn joint_block(index: usize, joint: &JointRow, law: Law, free: Vec2, gamma_a: Vec2) -> Block {
+    Block {
+        source: Source::Joint(index),
+        rows: joint.rows,
+        law,
+        free,
+        gamma_a,
+        impact: false,
+        held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
+        account: Account::default(),
+        carried_before: false,
+        stuck_before: false,
+        given: Vec2::zeros(),
+    }
+}
+
+/// `G_nn` of one row, the trace of both of a pin [1/kg].
+pub(super) fn diagonal(joint: &JointRow, inverse_mass: &[Vec3]) -> f64 {
+    let block = joint.rows.coupling(&joint.rows, inverse_mass);
+    match joint.kind {
+        JointKind::Pin { .. } => block.trace(),
+        _ => block[(0, 0)],
+    }
+}
+
+/// Velocities of both sides of `rows`, 0 for the world.
+pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
+    rows.bodies
+        .map(|b| velocities.get(b as usize).copied().unwrap_or_default())
 }
 
 /// `rows` without the sides that move on their own: they join no islands and take no impulse.

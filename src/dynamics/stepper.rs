@@ -1,5 +1,6 @@
 use super::cluster::Context;
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
+use super::joint_recovery::close_joints;
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::record::StepRecord;
@@ -260,7 +261,10 @@ impl MoreauStepper {
             Some(standing) => self.stage.standing.clone_from(standing),
             None => self.stage.standing = Standing::default(),
         }
-        rules.sweeps = rules.corrects_gaps() && !self.stage.standing.sweeps.is_empty();
+        // event location follows all that is fast: sweeps add to it only what was asked for
+        let sweeps = &self.stage.standing.sweeps;
+        let asked = sweeps.iter().any(|s| s.all);
+        rules.sweeps = rules.corrects_gaps() && (asked || !rules.events && !sweeps.is_empty());
         let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
         let mut record = StepRecord {
             time: self.time + dt,
@@ -358,6 +362,9 @@ impl MoreauStepper {
             for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
                 model.set_configuration(body as usize, place);
             }
+        }
+        if !stage.loose.is_empty() {
+            close_joints(model, stage, w, &mut self.solver)?;
         }
         if let Some(recovery) = recovery {
             self.recovery = recovery;

@@ -146,6 +146,7 @@ pub struct Totals {
     pub redundant_steps: usize,
     pub capped: usize,
     pub relaxed: usize,
+    pub joints_capped: usize,
     /// Impacts located in time.
     pub events: usize,
     /// Pairs still overlapped from the start, after the last step.
@@ -157,6 +158,7 @@ pub struct Totals {
     pub residual_velocity: f64,
     pub penetration: f64,
     pub penetration_impact: f64,
+    pub joint_gap: f64,
     /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy it compares with.
     pub imbalance: f64,
     pub kinetic_most: f64,
@@ -169,8 +171,6 @@ pub struct Totals {
     pub work_contact_n: f64,
     pub work_contact_t: f64,
     pub work_joints: f64,
-    /// Most that pins put in in a step \[J\].
-    pub joint_gain: f64,
     pub work_motors: f64,
     pub friction_work: f64,
     /// Wall-clock time of the steps alone \[s\].
@@ -198,6 +198,7 @@ impl Totals {
         self.redundant_steps += usize::from(record.redundant > 0);
         self.capped += record.capped;
         self.relaxed += record.relaxed;
+        self.joints_capped += record.joints_capped;
         self.events += record.events;
         self.recovering = record.recovering;
         self.impact_gain += record.impact_gain;
@@ -205,6 +206,7 @@ impl Totals {
         self.residual_velocity = self.residual_velocity.max(record.residual_velocity);
         self.penetration = self.penetration.max(record.penetration);
         self.penetration_impact = self.penetration_impact.max(record.penetration_impact);
+        self.joint_gap = self.joint_gap.max(record.joint_gap);
         self.imbalance = self.imbalance.max(energy.imbalance().abs());
         self.kinetic_most = self.kinetic_most.max(energy.kinetic_end);
         self.energy_end = total;
@@ -213,7 +215,6 @@ impl Totals {
         self.work_contact_n += energy.contact_n;
         self.work_contact_t += energy.contact_t;
         self.work_joints += energy.joints;
-        self.joint_gain = self.joint_gain.max(energy.joints);
         self.work_motors += energy.motors;
         self.friction_work += record.friction_work();
     }
@@ -244,10 +245,16 @@ pub fn advance(
     mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
 ) -> Result<Totals, RunError> {
     let mut totals = Totals::default();
+    let state = |built: &Built, k: usize| engine.state(built, k);
+    // what overlaps before the first step is no fault of a step
+    built.penetration(state);
     for _ in 0..steps {
         let start = Instant::now();
-        let record = engine.step(built)?;
+        let mut record = engine.step(built)?;
         totals.wall += start.elapsed().as_secs_f64();
+        if let Some(depth) = built.penetration(state) {
+            record.penetration = depth;
+        }
         totals.add(&record);
         observe(&record, built)?;
     }

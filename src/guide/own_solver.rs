@@ -52,7 +52,7 @@
 //!                     }
 //!                     Law::Contact { .. } => Vec2::new((old.x - rho * xi.x).max(0.0), 0.0),
 //!                     Law::Pin => old - rho * xi,
-//!                     Law::Bounded { lower, upper } => {
+//!                     Law::Bounded { lower, upper, .. } => {
 //!                         Vec2::new((old.x - rho * xi.x).clamp(lower, upper), 0.0)
 //!                     }
 //!                 };

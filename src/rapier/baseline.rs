@@ -81,6 +81,12 @@ impl Simulation {
         parameters.static_contact_softness.natural_frequency = fixed as Real;
         parameters.num_solver_iterations = settings.substeps;
         parameters.num_internal_pgs_iterations = settings.iterations;
+        self.hooks.belts = true;
+        for &handle in self.hooks.speeds.keys() {
+            if let Some(collider) = self.world.colliders.get_mut(handle) {
+                collider.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
+            }
+        }
     }
 
     /// One step of rapier's own solver.
@@ -90,7 +96,7 @@ impl Simulation {
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
         let (kinetic_start, potential_start) = (kinetic(&self.world), potential(&self.world));
-        self.world.step();
+        self.world.step_with_events(&self.hooks, &());
         self.rapier_time += dt;
         let mut record = StepRecord {
             time: self.rapier_time,

@@ -429,6 +429,8 @@ impl Bodies {
                 body_id(handle)
             )));
         }
+        // for who asks rapier for it before the first step
+        body.recompute_mass_properties_from_colliders(&world.colliders);
         body.set_position(pose.to_rapier(), false);
         let linear = Vector::new(velocity.x as Real, velocity.y as Real);
         body.set_linvel(linear, false);

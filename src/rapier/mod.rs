@@ -14,6 +14,7 @@ mod baseline;
 mod bodies;
 mod changes;
 mod detection;
+mod joint_spec;
 mod joints;
 mod kernels;
 mod mass;
@@ -25,6 +26,7 @@ mod results;
 mod simulation;
 mod sleeping;
 mod state;
+mod surfaces;
 mod widen;
 
 #[cfg(not(feature = "f64"))]
@@ -39,10 +41,11 @@ pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
+pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
 pub use simulation::{
-    BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, ShapeSpec, Simulation, Surface,
+    BodyId, ColliderId, FrictionRule, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
 pub use state::{PipelineState, StateError};
 pub use widen::widen;

@@ -1,7 +1,7 @@
 use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
-use super::joints::{joint_rows, spring_torques};
+use super::joints::joint_rows;
 use super::reporter::Reporter;
 use super::widen;
 use crate::contact::{Vec2, Vec3};
@@ -51,8 +51,9 @@ pub struct MoreauSettings {
 ///
 /// # What it takes
 /// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, dominance, any
-/// collider parry has, groups, revolute joints with a velocity motor or a force-based spring.
-/// Anything else is refused by name. `linvel()` of a body driven by its position is not written
+/// collider parry has, groups, every impulse joint with its limits, motors, coupled axes and
+/// softness. Anything else is refused by name: multibody joints and soft bodies, for example. What
+/// joints carry is in [`StepRecord::joints`]. `linvel()` of a body driven by its position is not written
 /// (rapier lets no one), [`MoreauPipeline::velocity`] knows it.
 ///
 /// # Fast bodies
@@ -437,7 +438,6 @@ impl MultibodyModel for RapierModel<'_> {
                 h.z = widen(torque) - widen(body.angular_damping()) * u.z / w.z;
             }
         }
-        spring_torques(self.world, self.bodies, out);
     }
 
     fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {

@@ -3,6 +3,7 @@ use super::detection::SurfaceLaw;
 use super::engine::prelude::*;
 use super::mass::area_moments;
 use super::pipeline::{MoreauPipeline, MoreauSettings};
+use super::surfaces::SurfaceHooks;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
@@ -40,6 +41,8 @@ pub enum ShapeSpec {
         points: Vec<Vec2>,
         closed: bool,
     },
+    /// Several colliders, each at its place in the body's frame; none of them a compound.
+    Compound(Vec<(Pose64, ShapeSpec)>),
 }
 
 impl ShapeSpec {
@@ -59,6 +62,9 @@ pub struct Surface {
     pub groups: (u32, u32),
     /// How its friction combines with the other's: the mean, or the larger of the two.
     pub friction_rule: FrictionRule,
+    /// Direction in the body's frame in which the surface pushes, within 0.1 rad of it, what did
+    /// not come through it; `None` pushes all round.
+    pub one_way: Option<Vec2>,
 }
 
 /// How two friction coefficients make one.
@@ -79,6 +85,7 @@ impl Default for Surface {
             law: SurfaceLaw::default(),
             groups: (u32::MAX, u32::MAX),
             friction_rule: FrictionRule::Mean,
+            one_way: None,
         }
     }
 }
@@ -109,15 +116,6 @@ impl ColliderId {
     }
 }
 
-/// What drives or holds a revolute joint, on the spin of the second body relative to the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum JointDrive {
-    /// Holds `speed` \[rad/s\] with at most `max_torque` \[N m\].
-    Motor { speed: f64, max_torque: f64 },
-    /// Turns back to the angle of no rotation with `stiffness` [N m/rad], `damping` [N m s/rad].
-    Spring { stiffness: f64, damping: f64 },
-}
-
 /// A rapier world and our pipeline on it, described in `f64`.
 ///
 /// Everything lives in `world` as ordinary rapier bodies and colliders, so that rapier's own
@@ -128,6 +126,7 @@ pub struct Simulation {
     /// Bodies that stand still, for joints with the world.
     ground: Option<RigidBodyHandle>,
     pub(super) rapier_time: f64,
+    pub(super) hooks: SurfaceHooks,
 }
 
 impl Simulation {
@@ -154,6 +153,7 @@ impl Simulation {
             })?,
             ground: None,
             rapier_time: 0.0,
+            hooks: SurfaceHooks::default(),
         })
     }
 
@@ -189,6 +189,10 @@ impl Simulation {
         }
         let handle = self.world.bodies.insert(builder);
         let collider = self.add_collider(BodyId(handle), shape, surface)?;
+        if let Some(body) = self.world.bodies.get_mut(handle) {
+            // rapier does so within its first step only: its energy before that would be 0
+            body.recompute_mass_properties_from_colliders(&self.world.colliders);
+        }
         if let Some(exact) = exact {
             self.pipeline.set_exact_mass(handle, exact)?;
         }
@@ -197,10 +201,14 @@ impl Simulation {
         Ok((BodyId(handle), collider))
     }
 
-    /// Adds a massless collider to a body, in the body's frame.
+    /// Adds a massless collider to a body, in the body's frame; of a compound all of its parts.
+    ///
+    /// # Returns
+    /// The collider, of a compound the first one.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, or an unknown body.
+    /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, an empty compound, or
+    /// an unknown body.
     pub fn add_collider(
         &mut self,
         body: BodyId,
@@ -210,12 +218,31 @@ impl Simulation {
         if !self.world.bodies.contains(body.0) {
             return Err(ModelError::Invalid("the body is not in the world".into()));
         }
+        if let ShapeSpec::Compound(parts) = shape {
+            let ids: Vec<ColliderId> = parts
+                .iter()
+                .map(|(place, part)| self.add_part(body, place, part, surface))
+                .collect::<Result<_, _>>()?;
+            let none = || ModelError::Invalid("a compound needs a part".into());
+            return ids.first().copied().ok_or_else(none);
+        }
+        self.add_part(body, &Pose64::new(Vec2::zeros(), 0.0), shape, surface)
+    }
+
+    fn add_part(
+        &mut self,
+        body: BodyId,
+        place: &Pose64,
+        shape: &ShapeSpec,
+        surface: &Surface,
+    ) -> Result<ColliderId, ModelError> {
         let groups = InteractionGroups::new(
             Group::from_bits_truncate(surface.groups.0),
             Group::from_bits_truncate(surface.groups.1),
             InteractionTestMode::And,
         );
         let collider = collider(shape)?
+            .position(place.to_rapier())
             .density(0.0)
             .friction(surface.friction as Real)
             .friction_combine_rule(match surface.friction_rule {
@@ -223,10 +250,29 @@ impl Simulation {
                 FrictionRule::Larger => CoefficientCombineRule::Max,
             })
             .restitution(surface.restitution as Real)
-            .collision_groups(groups);
+            .collision_groups(groups)
+            .active_hooks(match surface.one_way {
+                Some(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+                None => ActiveHooks::empty(),
+            });
         let handle = self.world.insert_collider(collider, Some(body.0));
         self.pipeline.set_surface(handle, surface.law);
+        if surface.law.speed != 0.0 {
+            self.hooks.speeds.insert(handle, surface.law.speed);
+        }
+        if let Some(direction) = surface.one_way {
+            self.hooks.one_way.insert(handle, direction);
+        }
         Ok(ColliderId(handle))
+    }
+
+    /// The share of the weight that a body feels, and its drag on velocity and spin [1/s].
+    pub fn set_drag(&mut self, body: BodyId, gravity_scale: f64, damping: [f64; 2]) {
+        if let Some(body) = self.world.bodies.get_mut(body.0) {
+            body.set_gravity_scale(gravity_scale as Real, false);
+            body.set_linear_damping(damping[0] as Real);
+            body.set_angular_damping(damping[1] as Real);
+        }
     }
 
     /// Removes a collider and adds another in its place, so that rapier keeps no stale contacts.
@@ -243,6 +289,7 @@ impl Simulation {
         let new = self.add_collider(body, shape, surface)?;
         self.world.remove_collider(old.0);
         self.pipeline.forget_surface(old.0);
+        self.hooks.forget(old.0);
         Ok(new)
     }
 
@@ -251,6 +298,7 @@ impl Simulation {
         if let Some(body) = self.world.bodies.get(body.0) {
             for &handle in body.colliders() {
                 self.pipeline.forget_surface(handle);
+                self.hooks.forget(handle);
             }
         }
         self.world.remove_body(body.0);
@@ -278,53 +326,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// Pins two bodies (`None` is the fixed world) at a point of each body's frame, no contacts
-    /// between them.
-    ///
-    /// # Errors
-    /// [`ModelError::Invalid`] if a body is unknown.
-    pub fn add_revolute(
-        &mut self,
-        bodies: [Option<BodyId>; 2],
-        anchors: [Vec2; 2],
-        drive: Option<JointDrive>,
-    ) -> Result<(), ModelError> {
-        let mut handles = [RigidBodyHandle::invalid(); 2];
-        for (handle, body) in handles.iter_mut().zip(bodies) {
-            *handle = match body {
-                Some(body) if self.world.bodies.contains(body.0) => body.0,
-                Some(_) => {
-                    return Err(ModelError::Invalid("the body is not in the world".into()));
-                }
-                None => *self
-                    .ground
-                    .get_or_insert_with(|| self.world.bodies.insert(RigidBodyBuilder::fixed())),
-            };
-        }
-        let mut joint = RevoluteJointBuilder::new()
-            .local_anchor1(vector(anchors[0]))
-            .local_anchor2(vector(anchors[1]))
-            .contacts_enabled(false);
-        match drive {
-            None => {}
-            Some(JointDrive::Motor { speed, max_torque }) => {
-                // rapier's motor is a damper; ours takes any gain as exact
-                joint = joint
-                    .motor_velocity(speed as Real, 1.0e6)
-                    .motor_max_force(max_torque.min(f64::from(Real::MAX)) as Real);
-            }
-            Some(JointDrive::Spring { stiffness, damping }) => {
-                joint = joint.motor_model(MotorModel::ForceBased).motor_position(
-                    0.0,
-                    stiffness as Real,
-                    damping as Real,
-                );
-            }
-        }
-        self.world
-            .impulse_joints
-            .insert(handles[0], handles[1], joint, true);
-        Ok(())
+    /// The body that stands still for joints with the world.
+    pub(super) fn ground(&mut self) -> RigidBodyHandle {
+        *self
+            .ground
+            .get_or_insert_with(|| self.world.bodies.insert(RigidBodyBuilder::fixed()))
     }
 
     /// One nonsmooth step.
@@ -332,7 +338,8 @@ impl Simulation {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        self.pipeline.step(&mut self.world)
+        self.pipeline
+            .step_with_events(&mut self.world, &self.hooks, &())
     }
 
     /// `f64` pose of a body's frame.
@@ -351,7 +358,7 @@ impl Simulation {
     }
 }
 
-fn vector(v: Vec2) -> Vector {
+pub(super) fn vector(v: Vec2) -> Vector {
     Vector::new(v.x as Real, v.y as Real)
 }
 
@@ -395,6 +402,11 @@ fn collider(shape: &ShapeSpec) -> Result<ColliderBuilder, ModelError> {
             }
             let points = points.iter().map(|&p| vector(p)).collect();
             ColliderBuilder::oriented_polyline(points, Some(edges))
+        }
+        ShapeSpec::Compound(_) => {
+            return Err(ModelError::Unsupported(
+                "a compound within a compound".into(),
+            ));
         }
     })
 }

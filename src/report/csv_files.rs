@@ -87,6 +87,7 @@ row! {
         redundant: usize,
         capped: usize,
         relaxed: usize,
+        joints_capped: usize,
         events: usize,
         recovering: usize,
         impact_gain_j: f64,
@@ -100,6 +101,7 @@ row! {
         imbalance_j: f64,
         penetration_m: f64,
         penetration_impact_m: f64,
+        joint_gap_m: f64,
     }
 }
 
@@ -228,6 +230,7 @@ impl From<&StepRecord> for StepRow {
             redundant: step.redundant,
             capped: step.capped,
             relaxed: step.relaxed,
+            joints_capped: step.joints_capped,
             events: step.events,
             recovering: step.recovering,
             impact_gain_j: step.impact_gain,
@@ -241,6 +244,7 @@ impl From<&StepRecord> for StepRow {
             imbalance_j: step.energy.imbalance(),
             penetration_m: step.penetration,
             penetration_impact_m: step.penetration_impact,
+            joint_gap_m: step.joint_gap,
         }
     }
 }
@@ -355,10 +359,10 @@ mod tests {
         assert_eq!(
             header::<StepRow>(),
             "time_s,dt_s,contacts,islands,sweeps,factorisations,pivots,residual,\
-             residual_velocity_m_s,unsolved,redundant,capped,relaxed,events,recovering,\
+             residual_velocity_m_s,unsolved,redundant,capped,relaxed,joints_capped,events,recovering,\
              impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
-             imbalance_j,penetration_m,penetration_impact_m\n"
+             imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
         );
         assert_eq!(
             header::<WearRow>(),
@@ -471,6 +475,7 @@ mod tests {
             time: 0.5,
             dt: 0.25,
             contacts: vec![contact],
+            joints: Vec::new(),
             islands: 2,
             sweeps: 3,
             factorisations: 4,
@@ -481,6 +486,7 @@ mod tests {
             redundant: 9,
             capped: 10,
             relaxed: 11,
+            joints_capped: 25,
             events: 22,
             recovering: 23,
             impact_gain: 24.0,
@@ -497,13 +503,14 @@ mod tests {
             },
             penetration: 20.0,
             penetration_impact: 21.0,
+            joint_gap: 26.0,
         };
         let (_root, path) = written(&[StepRow::from(&step)]);
         let text = fs::read_to_string(path).unwrap();
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0"
+            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0,26.0"
         );
     }
 

@@ -1,11 +1,12 @@
 //! From a scene file to a world that can be stepped.
 
+use super::overlap::Overlaps;
 use super::world::{Built, HandWritten, World};
 use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Update, Wear, planar};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
 use crate::rapier::{
-    JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
+    JointSpec, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
 };
 use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 
@@ -63,7 +64,7 @@ impl Scene {
     /// fails here only on shapes that `f32` cannot tell from degenerate ones.
     pub fn build(&self) -> Result<Built, StepError> {
         let stepper = || MoreauStepper::new(self.step.stepper());
-        Ok(Built(match (self.model(), &self.linear) {
+        let world = match (self.model(), &self.linear) {
             (Model::Linear, Some(block)) => World::Linear(HandWritten {
                 model: block.model()?,
                 stepper: stepper()?,
@@ -75,7 +76,12 @@ impl Scene {
                 dt: self.step.dt,
             }),
             _ => self.build_on_rapier()?,
-        }))
+        };
+        let rapier = matches!(world, World::Rapier { .. });
+        Ok(Built {
+            world,
+            overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
+        })
     }
 
     fn build_on_rapier(&self) -> Result<World, StepError> {
@@ -93,18 +99,21 @@ impl Scene {
                     mass(body),
                 )
                 .map_err(|error| named(error, &body.name))?;
+            simulation.set_drag(id, body.gravity_scale, body.damping);
             bodies.push(id);
         }
         for joint in &self.joints {
-            let motor = joint.motor.map(|m| JointDrive::Motor {
-                speed: m.speed,
-                max_torque: m.max_torque,
-            });
-            simulation.add_revolute(
-                joint.bodies.map(|b| b.map(|k| bodies[k])),
-                self.anchors(joint),
-                motor,
-            )?;
+            simulation.add_joint(&JointSpec {
+                shape: joint.shape(),
+                bodies: joint.bodies.map(|b| b.map(|k| bodies[k])),
+                anchors: self.anchors(joint),
+                angles: joint
+                    .bodies
+                    .map(|b| joint.axis - b.map_or(0.0, |k| self.bodies[k].angle)),
+                limits: joint.limits,
+                drive: joint.motor.map(|motor| motor.drive()),
+                contacts: joint.contacts,
+            })?;
         }
         Ok(World::Rapier {
             simulation: Box::new(simulation),
@@ -112,15 +121,17 @@ impl Scene {
         })
     }
 
-    /// The joint's place in the frame of each of its bodies \[m\].
+    /// The joint's points in the frame of each of its bodies \[m\].
     pub(super) fn anchors(&self, joint: &Joint) -> [Vec2; 2] {
-        let at = Vec2::from(joint.at);
-        joint.bodies.map(|body| match body {
-            Some(k) => {
-                let b = &self.bodies[k];
-                Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+        [0, 1].map(|side| {
+            let at = Vec2::from(joint.at[side]);
+            match joint.bodies[side] {
+                Some(k) => {
+                    let b = &self.bodies[k];
+                    Pose64::new(Vec2::from(b.position), b.angle).apply_inverse(at)
+                }
+                None => at,
             }
-            None => at,
         })
     }
 
@@ -145,6 +156,7 @@ impl Scene {
                 speed: body.surface_velocity,
                 one_point_per_segment: false,
             },
+            one_way: body.one_way.map(Vec2::from),
             ..Surface::default()
         }
     }
@@ -185,6 +197,15 @@ fn shape(shape: &Shape) -> Result<ShapeSpec, ModelError> {
             points: points(p),
             closed: *closed,
         },
+        Shape::Compound(parts) => ShapeSpec::Compound(
+            parts
+                .iter()
+                .map(|part| {
+                    let place = Pose64::new(Vec2::from(part.position), part.angle);
+                    Ok((place, self::shape(&part.shape)?))
+                })
+                .collect::<Result<_, ModelError>>()?,
+        ),
         Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {
             return Err(ModelError::Unsupported(
                 "rapier has no rod, line or bowl".to_owned(),

@@ -46,6 +46,39 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("heavy-top", include_str!("../../scenes/heavy-top.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
     ("hit-heap", include_str!("../../scenes/hit-heap.toml")),
+    (
+        "large-pyramid",
+        include_str!("../../scenes/large-pyramid.toml"),
+    ),
+    (
+        "many-pyramids",
+        include_str!("../../scenes/many-pyramids.toml"),
+    ),
+    ("tumbler", include_str!("../../scenes/tumbler.toml")),
+    ("box-drum", include_str!("../../scenes/box-drum.toml")),
+    ("loaded-arch", include_str!("../../scenes/loaded-arch.toml")),
+    ("card-house", include_str!("../../scenes/card-house.toml")),
+    (
+        "high-mass-ratio-1",
+        include_str!("../../scenes/high-mass-ratio-1.toml"),
+    ),
+    (
+        "high-mass-ratio-2",
+        include_str!("../../scenes/high-mass-ratio-2.toml"),
+    ),
+    (
+        "high-mass-ratio-3",
+        include_str!("../../scenes/high-mass-ratio-3.toml"),
+    ),
+    ("joint-grid", include_str!("../../scenes/joint-grid.toml")),
+    (
+        "ball-and-chain",
+        include_str!("../../scenes/ball-and-chain.toml"),
+    ),
+    (
+        "one-way-platforms",
+        include_str!("../../scenes/one-way-platforms.toml"),
+    ),
     ("bowl", include_str!("../../scenes/bowl.toml")),
     (
         "rolling-bowl",

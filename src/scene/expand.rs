@@ -1,6 +1,7 @@
 //! From the checked file to a flat list of placed bodies.
 
-use super::file::{BodyEntry, JointEntry, JointKind, RepeatEntry};
+use super::file::{BodyEntry, BodyKind, RepeatEntry};
+use super::joint::{JointEntry, JointKind};
 
 /// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
 /// by repeat.
@@ -27,32 +28,58 @@ pub(super) fn expand(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<BodyE
     placed
 }
 
-/// The joints of every repeat with a `pin`, between consecutive copies.
+/// The joints of every repeat with a `pin` or `pins`, between neighbouring copies.
 pub(super) fn pins(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<JointEntry> {
     let mut joints = Vec::new();
     for repeat in repeats {
-        let template = bodies.iter().find(|body| body.name == repeat.of);
-        let (Some([x, y]), Some(template)) = (repeat.pin, template) else {
+        let Some(template) = bodies.iter().find(|body| body.name == repeat.of) else {
             continue;
         };
-        let copies = place(template, repeat);
-        let whole = repeat.ring.is_some_and(|ring| ring.arc.is_none());
-        let last = copies.len() - usize::from(!whole);
-        for (k, copy) in copies.iter().enumerate().take(last) {
-            let (sin, cos) = copy.angle.sin_cos();
-            let next = &copies[(k + 1) % copies.len()];
-            joints.push(JointEntry {
-                kind: JointKind::Revolute,
-                bodies: [copy.name.clone(), next.name.clone()],
-                at: [
-                    copy.position[0] + cos * x - sin * y,
-                    copy.position[1] + sin * x + cos * y,
-                ],
-                motor: None,
-            });
+        if let Some(pin) = repeat.pin {
+            let copies = place(template, repeat);
+            let whole = repeat.ring.is_some_and(|ring| ring.arc.is_none());
+            let last = copies.len() - usize::from(!whole);
+            let next = |k: usize| &copies[(k + 1) % copies.len()];
+            joints.extend((0..last).map(|k| joint(&copies[k], next(k), pin)));
+        }
+        if let Some(pins) = &repeat.pins {
+            let copies = place(template, repeat);
+            let mut stride = 1;
+            for (&pin, &n) in pins.iter().zip(repeat.count.iter().flatten()) {
+                let n = n as usize;
+                let tied = (0..copies.len()).filter(|k| k / stride % n + 1 < n);
+                let pairs = tied.map(|k| (&copies[k], &copies[k + stride]));
+                joints.extend(
+                    pairs
+                        .filter(|(a, b)| [a, b].iter().any(|c| c.kind == BodyKind::Dynamic))
+                        .map(|(a, b)| joint(a, b, pin)),
+                );
+                stride *= n;
+            }
         }
     }
     joints
+}
+
+/// Ties `next` to `copy` at a point of the latter's frame.
+fn joint(copy: &BodyEntry, next: &BodyEntry, [x, y]: [f64; 2]) -> JointEntry {
+    let (sin, cos) = copy.angle.sin_cos();
+    JointEntry {
+        kind: JointKind::Revolute,
+        bodies: [copy.name.clone(), next.name.clone()],
+        at: Some([
+            copy.position[0] + cos * x - sin * y,
+            copy.position[1] + sin * x + cos * y,
+        ]),
+        anchors: None,
+        axis: None,
+        limits: None,
+        length: None,
+        stiffness: None,
+        damping: None,
+        motor: None,
+        contacts: false,
+    }
 }
 
 /// Number of copies that a repeat makes; 0 when it says neither `count` nor `ring`.
@@ -60,25 +87,19 @@ pub(super) fn copies(repeat: &RepeatEntry) -> u64 {
     if let Some(ring) = &repeat.ring {
         return u64::from(ring.count);
     }
-    let (columns, rows) = grid(repeat);
+    let count = |k: usize| match repeat.count.as_deref() {
+        None | Some([]) => 0,
+        Some(count) => u64::from(count.get(k).copied().unwrap_or(1)),
+    };
+    let blocks = count(2).saturating_mul(count(3));
     let shrink = u64::from(repeat.shrink.unwrap_or(0));
-    let (columns, rows) = (u64::from(columns), u64::from(rows));
+    let (columns, rows) = (count(0), count(1));
     if shrink == 0 || columns == 0 {
-        return columns * rows;
+        return columns.saturating_mul(rows).saturating_mul(blocks);
     }
     // An arithmetic series that ends with the last row that has a copy.
     let rows = rows.min((columns - 1) / shrink + 1);
-    rows * columns - shrink * (rows * rows.saturating_sub(1) / 2)
-}
-
-/// Columns and rows of a grid.
-fn grid(repeat: &RepeatEntry) -> (u32, u32) {
-    let count = repeat.count.as_deref().unwrap_or(&[]);
-    match count {
-        [] => (0, 0),
-        [columns] => (*columns, 1),
-        [columns, rows, ..] => (*columns, *rows),
-    }
+    (rows * columns - shrink * (rows * rows.saturating_sub(1) / 2)).saturating_mul(blocks)
 }
 
 fn place(template: &BodyEntry, repeat: &RepeatEntry) -> Vec<BodyEntry> {
@@ -111,25 +132,42 @@ fn place(template: &BodyEntry, repeat: &RepeatEntry) -> Vec<BodyEntry> {
             })
             .collect();
     }
-    let (columns, rows) = grid(repeat);
+    let count = repeat.count.as_deref().unwrap_or(&[]);
     let steps = repeat.step.as_deref().unwrap_or(&[]);
-    let step = |k: usize| steps.get(k).copied().unwrap_or([0.0; 2]);
     let shrink = repeat.shrink.unwrap_or(0);
-    let one_row = repeat.count.as_ref().is_some_and(|count| count.len() == 1);
     let mut placed = Vec::new();
-    for row in 0..rows {
-        let less = shrink.saturating_mul(row);
-        for column in 0..columns.saturating_sub(less) {
-            let along = f64::from(column) + 0.5 * f64::from(less);
-            let at = std::array::from_fn(|k| {
-                template.position[k] + along * step(0)[k] + f64::from(row) * step(1)[k]
-            });
-            let label = if one_row {
-                column.to_string()
-            } else {
-                format!("{column},{row}")
-            };
-            placed.push(copy(label, at, 0.0));
+    let mut place = vec![0_u32; count.len()];
+    let mut more = !count.contains(&0) && !count.is_empty();
+    while more {
+        let less = shrink.saturating_mul(place.get(1).copied().unwrap_or(0));
+        if place[0] < count[0].saturating_sub(less) {
+            let mut at = template.position;
+            for (axis, (&k, step)) in place.iter().zip(steps).enumerate() {
+                let start = if axis == 0 {
+                    0.5 * f64::from(less)
+                } else {
+                    0.0
+                };
+                at[0] += (f64::from(k) + start) * step[0];
+                at[1] += (f64::from(k) + start) * step[1];
+            }
+            let words: Vec<String> = place.iter().map(u32::to_string).collect();
+            let mut copy = copy(words.join(","), at, 0.0);
+            if repeat.fixed.iter().flatten().any(|fixed| *fixed == place) {
+                copy.kind = BodyKind::Fixed;
+                (copy.velocity, copy.spin) = ([0.0; 2], 0.0);
+            }
+            placed.push(copy);
+        }
+        // the next place, the first number running fastest
+        more = false;
+        for (k, &n) in place.iter_mut().zip(count) {
+            *k += 1;
+            if *k < n {
+                more = true;
+                break;
+            }
+            *k = 0;
         }
     }
     placed

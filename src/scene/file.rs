@@ -3,10 +3,11 @@
 //! A file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Keys left out
 //! take the default given at the field; unknown keys are refused.
 
-use super::Shape;
+use super::joint::JointEntry;
 use super::linear::LinearBlock;
 use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
+use super::{Part, Shape};
 use crate::dynamics::{ImpactLaw, Scheme};
 use crate::solver::{SOLVERS, Shares};
 use serde::{Deserialize, Serialize};
@@ -185,7 +186,7 @@ impl BodyKind {
 }
 
 /// `[[body]]`: exactly one of `disc`, `box`, `capsule`, `polygon`, `sector`, `polyline`, `rod`, `line`,
-/// `bowl` gives its shape.
+/// `bowl`, `parts` gives its shape.
 ///
 /// A scene with a rod, a line or a bowl runs on closed-form geometry in `f64`, without rapier.
 /// There discs touch each other, and discs, rods and boxes touch lines and bowls; anything else is
@@ -220,6 +221,9 @@ pub struct BodyEntry {
     /// Radius \[m\] of a circle round the body's origin that others touch from inside. Fixed or
     /// kinematic.
     pub bowl: Option<f64>,
+    /// A body of several shapes, each at its place in the body's frame. They may overlap; their
+    /// masses add up.
+    pub parts: Option<Vec<PartEntry>>,
     /// Mass per area [kg/m²], of a slice one metre deep; default 1000 where no `mass` is given.
     pub density: Option<f64>,
     /// Mass \[kg\].
@@ -245,6 +249,14 @@ pub struct BodyEntry {
     /// counter-clockwise round the body: towards -x on its top.
     #[serde(default)]
     pub surface_velocity: f64,
+    /// Direction in the body's frame in which its surface pushes, within 0.1 rad; what comes from
+    /// elsewhere passes through. Default: it pushes all round.
+    pub one_way: Option<[f64; 2]>,
+    /// Share of the weight that a dynamic body feels, default 1; negative: it falls upwards.
+    pub gravity_scale: Option<f64>,
+    /// Drag of a dynamic body, `−d m v` and `−d J ω` with `d` [1/s], at most 1/dt; default 0.
+    pub linear_damping: Option<f64>,
+    pub angular_damping: Option<f64>,
     /// Of a kinematic line, bowl or disc: a swing on top of its velocity.
     pub oscillation: Option<Oscillation>,
     /// Names of the bodies that a disc, rod or box may touch, default all; for scenes with a rod,
@@ -284,6 +296,51 @@ impl BodyEntry {
             .or_else(|| self.rod.map(|length| Shape::Rod { length }))
             .or_else(|| self.line.map(|_| Shape::Line))
             .or_else(|| self.bowl.map(|radius| Shape::Bowl { radius }))
+            .or_else(|| self.compound())
+    }
+
+    fn compound(&self) -> Option<Shape> {
+        let part = |part: &PartEntry| {
+            Some(Part {
+                shape: part.alone(self).shape()?,
+                position: part.position,
+                angle: part.angle,
+            })
+        };
+        let parts = self.parts.as_ref()?.iter().map(part);
+        parts.collect::<Option<_>>().map(Shape::Compound)
+    }
+}
+
+/// An element of `parts`: one of `disc`, `box`, `capsule`, `polygon` as in `[[body]]`, and where
+/// it is in the body's frame.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartEntry {
+    pub disc: Option<f64>,
+    #[serde(rename = "box")]
+    pub rectangle: Option<[f64; 2]>,
+    pub capsule: Option<[f64; 2]>,
+    pub polygon: Option<Vec<[f64; 2]>>,
+    /// \[m\], default (0, 0).
+    #[serde(default)]
+    pub position: [f64; 2],
+    /// \[rad\], default 0.
+    #[serde(default)]
+    pub angle: f64,
+}
+
+impl PartEntry {
+    /// The part as if it were all of `body`.
+    pub(super) fn alone(&self, body: &BodyEntry) -> BodyEntry {
+        BodyEntry {
+            disc: self.disc,
+            rectangle: self.rectangle,
+            capsule: self.capsule,
+            polygon: self.polygon.clone(),
+            parts: None,
+            ..body.clone()
+        }
     }
 }
 
@@ -304,57 +361,6 @@ fn sector([radius, thickness, angle]: [f64; 3]) -> Shape {
 /// Mass per area [kg/m²] of a body that states neither density nor mass.
 pub const DEFAULT_DENSITY: f64 = 1000.0;
 
-/// What joints call the fixed ground.
-pub const WORLD: &str = "world";
-
-/// The joints of the field; those not supported yet are refused by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum JointKind {
-    Revolute,
-    Prismatic,
-    Fixed,
-    Rope,
-    Spring,
-    PinSlot,
-}
-
-impl JointKind {
-    /// The word of the file.
-    pub fn word(self) -> &'static str {
-        match self {
-            JointKind::Revolute => "revolute",
-            JointKind::Prismatic => "prismatic",
-            JointKind::Fixed => "fixed",
-            JointKind::Rope => "rope",
-            JointKind::Spring => "spring",
-            JointKind::PinSlot => "pin-slot",
-        }
-    }
-}
-
-/// `[[joint]]`
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct JointEntry {
-    pub kind: JointKind,
-    /// Names of two bodies; one may be `world`.
-    pub bodies: [String; 2],
-    /// The joint's place in the world at the start \[m\].
-    pub at: [f64; 2],
-    pub motor: Option<Motor>,
-}
-
-/// A velocity motor on a joint.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motor {
-    /// Wanted angular velocity of the second body relative to the first [rad/s].
-    pub speed: f64,
-    /// Largest torque [N m] of a slice one metre deep.
-    pub max_torque: f64,
-}
-
 /// `[[repeat]]`: copies of a body in a grid (`count`, `step`) or on a `ring`.
 ///
 /// The body `of` becomes a template: it is not placed itself. Copies of a grid are placed from
@@ -365,9 +371,11 @@ pub struct RepeatEntry {
     /// Name of the template.
     pub of: String,
     /// What copies are called, default the template's name: `box[3,2]` is column 3 of row 2,
-    /// `box[3]` copy 3 of a row or ring, both from 0.
+    /// `box[3]` copy 3 of a row or ring, all from 0.
     pub name: Option<String>,
-    /// Number of copies along each step: `[n]` or `[columns, rows]`.
+    /// Number of copies along each step: `[n]` or `[columns, rows]`. Up to two more numbers
+    /// repeat the whole grid: `[10, 10, 20]` is twenty grids in a row, and its last body
+    /// `box[9,9,19]`.
     pub count: Option<Vec<u32>>,
     /// One displacement \[m\] for each number in `count`.
     pub step: Option<Vec<[f64; 2]>>,
@@ -378,6 +386,11 @@ pub struct RepeatEntry {
     /// Ties each copy of a row or ring to the next by a revolute joint at this point of its own
     /// frame \[m\]: a chain, a belt. On a whole ring the last copy is tied to the first.
     pub pin: Option<[f64; 2]>,
+    /// The same for a grid: ties each copy to the next along each step by a revolute joint, one
+    /// point of its own frame \[m\] for each number in `count`. A net, a grid of joints.
+    pub pins: Option<Vec<[f64; 2]>>,
+    /// Copies that are fixed where they are, by their numbers in the grid: `[[0, 3], [9, 3]]`.
+    pub fixed: Option<Vec<Vec<u32>>>,
     /// Largest random displacement along x and y \[m\], default 0.
     #[serde(default)]
     pub jitter: f64,

@@ -34,8 +34,10 @@ mod error;
 mod expand;
 pub mod file;
 mod hash;
-pub mod linear;
+pub mod joint;
+mod linear;
 mod outline;
+mod overlap;
 mod overrides;
 mod planar;
 mod reader;
@@ -49,7 +51,8 @@ mod world;
 pub use crate::dynamics::{ImpactLaw, Scheme};
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
-pub use file::{BodyKind, ClosedForm, JointKind, Material, Motor, Oscillation, Step};
+pub use file::{BodyKind, ClosedForm, Material, Oscillation, Step};
+pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use thresher::{ConcaveSetting, Thresher};
@@ -107,6 +110,12 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
+    /// Direction in its frame in which its surface pushes; `None` all round.
+    pub one_way: Option<[f64; 2]>,
+    /// Share of the weight it feels.
+    pub gravity_scale: f64,
+    /// Drag on velocity and spin [1/s].
+    pub damping: [f64; 2],
     pub oscillation: Option<Oscillation>,
     /// Indices of the bodies it may touch; `None` is all.
     pub touches: Option<Vec<usize>>,
@@ -153,6 +162,17 @@ pub enum Shape {
     Line,
     /// A circle \[m\] that is touched from inside.
     Bowl { radius: f64 },
+    /// Several at once, none of them a compound or planar only.
+    Compound(Vec<Part>),
+}
+
+/// A shape at its place in the body's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    pub shape: Shape,
+    /// \[m\] and \[rad\].
+    pub position: [f64; 2],
+    pub angle: f64,
 }
 
 impl Shape {
@@ -170,17 +190,6 @@ pub enum Mass {
     /// Mass \[kg\] and moment of inertia about the centre of mass [kg m²]; without the latter the
     /// mass is spread evenly.
     Given { mass: f64, inertia: Option<f64> },
-}
-
-/// A joint and the bodies it ties.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Joint {
-    pub kind: JointKind,
-    /// Indices into [`Scene::bodies`]; `None` is the world.
-    pub bodies: [Option<usize>; 2],
-    /// Place in the world at the start \[m\].
-    pub at: [f64; 2],
-    pub motor: Option<Motor>,
 }
 
 impl Scene {
@@ -292,6 +301,9 @@ fn resolve_body(
         velocity: entry.velocity,
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
+        one_way: entry.one_way,
+        gravity_scale: entry.gravity_scale.unwrap_or(1.0),
+        damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,
         touches: None,
     })

@@ -21,8 +21,8 @@ pub(super) fn build(scene: &Scene) -> Result<Planar, ModelError> {
         bodies: joint.bodies,
         anchors: scene.anchors(joint),
         motor: joint.motor.map(|m| RotorMotor {
-            speed: m.speed,
-            max_torque: m.max_torque,
+            speed: m.speed.unwrap_or(0.0),
+            max_torque: m.bound(),
         }),
     });
     let gravity = Vec2::from(scene.gravity);
@@ -39,7 +39,10 @@ pub(super) fn shape(shape: &Shape) -> Option<PlanarShape> {
         },
         Shape::Line => PlanarShape::Line,
         Shape::Bowl { radius } => PlanarShape::Bowl { radius },
-        Shape::Capsule { .. } | Shape::Polygon { .. } | Shape::Polyline { .. } => return None,
+        Shape::Capsule { .. }
+        | Shape::Polygon { .. }
+        | Shape::Polyline { .. }
+        | Shape::Compound(_) => return None,
     })
 }
 

@@ -14,8 +14,8 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, StepRecord};
 use crate::dynamics::{ModelError, StepError};
 use crate::rapier::{
-    BodyId, ColliderId, FrictionRule, JointDrive, MassSpec, Motion, Pose64, ShapeSpec, Simulation,
-    Surface,
+    BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, Pose64, ShapeSpec,
+    Simulation, Surface,
 };
 use crate::wear::{Profile, WearError};
 use std::collections::VecDeque;
@@ -112,14 +112,13 @@ impl ThreshingWorld {
             let chain = tooth_chain(p, tooth, profile, k)?;
             bars.push(simulation.add_collider(cylinder, &chain, &steel(p.friction_steel, law))?);
         }
-        simulation.add_revolute(
-            [None, Some(cylinder)],
-            [Vec2::zeros(); 2],
-            Some(JointDrive::Motor {
+        simulation.add_joint(&JointSpec {
+            drive: Some(JointDrive::Motor {
                 speed: p.speed,
-                max_torque: p.drive_torque_factor * p.per_metre(p.operating_torque),
+                max_force: p.drive_torque_factor * p.per_metre(p.operating_torque),
             }),
-        )?;
+            ..JointSpec::revolute([None, Some(cylinder)], [Vec2::zeros(); 2])
+        })?;
         let (concave_body, concave) = simulation.add_body(
             Motion::Fixed,
             Pose64::new(Vec2::zeros(), 0.0),
@@ -353,8 +352,10 @@ impl ThreshingWorld {
             let half = Vec2::new(0.5 * self.parameters.segment_length, 0.0);
             let spring = bending(&self.parameters);
             let bodies = [Some(next), Some(newest)];
-            self.simulation
-                .add_revolute(bodies, [half, -half], Some(spring))?;
+            self.simulation.add_joint(&JointSpec {
+                drive: Some(spring),
+                ..JointSpec::revolute(bodies, [half, -half])
+            })?;
         }
         self.strip.push_front(next);
         Ok(())

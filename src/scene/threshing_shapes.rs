@@ -112,6 +112,8 @@ pub(super) fn segment_mass(p: &Thresher) -> (f64, f64) {
 pub(super) fn bending(p: &Thresher) -> JointDrive {
     let (_, inertia) = segment_mass(p);
     JointDrive::Spring {
+        target: 0.0,
+        max_force: f64::INFINITY,
         stiffness: p.crop_bending_stiffness,
         damping: (p.crop_bending_stiffness * inertia).sqrt(),
     }

@@ -1,5 +1,6 @@
 //! What a scene becomes: something that steps, whatever it is made of.
 
+use super::overlap::Overlaps;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
@@ -9,7 +10,11 @@ use crate::rapier::{BodyId, Simulation};
 
 /// A scene's world; bodies are counted in the scene's order, coordinates of a `[linear]` block
 /// count as bodies.
-pub struct Built(pub(super) World);
+pub struct Built {
+    pub(super) world: World,
+    /// Where the world is rapier's.
+    pub(super) overlaps: Option<Overlaps>,
+}
 
 pub(super) enum World {
     Rapier {
@@ -37,7 +42,7 @@ impl<M: MultibodyModel> HandWritten<M> {
 impl Built {
     /// Number of bodies.
     pub fn bodies(&self) -> usize {
-        match &self.0 {
+        match &self.world {
             World::Rapier { bodies, .. } => bodies.len(),
             World::Planar(planar) => planar.model.velocities().len(),
             World::Linear(linear) => linear.model.coordinates(),
@@ -49,7 +54,7 @@ impl Built {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        match &mut self.0 {
+        match &mut self.world {
             World::Rapier { simulation, .. } => simulation.step(),
             World::Planar(planar) => planar.step(),
             World::Linear(linear) => linear.step(),
@@ -58,7 +63,7 @@ impl Built {
 
     /// Whether the contact problems of every step are kept for [`Built::problems`].
     pub fn keep_problems(&mut self, keep: bool) {
-        match &mut self.0 {
+        match &mut self.world {
             World::Rapier { simulation, .. } => simulation.pipeline.keep_problems(keep),
             World::Planar(planar) => planar.stepper.keep_problems(keep),
             World::Linear(linear) => linear.stepper.keep_problems(keep),
@@ -67,7 +72,7 @@ impl Built {
 
     /// The contact problems of the last nonsmooth step, see [`MoreauStepper::problems`].
     pub fn problems(&self) -> &[SolvedProblem] {
-        match &self.0 {
+        match &self.world {
             World::Rapier { simulation, .. } => simulation.pipeline.problems(),
             World::Planar(planar) => planar.stepper.problems(),
             World::Linear(linear) => linear.stepper.problems(),
@@ -77,7 +82,7 @@ impl Built {
     /// Pose and velocity of body `k`: of its frame, and of its centre of mass with the spin. A
     /// coordinate of a `[linear]` block is the x of both.
     pub fn state(&self, k: usize) -> Option<(Pose64, Vec3)> {
-        match &self.0 {
+        match &self.world {
             World::Rapier { simulation, bodies } => {
                 let body = *bodies.get(k)?;
                 Some((simulation.pose(body)?, simulation.velocity(body)?))
@@ -94,16 +99,31 @@ impl Built {
     /// The number that contact records use for body `k`; `None` for coordinates, which a contact
     /// has no one of.
     pub fn number(&self, k: usize) -> Option<u32> {
-        match &self.0 {
+        match &self.world {
             World::Rapier { simulation, bodies } => simulation.number(*bodies.get(k)?),
             World::Planar(planar) => (k < planar.model.velocities().len()).then_some(k as u32),
             World::Linear(_) => None,
         }
     }
 
+    /// Worst penetration \[m\] with each body at the pose that `state` gives it, from geometry
+    /// alone; `None` for worlds other than rapier's, whose own account is in closed form.
+    ///
+    /// What overlapped at the first call counts only as far as it has grown since. A pair that
+    /// a joint ties does not touch.
+    pub fn penetration(
+        &mut self,
+        state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
+    ) -> Option<f64> {
+        let mut overlaps = self.overlaps.take()?;
+        let worst = overlaps.worst(|k| Some(state(self, k)?.0));
+        self.overlaps = Some(overlaps);
+        Some(worst)
+    }
+
     /// The rapier world and its bodies, where the scene is built on one.
     pub fn simulation(&self) -> Option<(&Simulation, &[BodyId])> {
-        match &self.0 {
+        match &self.world {
             World::Rapier { simulation, bodies } => Some((simulation, bodies)),
             _ => None,
         }
@@ -111,7 +131,7 @@ impl Built {
 
     /// As [`Built::simulation`], to be changed.
     pub fn simulation_mut(&mut self) -> Option<&mut Simulation> {
-        match &mut self.0 {
+        match &mut self.world {
             World::Rapier { simulation, .. } => Some(simulation),
             _ => None,
         }

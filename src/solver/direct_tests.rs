@@ -95,18 +95,26 @@ fn pins_bounds_and_compliance_in_one_heap() {
             1 => Law::Bounded {
                 lower: -0.05,
                 upper: 0.1,
+                compliance: 0.0,
             },
             2 => Law::Bounded {
                 lower: 0.02,
                 upper: 0.02,
+                compliance: 0.0,
             },
             3 => Law::Bounded {
                 lower: f64::NEG_INFINITY,
                 upper: f64::INFINITY,
+                compliance: 0.0,
             },
             4 => Law::Contact {
                 friction: 0.4,
                 compliance: 0.3,
+            },
+            5 => Law::Bounded {
+                lower: -0.1,
+                upper: f64::INFINITY,
+                compliance: 0.2,
             },
             _ => *law,
         };

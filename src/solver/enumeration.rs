@@ -48,6 +48,7 @@ fn choices(law: &Law) -> usize {
         Law::Contact { friction, .. } if *friction > 0.0 => 4,
         Law::Contact { .. } => 2,
         Law::Pin => 1,
+        Law::Bounded { lower, upper, .. } if lower.is_infinite() && upper.is_infinite() => 1,
         Law::Bounded { .. } => 3,
     }
 }
@@ -65,7 +66,7 @@ fn status(law: &Law, choice: usize) -> (Vec<(usize, Vec2)>, Vec2) {
             _ => (vec![(0, Vec2::new(1.0, friction))], zero),
         },
         Law::Pin => (vec![(0, Vec2::x()), (1, Vec2::y())], zero),
-        Law::Bounded { lower, upper } => match choice {
+        Law::Bounded { lower, upper, .. } => match choice {
             0 => (vec![(0, Vec2::x())], zero),
             1 => (vec![], Vec2::new(lower, 0.0)),
             _ => (vec![], Vec2::new(upper, 0.0)),
@@ -87,7 +88,7 @@ fn choice_of(law: &Law, p: Vec2) -> usize {
             }
         }
         Law::Pin => 0,
-        Law::Bounded { lower, upper } => {
+        Law::Bounded { lower, upper, .. } => {
             if p.x <= lower {
                 1
             } else if p.x >= upper {
@@ -230,7 +231,7 @@ fn candidate(
                 p.x = p.x.max(0.0);
                 p.y = p.y.clamp(-friction * p.x, friction * p.x);
             }
-            Law::Bounded { lower, upper } => {
+            Law::Bounded { lower, upper, .. } => {
                 if p.x < lower - slack || p.x > upper + slack {
                     return None;
                 }

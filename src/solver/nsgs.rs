@@ -115,7 +115,7 @@ fn admitted(p: Vec2, law: &Law) -> Vec2 {
     match *law {
         Law::Contact { friction, .. } => project_onto_cone(p, friction),
         Law::Pin => p,
-        Law::Bounded { lower, upper } => Vec2::new(p.x.clamp(lower, upper), 0.0),
+        Law::Bounded { lower, upper, .. } => Vec2::new(p.x.clamp(lower, upper), 0.0),
     }
 }
 

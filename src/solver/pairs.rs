@@ -65,7 +65,7 @@ impl Block {
                 }
             }
             Law::Pin => {}
-            Law::Bounded { lower, upper } => {
+            Law::Bounded { lower, upper, .. } => {
                 // strictly between the bounds, as near to the impulse given as a tenth allows
                 let room = 0.1 * (upper - lower).min(a);
                 let p = if lower < upper {
@@ -94,7 +94,7 @@ impl Block {
             Law::Contact { friction, .. } if friction > 0.0 => [true; PAIRS],
             Law::Contact { .. } => [true, false, false, false],
             Law::Pin => [false; PAIRS],
-            Law::Bounded { lower, upper } => {
+            Law::Bounded { lower, upper, .. } => {
                 let free = lower < upper;
                 let [low, high] = [lower, upper].map(|b| free && b.is_finite());
                 [low, high, false, false]
@@ -148,7 +148,7 @@ impl Block {
                 }
             }
             Law::Pin => Status::Closed,
-            Law::Bounded { lower, upper } => {
+            Law::Bounded { lower, upper, .. } => {
                 let used = self.used();
                 let at = |k: usize| used[k] && x[k] * size.velocity < w[k] * size.impulse;
                 if lower == upper || at(0) {
@@ -186,9 +186,9 @@ impl Block {
                 one_row(1.0 / (1.0 + k * weight.x), k, g)
             }
             Law::Pin => soften_rigid(xi, proximal),
-            Law::Bounded { lower, upper } if lower < upper => {
+            Law::Bounded { lower, upper, .. } if lower < upper => {
                 let (stiffness, known) = self.bounds(xi.x, aim, predictor);
-                let rate = 1.0 / (stiffness + proximal);
+                let rate = 1.0 / (stiffness + weight.x);
                 one_row(rate, 1.0, known)
             }
             Law::Bounded { .. } => (Mat2::zeros(), Vec2::zeros()),

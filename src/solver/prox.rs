@@ -47,7 +47,7 @@ fn step(block: &Mat2, free: Vec2, old: Vec2, law: &Law) -> Vec2 {
             Vec2::new(normal, tangent(normal).clamp(-bound, bound))
         }
         Law::Pin => Vec2::new(normal, tangent(normal)),
-        Law::Bounded { lower, upper } => Vec2::new(normal.clamp(lower, upper), 0.0),
+        Law::Bounded { lower, upper, .. } => Vec2::new(normal.clamp(lower, upper), 0.0),
     }
 }
 

@@ -102,14 +102,16 @@ fn closed_rows(problem: &ContactProblem, judge: &mut Judge, impulses: &[Vec2]) -
     let resolution = (10.0 * residual.velocity).max(1e-9 * residual.velocity_scale);
     let xi = problem.local_velocity(impulses);
     let free = |((law, xi), p): ((&Law, Vec2), &Vec2)| match *law {
-        Law::Contact { compliance, .. } if compliance > 0.0 => Free::None,
+        Law::Contact { compliance, .. } | Law::Bounded { compliance, .. } if compliance > 0.0 => {
+            Free::None
+        }
         Law::Contact { .. } if xi.x > resolution => Free::None,
         Law::Contact { friction: 0.0, .. } => Free::Normal,
         Law::Contact { friction, .. } if xi.y.abs() > resolution => {
             Free::Along(-friction * xi.y.signum())
         }
         Law::Contact { .. } | Law::Pin => Free::Both,
-        Law::Bounded { lower, upper } if p.x > lower && p.x < upper => Free::Normal,
+        Law::Bounded { lower, upper, .. } if p.x > lower && p.x < upper => Free::Normal,
         Law::Bounded { .. } => Free::None,
     };
     problem
@@ -223,7 +225,7 @@ impl Sharing {
                         Free::Along(friction * p.y.signum())
                     }
                     // a row at its bound stays within it
-                    (Law::Bounded { lower, upper }, _) if p.x < lower || p.x > upper => {
+                    (Law::Bounded { lower, upper, .. }, _) if p.x < lower || p.x > upper => {
                         return (false, round);
                     }
                     _ => continue,

@@ -67,7 +67,7 @@ impl Status {
                 }
             }
             Law::Pin => Status::Closed,
-            Law::Bounded { lower, upper } => {
+            Law::Bounded { lower, upper, .. } => {
                 if z.x <= lower {
                     Status::Lower
                 } else if z.x >= upper {
@@ -233,6 +233,6 @@ fn inside(p: Vec2, law: &Law) -> Vec2 {
             }
         }
         Law::Pin => p,
-        Law::Bounded { lower, upper } => Vec2::new(p.x.clamp(lower, upper), 0.0),
+        Law::Bounded { lower, upper, .. } => Vec2::new(p.x.clamp(lower, upper), 0.0),
     }
 }

@@ -1,6 +1,7 @@
 //! What several integration tests share.
 #![allow(dead_code)] // each test binary uses a part
 
+pub mod movers;
 pub mod problems;
 pub mod program;
 
@@ -15,6 +16,22 @@ use moreau2d::scene::{self, Built, Scene};
 pub fn load(name: &str, flags: &[&str]) -> Scene {
     let flags: Vec<String> = flags.iter().map(|f| (*f).to_owned()).collect();
     scene::load(name, &flags).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Flags that make a big scene of the catalogue small enough for a test that only asks whether it
+/// works.
+pub fn small(name: &str) -> &'static [&'static str] {
+    match name {
+        "large-pyramid" => &["repeat.0.count=[20, 20]"],
+        "many-pyramids" => &["repeat.0.count=[2]", "repeat.1.count=[10, 10, 3, 2]"],
+        "tumbler" => &["repeat.0.count=[12, 12]"],
+        "box-drum" => &["repeat.0.count=[15, 15]"],
+        "joint-grid" => &[
+            "repeat.0.count=[20, 20]",
+            "repeat.0.fixed=[[8, 0], [9, 0], [10, 0], [11, 0]]",
+        ],
+        _ => &[],
+    }
 }
 
 /// A scene from its text.

@@ -131,6 +131,8 @@ struct BoundedForm {
     lower: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     upper: Option<f64>,
+    #[serde(default)]
+    compliance: f64,
 }
 
 /// Refused while the reader still knows the line.
@@ -271,6 +273,7 @@ fn law(form: &LawForm) -> Law {
         LawForm::Bounded(form) => Law::Bounded {
             lower: form.lower.unwrap_or(f64::NEG_INFINITY),
             upper: form.upper.unwrap_or(f64::INFINITY),
+            compliance: form.compliance,
         },
     }
 }
@@ -285,9 +288,14 @@ fn law_form(law: &Law) -> LawForm {
             compliance,
         }),
         Law::Pin => LawForm::Pin,
-        Law::Bounded { lower, upper } => LawForm::Bounded(BoundedForm {
+        Law::Bounded {
+            lower,
+            upper,
+            compliance,
+        } => LawForm::Bounded(BoundedForm {
             lower: lower.is_finite().then_some(lower),
             upper: upper.is_finite().then_some(upper),
+            compliance,
         }),
     }
 }

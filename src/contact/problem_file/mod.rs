@@ -26,7 +26,8 @@
 //!   count from 0, `null` is a side of infinite mass. Rows are ordered (n, t).
 //! - `free`: b, a pair (n, t) a block; restitution, surface motion and gaps are folded in.
 //! - `laws`, one a block: `{"contact": {"friction": μ, "compliance": R}}` (R may be left out: 0),
-//!   `"pin"`, or `{"bounded": {"lower": l, "upper": u}}` in N s, where a bound left out is infinite.
+//!   `"pin"`, or `{"bounded": {"lower": l, "upper": u, "compliance": R}}` in N s, where a bound left
+//!   out is infinite and R 0.
 //! - `solution`: impulses, a pair a block; optional.
 //!
 //! A linear complementarity problem is `{"kind": "lcp", "matrix": [rows of M], "q": [...]}`, with

@@ -41,13 +41,15 @@ fn law() -> impl Strategy<Value = Law> {
             compliance
         }),
         Just(Law::Pin),
-        (real(), 0.0f64..1.0).prop_map(|(lower, width)| Law::Bounded {
+        (real(), 0.0f64..1.0, 0.0f64..1.0).prop_map(|(lower, width, compliance)| Law::Bounded {
             lower,
-            upper: lower + width
+            upper: lower + width,
+            compliance,
         }),
         Just(Law::Bounded {
             lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY
+            upper: f64::INFINITY,
+            compliance: 0.0,
         }),
     ]
 }
@@ -569,6 +571,7 @@ fn dat_refuses_what_it_cannot_hold() {
             Law::Bounded {
                 lower: 0.0,
                 upper: 1.0,
+                compliance: 0.0,
             },
             "a bounded row",
         ),

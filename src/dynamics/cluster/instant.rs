@@ -83,9 +83,13 @@ impl Runner {
                 0.0
             })
             .collect();
-        instant.collect_impact(&context.rules, &self.members, w, |i| {
-            touching[i].then_some(in_force[i])
-        });
+        instant.collect_impact(
+            &context.rules,
+            &self.members,
+            w,
+            |i| touching[i].then_some(in_force[i]),
+            carried,
+        );
         solver.solve(instant, w, &context.rules);
         instant.end_velocities(w);
         let record = &mut self.record;

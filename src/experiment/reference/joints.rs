@@ -95,7 +95,7 @@ impl Chain {
             let above = bodies.last().copied();
             bodies.push(joint.bodies.into_iter().find(|b| *b != above)??);
         }
-        let pins: Vec<Vec2> = scene.joints.iter().map(|j| Vec2::from(j.at)).collect();
+        let pins: Vec<Vec2> = scene.joints.iter().map(|j| Vec2::from(j.at[0])).collect();
         let hang: Vec<Vec2> = (0..n)
             .map(|i| Vec2::from(scene.bodies[bodies[i]].position) - pins[i])
             .collect();

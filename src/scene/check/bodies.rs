@@ -1,10 +1,9 @@
-//! Bodies and joints.
+//! Bodies.
 
 use super::*;
-use crate::scene::Joint;
-use crate::scene::file::{BodyEntry, BodyKind, JointEntry, JointKind, WORLD};
+use crate::scene::file::{BodyEntry, BodyKind};
+use crate::scene::joint::WORLD;
 use crate::scene::outline::{check_chain, check_polygon, signed_area};
-use std::collections::HashMap;
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");
@@ -13,10 +12,11 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     for (index, body) in file.body.iter().enumerate() {
         let at = at.index(index);
         check_body(&at, body, &file.material)?;
+        check_drag(&at, body, file.step.dt)?;
         planar::check_body(&at, body, closed_form)?;
     }
     for (index, joint) in file.joint.iter().enumerate() {
-        check_joint(&top.key("joint").index(index), joint)?;
+        joints::check(&top.key("joint").index(index), joint, closed_form)?;
     }
     Ok(())
 }
@@ -35,6 +35,16 @@ fn check_body(at: &At<'_>, body: &BodyEntry, materials: &[Material]) -> Result<(
     at.pair("velocity", body.velocity, SPEED)?;
     at.within("spin", body.spin, SPIN)?;
     at.within("surface_velocity", body.surface_velocity, SPEED)?;
+    if let Some([x, y]) = body.one_way {
+        at.pair("one_way", [x, y], PLACE)?;
+        if (x.hypot(y) - 1.0).abs() > 1e-6 {
+            return Err(SceneError::OutOfRange {
+                at: at.key("one_way").place(),
+                value: format!("{:?}", [x, y]),
+                allowed: "a direction of length 1".to_owned(),
+            });
+        }
+    }
     if body.kind == BodyKind::Fixed {
         for (key, moving) in [
             ("velocity", body.velocity != [0.0; 2]),
@@ -56,6 +66,52 @@ fn check_body(at: &At<'_>, body: &BodyEntry, materials: &[Material]) -> Result<(
     Ok(())
 }
 
+/// Drag is taken at the velocity of the step's start: beyond 1/dt it would turn the velocity round.
+fn check_drag(at: &At<'_>, body: &BodyEntry, dt: f64) -> Result<(), SceneError> {
+    at.within_if("gravity_scale", body.gravity_scale, SCALE)?;
+    for (key, value) in [
+        ("linear_damping", body.linear_damping),
+        ("angular_damping", body.angular_damping),
+    ] {
+        if let Some(value) = value
+            && !(0.0..=1.0 / dt).contains(&value)
+        {
+            return Err(SceneError::OutOfRange {
+                at: at.key(key).place(),
+                value: format!("{value:?}"),
+                allowed: format!("0 to 1/dt = {} per second", 1.0 / dt),
+            });
+        }
+    }
+    for (key, given) in [
+        ("gravity_scale", body.gravity_scale),
+        ("linear_damping", body.linear_damping),
+        ("angular_damping", body.angular_damping),
+    ] {
+        if given.is_some() && body.kind != BodyKind::Dynamic {
+            let problem = format!("{key} has no effect on a {} body", body.kind.word());
+            return Err(at.key(key).conflict(problem));
+        }
+    }
+    Ok(())
+}
+
+/// Every part is one shape by itself.
+fn check_parts(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
+    let at = at.key("parts");
+    let parts = body.parts.as_deref().unwrap_or(&[]);
+    if parts.is_empty() {
+        return Err(at.conflict("a body has at least one part"));
+    }
+    for (index, part) in parts.iter().enumerate() {
+        let at = at.index(index);
+        check_shape(&at, &part.alone(body))?;
+        at.pair("position", part.position, PLACE)?;
+        at.within("angle", part.angle, ANGLE)?;
+    }
+    Ok(())
+}
+
 fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     let given: Vec<&str> = [
         ("disc", body.disc.is_some()),
@@ -67,6 +123,7 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         ("rod", body.rod.is_some()),
         ("line", body.line.is_some()),
         ("bowl", body.bowl.is_some()),
+        ("parts", body.parts.is_some()),
     ]
     .into_iter()
     .filter_map(|(key, given)| given.then_some(key))
@@ -76,13 +133,17 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         [] => {
             return Err(SceneError::Missing {
                 at: at.place(),
-                key: "disc, box, capsule, polygon, sector, polyline, rod, line or bowl".to_owned(),
+                key: "disc, box, capsule, polygon, sector, polyline, rod, line, bowl or parts"
+                    .to_owned(),
             });
         }
         [first, second, ..] => {
             let problem = format!("a body has one shape; `{first}` is given already");
             return Err(at.key(second).conflict(problem));
         }
+    }
+    if body.parts.is_some() {
+        check_parts(at, body)?;
     }
     at.within_if("disc", body.disc, SIZE)?;
     for (key, size) in [("box", body.rectangle), ("capsule", body.capsule)] {
@@ -172,68 +233,4 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         });
     }
     Ok(())
-}
-
-fn check_joint(at: &At<'_>, joint: &JointEntry) -> Result<(), SceneError> {
-    if joint.kind != JointKind::Revolute {
-        return Err(SceneError::Unsupported {
-            at: at.key("kind").place(),
-            what: format!("a {} joint", joint.kind.word()),
-            supported: "revolute",
-        });
-    }
-    if joint.bodies[0] == joint.bodies[1] {
-        let problem = format!("the joint ties `{}` to itself", joint.bodies[0]);
-        return Err(at.key("bodies").conflict(problem));
-    }
-    at.pair("at", joint.at, PLACE)?;
-    if let Some(motor) = joint.motor {
-        at.key("motor").within("speed", motor.speed, SPIN)?;
-        at.key("motor")
-            .within("max_torque", motor.max_torque, TORQUE)?;
-    }
-    Ok(())
-}
-
-/// Every joint with the numbers of its bodies among those placed.
-///
-/// # Errors
-/// [`SceneError::UnknownName`]; [`SceneError::Conflict`] for a joint between two bodies neither
-/// of which it can move.
-pub(in crate::scene) fn joints(
-    joints: &[JointEntry],
-    placed: &[BodyEntry],
-    document: &Document,
-) -> Result<Vec<Joint>, SceneError> {
-    let top = At::top(document);
-    let numbers: HashMap<&str, usize> = placed
-        .iter()
-        .enumerate()
-        .map(|(number, body)| (body.name.as_str(), number))
-        .collect();
-    joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| {
-            let at = top.key("joint").index(index).key("bodies");
-            let mut bodies = [None; 2];
-            for (side, name) in joint.bodies.iter().enumerate() {
-                bodies[side] = numbers.get(name.as_str()).copied();
-                if bodies[side].is_none() && name != WORLD {
-                    let known = placed.iter().map(|body| body.name.as_str()).chain([WORLD]);
-                    return Err(at.index(side).unknown("body", name, known));
-                }
-            }
-            let movable = |body: &usize| placed[*body].kind == BodyKind::Dynamic;
-            if !bodies.iter().flatten().any(movable) {
-                return Err(at.conflict("neither body is dynamic: the joint has no effect"));
-            }
-            Ok(Joint {
-                kind: joint.kind,
-                bodies,
-                at: joint.at,
-                motor: joint.motor,
-            })
-        })
-        .collect()
 }

@@ -2,11 +2,12 @@
 
 mod blocks;
 mod bodies;
+mod joints;
 mod linear;
 mod planar;
 mod repeats;
 
-pub(super) use bodies::joints;
+pub(super) use joints::joints;
 pub(super) use planar::{planar, starts, touches};
 
 use super::document::{Document, Segment};
@@ -77,6 +78,7 @@ const RESTITUTION: Range = range(0.0, 1.0, "0 to 1");
 const DAMPING_RESTITUTION: Range = range(1e-3, 1.0, "0.001 to 1");
 const STIFFNESS: Range = range(1e-3, 1e15, "1e-3 to 1e15 N/m");
 const DAMPING: Range = range(0.0, 1e12, "0 to 1e12 N s/m");
+const SCALE: Range = range(-1e3, 1e3, "-1000 to 1000");
 const ACCELERATION: Range = range(-1e6, 1e6, "-1e6 to 1e6 m/s²");
 const MAGNITUDE: Range = range(0.0, 1e6, "0 to 1e6 m/s²");
 const SLOPE: Range = range(-1e6, 1e6, "-1e6 to 1e6");

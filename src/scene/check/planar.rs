@@ -55,6 +55,7 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
         ("capsule", body.capsule.is_some()),
         ("polygon", body.polygon.is_some()),
         ("polyline", body.polyline.is_some()),
+        ("parts", body.parts.is_some()),
     ] {
         if given {
             return Err(SceneError::Unsupported {
@@ -62,6 +63,17 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
                 what: format!("a {key} in a scene with a rod, a line or a bowl"),
                 supported: SHAPES,
             });
+        }
+    }
+    for (key, given) in [
+        ("one_way", body.one_way.is_some()),
+        ("gravity_scale", body.gravity_scale.is_some()),
+        ("linear_damping", body.linear_damping.is_some()),
+        ("angular_damping", body.angular_damping.is_some()),
+    ] {
+        if given {
+            let problem = format!("a scene with a rod, a line or a bowl knows no {key}");
+            return Err(at.key(key).conflict(problem));
         }
     }
     if let Some(oscillation) = &body.oscillation {

@@ -49,7 +49,11 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
 
 fn points(body: &BodyEntry) -> u64 {
     let outline = body.polygon.as_ref().or(body.polyline.as_ref());
-    outline.map_or(1, |points| points.len().max(1) as u64)
+    let parts = body.parts.iter().flatten();
+    let parts: u64 = parts.map(|part| points(&part.alone(body))).sum();
+    outline
+        .map_or(1, |points| points.len().max(1) as u64)
+        .max(parts)
 }
 
 fn check_repeat<'b>(
@@ -69,6 +73,8 @@ fn check_repeat<'b>(
             ("count", repeat.count.is_some()),
             ("step", repeat.step.is_some()),
             ("shrink", repeat.shrink.is_some()),
+            ("pins", repeat.pins.is_some()),
+            ("fixed", repeat.fixed.is_some()),
         ] {
             if given {
                 return Err(at
@@ -92,13 +98,13 @@ fn check_repeat<'b>(
             }
         }
     } else {
-        check_grid(at, repeat)?;
+        check_grid(at, repeat, template)?;
     }
     if let Some(pin) = repeat.pin {
         at.pair("pin", pin, PLACE)?;
         let grid = repeat.count.as_ref().is_some_and(|count| count.len() > 1);
         let problem = match template.kind {
-            _ if grid => "a pin ties the copies of a row or ring, not of a grid",
+            _ if grid => "a pin ties the copies of a row or ring; for a grid give `pins`",
             BodyKind::Dynamic if copies(repeat) > 1 => "",
             BodyKind::Dynamic => "a single copy has no neighbour to tie",
             _ => "the copies are not dynamic: the pin has no effect",
@@ -131,7 +137,7 @@ fn check_repeat<'b>(
     }
 }
 
-fn check_grid(at: &At<'_>, repeat: &RepeatEntry) -> Result<(), SceneError> {
+fn check_grid(at: &At<'_>, repeat: &RepeatEntry, template: &BodyEntry) -> Result<(), SceneError> {
     let (Some(count), Some(step)) = (&repeat.count, &repeat.step) else {
         let missing = if repeat.count.is_none() {
             "count"
@@ -143,10 +149,10 @@ fn check_grid(at: &At<'_>, repeat: &RepeatEntry) -> Result<(), SceneError> {
             key: format!("{missing} (or ring)"),
         });
     };
-    if !(1..=2).contains(&count.len()) {
+    if !(1..=4).contains(&count.len()) {
         return Err(SceneError::WrongType {
             at: at.key("count").place(),
-            expected: "an array of 1 or 2 numbers".to_owned(),
+            expected: "an array of 1 to 4 numbers".to_owned(),
             found: format!("{} of them", count.len()),
         });
     }
@@ -178,5 +184,69 @@ fn check_grid(at: &At<'_>, repeat: &RepeatEntry) -> Result<(), SceneError> {
             });
         }
     }
+    check_fixed(at, repeat, count, template)?;
+    check_pins(at, repeat, count, template)
+}
+
+/// Copies named as fixed exist.
+fn check_fixed(
+    at: &At<'_>,
+    repeat: &RepeatEntry,
+    count: &[u32],
+    template: &BodyEntry,
+) -> Result<(), SceneError> {
+    let at = at.key("fixed");
+    if repeat.fixed.is_some() && template.kind != BodyKind::Dynamic {
+        let problem = format!("the copies are {} already", template.kind.word());
+        return Err(at.conflict(problem));
+    }
+    for (index, place) in repeat.fixed.iter().flatten().enumerate() {
+        let less = place
+            .get(1)
+            .map_or(0, |row| row.saturating_mul(repeat.shrink.unwrap_or(0)));
+        let there = |axis: usize, k: u32| {
+            let short = if axis == 0 { less } else { 0 };
+            k < count[axis].saturating_sub(short)
+        };
+        let found =
+            place.len() == count.len() && place.iter().enumerate().all(|(axis, &k)| there(axis, k));
+        if !found {
+            return Err(SceneError::OutOfRange {
+                at: at.index(index).place(),
+                value: format!("{place:?}"),
+                allowed: format!("the numbers, from 0, of a copy in a grid of {count:?}"),
+            });
+        }
+    }
     Ok(())
+}
+
+fn check_pins(
+    at: &At<'_>,
+    repeat: &RepeatEntry,
+    count: &[u32],
+    template: &BodyEntry,
+) -> Result<(), SceneError> {
+    let Some(pins) = &repeat.pins else {
+        return Ok(());
+    };
+    let at = at.key("pins");
+    if pins.len() != count.len() {
+        return Err(SceneError::WrongType {
+            at: at.place(),
+            expected: format!("{} points [x, y], one for each count", count.len()),
+            found: format!("{} of them", pins.len()),
+        });
+    }
+    for (index, pin) in pins.iter().enumerate() {
+        at.at_point(index, *pin)?;
+    }
+    let problem = match template.kind {
+        _ if repeat.pin.is_some() => "give either pin or pins",
+        _ if repeat.shrink.is_some() => "in a grid that shrinks no copy has one right above it",
+        BodyKind::Dynamic if copies(repeat) > 1 => return Ok(()),
+        BodyKind::Dynamic => "a single copy has no neighbour to tie",
+        _ => "the copies are not dynamic: the pins have no effect",
+    };
+    Err(at.conflict(problem))
 }

@@ -57,6 +57,60 @@ fn repeats_place_grids_pyramids_and_rings() {
 }
 
 #[test]
+fn further_counts_repeat_the_grid() {
+    let text = format!(
+        "{BALL}[[repeat]]\nof = \"ball\"\ncount = [3, 2, 2, 2]\n\
+         step = [[2, 0], [0, 1], [10, 0], [0, 10]]\nshrink = 1\n"
+    );
+    let scene = parse(&text, &[]).unwrap();
+    // four grids of 3 + 2
+    assert_eq!(scene.bodies.len(), 1 + 20);
+    let last = scene.bodies.last().unwrap();
+    assert_eq!(last.name, "ball[1,1,1,1]");
+    assert_eq!(last.position, [2.0 + 1.0 + 10.0, 1.0 + 1.0 + 10.0]);
+}
+
+#[test]
+fn pins_tie_a_grid_along_each_step_and_copies_can_be_fixed() {
+    let text = format!(
+        "{BALL}[[repeat]]\nof = \"ball\"\ncount = [3, 2]\nstep = [[1, 0], [0, -1]]\n\
+         pins = [[0.5, 0], [0, -0.5]]\nfixed = [[0, 0], [1, 0]]\n"
+    );
+    let scene = parse(&text, &[]).unwrap();
+    let fixed =
+        |k: usize| scene.bodies[k].kind == BodyKind::Fixed && scene.bodies[k].mass.is_none();
+    assert!(fixed(1) && fixed(2) && !fixed(3));
+    let ties: Vec<_> = scene.joints.iter().map(|j| (j.bodies, j.at[0])).collect();
+    let expected = [
+        // none between the two that are fixed
+        ([Some(2), Some(3)], [1.5, 1.0]),
+        ([Some(4), Some(5)], [0.5, 0.0]),
+        ([Some(5), Some(6)], [1.5, 0.0]),
+        ([Some(1), Some(4)], [0.0, 0.5]),
+        ([Some(2), Some(5)], [1.0, 0.5]),
+        ([Some(3), Some(6)], [2.0, 0.5]),
+    ];
+    assert_eq!(ties, expected);
+}
+
+#[test]
+fn parts_make_a_body_of_several_shapes() {
+    let text = BALL.replacen(
+        "disc = 0.5",
+        "parts = [{ disc = 0.5 }, { box = [2, 1], position = [3, 0], angle = 0.5 }]\n\
+         gravity_scale = -1\nlinear_damping = 0.25",
+        1,
+    );
+    let body = parse(&text, &[]).unwrap().bodies.remove(1);
+    let Shape::Compound(parts) = &body.shape else {
+        panic!("{:?}", body.shape)
+    };
+    assert_eq!(parts[0].shape, Shape::Disc { radius: 0.5 });
+    assert_eq!((parts[1].position, parts[1].angle), ([3.0, 0.0], 0.5));
+    assert_eq!((body.gravity_scale, body.damping), (-1.0, [0.25, 0.0]));
+}
+
+#[test]
 fn joints_reach_copies_by_name() {
     let text = format!(
         "{BALL}[[repeat]]\nof = \"ball\"\ncount = [2]\nstep = [[2, 0]]\n\
@@ -65,7 +119,7 @@ fn joints_reach_copies_by_name() {
     );
     let scene = parse(&text, &[]).unwrap();
     assert_eq!(scene.joints[0].bodies, [Some(2), None]);
-    assert_eq!(scene.joints[0].motor.unwrap().speed, 3.0);
+    assert_eq!(scene.joints[0].motor.unwrap().speed, Some(3.0));
 }
 
 #[test]
@@ -75,7 +129,7 @@ fn pins_tie_copies_into_chains_and_rings() {
         parse(&text, &[]).unwrap().joints
     };
     let chain = joints("count = [3]\nstep = [[1, 0]]");
-    let ends: Vec<_> = chain.iter().map(|j| (j.bodies, j.at)).collect();
+    let ends: Vec<_> = chain.iter().map(|j| (j.bodies, j.at[0])).collect();
     let expected = [
         ([Some(1), Some(2)], [0.5, 1.0]),
         ([Some(2), Some(3)], [1.5, 1.0]),
@@ -85,7 +139,7 @@ fn pins_tie_copies_into_chains_and_rings() {
     let ring = joints("ring = { centre = [0, 0], radius = 1, count = 4 }");
     assert_eq!(ring.len(), 4);
     assert_eq!(ring[3].bodies, [Some(4), Some(1)]);
-    let [x, y] = ring[1].at;
+    let [x, y] = ring[1].at[0];
     // a rounding of the cosine at 90 degrees
     assert!(x.abs() < 1e-15 && (y - 1.5).abs() < 1e-15, "{x} {y}");
     let arc = joints("ring = { centre = [0, 0], radius = 1, count = 4, arc = [0, 1] }");
@@ -192,6 +246,21 @@ fn catalogue_scenes_hold_what_their_titles_say() {
     assert_eq!(bodies("cradle"), 5);
     assert_eq!(bodies("drum"), 1 + 200);
     assert_eq!(bodies("arch"), 1 + 27);
+    assert_eq!(bodies("large-pyramid"), 1 + 5050);
+    assert_eq!(bodies("many-pyramids"), 10 + 100 * 55);
+    assert_eq!(bodies("tumbler"), 1 + 45 * 45);
+    assert_eq!(bodies("box-drum"), 1 + 900);
+    assert_eq!(bodies("loaded-arch"), 1 + 17 + 4);
+    assert_eq!(bodies("card-house"), 1 + 30 + 10);
+    assert_eq!(bodies("high-mass-ratio-1"), 1 + 3 * 55);
+    assert_eq!(bodies("one-way-platforms"), 2 + 4 + 4 + 1);
+    let grid = load("joint-grid", &[]).unwrap();
+    // two rows of pins less the six between its seven fixed discs
+    assert_eq!(
+        (grid.bodies.len(), grid.joints.len()),
+        (10_000, 2 * 9900 - 6)
+    );
+    assert_eq!(bodies("ball-and-chain"), 40 + 1);
     let capstan = load("capstan", &[]).unwrap();
     // 64 links, the drum and two weights; a pin between links and one at each end
     assert_eq!(

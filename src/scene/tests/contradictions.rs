@@ -89,6 +89,41 @@ fn contradictions_and_bad_outlines_are_told() {
             "body: [study] makes its own bodies",
         ),
         ("[step]", "[study]\n[thresher]\n[step]", "not both"),
+        (
+            disc,
+            "parts = []",
+            "14:1: body.ball.parts: a body has at least one part",
+        ),
+        (
+            disc,
+            "parts = [{ disc = 1 }, { position = [1, 0] }]",
+            "14:24: body.ball.parts.1: missing key `disc, box",
+        ),
+        (
+            disc,
+            "parts = [{ disc = 1, box = [1, 1] }]",
+            "body.ball.parts.0.box: a body has one shape; `disc` is given already",
+        ),
+        (
+            disc,
+            "disc = 0.5\nparts = [{ disc = 1 }]",
+            "body.ball.parts: a body has one shape; `disc` is given already",
+        ),
+        (
+            disc,
+            "disc = 0.5\nlinear_damping = 101",
+            "15:1: body.ball.linear_damping = 101.0: allowed is 0 to 1/dt = 100 per second",
+        ),
+        (
+            "box = [10, 1]",
+            "box = [10, 1]\none_way = [0, 2]",
+            "12:1: body.floor.one_way = [0.0, 2.0]: allowed is a direction of length 1",
+        ),
+        (
+            "box = [10, 1]",
+            "box = [10, 1]\ngravity_scale = 0",
+            "gravity_scale has no effect on a fixed body",
+        ),
     ];
     for (old, new, expected) in cases {
         assert_error(old, new, &[expected]);
@@ -97,12 +132,6 @@ fn contradictions_and_bad_outlines_are_told() {
         let text = format!("{BALL}[[joint]]\nkind = \"{kind}\"\nat = [0, 0]\nbodies = {bodies}\n");
         error_of(&text, &[])
     };
-    let error = joint("rope", "[\"ball\", \"floor\"]");
-    assert!(
-        error
-            .contains("17:1: joint.0.kind: a rope joint is not supported yet; supported: revolute"),
-        "{error}"
-    );
     assert!(joint("revolute", "[\"ball\", \"ball\"]").contains("ties `ball` to itself"));
     assert!(joint("revolute", "[\"floor\", \"world\"]").contains("neither body is dynamic"));
     let empty = "[scene]\nname = \"a\"\ntitle = \"b\"\n";
@@ -153,7 +182,31 @@ fn repeats_are_checked() {
         ),
         (
             "count = [3, 3]\nstep = [[1, 0], [0, 1]]\npin = [0, 0]",
-            "repeat.0.pin: a pin ties the copies of a row or ring, not of a grid",
+            "repeat.0.pin: a pin ties the copies of a row or ring; for a grid give `pins`",
+        ),
+        (
+            "count = [1, 1, 1, 1, 1]\nstep = [[1, 0]]",
+            "count: expected an array of 1 to 4 numbers, found 5 of them",
+        ),
+        (
+            "count = [3, 3]\nstep = [[1, 0], [0, 1]]\npins = [[0, 0]]",
+            "repeat.0.pins: expected 2 points [x, y], one for each count",
+        ),
+        (
+            "count = [3, 3]\nstep = [[1, 0], [0, 1]]\nshrink = 1\npins = [[0, 0], [0, 0]]",
+            "repeat.0.pins: in a grid that shrinks no copy has one right above it",
+        ),
+        (
+            "ring = { centre = [0, 0], radius = 1, count = 3 }\npins = [[0, 0]]",
+            "repeat.0.pins: a repeat is a grid or a ring, not both",
+        ),
+        (
+            "count = [3, 3]\nstep = [[1, 0], [0, 1]]\nshrink = 1\nfixed = [[0, 2], [1, 2]]",
+            "repeat.0.fixed.1 = [1, 2]: allowed is the numbers, from 0, of a copy in a grid of",
+        ),
+        (
+            "count = [3]\nstep = [[1, 0]]\nfixed = [[0, 0]]",
+            "repeat.0.fixed.0 = [0, 0]: allowed is the numbers",
         ),
         (
             "count = [1]\nstep = [[1, 0]]\npin = [0, 0]",

@@ -3,6 +3,7 @@
 mod content;
 mod contradictions;
 mod errors;
+mod joints;
 mod mangled;
 mod models;
 mod warnings;

@@ -184,17 +184,20 @@ pub(super) mod tests {
                 Mix::Joints if draw < 0.2 => Law::Bounded {
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
+                    compliance: 0.0,
                 },
                 Mix::Joints if draw < 0.35 => {
                     let lower = random.between(-0.5, 0.1);
                     Law::Bounded {
                         lower,
                         upper: lower + random.between(-0.1, 1.0).max(0.0),
+                        compliance: (draw - 0.27).max(0.0),
                     }
                 }
                 Mix::Joints if draw < 0.4 => Law::Bounded {
                     lower: 0.0,
                     upper: f64::INFINITY,
+                    compliance: 0.0,
                 },
                 Mix::Compliant if draw < 0.5 => Law::Contact {
                     friction,
@@ -321,7 +324,11 @@ pub(super) mod tests {
             (0.25, 0.25, 0.25),
             (4.0, 9.0, 4.0),
         ] {
-            let law = Law::Bounded { lower, upper };
+            let law = Law::Bounded {
+                lower,
+                upper,
+                compliance: 0.0,
+            };
             let problem = dense(&[1.0, 0.0, 0.0, 1.0], &[Vec2::new(-3.0, 0.0)], &[law]);
             let (p, report) = solve(&problem, 1e-14);
             assert!(report.solved(), "{lower} {upper}");

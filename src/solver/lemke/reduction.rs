@@ -251,7 +251,7 @@ impl<'a> Rows<'a> {
 /// Bounds of a bounded row in scaled impulses; a bound that overflows is none.
 fn bounds(law: &Law, scale: f64) -> (f64, f64) {
     match law {
-        Law::Bounded { lower, upper } => (lower / scale, upper / scale),
+        Law::Bounded { lower, upper, .. } => (lower / scale, upper / scale),
         _ => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
@@ -279,7 +279,7 @@ fn clip(law: &Law, p: Vec2) -> Vec2 {
             Vec2::new(n, p.y.max(-friction * n).min(friction * n))
         }
         Law::Pin => p,
-        Law::Bounded { lower, upper } => Vec2::new(p.x.max(lower).min(upper), 0.0),
+        Law::Bounded { lower, upper, .. } => Vec2::new(p.x.max(lower).min(upper), 0.0),
     }
 }
 

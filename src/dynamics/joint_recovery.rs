@@ -1,0 +1,117 @@
+//! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
+
+use super::joint_rules::joint_impact_rule;
+use super::model::{Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
+use super::recovery::displacements;
+use super::solve::IslandSolver;
+use super::stage::{Stage, diagonal, movable};
+use crate::contact::{Law, NO_BODY, Vec2, Vec3};
+
+/// Newton steps at most; from a gap of half an arm three or four reach round-off.
+const STEPS: usize = 8;
+
+/// Gap \[m\] that is closed.
+const CLOSED: f64 = 1e-12;
+
+/// Largest turn of a body in one Newton step \[rad\].
+const TURN: f64 = 0.5;
+
+/// Closes the gaps of the joints that a step left loose, at its end, by Newton's method: of least
+/// kinetic norm are the displacements `d` with
+///
+/// ```text
+/// J d = −g   of these joints      J d = 0   of all others
+/// J d ≥ −g   of these limits      J d ≥ −max(g, 0)   of contacts and other limits   (1)
+/// ```
+///
+/// Velocities and kinetic energy stay as they are.
+///
+/// # Errors
+/// Those of the model.
+pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    stage: &Stage,
+    inverse_mass: &[Vec3],
+    solver: &mut IslandSolver,
+) -> Result<(), ModelError> {
+    let half = 0.5 * stage.length;
+    let rigid = |law: &NormalLaw| matches!(law, NormalLaw::Rigid { .. });
+    let contacts = stage.detection.contacts.iter();
+    let mut contacts: Vec<_> = contacts
+        .filter(|c| rigid(&c.law))
+        .map(|c| {
+            (
+                movable(&c.rows, inverse_mass),
+                c.gap + half * c.rows.velocity(&stage.end).x,
+            )
+        })
+        .filter(|(rows, _)| rows.bodies != [NO_BODY; 2])
+        .collect();
+    let mut found = Detection::default();
+    for _ in 0..STEPS {
+        found.clear();
+        model.detect_pairs(&[], stage.length, &mut found)?;
+        let loose = |k: usize| stage.loose.binary_search(&k).is_ok();
+        let joints = found.joints.iter().enumerate();
+        let worst = joints
+            .filter(|(k, _)| loose(*k))
+            .map(|(_, joint)| match joint.kind {
+                JointKind::Limit { gap } => (-gap).max(0.0),
+                _ => gap(joint).norm(),
+            })
+            .fold(0.0, f64::max);
+        if worst <= CLOSED {
+            break;
+        }
+        let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+        for (own, left) in &contacts {
+            rows.push(*own);
+            free.push(Vec2::new(left.max(0.0), 0.0));
+            laws.push(Law::Contact {
+                friction: 0.0,
+                compliance: 0.0,
+            });
+        }
+        for (k, joint) in found.joints.iter().enumerate() {
+            let own = movable(&joint.rows, inverse_mass);
+            let Some((_, law)) = joint_impact_rule(joint, true) else {
+                continue;
+            };
+            if own.bodies == [NO_BODY; 2] || diagonal(joint, inverse_mass) <= 0.0 {
+                continue;
+            }
+            rows.push(own);
+            free.push(match joint.kind {
+                JointKind::Limit { gap } if loose(k) => Vec2::new(gap, 0.0),
+                JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
+                _ if loose(k) => gap(joint),
+                _ => Vec2::zeros(),
+            });
+            laws.push(law);
+        }
+        let moves = displacements(&rows, &free, &laws, inverse_mass, solver);
+        let turn = moves.iter().map(|(_, d)| d.z.abs()).fold(0.0, f64::max);
+        let share = (TURN / turn).min(1.0);
+        let mut all = vec![Vec3::zeros(); inverse_mass.len()];
+        for &(body, d) in &moves {
+            model.shift(body as usize, &(d * share), 1.0);
+            all[body as usize] = d * share;
+        }
+        for (own, left) in &mut contacts {
+            *left += own.velocity(&all).x;
+        }
+        if moves.is_empty() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The gap of a pin or locked axis.
+fn gap(joint: &JointRow) -> Vec2 {
+    match joint.kind {
+        JointKind::Pin { gap } => gap,
+        JointKind::Lock { gap } => Vec2::new(gap, 0.0),
+        _ => Vec2::zeros(),
+    }
+}

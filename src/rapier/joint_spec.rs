@@ -1,0 +1,168 @@
+//! Joints of a [`Simulation`], described in `f64`.
+
+use super::engine::prelude::*;
+use super::simulation::{BodyId, Simulation, vector};
+use crate::contact::Vec2;
+use crate::dynamics::ModelError;
+
+/// What a joint leaves free; axes are those of [`JointSpec::angles`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointShape {
+    /// Turns about a point.
+    Revolute,
+    /// Slides along the axis, without turning.
+    Prismatic,
+    /// Nothing.
+    Fixed,
+    /// Slides along the axis and turns.
+    PinSlot,
+    /// Two points are at most `length` \[m\] apart.
+    Rope { length: f64 },
+    /// A spring of rest length \[m\], stiffness [N/m] and damping [N s/m] between two points.
+    Spring {
+        length: f64,
+        stiffness: f64,
+        damping: f64,
+    },
+}
+
+/// What drives a joint along its free coordinate: the angle \[rad\] of a revolute joint, the way
+/// \[m\] along the axis of a prismatic or pin-slot one, of the second body relative to the first.
+/// Forces are N m and N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointDrive {
+    /// Holds `speed` with at most `max_force`.
+    Motor { speed: f64, max_force: f64 },
+    /// Pulls to `target` with `stiffness` and `damping`, by at most `max_force`.
+    Spring {
+        target: f64,
+        stiffness: f64,
+        damping: f64,
+        max_force: f64,
+    },
+}
+
+/// A joint between two bodies; `None` is the fixed world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointSpec {
+    pub shape: JointShape,
+    pub bodies: [Option<BodyId>; 2],
+    /// In each body's frame \[m\].
+    pub anchors: [Vec2; 2],
+    /// Of the joint's axis in each body's frame \[rad\].
+    pub angles: [f64; 2],
+    /// Least and largest value of the free coordinate, of a spring its length.
+    pub limits: Option<[f64; 2]>,
+    pub drive: Option<JointDrive>,
+    /// Whether the two bodies touch.
+    pub contacts: bool,
+}
+
+impl JointSpec {
+    /// A pin without limits or drive; its bodies do not touch.
+    pub fn revolute(bodies: [Option<BodyId>; 2], anchors: [Vec2; 2]) -> Self {
+        JointSpec {
+            shape: JointShape::Revolute,
+            bodies,
+            anchors,
+            angles: [0.0; 2],
+            limits: None,
+            drive: None,
+            contacts: false,
+        }
+    }
+}
+
+/// Gain per mass [1/s] of a motor that holds its speed, to 1e-10 of what a load would change it by.
+const EXACT: f64 = 1e12;
+
+impl Simulation {
+    /// Ties two bodies. The joint is an ordinary one of the world, for rapier's solver as well.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] if a body is unknown.
+    pub fn add_joint(&mut self, spec: &JointSpec) -> Result<ImpulseJointHandle, ModelError> {
+        let mut handles = [RigidBodyHandle::invalid(); 2];
+        for (handle, body) in handles.iter_mut().zip(spec.bodies) {
+            *handle = match body {
+                Some(body) if self.world.bodies.contains(body.0) => body.0,
+                Some(_) => {
+                    return Err(ModelError::Invalid("the body is not in the world".into()));
+                }
+                None => self.ground(),
+            };
+        }
+        Ok(self
+            .world
+            .impulse_joints
+            .insert(handles[0], handles[1], generic(spec), true))
+    }
+}
+
+fn generic(spec: &JointSpec) -> GenericJoint {
+    let locked = match spec.shape {
+        JointShape::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
+        JointShape::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
+        JointShape::Fixed => JointAxesMask::LOCKED_FIXED_AXES,
+        JointShape::PinSlot => JointAxesMask::LOCKED_PIN_SLOT_AXES,
+        JointShape::Rope { .. } | JointShape::Spring { .. } => JointAxesMask::empty(),
+    };
+    let mut joint = GenericJoint::new(locked);
+    let frame = |side: usize| {
+        Pose::from_parts(
+            vector(spec.anchors[side]),
+            Rotation::new(spec.angles[side] as Real),
+        )
+    };
+    joint.set_local_frame1(frame(0));
+    joint.set_local_frame2(frame(1));
+    joint.set_contacts_enabled(spec.contacts);
+    let axis = match spec.shape {
+        JointShape::Revolute => JointAxis::AngX,
+        _ => JointAxis::LinX,
+    };
+    if let JointShape::Rope { .. } | JointShape::Spring { .. } = spec.shape {
+        joint.coupled_axes = JointAxesMask::LIN_AXES;
+    }
+    if let Some(limits) = spec.limits {
+        joint.set_limits(axis, limits.map(|x| x as Real));
+    }
+    let mut bound = None;
+    match spec.drive {
+        None => {}
+        Some(JointDrive::Motor { speed, max_force }) => {
+            joint.set_motor_velocity(axis, speed as Real, EXACT as Real);
+            bound = Some(max_force);
+        }
+        Some(JointDrive::Spring {
+            target,
+            stiffness,
+            damping,
+            max_force,
+        }) => {
+            spring(&mut joint, axis, [target, stiffness, damping]);
+            bound = Some(max_force);
+        }
+    }
+    match spec.shape {
+        JointShape::Rope { length } => {
+            joint.set_limits(axis, [0.0, length as Real]);
+        }
+        JointShape::Spring {
+            length,
+            stiffness,
+            damping,
+        } => spring(&mut joint, axis, [length, stiffness, damping]),
+        _ => {}
+    }
+    if let Some(bound) = bound {
+        joint.set_motor_max_force(axis, bound.min(f64::from(Real::MAX)) as Real);
+    }
+    joint
+}
+
+fn spring(joint: &mut GenericJoint, axis: JointAxis, numbers: [f64; 3]) {
+    let [target, stiffness, damping] = numbers.map(|x| x as Real);
+    joint.set_motor_model(axis, MotorModel::ForceBased);
+    joint.set_motor_position(axis, target, stiffness, damping);
+}

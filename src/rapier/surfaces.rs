@@ -1,0 +1,62 @@
+//! Belts and one-way surfaces through rapier's hooks, for its own solver and for ours.
+
+use super::engine::prelude::*;
+use crate::contact::Vec2;
+use rustc_hash::FxHashMap;
+
+/// How far from its direction \[rad\] a one-way surface still pushes: rapier's example has 0.1.
+const ONE_WAY_ANGLE: Real = 0.1;
+
+/// What is to be changed at the contacts of some colliders.
+#[derive(Default)]
+pub(super) struct SurfaceHooks {
+    /// \[m/s\], positive counter-clockwise round the collider.
+    pub speeds: FxHashMap<ColliderHandle, f64>,
+    /// In the collider's frame.
+    pub one_way: FxHashMap<ColliderHandle, Vec2>,
+    /// Whether belts go through the hook: ours know them from [`super::SurfaceLaw`].
+    pub belts: bool,
+}
+
+impl SurfaceHooks {
+    pub fn forget(&mut self, collider: ColliderHandle) {
+        self.speeds.remove(&collider);
+        self.one_way.remove(&collider);
+    }
+
+    /// Direction in which the surface of `of` may push, in the frame of `seen_from`.
+    fn allowed(
+        &self,
+        context: &ContactModificationContext<'_>,
+        of: ColliderHandle,
+        seen_from: ColliderHandle,
+    ) -> Option<Vector> {
+        let direction = self.one_way.get(&of)?;
+        let turn = |handle: ColliderHandle| context.colliders[handle].position().rotation;
+        let world = turn(of) * Vector::new(direction.x as Real, direction.y as Real);
+        Some(turn(seen_from).inverse() * world)
+    }
+}
+
+impl PhysicsHooks for SurfaceHooks {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
+        let (c1, c2) = (context.collider1, context.collider2);
+        // the contact's normal points out of collider 1
+        let one = self.allowed(context, c1, c1);
+        let other = self.allowed(context, c2, c1).map(|direction| -direction);
+        for direction in [one, other].into_iter().flatten() {
+            context.update_as_oneway_platform(direction, ONE_WAY_ANGLE);
+        }
+        let speed = |handle| self.speeds.get(&handle).copied().unwrap_or(0.0);
+        let belt = (speed(c1) + speed(c2)) as Real;
+        if self.belts
+            && belt != 0.0
+            && let Some(rigid) = context.rigid_mut()
+        {
+            let normal = *rigid.normal;
+            for contact in rigid.solver_contacts.iter_mut() {
+                contact.tangent_velocity += Vector::new(-normal.y, normal.x) * belt;
+            }
+        }
+    }
+}
