@@ -44,9 +44,17 @@
 //! # Joints
 //! | rapier2d | here | tests |
 //! |---|---|---|
-//! | revolute | rigid, of second order in `dt` | `rapier_seam::a_pendulum_stays_on_its_pin` |
-//! | velocity motor of a revolute joint | an exact speed within the torque given | `rapier_seam::a_motor_holds_its_speed_and_keeps_within_its_torque` |
-//! | prismatic, fixed, rope, spring, pin-slot; limits, position motors | refused by name | `rapier_seam::unsupported_joints_are_refused_by_name` |
+//! | revolute | rigid, of second order in `dt` | `joints::pins_of_a_double_pendulum_hold_at_order_two` `joints::pins_at_rest_hold_to_a_nanometre` `joints::pins_of_a_double_pendulum_do_not_drift_in_a_minute` |
+//! | prismatic | as rapier, rigid | `joints::a_slider_on_an_incline_stands_on_its_limit_or_its_motor` |
+//! | fixed | as rapier, rigid | `joints::a_fixed_joint_carries_force_and_moment` |
+//! | rope | rigid where taut | `joints::a_rope_carries_the_weight_when_taut_and_nothing_when_slack` |
+//! | spring | implicit, of second order, stable at any stiffness | `joints::a_spring_at_rest_is_stretched_by_the_weight` `joints::springs_and_dampers_converge_at_order_two_and_gain_nothing` |
+//! | pin-slot | as rapier, rigid | `joints::a_pin_in_a_slot_carries_across_it_only` |
+//! | limits | rigid; an overrun is closed by position | `joints::limits_of_a_pin_carry_a_lever_on_both_sides` `joints::a_lever_lands_on_its_limit_and_rests` `joints::a_limit_passed_at_the_start_is_closed_without_energy` |
+//! | motors, by velocity or position, with a largest force | the spring and damper that rapier documents; without gains the speed is held | `joints::a_motor_holds_a_lever_and_gives_way_beyond_its_torque` `joints::a_position_motor_takes_the_shorter_way` `joints::a_motor_without_gain_holds_its_speed_as_in_rapier` |
+//! | softness of a joint | makes springs of its locked axes | `joints::a_softness_of_its_own_makes_springs_of_locked_axes` |
+//! | generic joints | any mix of locked, limited and driven axes; couplings other than a distance are refused | `joints::what_is_no_joint_is_refused_by_number_and_name` |
+//! | impulses of a joint | in the record, part by part; rapier's `ImpulseJoint::impulses` is not written | `joints::a_motor_holds_a_lever_and_gives_way_beyond_its_torque` `joints::a_fixed_joint_carries_force_and_moment` |
 //! | `contacts_enabled` of a joint | as rapier | `rapier_seam::jointed_bodies_touch_only_if_the_joint_lets_them` |
 //! | multibody joints | refused: use impulse joints, which hold as rigidly here | `rapier_seam::unsupported_joints_are_refused_by_name` |
 //!

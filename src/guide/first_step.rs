@@ -75,7 +75,8 @@
 //! ```
 //!
 //! [`MoreauPipeline::results`] gives the contacts of a step by rapier's handles, and sums over a body
-//! or a pair. All fields: [`StepRecord`](crate::dynamics::record::StepRecord) and
+//! or a pair; [`StepRecord::joint_force`](crate::dynamics::record::StepRecord::joint_force) what a
+//! joint carried. All fields: [`StepRecord`](crate::dynamics::record::StepRecord) and
 //! [`ContactRecord`](crate::dynamics::record::ContactRecord).
 //!
 //! # What "certified" means

@@ -24,8 +24,8 @@ impl MoreauPipeline {
     /// switch off without a word; nothing has changed then.
     ///
     /// ```
+    /// use moreau2d::rapier::engine::prelude::*;
     /// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
-    /// use rapier2d::prelude::*;
     ///
     /// let mut world = PhysicsWorld::new();
     /// let (_, floor) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(10.0, 0.5));
