@@ -92,8 +92,8 @@
 //!
 //! # Where it differs from rapier, and why
 //! rapier's contacts are damped springs, solved in a fixed number of sweeps: stacks sink, and how much
-//! depends on mass ratios, height and settings. Here a contact is rigid and the sum of sweeps is what
-//! certification takes.
+//! depends on mass ratios, height and settings. Here a contact is rigid, and solving ends once the
+//! impulses are certified.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -131,7 +131,7 @@
 //! ```
 //!
 //! What to expect:
-//! - **Stacks, arches, wedges** stand where they were built, whatever the mass ratio.
+//! - **Stacks, arches, wedges** stand where they were built, at mass ratios to 1e6.
 //! - **Friction** is Coulomb's cone exactly: a box on a slope of less than its friction angle does not
 //!   creep, `slip` is exactly 0.
 //! - **Restitution** is Newton's law per contact, capped per island where several impacts together
@@ -148,8 +148,7 @@
 //! The step length is the world's `integration_parameters.dt`, [`MoreauSettings::dt`] where that must
 //! be exact in `f64` (of 1/60 as `f32` seven digits are taken), or the argument of
 //! [`MoreauPipeline::step_by`]. rapier's substeps, softness and iterations do nothing here. What there
-//! is to set is
-//! [`StepperSettings`](crate::dynamics::StepperSettings):
+//! is to set is [`StepperSettings`](crate::dynamics::StepperSettings):
 //!
 //! ```
 //! use moreau2d::dynamics::{Scheme, StepperSettings};
