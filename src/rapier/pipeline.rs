@@ -126,6 +126,7 @@ impl MoreauPipeline {
             gravity: gravity(&self.settings, world),
             world,
             hooks,
+            sleeps: !self.settings.stay_awake,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             dt,
@@ -190,6 +191,7 @@ impl MoreauPipeline {
                 gravity: gravity(&self.settings, world),
                 world,
                 hooks,
+                sleeps: !self.settings.stay_awake,
                 bodies: &mut self.bodies,
                 detector: &mut self.detector,
                 dt,
@@ -351,6 +353,8 @@ impl MoreauPipeline {
 /// A rapier world as a multibody model, for the time of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
+    /// Whether bodies may fall asleep.
+    sleeps: bool,
     hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
@@ -377,6 +381,9 @@ impl RapierModel<'_> {
 impl RapierModel<'_> {
     /// Whether a sleeping body is pressed on: the step is begun again then with it awake.
     fn feel(&mut self, found: &Detection) -> Result<(), ModelError> {
+        if !self.sleeps && self.bodies.sleepers.is_empty() {
+            return Ok(());
+        }
         let mut free = Vec::new();
         if !self.bodies.sleepers.is_empty() {
             free.resize(self.bodies.list.len(), Vec3::zeros());
