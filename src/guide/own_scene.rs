@@ -2,13 +2,14 @@
 //!
 //! A drum with teeth turns above a concave and drags grains through the gap; a belt feeds it; the
 //! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
-//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine, with
-//! its crop, its calibration and its life, is the scene `thresher` and [`crate::scene::threshing`].
+//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
+//! with its crop, its calibration and its life, is the scene `thresher` and
+//! [`crate::scene::threshing`].
 //!
 //! # 1. A drum with teeth
-//! An oriented polyline is one-sided: the solid lies on the left of its direction. Counter-clockwise
-//! and closed it is a solid outline, concave corners included. Each of its segments is numbered, which
-//! will be the cells that wear.
+//! An oriented polyline is one-sided: the solid lies on the left of its direction.
+//! Counter-clockwise and closed it is a solid outline, concave corners included. Each of its
+//! segments is numbered, which will be the cells that wear.
 //!
 //! ```
 //! use moreau2d::rapier::engine::prelude::*;
@@ -33,8 +34,8 @@
 //! ```
 //!
 //! # 2. A concave
-//! The same kind of collider, open and run through clockwise: the steel now lies outside, and grains
-//! lie in the hollow.
+//! The same kind of collider, open and run through clockwise: the steel now lies outside, and
+//! grains lie in the hollow.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -61,8 +62,8 @@
 //! ```
 //!
 //! # 3. Crop
-//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them and
-//! what gravity gave them is the change of their momentum.
+//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them
+//! and what gravity gave them is the change of their momentum.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -90,8 +91,9 @@
 //! ```
 //!
 //! # 4. The drum turns
-//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the moments
-//! of its contacts, and the work that makes is what the grains took and what was lost between them.
+//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the
+//! moments of its contacts, and the work that makes is what the grains took and what was lost
+//! between them.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -136,9 +138,9 @@
 //! ```
 //!
 //! # 5. A motor instead
-//! A drum that is driven with a limited torque is a dynamic body on a revolute joint with a velocity
-//! motor. A polyline has no area, so mass and inertia are given. What every part of a joint carries is
-//! in the record.
+//! A drum that is driven with a limited torque is a dynamic body on a revolute joint with a
+//! velocity motor. A polyline has no area, so mass and inertia are given. What every part of a
+//! joint carries is in the record.
 //!
 //! ```
 //! use moreau2d::dynamics::{JointCoordinate, JointPart};
@@ -173,8 +175,9 @@
 //! ```
 //!
 //! # 6. A belt
-//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of a
-//! belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative one.
+//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of
+//! a belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative
+//! one.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -196,9 +199,9 @@
 //! ```
 //!
 //! # 7. A surface that gives way
-//! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a contact
-//! point (per metre of segment length with `one_point_per_segment`). It is implicit, so any stiffness
-//! is stable.
+//! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a
+//! contact point (per metre of segment length with `one_point_per_segment`). It is implicit, so any
+//! stiffness is stable.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -219,10 +222,10 @@
 //! ```
 //!
 //! # 8. Load and slip of every cell
-//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order of
-//! its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times the slip
-//! velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a cell that sticks
-//! stays at 0.
+//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order
+//! of its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times
+//! the slip velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a
+//! cell that sticks stays at 0.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -269,15 +272,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its normals,
-//! re-meshed, with a cycle jump that bounds its own error. The new outline goes into the world as a new
-//! shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and meets the worn surface where
-//! it is.
+//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its
+//! normals, re-meshed, with a cycle jump that estimates its own error. The new outline goes into
+//! the world as a new shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and
+//! meets the worn surface where it is.
 //!
 //! # 9. The same as a scene file
-//! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml` holds
-//! it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points are
-//! written out; here they are printed into the text.
+//! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml`
+//! holds it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points
+//! are written out; here they are printed into the text.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
