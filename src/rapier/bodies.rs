@@ -568,7 +568,7 @@ pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
 }
 
 /// What a user can set to something that is no number.
-fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
     let (v, f) = (body.linvel(), body.user_force());
     let fields = [
         ("position [m]", body.position().translation.x),

@@ -140,7 +140,8 @@ fn mass(collider: &Collider) -> (Real, Real, Vector) {
     }
 }
 
-fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
+/// Refuses a collider that cannot be worked with, by name.
+pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
     let id = handle.into_raw_parts();
     let at = place(collider);
     if !finite(&at) {
