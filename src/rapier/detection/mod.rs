@@ -23,6 +23,7 @@ mod tree;
 use super::bodies::Bodies;
 use super::engine::prelude::*;
 use super::joints::OUTSIDE;
+use crate::contact::Vec3;
 use crate::dynamics::{Detection, ModelError};
 use colliders::Colliders;
 pub(super) use hooks::Hooks;
@@ -75,8 +76,8 @@ pub(super) struct Detector {
     numbering: Option<u64>,
     /// Of the last full pass.
     span: Span,
-    /// Of each body, a bound of the speed of any of its points \[m/s\].
-    speeds: Vec<f64>,
+    /// Of each body, in this step.
+    present: Vec<Present>,
 }
 
 impl Detector {
@@ -115,11 +116,10 @@ impl Detector {
         let world = hooks.world;
         self.take_over(world, bodies)?;
         self.leaves.follow(bodies);
-        self.speeds.clear();
-        let bodies_all = 0..bodies.list.len();
-        self.speeds
-            .extend(bodies_all.map(|k| speed_bound(bodies, k as u32)));
-        self.span = Span::new(&self.speeds, acceleration, dt);
+        self.present.clear();
+        let all = 0..bodies.list.len() as u32;
+        self.present.extend(all.map(|k| Present::of(bodies, k)));
+        self.span = Span::new(&self.present, acceleration, dt);
         match self.drive {
             DetectionDrive::Tree => self.find_near(bodies),
             DetectionDrive::Exhaustive => self.try_all(),
@@ -131,7 +131,7 @@ impl Detector {
             leaves: &self.leaves,
             apart: &self.apart,
             hooks,
-            speeds: &self.speeds,
+            present: &self.present,
             span: self.span,
         };
         let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
@@ -152,7 +152,7 @@ impl Detector {
         for &slot in pairs.iter().flatten() {
             let body = self.colliders.body(slot, bodies);
             if body != OUTSIDE {
-                self.speeds[body as usize] = speed_bound(bodies, body);
+                self.present[body as usize] = Present::of(bodies, body);
             }
         }
         let finder = Finder {
@@ -161,7 +161,7 @@ impl Detector {
             leaves: &self.leaves,
             apart: &self.apart,
             hooks,
-            speeds: &self.speeds,
+            present: &self.present,
             span: Span { dt, ..self.span },
         };
         self.pairs.some(&finder, pairs, out);
@@ -179,7 +179,7 @@ impl Detector {
             leaves: &self.leaves,
             apart: &self.apart,
             hooks,
-            speeds: &self.speeds,
+            present: &self.present,
             span: self.span,
         };
         self.pairs.crossings(&finder)
@@ -224,7 +224,7 @@ impl Detector {
         let (span, leaves) = (self.span, &self.leaves);
         for (k, leaf) in leaves.list.iter().enumerate() {
             let Some(leaf) = leaf else { continue };
-            let growth = span.growth(speed(&self.speeds, leaf.body), leaf.size);
+            let growth = span.growth(present(&self.present, leaf.body).speed, leaf.size);
             self.pairs.set_growth(k, growth);
             let way = leaves.way[k];
             if self.tree.holds(k, way, growth) {
@@ -251,8 +251,8 @@ struct Span {
 }
 
 impl Span {
-    fn new(speeds: &[f64], acceleration: f64, dt: f64) -> Span {
-        let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    fn new(present: &[Present], acceleration: f64, dt: f64) -> Span {
+        let fastest = present.iter().map(|b| b.speed).fold(0.0, f64::max);
         let drop = acceleration * dt * dt;
         Span {
             dt,
@@ -284,15 +284,44 @@ impl Span {
     }
 }
 
-fn speed(speeds: &[f64], body: u32) -> f64 {
-    match body {
-        OUTSIDE => 0.0,
-        body => speeds[body as usize],
+/// What a look at a pair asks of a body, close together in memory.
+#[derive(Debug, Clone, Copy)]
+struct Present {
+    /// Bound of the speed of any of its points \[m/s\].
+    speed: f64,
+    kind: RigidBodyType,
+    asleep: bool,
+    /// Nothing can push it.
+    firm: bool,
+    /// Nothing about it can change in this step.
+    still: bool,
+}
+
+/// The world outside of all bodies.
+const OUTER: Present = Present {
+    speed: 0.0,
+    kind: RigidBodyType::Fixed,
+    asleep: false,
+    firm: true,
+    still: true,
+};
+
+impl Present {
+    fn of(bodies: &Bodies, k: u32) -> Present {
+        let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
+        Present {
+            speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            kind: shadow.kind,
+            asleep: shadow.group != 0,
+            firm: bodies.inverse_mass[k as usize] == Vec3::zeros(),
+            still: bodies.still(k),
+        }
     }
 }
 
-/// Bound of the speed of any point of a body \[m/s\].
-fn speed_bound(bodies: &Bodies, k: u32) -> f64 {
-    let u = &bodies.velocities[k as usize];
-    u.xy().norm() + u.z.abs() * bodies.list[k as usize].radius
+fn present(list: &[Present], body: u32) -> Present {
+    match body {
+        OUTSIDE => OUTER,
+        body => list[body as usize],
+    }
 }

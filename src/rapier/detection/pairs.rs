@@ -13,8 +13,7 @@ use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::tree::Tree;
-use super::{Span, shapes, speed};
-use crate::contact::Vec3;
+use super::{Present, Span, present, shapes};
 use crate::dynamics::Detection;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -145,9 +144,6 @@ impl Pairs {
         scratch.told.clear();
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
-            if finder.asleep([a, b]) {
-                return true;
-            }
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
             if let Some(tree) = tree {
                 if way + growth[a as usize] + growth[b as usize] < row.budget {
@@ -158,6 +154,9 @@ impl Pairs {
                     scratch.marks.remove(&name(row.leaves));
                     return false;
                 }
+            }
+            if finder.asleep([a, b]) {
+                return true;
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
                 row.budget = way + bound;
@@ -226,7 +225,7 @@ pub(super) struct Finder<'a> {
     pub leaves: &'a Leaves,
     pub apart: &'a Apart,
     pub hooks: Hooks<'a>,
-    pub speeds: &'a [f64],
+    pub present: &'a [Present],
     pub span: Span,
 }
 
@@ -255,7 +254,7 @@ impl Finder<'_> {
         if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
             return None;
         }
-        let speeds = sides.map(|leaf| speed(self.speeds, leaf.body));
+        let speeds = sides.map(|leaf| self.present(leaf).speed);
         let reach = self.span.reach(speeds, known.map(|k| k.size));
         let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
         found.clear();
@@ -304,17 +303,18 @@ impl Finder<'_> {
         Some(f64::NEG_INFINITY)
     }
 
-    /// Whether nothing can happen between two leaves, as one sleeps and the other does not move.
+    fn present(&self, leaf: &Leaf) -> Present {
+        present(self.present, leaf.body)
+    }
+
+    /// Whether neither side can change and one sleeps: its contacts are kept for it.
     fn asleep(&self, leaves: [u32; 2]) -> bool {
-        let sides = leaves.map(|leaf| self.leaves.get(leaf).body);
-        self.bodies.sleeps(sides) && sides.iter().all(|b| self.bodies.still(*b))
+        let sides = leaves.map(|leaf| self.present(self.leaves.get(leaf)));
+        sides.iter().any(|b| b.asleep) && sides.iter().all(|b| b.still)
     }
 
     fn kinds(&self, sides: [&Leaf; 2]) -> [RigidBodyType; 2] {
-        sides.map(|leaf| match leaf.body {
-            OUTSIDE => RigidBodyType::Fixed,
-            body => self.bodies.list[body as usize].kind,
-        })
+        sides.map(|leaf| self.present(leaf).kind)
     }
 
     /// Whether two colliders may touch at all: rapier's questions in rapier's order.
@@ -329,10 +329,8 @@ impl Finder<'_> {
     fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         // who sleeps can be woken
         let still = |leaf: &Leaf| {
-            leaf.body == OUTSIDE || {
-                let asleep = self.bodies.list[leaf.body as usize].group != 0;
-                !asleep && self.bodies.inverse_mass[leaf.body as usize] == Vec3::zeros()
-            }
+            let body = self.present(leaf);
+            body.firm && !body.asleep
         };
         !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
