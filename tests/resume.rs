@@ -288,3 +288,46 @@ fn states_that_do_not_fit_are_refused() {
     let error = MoreauPipeline::resume(&state, &mut world).err().unwrap();
     assert!(error.to_string().contains("not in the world"), "{error}");
 }
+
+struct OneWay;
+
+impl PhysicsHooks for OneWay {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        context.update_as_oneway_platform(Vector::Y, 0.1);
+    }
+}
+
+/// Half way through a platform it depends on where it came from whether it is let pass.
+#[test]
+fn who_is_half_way_through_a_one_way_platform_goes_on() {
+    let mut world = PhysicsWorld::new();
+    let platform =
+        ColliderBuilder::cuboid(5.0, 0.1).active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
+    world.insert(RigidBodyBuilder::fixed(), platform);
+    let rising = at(0.0, -1.5).linvel(Vector::new(0.0, 8.0));
+    world.insert(rising, ColliderBuilder::cuboid(0.5, 0.5));
+    let mut p = pipeline(false);
+    let height = |p: &MoreauPipeline| p.pose(p.body(1).unwrap()).unwrap().translation.y;
+    for _ in 0..60 {
+        p.step_with_events(&mut world, &OneWay, &()).unwrap();
+        if height(&p) > 0.2 {
+            break;
+        }
+    }
+    assert!(height(&p) < 0.5);
+    let text = serde_json::to_string(&p.state()).unwrap();
+    assert!(!text.contains("\"marks\":[]"), "{text}");
+    let mut other = copy(&world);
+    let state: PipelineState = serde_json::from_str(&text).unwrap();
+    let mut resumed = MoreauPipeline::resume(&state, &mut other).unwrap();
+    assert_eq!(serde_json::to_string(&resumed.state()).unwrap(), text);
+    let mut top: f64 = 0.0;
+    for step in 0..120 {
+        let one = p.step_with_events(&mut world, &OneWay, &()).unwrap();
+        let two = resumed.step_with_events(&mut other, &OneWay, &()).unwrap();
+        let (one, two) = (bits(&p, &world, one), bits(&resumed, &other, two));
+        assert!(one == two, "step {step}");
+        top = top.max(height(&p));
+    }
+    assert!(top > 1.0 && (height(&p) - 0.6).abs() < 1e-4, "{top}");
+}

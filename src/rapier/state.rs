@@ -46,6 +46,9 @@ pub struct PipelineState {
     sleepers: Sleepers,
     /// Pairs of colliders that events have told of.
     told: [Vec<[Handle; 2]>; 3],
+    /// What the user's hook wrote on pairs of parts of colliders.
+    #[serde(default)]
+    marks: Vec<([u32; 4], u32)>,
 }
 
 /// Index and generation.
@@ -121,6 +124,7 @@ impl MoreauPipeline {
                 let raw = |pair: [ColliderHandle; 2]| pair.map(|h| h.into_raw_parts());
                 pairs.into_iter().map(raw).collect()
             }),
+            marks: self.detector.marks(),
         }
     }
 
@@ -152,6 +156,7 @@ impl MoreauPipeline {
                 |pair: [Handle; 2]| pair.map(|(i, g)| ColliderHandle::from_raw_parts(i, g));
             pairs.into_iter().map(handles).collect()
         }));
+        pipeline.detector.restore_marks(&state.marks);
         let bodies = &mut pipeline.bodies;
         for (handle, exact) in &state.exact {
             bodies.restore_exact(RigidBodyHandle::from_raw_parts(handle.0, handle.1), *exact);

@@ -1,7 +1,8 @@
 //! The user's hooks: rapier's `PhysicsHooks`, asked about our contacts.
 //!
 //! A hook sees the world at the poses of the start of the step, the contacts at the middle of it,
-//! where they are solved. Where impacts are located in time it is asked again for each.
+//! where they are solved. Where impacts are located in time it is asked again for each. What it
+//! writes on a pair is kept while the pair has contacts, and shown to it once more without any.
 
 use super::super::engine::geometry::{
     ContactManifold, ContactManifoldData, SolverContact, SolverContacts, SolverFlags,

@@ -185,6 +185,15 @@ impl Detector {
         self.pairs.crossings(&finder)
     }
 
+    /// See [`Pairs::marks`].
+    pub fn marks(&self) -> Vec<([u32; 4], u32)> {
+        self.pairs.marks()
+    }
+
+    pub fn restore_marks(&mut self, marks: &[([u32; 4], u32)]) {
+        self.pairs.restore_marks(marks);
+    }
+
     /// Contacts that are not solved but that a handler wants to hear of, with their gap \[m\].
     pub fn told(&self) -> &[Told] {
         self.pairs.told()

@@ -51,8 +51,31 @@ pub(in crate::rapier) struct Told {
 struct Scratch {
     told: Vec<Told>,
     touches: Vec<Touch>,
-    /// What the user's hook wrote on pairs.
-    marks: FxHashMap<u64, u32>,
+    marks: Marks,
+}
+
+/// What the user's hook wrote on pairs of parts, by [`Row::order`]. It lasts while they have
+/// contacts, and is shown once more when they have none: not for as long as boxes overlap, which
+/// depends on what was looked at before.
+#[derive(Default)]
+struct Marks {
+    now: FxHashMap<[u32; 4], u32>,
+    /// Those of the last pass, in a pass over all pairs.
+    past: FxHashMap<[u32; 4], u32>,
+}
+
+impl Marks {
+    fn get(&self, order: &[u32; 4]) -> u32 {
+        let known = self.past.get(order).or_else(|| self.now.get(order));
+        known.copied().unwrap_or(0)
+    }
+
+    fn set(&mut self, order: [u32; 4], mark: u32) {
+        match mark {
+            0 => self.now.remove(&order),
+            mark => self.now.insert(order, mark),
+        };
+    }
 }
 
 fn name([a, b]: [u32; 2]) -> u64 {
@@ -100,12 +123,12 @@ impl Pairs {
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let (known, marks) = (&mut self.known, &mut self.scratch.marks);
+        let (known, marks) = (&mut self.known, &mut self.scratch.marks.now);
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
                 known.remove(&name(row.leaves));
-                marks.remove(&name(row.leaves));
+                marks.remove(&row.order);
             }
             stays
         });
@@ -142,8 +165,15 @@ impl Pairs {
         let (known, growth, scratch) = (&mut self.known, &self.growth, &mut self.scratch);
         let mut from = Group::default();
         scratch.told.clear();
+        scratch.marks.past = std::mem::take(&mut scratch.marks.now);
+        let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
+            if any_asleep && finder.asleep([a, b]) {
+                let mark = scratch.marks.get(&row.order);
+                scratch.marks.set(row.order, mark);
+                return true;
+            }
             let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
             if let Some(tree) = tree {
                 if way + growth[a as usize] + growth[b as usize] < row.budget {
@@ -151,18 +181,28 @@ impl Pairs {
                 }
                 if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
                     known.remove(&name(row.leaves));
-                    scratch.marks.remove(&name(row.leaves));
                     return false;
                 }
-            }
-            if finder.asleep([a, b]) {
-                return true;
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
                 row.budget = way + bound;
             }
             true
         });
+        scratch.marks.past.clear();
+    }
+
+    /// What the user's hook wrote on pairs of parts: indices of colliders, numbers of parts, mark;
+    /// sorted.
+    pub fn marks(&self) -> Vec<([u32; 4], u32)> {
+        let marks = self.scratch.marks.now.iter();
+        let mut marks: Vec<_> = marks.map(|(order, mark)| (*order, *mark)).collect();
+        marks.sort_unstable();
+        marks
+    }
+
+    pub fn restore_marks(&mut self, marks: &[([u32; 4], u32)]) {
+        self.scratch.marks.now = marks.iter().copied().collect();
     }
 
     /// Contacts of some pairs of colliders, sorted as those of [`Pairs::all`].
@@ -277,11 +317,16 @@ impl Finder<'_> {
             }
             let asked = known[0].hooks() | known[1].hooks();
             if asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS) {
+                let mut mark = scratch.marks.get(&row.order);
+                let none = found.is_empty();
+                if none && mark == 0 {
+                    return Some(bound);
+                }
                 let mut setting = self.setting(sides, known);
-                let mark = scratch.marks.entry(name(row.leaves)).or_insert(0);
                 let subs = sides.map(|leaf| leaf.sub);
                 let hooks = self.hooks;
-                let left = hooks.modify(known, poses, subs, found, &mut setting, mark);
+                let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
+                scratch.marks.set(row.order, if none { 0 } else { mark });
                 for (touch, speed) in left {
                     found.clear();
                     found.push(touch);
