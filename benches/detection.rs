@@ -154,6 +154,7 @@ fn main() {
         let pipeline = |detection| {
             MoreauPipeline::new(MoreauSettings {
                 detection,
+                stay_awake: true,
                 ..MoreauSettings::default()
             })
             .expect("settings")

@@ -213,7 +213,9 @@ fn pictures_that_show_nothing_are_not_written() {
 
 /// In f32 the energy of this disc is infinite. The engine that fails is in the table, without a
 /// time, and the comparison goes on.
+/// The numbers are too large for single precision only.
 #[test]
+#[cfg(not(feature = "f64"))]
 fn an_engine_that_fails_is_a_row_of_nan() {
     let scene = "[scene]\nname = \"overflow\"\ntitle = \"t\"\n[step]\ndt = 1e-7\ntime = 4e-7\n\
                  [[body]]\nname = \"disc\"\ndisc = 1e6\ndensity = 1e9\nspin = 1e6\n";

@@ -1,6 +1,7 @@
 //! rapier's own queries between our steps: behind until they are refreshed, right afterwards, and
 //! nothing else changed.
 
+use moreau2d::rapier::engine::control::KinematicCharacterController;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 use std::collections::BTreeSet;
@@ -81,7 +82,7 @@ fn queries_are_behind_until_they_are_refreshed() {
         if step % 15 != 0 {
             continue;
         }
-        MoreauPipeline::refresh_queries(&mut world, &());
+        MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
         assert_eq!(rays_that_agree(&world), 60, "step {step}");
         // what our next step finds at its middle, some millimetres on, and rapier here
         let ours: BTreeSet<(u32, u32)> = record
@@ -122,13 +123,13 @@ fn refreshing_changes_nothing() {
             let x = 3.0 + 0.2 * (0.02 * step as Real).sin();
             world.bodies[platform].set_next_kinematic_position(Pose::translation(x, 0.5));
             if (step + 1) % every == 0 {
-                MoreauPipeline::refresh_queries(&mut world, &());
+                MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
             }
             pipeline.step(&mut world).unwrap();
             let sleeping = |h: &&RigidBodyHandle| world.bodies[**h].is_sleeping();
             asleep = boxes.iter().filter(sleeping).count();
         }
-        MoreauPipeline::refresh_queries(&mut world, &());
+        MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
         assert_eq!(rays_that_agree(&world), 60, "of which most sleep");
         let all = boxes.iter().chain([&rider, &platform]);
         let states = all.map(|h| (pipeline.pose(*h), pipeline.velocity(*h)));
@@ -160,27 +161,37 @@ fn hooks_are_asked_which_pairs_to_leave_out() {
     let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.99));
     world.insert(body, ColliderBuilder::ball(0.5));
     let hooks = Deaf(Mutex::new(0));
-    MoreauPipeline::refresh_queries(&mut world, &hooks);
+    MoreauPipeline::refresh_queries(&mut world, &hooks).unwrap();
     let touching = |world: &PhysicsWorld| {
         let active = |p: &&ContactPair| p.has_any_active_contact();
         world.contact_pairs().filter(active).count()
     };
     assert_eq!(touching(&world), 0);
     assert!(*hooks.0.lock().unwrap() > 0);
-    MoreauPipeline::refresh_queries(&mut world, &());
+    MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
     assert_eq!(touching(&world), 1);
 }
 
 /// Refreshed or not, rapier goes on from where we left: what lay stays up, what fell lands.
 #[test]
 fn rapiers_own_step_works_afterwards() {
-    for every in [usize::MAX, 9, 1] {
+    for (every, lamed) in [
+        (usize::MAX, false),
+        (9, false),
+        (1, false),
+        (9, true),
+        (usize::MAX, true),
+    ] {
         let (mut world, boxes) = yard();
+        if lamed {
+            let spare = ColliderBuilder::ball(0.1).enabled(false);
+            world.insert_collider(spare, Some(boxes[7]));
+        }
         let mut pipeline = pipeline();
         for step in 0..30 {
             pipeline.step(&mut world).unwrap();
             if (step + 1) % every == 0 {
-                MoreauPipeline::refresh_queries(&mut world, &());
+                MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
             }
         }
         for _ in 0..240 {
@@ -190,7 +201,55 @@ fn rapiers_own_step_works_afterwards() {
             let body = &world.bodies[*handle];
             let (x, y) = (body.translation().x, body.translation().y);
             // on the floor or on others; rapier lets a pile sink by some millimetres
-            assert!(y > 0.13 && y < 1.5 && x.abs() < 9.0, "{every}: ({x}, {y})");
+            assert!(
+                y > 0.13 && y < 1.5 && x.abs() < 9.0,
+                "{every} {lamed}: ({x}, {y})"
+            );
         }
     }
+}
+
+/// A controller asks rapier's queries where it can go: into a box that fell in its way only as far
+/// as that is known.
+#[test]
+fn a_character_stops_at_what_our_steps_have_moved() {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5));
+    world.insert(floor, ColliderBuilder::cuboid(10.0, 0.5));
+    let body = RigidBodyBuilder::dynamic().translation(Vector::new(2.0, 1.0));
+    world.insert(body, ColliderBuilder::cuboid(0.5, 0.5));
+    let mut pipeline = pipeline();
+    for _ in 0..60 {
+        pipeline.step(&mut world).unwrap();
+    }
+    let walk = |world: &PhysicsWorld| {
+        let character = SharedShape::ball(0.3);
+        let moved = KinematicCharacterController::default().move_shape(
+            1.0 / 60.0,
+            &world.query_pipeline(),
+            &*character,
+            &Pose::translation(0.0, 0.35),
+            Vector::new(3.0, 0.0),
+            |_| {},
+        );
+        moved.translation.x
+    };
+    assert!(walk(&world) > 2.9);
+    MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
+    // the box's side is at 1.5 m
+    assert!((walk(&world) - 1.2).abs() < 0.05, "{}", walk(&world));
+}
+
+/// rapier would switch such a body off, and say so nowhere.
+#[test]
+fn what_is_not_finite_is_refused_and_stays_on() {
+    let (mut world, boxes) = yard();
+    MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
+    world.bodies[boxes[3]].set_linvel(Vector::new(Real::NAN, 0.0), true);
+    let error = MoreauPipeline::refresh_queries(&mut world, &()).unwrap_err();
+    assert!(error.to_string().contains("velocity"), "{error}");
+    assert!(world.bodies[boxes[3]].is_enabled());
+    world.bodies[boxes[3]].set_linvel(Vector::ZERO, true);
+    MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
+    assert_eq!(rays_that_agree(&world), 60);
 }

@@ -2,13 +2,14 @@
 //!
 //! A drum with teeth turns above a concave and drags grains through the gap; a belt feeds it; the
 //! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
-//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine, with
-//! its crop, its calibration and its life, is the scene `thresher` and [`crate::scene::threshing`].
+//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
+//! with its crop, its calibration and its life, is the scene `thresher` and
+//! [`crate::scene::threshing`].
 //!
 //! # 1. A drum with teeth
-//! An oriented polyline is one-sided: the solid lies on the left of its direction. Counter-clockwise
-//! and closed it is a solid outline, concave corners included. Each of its segments is numbered, which
-//! will be the cells that wear.
+//! An oriented polyline is one-sided: the solid lies on the left of its direction.
+//! Counter-clockwise and closed it is a solid outline, concave corners included. Each of its
+//! segments is numbered, which will be the cells that wear.
 //!
 //! ```
 //! use moreau2d::rapier::engine::prelude::*;
@@ -33,8 +34,8 @@
 //! ```
 //!
 //! # 2. A concave
-//! The same kind of collider, open and run through clockwise: the steel now lies outside, and grains
-//! lie in the hollow.
+//! The same kind of collider, open and run through clockwise: the steel now lies outside, and
+//! grains lie in the hollow.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -61,8 +62,8 @@
 //! ```
 //!
 //! # 3. Crop
-//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them and
-//! what gravity gave them is the change of their momentum.
+//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them
+//! and what gravity gave them is the change of their momentum.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -80,20 +81,8 @@
 //! for _ in 0..400 {
 //!     let record = pipeline.step(&mut world)?;
 //!     assert_eq!(record.unsolved, 0);
-//!     for contact in &record.contacts {
-//!         let normal = contact.normal;
-//!         let tangent = Vec2::new(-normal.y, normal.x);
-//!         let impulse = contact.impulse_n * normal + contact.impulse_t * tangent;
-//!         // it acts on side 2; between two grains it cancels
-//!         let is_grain = |side: usize| {
-//!             grains.iter().any(|g| pipeline.number(*g) == Some(contact.bodies[side]))
-//!         };
-//!         match (is_grain(0), is_grain(1)) {
-//!             (false, true) => given += impulse,
-//!             (true, false) => given -= impulse,
-//!             _ => {}
-//!         }
-//!     }
+//!     let results = pipeline.results(&record);
+//!     given += grains.iter().map(|g| results.on_body(*g).impulse).sum::<Vec2>();
 //! }
 //! let momentum: Vec2 = grains.iter().map(|g| mass * pipeline.velocity(*g).unwrap().xy()).sum();
 //! let gravity = Vec2::new(0.0, -9.81) * 10.0 * mass * 0.2;
@@ -102,8 +91,9 @@
 //! ```
 //!
 //! # 4. The drum turns
-//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the moments
-//! of its contacts, and the work that makes is what the grains took and what was lost between them.
+//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the
+//! moments of its contacts, and the work that makes is what the grains took and what was lost
+//! between them.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -115,6 +105,7 @@
 //! # use machine::*;
 //! let (mut world, mut pipeline, drum, grains) = machine();
 //! let spin = 10.0;
+//! let steel = world.bodies[drum].colliders()[0];
 //! world.bodies[drum].set_angvel(spin as Real, true); // counter-clockwise: to the right below
 //! let mut work = 0.0; // of the drum [J]
 //! let (mut taken, mut lost) = (0.0, 0.0); // by the grains, by friction and impacts [J]
@@ -123,17 +114,13 @@
 //!     let record = pipeline.step(&mut world)?;
 //!     assert_eq!(record.unsolved, 0);
 //!     taken += record.energy.contact_n + record.energy.contact_t;
-//!     for contact in &record.contacts {
-//!         lost += contact.friction_work - contact.normal_work;
-//!         let Some(side) = (0..2).find(|&k| Some(contact.bodies[k]) == pipeline.number(drum)) else {
-//!             continue;
-//!         };
-//!         let normal = contact.normal;
-//!         let tangent = Vec2::new(-normal.y, normal.x);
-//!         let on_two = contact.impulse_n * normal + contact.impulse_t * tangent;
-//!         let on_drum = if side == 1 { on_two } else { -on_two };
+//!     lost += record.contacts.iter().map(|c| c.friction_work - c.normal_work).sum::<f64>();
+//!     for contact in pipeline.results(&record).of_collider(steel) {
+//!         // `impulse` acts on the second side
+//!         let on_second = contact.colliders[1] == Some(steel);
+//!         let on_drum = if on_second { contact.impulse() } else { -contact.impulse() };
 //!         // the drum's centre is the origin
-//!         work -= contact.position.perp(&on_drum) * spin;
+//!         work -= contact.record.position.perp(&on_drum) * spin;
 //!     }
 //!     // what has left the machine goes
 //!     for grain in &grains {
@@ -151,10 +138,12 @@
 //! ```
 //!
 //! # 5. A motor instead
-//! A drum that is driven with a limited torque is a dynamic body on a revolute joint with a velocity
-//! motor. A polyline has no area, so mass and inertia are given.
+//! A drum that is driven with a limited torque is a dynamic body on a revolute joint with a
+//! velocity motor. A polyline has no area, so mass and inertia are given. What every part of a
+//! joint carries is in the record.
 //!
 //! ```
+//! use moreau2d::dynamics::{JointCoordinate, JointPart};
 //! # use moreau2d::rapier::engine::prelude::*;
 //! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 //! let mut world = PhysicsWorld::new();
@@ -164,9 +153,9 @@
 //! let drum = RigidBodyBuilder::dynamic()
 //!     .additional_mass_properties(MassProperties::new(Vector::ZERO, 20.0, inertia as Real));
 //! let drum = world.insert_body(drum);
-//! // a motor of rapier has a gain: with a large one the speed is held, up to the torque given
-//! let motor = RevoluteJointBuilder::new().motor_velocity(4.0, 1e6).motor_max_force(2.0);
-//! world.insert_impulse_joint(axle, drum, motor);
+//! // without gains it holds its speed, up to the torque given; with them it is a spring and damper
+//! let motor = RevoluteJointBuilder::new().motor_velocity(4.0, 0.0).motor_max_force(2.0);
+//! let motor = world.insert_impulse_joint(axle, drum, motor);
 //! let mut pipeline = MoreauPipeline::new(MoreauSettings { dt: Some(0.005), ..Default::default() })?;
 //! let mut work = 0.0;
 //! for step in 1..=300 {
@@ -175,15 +164,20 @@
 //!     let spin = pipeline.velocity(drum).unwrap().z;
 //!     // torque over inertia, until the speed is reached
 //!     let expected = f64::min(2.0 / inertia * 0.005 * step as f64, 4.0);
-//!     assert!((spin - expected).abs() < 1e-5, "step {step}: {spin}");
+//!     assert!((spin - expected).abs() < 1e-9, "step {step}: {spin}");
+//!     let drive = JointPart::Drive(JointCoordinate::Angle);
+//!     let torque = record.joint_force(motor.into_raw_parts().0, drive).x;
+//!     let expected = if step <= 200 { 2.0 } else { 0.0 };
+//!     assert!((torque - expected).abs() < 1e-9, "step {step}: {torque}");
 //! }
-//! assert!((work - 0.5 * inertia * 16.0).abs() < 1e-4, "{work}");
+//! assert!((work - 0.5 * inertia * 16.0).abs() < 1e-9, "{work}");
 //! # Ok::<(), moreau2d::dynamics::StepError>(())
 //! ```
 //!
 //! # 6. A belt
-//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of a
-//! belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative one.
+//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of
+//! a belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative
+//! one.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -205,9 +199,9 @@
 //! ```
 //!
 //! # 7. A surface that gives way
-//! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a contact
-//! point (per metre of segment length with `one_point_per_segment`). It is implicit, so any stiffness
-//! is stable.
+//! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a
+//! contact point (per metre of segment length with `one_point_per_segment`). It is implicit, so any
+//! stiffness is stable.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -228,10 +222,10 @@
 //! ```
 //!
 //! # 8. Load and slip of every cell
-//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order of
-//! its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times the slip
-//! velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a cell that sticks
-//! stays at 0.
+//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order
+//! of its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times
+//! the slip velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a
+//! cell that sticks stays at 0.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -278,15 +272,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its normals,
-//! re-meshed, with a cycle jump that bounds its own error. The new outline goes into the world as a new
-//! shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and meets the worn surface where
-//! it is.
+//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its
+//! normals, re-meshed, with a cycle jump that estimates its own error. The new outline goes into
+//! the world as a new shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and
+//! meets the worn surface where it is.
 //!
 //! # 9. The same as a scene file
-//! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml` holds
-//! it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points are
-//! written out; here they are printed into the text.
+//! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml`
+//! holds it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points
+//! are written out; here they are printed into the text.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -376,7 +370,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A motor is `motor = {{ speed = 4, max_torque = 2 }}` in a `[[joint]]`, a compliant surface
+//! A motor is `motor = { speed = 4, max_torque = 2 }` in a `[[joint]]`, a compliant surface
 //! `stiffness` and `damping` in a `[[material]]`. Cells and wear of an outline of one's own are the
 //! library's (step 8); files have them for the study's tooth only, `[tooth]`, `[wear]` and
 //! `[thresher]`.

@@ -1,9 +1,10 @@
 //! An impulse solver of one's own: written, judged, compared with `auto`, and used in a step.
 //!
 //! # The problem
-//! A solver is given a [`ContactProblem`] and returns one pair (n, t) of impulses a block. The problem
-//! is a plain value: the operator `G`, the free term `b` and a law a block, see [`crate::contact`]. It
-//! never says where it came from, so a solver can be tried on towers and heaps without a simulation:
+//! A solver is given a [`ContactProblem`] and returns one pair (n, t) of impulses a block. The
+//! problem is a plain value: the operator `G`, the free term `b` and a law a block, see
+//! [`crate::contact`]. It never says where it came from, so a solver can be tried on towers and
+//! heaps without a simulation:
 //! [`crate::contact::examples`] makes them of any size, [`MoreauPipeline::keep_problems`] keeps those
 //! of a world, `moreau2d run SCENE --dump-problems DIR` writes those of a scene and
 //! [`crate::contact::problem_file`] reads them.
@@ -85,7 +86,7 @@
 //! let apart = a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
 //! assert!(apart < 1e-5, "{apart}");
 //!
-//! // where it ends: the top one weighs as much as a house, and no budget of sweeps will do
+//! // where it ends: below 1e5 times their weight 20 000 sweeps are not enough
 //! let problem = examples::tower(5, 0.5, |k| if k == 4 { 1e5 } else { 1.0 }).problem();
 //! let mut impulses = vec![Vec2::zeros(); problem.len()];
 //! let report = FixedPoint::default().solve(&problem, &mut impulses, 1e-6);
@@ -96,20 +97,22 @@
 //! ```
 //!
 //! # What is asked of a solver
-//! - **Let the judge speak.** [`SolveReport::judged`] sets the status from the problem and the impulses.
-//!   The stepper judges what a solver of one's own returns once more, whatever it reports.
+//! - **Let the judge speak.** [`SolveReport::judged`] sets the status from the problem and the
+//!   impulses. The stepper judges what a solver of one's own returns once more, whatever it
+//!   reports.
 //! - Impulses returned are finite whenever the problem is, the best met rather than the last.
 //! - The start is a hint: zeros, or the last step's impulses. One that is not finite is no start.
-//! - Every [`Law`] can occur: a pin has two free rows, a bounded row one between its bounds, a contact
-//!   without friction has one row and a zero second number.
-//! - `G` is singular as soon as a box stands on two points of which each bears friction: a method that
-//!   inverts it must know. Problems without a solution exist (a disc driven between two plates): give
-//!   up within a budget.
+//! - Every [`Law`] can occur: a pin has two free rows, a bounded row one between its bounds, a
+//!   contact without friction has one row and a zero second number.
+//! - `G` is singular as soon as a box stands on two points of which each bears friction: a method
+//!   that inverts it must know. Problems without a solution exist (a disc driven between two
+//!   plates): give up within a budget.
 //! - The same problem gives the same bytes: no clock, no unordered map.
 //!
 //! # In a step
-//! [`MoreauPipeline::set_solver`] (or [`MoreauStepper::set_solver`] for a model of one's own) takes it in
-//! place of the one named in the settings. A state saved does not hold it: set it again after resuming.
+//! [`MoreauPipeline::set_solver`] (or [`MoreauStepper::set_solver`] for a model of one's own) takes
+//! it in place of the one named in the settings. A state saved does not hold it: set it again after
+//! resuming.
 //!
 //! ```
 //! use moreau2d::contact::{ContactProblem, Vec2};
@@ -166,9 +169,10 @@
 //! # Ok::<(), moreau2d::dynamics::StepError>(())
 //! ```
 //!
-//! To have it in the tables of `moreau2d bench --solvers` and under a name in scene files, add it to
-//! [`SOLVERS`](crate::solver::SOLVERS) and [`solver_by_name`](crate::solver::solver_by_name): 146 frozen
-//! problems, from a single contact to drums of 470, then say how far it can be trusted.
+//! To have it in the tables of `moreau2d bench --solvers` and under a name in scene files, add it
+//! to [`SOLVERS`](crate::solver::SOLVERS) and
+//! [`solver_by_name`](crate::solver::solver_by_name): 146 frozen problems, from a single contact to
+//! drums of 470, then say how far it can be trusted.
 //!
 //! [`ContactProblem`]: crate::contact::ContactProblem
 //! [`Law`]: crate::contact::Law

@@ -75,7 +75,8 @@ impl Bodies {
     }
 
     /// Takes over what the user changed since the last step: new, removed, moved, re-massed
-    /// bodies, and the velocities of kinematic ones.
+    /// bodies, and the velocities of kinematic ones. What the contacts of those who wake carried
+    /// goes to `woken`, on an error too.
     ///
     /// # Errors
     /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported;
@@ -85,7 +86,8 @@ impl Bodies {
         world: &mut PhysicsWorld,
         dt: f64,
         stay_awake: bool,
-    ) -> Result<Vec<(ContactKey, Memory)>, ModelError> {
+        woken: &mut Vec<(ContactKey, Memory)>,
+    ) -> Result<(), ModelError> {
         for handle in std::mem::take(&mut self.promised) {
             if !world.bodies.contains(handle) {
                 self.exact.remove(&handle);
@@ -93,7 +95,7 @@ impl Bodies {
             }
         }
         self.know(world);
-        self.watch.scan(&world.colliders)?;
+        let told = self.watch.scan(&world.colliders);
         // rapier computes masses only when it steps
         for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
             if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
@@ -104,8 +106,11 @@ impl Bodies {
             }
         }
         self.drop_notes(world);
+        // what changed is told once, whatever else is wrong
+        self.stir_changed(world);
+        told?;
         self.heed(world, dt, stay_awake)?;
-        let woken = self.wake_stirred(world);
+        self.wake_stirred(world, woken);
         self.damping = false;
         self.standing.dominance.clear();
         self.standing.sweeps.clear();
@@ -113,7 +118,7 @@ impl Bodies {
             self.sync_one(world, k, dt)?;
             self.stand(world, k, dt);
         }
-        Ok(woken)
+        Ok(())
     }
 
     /// Dominance of a body, and whether it is followed within the step.
@@ -435,6 +440,13 @@ impl Bodies {
         let linear = Vector::new(velocity.x as Real, velocity.y as Real);
         body.set_linvel(linear, false);
         body.set_angvel(velocity.z as Real, false);
+        body.wake_up(true);
+        let slots: Vec<u32> = (body.colliders().iter())
+            .map(|h| h.into_raw_parts().0)
+            .collect();
+        slots
+            .iter()
+            .for_each(|slot| self.sleepers.stir_touching(*slot));
         // an unknown one comes last until the next step puts all in order
         let k = self.index_of(handle).unwrap_or(self.list.len() as u32);
         if k as usize == self.list.len() {
@@ -446,6 +458,7 @@ impl Bodies {
             self.inverse_mass.push(w);
         }
         let shadow = &mut self.list[k as usize];
+        self.sleepers.stir(shadow.group);
         shadow.pose = pose;
         shadow.written_pose = *body.position();
         shadow.written_velocity = (body.linvel(), body.angvel());
@@ -555,7 +568,7 @@ pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
 }
 
 /// What a user can set to something that is no number.
-fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
     let (v, f) = (body.linvel(), body.user_force());
     let fields = [
         ("position [m]", body.position().translation.x),

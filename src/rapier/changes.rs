@@ -34,13 +34,13 @@ impl ColliderWatch {
     /// Looks at all colliders.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] names a collider whose place or shape is not finite; it counts as
-    /// unseen then.
+    /// [`ModelError::Invalid`] names a collider whose place or shape is not finite; it counts as it
+    /// was, and the others are looked at all the same.
     pub fn scan(&mut self, colliders: &ColliderSet) -> Result<(), ModelError> {
         self.changed.clear();
         self.gone.clear();
         self.scan = self.scan.wrapping_add(1);
-        let mut met = 0;
+        let (mut met, mut told) = (0, Ok(()));
         for (handle, collider) in colliders.iter() {
             let slot = handle.into_raw_parts().0 as usize;
             if self.seen.len() <= slot {
@@ -55,7 +55,14 @@ impl ColliderWatch {
                 met += 1;
                 continue;
             }
-            check(handle, collider)?;
+            if let Err(error) = check(handle, collider) {
+                if let Some(old) = entry.as_mut().filter(|s| s.handle == handle) {
+                    old.scan = self.scan;
+                    met += 1;
+                }
+                told = told.and(Err(error));
+                continue;
+            }
             if let Some(other) = entry.take() {
                 self.known -= 1;
                 // the slot's former owner, or the same one as it was
@@ -78,7 +85,7 @@ impl ColliderWatch {
             }
             self.known = met;
         }
-        Ok(())
+        told
     }
 }
 
@@ -133,7 +140,8 @@ fn mass(collider: &Collider) -> (Real, Real, Vector) {
     }
 }
 
-fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
+/// Refuses a collider that cannot be worked with, by name.
+pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
     let id = handle.into_raw_parts();
     let at = place(collider);
     if !finite(&at) {

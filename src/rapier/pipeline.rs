@@ -126,6 +126,7 @@ impl MoreauPipeline {
             gravity: gravity(&self.settings, world),
             world,
             hooks,
+            sleeps: !self.settings.stay_awake,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
             dt,
@@ -149,11 +150,14 @@ impl MoreauPipeline {
     /// Takes over what the user changed.
     fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
         refuse_world(world, gravity(&self.settings, world))?;
-        let woken = self.bodies.sync(world, dt, self.settings.stay_awake)?;
+        let mut woken = Vec::new();
+        let stay_awake = self.settings.stay_awake;
+        let synced = self.bodies.sync(world, dt, stay_awake, &mut woken);
         self.stepper.take_back(&woken);
         for (handle, _) in &self.bodies.watch.gone {
             self.detector.forget_surface(*handle);
         }
+        synced?;
         if self.stepper.settings().scheme == Scheme::Moreau
             && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
         {
@@ -190,6 +194,7 @@ impl MoreauPipeline {
                 gravity: gravity(&self.settings, world),
                 world,
                 hooks,
+                sleeps: !self.settings.stay_awake,
                 bodies: &mut self.bodies,
                 detector: &mut self.detector,
                 dt,
@@ -198,8 +203,9 @@ impl MoreauPipeline {
             if let Ok(record) = &result {
                 let asked = Hooks { hooks, world };
                 let crossing = self.detector.crossings(asked, &self.bodies);
+                let (bodies, detector) = (&self.bodies, &self.detector);
                 self.reporter
-                    .report(world, &self.detector, crossing, record, events);
+                    .report(world, bodies, detector, crossing, record, events);
                 self.put_to_sleep(world, dt);
                 return result;
             }
@@ -351,6 +357,8 @@ impl MoreauPipeline {
 /// A rapier world as a multibody model, for the time of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
+    /// Whether bodies may fall asleep.
+    sleeps: bool,
     hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
@@ -377,6 +385,9 @@ impl RapierModel<'_> {
 impl RapierModel<'_> {
     /// Whether a sleeping body is pressed on: the step is begun again then with it awake.
     fn feel(&mut self, found: &Detection) -> Result<(), ModelError> {
+        if !self.sleeps && self.bodies.sleepers.is_empty() {
+            return Ok(());
+        }
         let mut free = Vec::new();
         if !self.bodies.sleepers.is_empty() {
             free.resize(self.bodies.list.len(), Vec3::zeros());

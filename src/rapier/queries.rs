@@ -1,7 +1,10 @@
 //! rapier's own queries between our steps.
 
+use super::bodies::{body_id, refuse_bad};
+use super::changes::check;
 use super::engine::prelude::*;
 use super::pipeline::MoreauPipeline;
+use crate::dynamics::ModelError;
 
 impl MoreauPipeline {
     /// Brings rapier's query tree and contact graph up to the present poses, for what reads them:
@@ -13,13 +16,16 @@ impl MoreauPipeline {
     /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
     /// `hooks` are asked which pairs to leave out (`&()` for none). No pose, no velocity and no
     /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. It costs
-    /// about what rapier's detection does; rapier keeps 16 bytes for every pair that has parted
-    /// from one refresh to the next, until a step of its own. A body whose state is not finite is
-    /// switched off, as rapier's own step would.
+    /// about what rapier's detection does; rapier keeps a note of every pair that has parted
+    /// from one refresh to the next, until a step of its own.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] names a body or collider whose state is not finite, which rapier would
+    /// switch off without a word; nothing has changed then.
     ///
     /// ```
+    /// use moreau2d::rapier::engine::prelude::*;
     /// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
-    /// use rapier2d::prelude::*;
     ///
     /// let mut world = PhysicsWorld::new();
     /// let (_, floor) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::cuboid(10.0, 0.5));
@@ -28,11 +34,20 @@ impl MoreauPipeline {
     /// let down = Ray::new(Vector::new(0.0, 2.0), Vector::new(0.0, -1.0));
     /// let cast = |world: &PhysicsWorld| world.cast_ray(&down, 10.0, true, QueryFilter::default());
     /// assert!(cast(&world).is_none());
-    /// MoreauPipeline::refresh_queries(&mut world, &());
+    /// MoreauPipeline::refresh_queries(&mut world, &())?;
     /// assert_eq!(cast(&world), Some((floor, 1.5)));
     /// # Ok::<(), moreau2d::dynamics::StepError>(())
     /// ```
-    pub fn refresh_queries(world: &mut PhysicsWorld, hooks: &dyn PhysicsHooks) {
+    pub fn refresh_queries(
+        world: &mut PhysicsWorld,
+        hooks: &dyn PhysicsHooks,
+    ) -> Result<(), ModelError> {
+        for (handle, body) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+            refuse_bad(body, || format!("body (handle {:?})", body_id(handle)))?;
+        }
+        for (handle, collider) in world.colliders.iter() {
+            check(handle, collider)?;
+        }
         let parameters = IntegrationParameters {
             dt: 0.0,
             // a manifold that is kept may be a millimetre old
@@ -67,5 +82,6 @@ impl MoreauPipeline {
                 *world.bodies[handle].activation_mut() = rest;
             }
         }
+        Ok(())
     }
 }

@@ -5,6 +5,7 @@
 //! along does not flicker. Sensors cross where they overlap at the end of a step. The pair that a
 //! handler gets holds our impulses; a force is an impulse over the length of the step.
 
+use super::bodies::Bodies;
 use super::detection::{Detector, Told};
 use super::engine::geometry::{
     CollisionEventFlags, ContactManifold, ContactManifoldData, PairContacts,
@@ -12,6 +13,7 @@ use super::engine::geometry::{
 use super::engine::parry::query::TrackedContact;
 use super::engine::parry::shape::PackedFeatureId;
 use super::engine::prelude::*;
+use super::joints::OUTSIDE;
 use super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::record::{ContactRecord, StepRecord};
@@ -67,6 +69,7 @@ impl Reporter {
     pub fn report(
         &mut self,
         world: &PhysicsWorld,
+        bodies: &Bodies,
         detector: &Detector,
         crossing: Vec<Pair>,
         record: &StepRecord,
@@ -74,7 +77,7 @@ impl Reporter {
     ) {
         self.cross(world, crossing, handler);
         let met = gather(world, record, detector.told());
-        self.touch(world, &met, handler);
+        self.touch(world, bodies, &met, handler);
         self.push(world, &met, record.dt, handler);
     }
 
@@ -101,6 +104,7 @@ impl Reporter {
     fn touch(
         &mut self,
         world: &PhysicsWorld,
+        bodies: &Bodies,
         met: &BTreeMap<[(u32, u32); 2], (Pair, Met)>,
         handler: &dyn EventHandler,
     ) {
@@ -121,7 +125,10 @@ impl Reporter {
             .map(|(key, (pair, _))| (*key, *pair))
             .collect();
         // who sleeps touches on
-        let slept = self.touching.iter().filter(|(_, pair)| asleep(world, pair));
+        let slept = self
+            .touching
+            .iter()
+            .filter(|(_, pair)| asleep(world, bodies, pair));
         let slept: Vec<_> = slept.map(|(key, pair)| (*key, *pair)).collect();
         now.extend(slept);
         let none = CollisionEventFlags::empty();
@@ -184,17 +191,15 @@ impl Reporter {
 }
 
 /// Whether the bodies of a pair stand still, one of them asleep: their contacts are not looked at.
-fn asleep(world: &PhysicsWorld, pair: &Pair) -> bool {
-    let body = |h: &ColliderHandle| {
-        let parent = world.colliders.get(*h)?.parent();
-        Some(parent.and_then(|b| world.bodies.get(b)))
+fn asleep(world: &PhysicsWorld, bodies: &Bodies, pair: &Pair) -> bool {
+    let number = |h: &ColliderHandle| match world.colliders.get(*h)?.parent() {
+        Some(body) => bodies.index_of(body),
+        None => Some(OUTSIDE),
     };
-    let bodies: Option<Vec<_>> = pair.iter().map(body).collect();
-    let still = |b: &RigidBody| b.is_sleeping() || b.is_fixed();
-    bodies.is_some_and(|bodies| {
-        bodies.iter().flatten().all(|b| still(b))
-            && bodies.iter().flatten().any(|b| b.is_sleeping())
-    })
+    let [Some(a), Some(b)] = [number(&pair[0]), number(&pair[1])] else {
+        return false;
+    };
+    bodies.sleeps([a, b]) && bodies.still(a) && bodies.still(b)
 }
 
 /// Whether a collider that is still there has switched one of `events` on.

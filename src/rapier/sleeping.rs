@@ -72,7 +72,7 @@ impl Bodies {
         !self.sleepers.is_empty() && numbers.iter().any(|b| group(*b) != 0)
     }
 
-    /// Stirs what the user changed, and puts to sleep what the user did.
+    /// Puts to sleep what the user did, or stirs all.
     ///
     /// # Errors
     /// Those of reading a body that is to sleep.
@@ -82,7 +82,6 @@ impl Bodies {
         dt: f64,
         stay_awake: bool,
     ) -> Result<(), ModelError> {
-        self.stir_changed(world);
         if stay_awake {
             let all: Vec<u32> = self.sleepers.groups.keys().copied().collect();
             all.iter().for_each(|&group| self.sleepers.stir(group));
@@ -105,7 +104,8 @@ impl Bodies {
         Ok(())
     }
 
-    fn stir_changed(&mut self, world: &PhysicsWorld) {
+    /// Stirs what the user changed.
+    pub(super) fn stir_changed(&mut self, world: &PhysicsWorld) {
         if self.sleepers.is_empty() {
             return;
         }
@@ -115,7 +115,9 @@ impl Bodies {
                 if !body.is_sleeping() || shadow.differs(body) {
                     self.sleepers.stir(shadow.group);
                 }
-            } else if !body.is_dynamic() && shadow.differs(body) {
+            } else if !(body.is_dynamic() && shadow.kind == RigidBodyType::Dynamic)
+                && shadow.differs(body)
+            {
                 // what it carried or comes to carry
                 let slots = body.colliders().iter().map(|h| h.into_raw_parts().0);
                 slots.for_each(|slot| self.sleepers.stir_touching(slot));
@@ -174,12 +176,15 @@ impl Bodies {
         }
     }
 
-    /// Wakes what was stirred; returns what its contacts carried.
-    pub fn wake_stirred(&mut self, world: &mut PhysicsWorld) -> Vec<(ContactKey, Memory)> {
-        let mut memory = Vec::new();
+    /// Wakes what was stirred; what its contacts carried goes to `memory`.
+    pub fn wake_stirred(
+        &mut self,
+        world: &mut PhysicsWorld,
+        memory: &mut Vec<(ContactKey, Memory)>,
+    ) {
         let stirred = std::mem::take(&mut self.sleepers.stirred);
         if stirred.is_empty() {
-            return memory;
+            return;
         }
         for shadow in self.list.iter_mut().filter(|s| stirred.contains(&s.group)) {
             shadow.group = 0;
@@ -191,7 +196,6 @@ impl Bodies {
             let group = self.sleepers.groups.remove(&group);
             memory.extend(group.into_iter().flat_map(|g| g.memory));
         }
-        memory
     }
 
     /// Looks at the contacts of a step: keeps who touches whom, and stirs who is pressed on.

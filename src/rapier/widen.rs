@@ -1,7 +1,7 @@
 use super::engine::math::Real;
 use std::f64::consts::LOG10_2;
 
-/// The `f64` that a person meant by an `f32`: the shortest decimal of up to seven digits that
+/// The `f64` that a person meant by an `f32`: the shortest decimal of some six digits that
 /// rounds to it, or what has none as it is.
 ///
 /// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that
@@ -20,9 +20,9 @@ pub fn widen(value: Real) -> f64 {
     // of both numbers of the quotient nothing is lost
     let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
-    // decimals that make seven digits
+    // decimals that make six digits, seven at most
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let most = (7 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
+    let most = (5 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
     if !meant(&POWERS[most - 1]) {
         return wide;
     }
