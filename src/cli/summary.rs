@@ -124,10 +124,11 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     let mut out = Vec::new();
     if t.unsolved_islands > 0 {
         out.push(format!(
-            "{} islands in {} steps were not solved to the tolerance (worst residual {})",
+            "{} islands in {} steps were not solved to the tolerance (worst residual {}, {} m/s)",
             t.unsolved_islands,
             t.unsolved_steps,
-            number(t.residual, 2)
+            number(t.residual, 2),
+            number(t.residual_velocity, 2)
         ));
     }
     if t.redundant_steps > 0 {

@@ -151,6 +151,12 @@ pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), M
         )));
     }
     let room = collider.shape().compute_local_aabb();
+    if room.mins.x == Real::MAX && room.maxs.x == -Real::MAX {
+        return Err(ModelError::Invalid(format!(
+            "collider {} (handle {id:?}): its shape has no points",
+            id.0
+        )));
+    }
     let ordered = room.mins.x <= room.maxs.x && room.mins.y <= room.maxs.y;
     if !room.mins.is_finite() || !room.maxs.is_finite() || !ordered {
         return Err(ModelError::Invalid(format!(

@@ -174,6 +174,8 @@ pub(super) struct Colliders {
     list: Vec<Option<Known>>,
     /// What rapier's collider cannot say; set by the user.
     pub surfaces: FxHashMap<ColliderHandle, SurfaceLaw>,
+    /// Whether one of them was set since they were last looked at.
+    unchecked: bool,
     /// Slots that hold another collider, or another shape, than at the last call.
     pub changed: Vec<u32>,
     met: Vec<bool>,
@@ -190,6 +192,7 @@ impl Colliders {
 
     pub fn set_surface(&mut self, handle: ColliderHandle, law: SurfaceLaw) {
         self.surfaces.insert(handle, law);
+        self.unchecked = true;
         let slot = handle.into_raw_parts().0 as usize;
         if let Some(Some(known)) = self.list.get_mut(slot)
             && known.handle == handle
@@ -204,6 +207,13 @@ impl Colliders {
     /// [`ModelError`] for a collider that is not finite or uses what is not supported; it is then
     /// asked again at the next call.
     pub fn refresh(&mut self, world: &PhysicsWorld) -> Result<(), ModelError> {
+        if self.unchecked {
+            let there = |h: &ColliderHandle| world.colliders.contains(*h);
+            for (handle, law) in self.surfaces.iter().filter(|(h, _)| there(h)) {
+                validate_law(*handle, law)?;
+            }
+            self.unchecked = false;
+        }
         self.changed.clear();
         self.met.clear();
         self.met.resize(self.list.len(), false);
@@ -262,6 +272,29 @@ impl Colliders {
             .and_then(|h| bodies.index_of(h))
             .unwrap_or(OUTSIDE)
     }
+}
+
+fn validate_law(handle: ColliderHandle, law: &SurfaceLaw) -> Result<(), ModelError> {
+    let id = handle.into_raw_parts().0;
+    let invalid = |text: String| Err(ModelError::Invalid(format!("collider {id}: {text}")));
+    if !law.speed.is_finite() {
+        return invalid(format!(
+            "surface speed is {} m/s, must be finite",
+            law.speed
+        ));
+    }
+    if let Some((stiffness, damping)) = law.compliance
+        && !(stiffness >= 0.0
+            && damping >= 0.0
+            && stiffness + damping > 0.0
+            && (stiffness + damping).is_finite())
+    {
+        return invalid(format!(
+            "surface has stiffness {stiffness} N/m and damping {damping} N s/m, must be finite, at \
+             least 0 and not both 0"
+        ));
+    }
+    Ok(())
 }
 
 fn validate(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {

@@ -1,12 +1,13 @@
 //! rapier's shapes as parts with closed-form gaps.
 
+use super::super::engine::parry::bounding_volume::{Aabb, BoundingVolume};
 use super::super::engine::parry::shape::{PolylineFlags, TriMesh, TypedShape};
 use super::super::engine::prelude::*;
 use super::super::kernels::{Core, Edge, Part, Polygon, corners};
 use super::super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// One part of a collider.
 #[derive(Clone)]
@@ -22,7 +23,7 @@ pub(super) struct Piece {
 ///
 /// Segments of polylines and height fields know their neighbours, see [`Edge`]. A triangle mesh
 /// is met at its outline, as an oriented polyline is: the borders between its triangles are no
-/// surface. `skin` \[m\] is added all round.
+/// surface. A mesh that has no outline is met triangle by triangle. `skin` \[m\] is added all round.
 pub(super) fn pieces(shape: &SharedShape, skin: f64) -> Vec<Piece> {
     let mut out = Vec::new();
     add(shape, skin, Pose64::new(Vec2::zeros(), 0.0), &mut out);
@@ -104,7 +105,22 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
             });
             surface(ends.enumerate(), false, skin, local, out);
         }
-        TypedShape::TriMesh(mesh) => surface(outline(mesh), true, skin, local, out),
+        TypedShape::TriMesh(mesh) => match outline(mesh) {
+            Some(sides) => surface(sides.into_iter(), true, skin, local, out),
+            None => {
+                for (t, triangle) in mesh.triangles().enumerate() {
+                    let core = polygon([triangle.a, triangle.b, triangle.c].map(vec2).to_vec());
+                    out.extend(core.map(|core| Piece {
+                        part: Part {
+                            core,
+                            rounding: skin,
+                        },
+                        local,
+                        sub: 3 * t as u32,
+                    }));
+                }
+            }
+        },
         TypedShape::Compound(compound) => {
             for (pose, shape) in compound.shapes() {
                 add(shape, skin, local.compose(&Pose64::from_rapier(pose)), out);
@@ -161,27 +177,62 @@ fn surface(
 }
 
 /// The sides of triangles that no other triangle shares, solid on their left, numbered three to a
-/// triangle.
-fn outline(mesh: &TriMesh) -> impl Iterator<Item = (usize, [Vec2; 2])> {
+/// triangle; `None` where triangles overlap, or meet along part of a side: such a side has solid
+/// on both, and is no border.
+fn outline(mesh: &TriMesh) -> Option<Vec<(usize, [Vec2; 2])>> {
+    let triangles: Vec<[Vec2; 3]> = mesh
+        .triangles()
+        .map(|t| {
+            let mut points = [t.a, t.b, t.c].map(vec2);
+            if (points[1] - points[0]).perp(&(points[2] - points[0])) < 0.0 {
+                points.swap(1, 2);
+            }
+            points
+        })
+        .collect();
+    let mut directed: FxHashSet<[[u64; 2]; 2]> = FxHashSet::default();
     let mut sides = Vec::new();
-    let mut shared: FxHashMap<[[u64; 2]; 2], u32> = FxHashMap::default();
-    for (t, triangle) in mesh.triangles().enumerate() {
-        let mut points = [triangle.a, triangle.b, triangle.c].map(vec2);
-        if (points[1] - points[0]).perp(&(points[2] - points[0])) < 0.0 {
-            points.swap(1, 2);
-        }
+    for (t, points) in triangles.iter().enumerate() {
         for k in 0..3 {
             let ends = [points[k], points[(k + 1) % 3]];
-            let mut key = ends.map(place);
-            key.sort_unstable();
-            *shared.entry(key).or_insert(0) += 1;
-            sides.push((3 * t + k, key, ends));
+            if ends[0] != ends[1] && !directed.insert(ends.map(place)) {
+                return None;
+            }
+            sides.push((3 * t + k, ends));
         }
     }
-    sides
-        .into_iter()
-        .filter(move |(_, key, _)| shared[key] == 1)
-        .map(|(sub, _, ends)| (sub, ends))
+    sides.retain(|(_, [a, b])| !directed.contains(&[place(*b), place(*a)]));
+    let conforms = sides.iter().all(|(sub, [a, b])| {
+        let slack = ROUNDING * a.abs().sup(&b.abs()).amax();
+        let corner = |p: Vec2| Vector::new(p.x as Real, p.y as Real);
+        let room = Aabb::new(corner(a.inf(b)), corner(a.sup(b))).loosened(slack as Real);
+        let others = mesh.bvh().intersect_aabb(&room).map(|t| t as usize);
+        let mut others = others.filter(|t| *t != sub / 3);
+        others.all(|t| share_inside(&triangles[t], [*a, *b], slack) < 1e-3)
+    });
+    conforms.then_some(sides)
+}
+
+/// Single precision of a coordinate, with what a corner computed twice may differ by.
+const ROUNDING: f64 = 1e-6;
+
+/// Share of a segment that lies in a triangle (counter-clockwise) or within `slack` \[m\] of it.
+fn share_inside(triangle: &[Vec2; 3], [a, b]: [Vec2; 2], slack: f64) -> f64 {
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for k in 0..3 {
+        let (p, q) = (triangle[k], triangle[(k + 1) % 3]);
+        let Some(along) = (q - p).try_normalize(0.0) else {
+            return 0.0;
+        };
+        let (from, to) = (along.perp(&(a - p)) + slack, along.perp(&(b - p)) + slack);
+        match (from >= 0.0, to >= 0.0) {
+            (true, true) => {}
+            (false, false) => return 0.0,
+            (true, false) => high = high.min(from / (from - to)),
+            (false, true) => low = low.max(from / (from - to)),
+        }
+    }
+    high - low
 }
 
 /// Extent of a part in the frame given by `pose`: low x, low y, high x, high y \[m\].

@@ -1,0 +1,106 @@
+//! Worlds as users bring them: what rapier's own colliders allow and its examples do.
+
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
+
+fn at(x: f64, y: f64) -> Vector {
+    Vector::new(x as Real, y as Real)
+}
+
+fn floor(world: &mut PhysicsWorld) -> ColliderHandle {
+    let body = RigidBodyBuilder::fixed().translation(at(0.0, -0.5));
+    world.insert(body, ColliderBuilder::cuboid(50.0, 0.5)).1
+}
+
+/// A bar of two triangles with an arm of two on part of its upper side, hit at all angles.
+#[test]
+fn a_mesh_whose_triangles_share_part_of_a_side_is_met_at_its_border_only() {
+    let points = [
+        (-1.0, -0.2),
+        (1.0, -0.2),
+        (1.0, 0.2),
+        (-1.0, 0.2),
+        (1.0, 1.0),
+        (0.7, 0.2),
+        (0.7, 1.0),
+    ];
+    let triangles = vec![[0, 1, 2], [0, 2, 3], [5, 2, 4], [5, 4, 6]];
+    for k in 0..20 {
+        let mut world = PhysicsWorld::new();
+        floor(&mut world);
+        let points = points.iter().map(|p| at(p.0, p.1)).collect();
+        let mesh = ColliderBuilder::trimesh(points, triangles.clone()).unwrap();
+        let body = RigidBodyBuilder::dynamic().translation(at(0.0, 1.6));
+        let body = body.rotation((0.3 * f64::from(k)) as Real);
+        world.insert(body, mesh);
+        let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+        for step in 0..240 {
+            let record = pipeline.step(&mut world).unwrap();
+            let deepest = record.contacts.iter().map(|c| c.gap).fold(0.0, f64::min);
+            // it falls less than 2 m: an impact is noticed at most a step late
+            assert!(deepest > -0.1, "tilt {k}, step {step}: {deepest}");
+        }
+    }
+}
+
+#[test]
+fn a_triangle_given_twice_still_bears() {
+    let mut world = PhysicsWorld::new();
+    let points = vec![at(-5.0, 0.0), at(0.0, -5.0), at(5.0, 0.0)];
+    let mesh = ColliderBuilder::trimesh(points, vec![[0, 1, 2], [0, 1, 2]]).unwrap();
+    world.insert_collider(mesh, None);
+    let ball = RigidBodyBuilder::dynamic().translation(at(0.0, 0.5));
+    let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.5));
+    let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    for _ in 0..60 {
+        assert_eq!(pipeline.step(&mut world).unwrap().unsolved, 0);
+    }
+    let height = pipeline.pose(ball).unwrap().translation.y;
+    assert!((height - 0.5).abs() < 1e-6, "{height}");
+}
+
+#[test]
+fn a_surface_law_that_is_no_law_is_refused_until_it_is_mended() {
+    let mut world = PhysicsWorld::new();
+    let floor = floor(&mut world);
+    let body = RigidBodyBuilder::dynamic().translation(at(0.0, 0.5));
+    world.insert(body, ColliderBuilder::cuboid(0.5, 0.5));
+    let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    let law = |speed, compliance| SurfaceLaw {
+        speed,
+        compliance,
+        ..SurfaceLaw::default()
+    };
+    for bad in [
+        law(f64::NAN, None),
+        law(f64::INFINITY, None),
+        law(0.0, Some((-1.0, 0.0))),
+        law(0.0, Some((0.0, 0.0))),
+        law(0.0, Some((f64::NAN, 1.0))),
+        law(0.0, Some((1e4, f64::INFINITY))),
+    ] {
+        pipeline.set_surface(floor, bad);
+        for _ in 0..2 {
+            let error = pipeline.step(&mut world).unwrap_err().to_string();
+            assert!(error.contains("collider 0: surface "), "{bad:?}: {error}");
+        }
+        pipeline.set_surface(floor, law(1.0, Some((0.0, 10.0))));
+        assert!(pipeline.step(&mut world).is_ok());
+    }
+    // of a collider that is gone it is forgotten
+    pipeline.set_surface(floor, law(f64::NAN, None));
+    world.remove_collider(floor);
+    assert!(pipeline.step(&mut world).is_ok());
+}
+
+#[test]
+fn a_polyline_without_points_is_refused_by_name() {
+    let mut world = PhysicsWorld::new();
+    floor(&mut world);
+    let empty = world.insert_collider(ColliderBuilder::polyline(vec![], None), None);
+    let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    let error = pipeline.step(&mut world).unwrap_err().to_string();
+    assert!(error.contains("its shape has no points"), "{error}");
+    world.remove_collider(empty);
+    assert!(pipeline.step(&mut world).is_ok());
+}
