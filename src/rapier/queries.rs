@@ -15,9 +15,10 @@ impl MoreauPipeline {
     ///
     /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
     /// `hooks` are asked which pairs to leave out (`&()` for none). No pose, no velocity and no
-    /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. It costs
-    /// about what rapier's detection does; rapier keeps a note of every pair that has parted
-    /// from one refresh to the next, until a step of its own.
+    /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. Where all
+    /// bodies have moved it costs about two steps of rapier's: call it when there is something to
+    /// ask. rapier keeps a note of every pair that has parted from one refresh to the next, until
+    /// a step of its own.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] names a body or collider whose state is not finite, which rapier would
