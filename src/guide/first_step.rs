@@ -147,7 +147,7 @@
 //!
 //! # Step length, scheme, events, solver
 //! The step length is the world's `integration_parameters.dt`, [`MoreauSettings::dt`] where that
-//! must be exact in `f64` (of 1/60 as `f32` seven digits are taken), or the argument of
+//! must be exact in `f64` (of 1/60 as `f32` the sixtieth is taken, of others six digits), or the argument of
 //! [`MoreauPipeline::step_by`]. rapier's substeps, softness and iterations do nothing here. What
 //! there is to set is [`StepperSettings`](crate::dynamics::StepperSettings):
 //!

@@ -2,7 +2,7 @@ use super::changes::{ColliderWatch, finite};
 use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
 use super::sleeping::Sleepers;
-use super::widen;
+use super::widen::{widen, widen_state};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
@@ -280,15 +280,16 @@ impl Bodies {
             shadow.center = Vec2::new(widen(seen.2.x), widen(seen.2.y));
         }
         if first {
-            shadow.last = Pose64::from_rapier(&pose);
+            shadow.last = Pose64::from_rapier_body(&pose);
         }
         if first || pose != shadow.written_pose {
-            shadow.pose = Pose64::from_rapier(&pose);
+            shadow.pose = Pose64::from_rapier_body(&pose);
             shadow.written_pose = pose;
         }
         if first || velocity != shadow.written_velocity {
-            self.velocities[k] =
-                Vec3::new(widen(velocity.0.x), widen(velocity.0.y), widen(velocity.1));
+            self.velocities[k] = [velocity.0.x, velocity.0.y, velocity.1]
+                .map(widen_state)
+                .into();
             shadow.written_velocity = velocity;
         }
         shadow.seen = true;
@@ -302,7 +303,7 @@ impl Bodies {
         shadow.target = None;
         if shadow.kind == RigidBodyType::KinematicPositionBased {
             shadow.target = Some(*body.next_position());
-            let next = Pose64::from_rapier(body.next_position());
+            let next = Pose64::from_rapier_body(body.next_position());
             let turned = Pose64 {
                 translation: Vec2::zeros(),
                 cos: shadow.pose.cos * next.cos + shadow.pose.sin * next.sin,

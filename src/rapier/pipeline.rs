@@ -3,7 +3,7 @@ use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::joint_rows;
 use super::reporter::Reporter;
-use super::widen;
+use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
@@ -113,7 +113,7 @@ impl MoreauPipeline {
 
     fn step_length(&self, world: &PhysicsWorld) -> f64 {
         let given = self.settings.dt;
-        given.unwrap_or_else(|| widen(world.integration_parameters.dt))
+        given.unwrap_or_else(|| widen_step(world.integration_parameters.dt))
     }
 
     fn model<'a>(

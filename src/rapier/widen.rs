@@ -1,16 +1,27 @@
 use super::engine::math::Real;
 use std::f64::consts::LOG10_2;
 
-/// The `f64` that a person meant by an `f32`: the shortest decimal of some six digits that
-/// rounds to it, or what has none as it is.
+/// The `f64` that a person meant by an `f32`: the shortest decimal that rounds to it.
 ///
 /// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that
 /// a user typed thus lose nothing on their way through rapier.
 ///
 /// With the feature `f64` rapier keeps what was typed, and this gives it back as it is.
 pub fn widen(value: Real) -> f64 {
+    shortest(value, 9)
+}
+
+/// The same of a number that is read again and again, and hardly ever typed: decimals of more than
+/// some six digits are not looked for.
+pub(super) fn widen_state(value: Real) -> f64 {
+    shortest(value, 6)
+}
+
+/// The shortest decimal of at most `digits` digits, or one more, that rounds to `value`; what has
+/// none as it is.
+fn shortest(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
-    // integers and dyadic fractions are exact already, and have no shorter decimal
+    // integers and dyadic fractions are exact already, and have no shorter decimal;
     // not `fract`, which is a call where the processor is not known to have it
     let whole = |x: f64| x as i64 as f64 == x;
     let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
@@ -20,14 +31,26 @@ pub fn widen(value: Real) -> f64 {
     // of both numbers of the quotient nothing is lost
     let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
-    // decimals that make six digits, seven at most
+    // decimals that make that many digits
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let most = (5 - (f64::from(exponent) * LOG10_2).floor() as i32).clamp(1, 22) as usize;
+    let leading = (f64::from(exponent) * LOG10_2).floor() as i32;
+    let most = (digits - 1 - leading).clamp(1, 22) as usize;
     if !meant(&POWERS[most - 1]) {
         return wide;
     }
     let fewest = POWERS[..most].partition_point(|power| !meant(power));
     decimal(POWERS[fewest])
+}
+
+/// The step length that a person meant \[s\]: `1/n` for a whole number `n` of steps a second that
+/// rounds to it, else [`widen`].
+pub(super) fn widen_step(dt: Real) -> f64 {
+    let rate = (1.0 / f64::from(dt)).round();
+    if rate >= 1.0 && (1.0 / rate) as Real == dt {
+        1.0 / rate
+    } else {
+        widen(dt)
+    }
 }
 
 /// 10¹ to 10²², all exact.
@@ -56,7 +79,17 @@ mod tests {
         fn gives_back_up_to_six_digits(digits in -999_999i32..=999_999, scale in -12i32..=0) {
             let typed: f64 = format!("{digits}e{scale}").parse().unwrap();
             prop_assert_eq!(widen(typed as f32), typed);
+            prop_assert_eq!(widen_state(typed as f32), typed);
         }
+    }
+
+    #[test]
+    fn a_step_of_a_sixtieth_is_one() {
+        for rate in [1.0, 24.0, 30.0, 60.0, 120.0, 144.0, 1000.0] {
+            assert_eq!(widen_step((1.0 / rate) as Real), 1.0 / rate);
+        }
+        assert_eq!(widen_step(0.016), 0.016);
+        assert_eq!(widen_step(0.3), 0.3);
     }
 
     #[test]
