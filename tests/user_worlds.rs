@@ -1,5 +1,6 @@
 //! Worlds as users bring them: what rapier's own colliders allow and its examples do.
 
+use moreau2d::rapier::engine::control::KinematicCharacterController;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
 
@@ -103,4 +104,43 @@ fn a_polyline_without_points_is_refused_by_name() {
     assert!(error.contains("its shape has no points"), "{error}");
     world.remove_collider(empty);
     assert!(pipeline.step(&mut world).is_ok());
+}
+
+/// Where the controller of rapier's documentation has brought a character after three seconds: it
+/// asks the query tree where it may go.
+fn walk(mut step: impl FnMut(&mut PhysicsWorld)) -> Vector {
+    let mut world = PhysicsWorld::new();
+    floor(&mut world);
+    let wall = ColliderBuilder::cuboid(0.5, 2.0).translation(at(3.0, 2.0));
+    world.insert_collider(wall, None);
+    let body = RigidBodyBuilder::kinematic_position_based().translation(at(0.0, 0.7));
+    let (hero, side) = world.insert(body, ColliderBuilder::capsule_y(0.3, 0.3));
+    MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
+    let controller = KinematicCharacterController::default();
+    for _ in 0..180 {
+        let pose = *world.bodies[hero].position();
+        let shape = world.colliders[side].shared_shape().clone();
+        let others = QueryFilter::default().exclude_rigid_body(hero);
+        let queries = world.query_pipeline_with_filter(others);
+        let wanted = at(0.03, -0.05);
+        let dt = (1.0 / 60.0) as Real;
+        let moved = controller.move_shape(dt, &queries, &*shape, &pose, wanted, |_| {});
+        let next = pose.translation + moved.translation;
+        world.bodies[hero].set_next_kinematic_translation(next);
+        step(&mut world);
+    }
+    world.bodies[hero].translation()
+}
+
+#[test]
+fn a_character_stops_at_a_wall_once_queries_are_refreshed() {
+    let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    let ours = walk(|world| {
+        pipeline.step(world).unwrap();
+        MoreauPipeline::refresh_queries(world, &()).unwrap();
+    });
+    // its own offset from walls is 1 % of its height
+    assert!((ours.x - 2.188).abs() < 1e-3, "{ours}");
+    let theirs = walk(|world| world.step());
+    assert!((ours - theirs).length() < 1e-5, "{ours} {theirs}");
 }

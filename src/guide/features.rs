@@ -32,7 +32,7 @@
 //! | rapier2d | here | tests |
 //! |---|---|---|
 //! | ball, box, capsule, segment, triangle, convex polygon, half-space, round shapes | gaps in `f64`, good to 1e-15 m | `detection::gaps_agree_with_the_distance_that_parry_computes` `detection::gaps_are_exact_a_kilometre_from_the_origin` |
-//! | polyline, oriented polyline, triangle mesh, height field, compound | piece by piece; joints of a flat surface cannot be felt | `detection::the_tree_finds_what_trying_all_pairs_finds` `detection::nothing_stumbles_over_the_joints_of_a_flat_surface` `detection::a_joint_counts_once` |
+//! | polyline, oriented polyline, triangle mesh, height field, compound | piece by piece; joints of a flat surface cannot be felt; a mesh is met at its outline, or triangle by triangle where triangles overlap or share part of a side | `user_worlds::a_mesh_whose_triangles_share_part_of_a_side_is_met_at_its_border_only` `detection::the_tree_finds_what_trying_all_pairs_finds` `detection::nothing_stumbles_over_the_joints_of_a_flat_surface` `detection::a_joint_counts_once` |
 //! | voxels, shapes of one's own | through parry, 3e-7 m for shapes of 1 m (1e-15 m with `f64`) | `features::a_box_rests_on_voxels` |
 //! | contact skin | as rapier | `detection::skins_keep_surfaces_apart` |
 //! | `set_shape`, colliders exchanged | the new shape is met where it is | `rapier_seam::a_shape_that_the_user_sets_is_met_where_it_is` `rapier_seam::a_collider_that_the_user_exchanges_is_met_where_it_is` |
@@ -66,7 +66,7 @@
 //! | `modify_solver_contacts` | as rapier: one-way platforms, tangent velocity, friction, restitution, contacts taken away | `hooks::a_one_way_platform_is_passed_from_below_and_carries_from_above` `hooks::a_tangent_velocity_drives_as_in_rapier` `hooks::a_hook_sets_friction_and_takes_contacts_away` `hooks::a_hook_sets_restitution` |
 //! | collision events | as rapier, started once and stopped once | `hooks::collisions_start_once_and_stop_once` `hooks::who_falls_asleep_touches_on` |
 //! | contact force events | with our impulses over the step | `hooks::contact_forces_are_impulses_over_the_step` |
-//! | ray casts, shape casts, point queries; `contact_pairs`, `intersection_pairs` | rapier's, once [`MoreauPipeline::refresh_queries`] has brought them up to date; **empty or behind without** | `queries::queries_are_behind_until_they_are_refreshed` `queries::refreshing_changes_nothing` `queries::hooks_are_asked_which_pairs_to_leave_out` |
+//! | ray casts, shape casts, point queries, character controllers; `contact_pairs`, `intersection_pairs` | rapier's, once [`MoreauPipeline::refresh_queries`] has brought them up to date; **empty or behind without** | `user_worlds::a_character_stops_at_a_wall_once_queries_are_refreshed` `queries::queries_are_behind_until_they_are_refreshed` `queries::refreshing_changes_nothing` `queries::hooks_are_asked_which_pairs_to_leave_out` |
 //! | `world.step()` after steps of ours | goes on from there | `queries::rapiers_own_step_works_afterwards` |
 //!
 //! # The rest
