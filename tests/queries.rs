@@ -253,3 +253,40 @@ fn what_is_not_finite_is_refused_and_stays_on() {
     MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
     assert_eq!(rays_that_agree(&world), 60);
 }
+
+/// Our steps empty rapier's notes now and then: its own step still works, and knows nothing of who
+/// is gone.
+#[test]
+fn rapier_steps_on_after_many_bodies_came_and_went() {
+    let (mut world, boxes) = yard();
+    // what rapier knows, and what it never hears of
+    for _ in 0..30 {
+        world.step();
+    }
+    let mut pipeline = pipeline();
+    for body in &boxes[20..] {
+        world.remove_body(*body);
+    }
+    for k in 0..400 {
+        let at = Vector::new(0.4 * (k % 7) as Real - 1.5, 3.0 + (k % 3) as Real);
+        let body = RigidBodyBuilder::dynamic().translation(at);
+        let (body, _) = world.insert(body, ColliderBuilder::ball(0.15));
+        pipeline.step(&mut world).unwrap();
+        world.remove_body(body);
+    }
+    let noted = world.colliders.take_removed().len();
+    assert!(noted < 200, "{noted} of 420 are still noted");
+    for _ in 0..120 {
+        world.step();
+    }
+    assert_eq!(rays_that_agree(&world), 60);
+    for pair in world.contact_pairs() {
+        for collider in [pair.collider1, pair.collider2] {
+            assert!(world.colliders.contains(collider));
+        }
+    }
+    for body in &boxes[..20] {
+        let y = world.bodies[*body].translation().y;
+        assert!((0.14..2.0).contains(&y), "{y}");
+    }
+}

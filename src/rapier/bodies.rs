@@ -1,6 +1,7 @@
 use super::changes::{ColliderWatch, finite};
 use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
+use super::queries::forget_gone;
 use super::sleeping::Sleepers;
 use super::widen::{widen, widen_state};
 use crate::contact::{Vec2, Vec3};
@@ -168,11 +169,12 @@ impl Bodies {
         }
     }
 
-    /// Rids rapier's notes of what was modified of those that are gone: only its own step would.
+    /// Rids rapier's notes of those that are gone: only its own step would.
     fn drop_notes(&mut self, world: &mut PhysicsWorld) {
         self.gone += self.watch.gone.len();
-        if self.gone > 64 + world.bodies.len() {
+        if self.gone > 64 + world.bodies.len() / 4 {
             self.gone = 0;
+            forget_gone(world);
             // going over all notes all that is there, anew
             world.bodies.iter_mut().for_each(drop);
             world.colliders.iter_mut().for_each(drop);

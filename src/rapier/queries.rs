@@ -55,10 +55,7 @@ impl MoreauPipeline {
             contact_recycling: false,
             ..world.integration_parameters
         };
-        // rapier wakes what was modified, and with it how long it has been still
-        let rests: Vec<(RigidBodyHandle, RigidBodyActivation)> = (world.bodies.iter())
-            .map(|(handle, body)| (handle, *body.activation()))
-            .collect();
+        let rests = rests(world);
         // a step of no length may put the tree aside to improve it; the next one, with nothing to
         // do, puts it back
         for _ in 0..2 {
@@ -78,11 +75,53 @@ impl MoreauPipeline {
                 &(),
             );
         }
-        for (handle, rest) in rests {
-            if world.bodies[handle].activation() != &rest {
-                *world.bodies[handle].activation_mut() = rest;
-            }
-        }
+        give_back(world, rests);
         Ok(())
     }
+}
+
+type Rest = (RigidBodyHandle, RigidBodyActivation);
+
+/// Sleep of all bodies: rapier wakes what was modified, and with it how long it has been still.
+fn rests(world: &PhysicsWorld) -> Vec<Rest> {
+    let bodies = world.bodies.iter();
+    bodies
+        .map(|(handle, body)| (handle, *body.activation()))
+        .collect()
+}
+
+fn give_back(world: &mut PhysicsWorld, rests: Vec<Rest>) {
+    for (handle, rest) in rests {
+        if world.bodies[handle].activation() != &rest {
+            *world.bodies[handle].activation_mut() = rest;
+        }
+    }
+}
+
+/// Takes colliders that were removed out of rapier's query tree and contact graph, and out of its
+/// notes for a step of its own; no body and no sleep changes.
+pub(super) fn forget_gone(world: &mut PhysicsWorld) {
+    let gone = world.colliders.take_removed();
+    if gone.is_empty() {
+        return;
+    }
+    let rests = rests(world);
+    // nothing is modified for the tree, so that it has no new pairs to tell of
+    world.broad_phase.update(
+        &world.integration_parameters,
+        &world.colliders,
+        &world.bodies,
+        &[],
+        &gone,
+        &mut Vec::new(),
+    );
+    world.narrow_phase.handle_user_changes(
+        Some(&mut world.islands),
+        &[],
+        &gone,
+        &mut world.colliders,
+        &mut world.bodies,
+        &(),
+    );
+    give_back(world, rests);
 }
