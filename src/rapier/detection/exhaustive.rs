@@ -6,7 +6,8 @@ impl Detector {
     /// Notes all pairs of parts whose boxes are within the reach of each other.
     pub(super) fn try_all(&mut self) {
         self.pairs.clear();
-        let reach = self.span.prediction;
+        // no two reach farther, see `Span::reach`
+        let reach = 1.1 * self.span.prediction;
         let leaves = &self.leaves;
         let boxes = leaves.list.iter().zip(&leaves.pose).enumerate();
         let boxes: Vec<(u32, [f64; 4])> = boxes
