@@ -125,18 +125,24 @@ impl Detector {
             DetectionDrive::Exhaustive => self.try_all(),
         }
         apart(world, bodies, &mut self.apart);
-        let finder = Finder {
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let finder = self.finder(bodies, hooks, self.span);
+        let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
+        pairs.all(&finder, tree, out);
+        self.pairs = pairs;
+        Ok(())
+    }
+
+    fn finder<'a>(&'a self, bodies: &'a Bodies, hooks: Hooks<'a>, span: Span) -> Finder<'a> {
+        Finder {
             bodies,
             colliders: &self.colliders,
             leaves: &self.leaves,
             apart: &self.apart,
             hooks,
             present: &self.present,
-            span: self.span,
-        };
-        let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
-        self.pairs.all(&finder, tree, out);
-        Ok(())
+            span,
+        }
     }
 
     /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses.
@@ -144,27 +150,21 @@ impl Detector {
         &mut self,
         hooks: Hooks,
         bodies: &Bodies,
-        pairs: &[[u32; 2]],
+        wanted: &[[u32; 2]],
         dt: f64,
         out: &mut Detection,
     ) {
         self.leaves.follow(bodies);
-        for &slot in pairs.iter().flatten() {
+        for &slot in wanted.iter().flatten() {
             let body = self.colliders.body(slot, bodies);
             if body != OUTSIDE {
                 self.present[body as usize] = Present::of(bodies, body);
             }
         }
-        let finder = Finder {
-            bodies,
-            colliders: &self.colliders,
-            leaves: &self.leaves,
-            apart: &self.apart,
-            hooks,
-            present: &self.present,
-            span: Span { dt, ..self.span },
-        };
-        self.pairs.some(&finder, pairs, out);
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let finder = self.finder(bodies, hooks, Span { dt, ..self.span });
+        pairs.some(&finder, wanted, out);
+        self.pairs = pairs;
     }
 
     /// Pairs of colliders, one of them a sensor, that overlap at the present poses.
@@ -173,16 +173,11 @@ impl Detector {
             return Vec::new();
         }
         self.leaves.follow(bodies);
-        let finder = Finder {
-            bodies,
-            colliders: &self.colliders,
-            leaves: &self.leaves,
-            apart: &self.apart,
-            hooks,
-            present: &self.present,
-            span: self.span,
-        };
-        self.pairs.crossings(&finder)
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let finder = self.finder(bodies, hooks, self.span);
+        let found = pairs.crossings(&finder);
+        self.pairs = pairs;
+        found
     }
 
     /// See [`Pairs::marks`].
