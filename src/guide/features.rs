@@ -38,7 +38,7 @@
 //! | `set_shape`, colliders exchanged | the new shape is met where it is | `rapier_seam::a_shape_that_the_user_sets_is_met_where_it_is` `rapier_seam::a_collider_that_the_user_exchanges_is_met_where_it_is` |
 //! | friction, restitution, combine rules | as rapier; the laws themselves are Coulomb's and Newton's | `rapier_seam::friction_and_restitution_combine_by_rapiers_rules` |
 //! | collision groups, solver groups | as rapier | `rapier_seam::groups_and_sensors_let_bodies_through` `hooks::groups_that_do_not_push_still_tell` |
-//! | sensors | as rapier; pairs by [`MoreauPipeline::intersections`] | `hooks::sensors_tell_what_enters_and_leaves_and_push_nothing` |
+//! | sensors | told by the poses at the end of each step, where rapier takes those of its start; pairs by [`MoreauPipeline::intersections`] | `hooks::sensors_tell_what_enters_and_leaves_and_push_nothing` |
 //! | contact softness, substeps, iterations, `contact_recycling` | change nothing: contacts are rigid, or compliant by [`SurfaceLaw`] | `features::rapiers_solver_settings_change_nothing` `detection::a_surface_law_given_later_counts` |
 //! | impulses of a contact | in the record, and by handle from [`MoreauPipeline::results`]; rapier's contact graph has none | `results::impulses_are_the_change_of_momentum` `results::handles_are_those_of_the_world` |
 //!
