@@ -378,10 +378,9 @@ impl RapierModel<'_> {
         (0..self.bodies.list.len())
             .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
             .map(|k| {
-                let body = &self.world.bodies[self.bodies.list[k].handle];
+                let load = &self.bodies.list[k].load;
                 let w = self.bodies.inverse_mass[k].xy().amax();
-                let push = f64::from(body.user_force().length()) * w;
-                self.gravity.norm() * f64::from(body.gravity_scale()).abs() + push
+                self.gravity.norm() * load.scale.abs() + load.force.norm() * w
             })
             .fold(0.0, f64::max)
     }
@@ -438,20 +437,16 @@ impl MultibodyModel for RapierModel<'_> {
             if self.bodies.inverse_mass[k] == Vec3::zeros() {
                 continue;
             }
-            let w = self.bodies.list[k].inverse_mass;
-            let body = &self.world.bodies[self.bodies.list[k].handle];
+            let (w, load) = (self.bodies.list[k].inverse_mass, &self.bodies.list[k].load);
             let u = self.bodies.velocities[k];
-            let (force, torque) = (body.user_force(), body.user_torque());
-            let scale = widen(body.gravity_scale());
-            let drag = widen(body.linear_damping());
-            let push = Vec2::new(widen(force.x), widen(force.y));
             for i in 0..2 {
                 if w[i] > 0.0 {
-                    h[i] = (scale * self.gravity[i] - drag * u[i]) / w[i] + push[i];
+                    let pull = load.scale * self.gravity[i] - load.damping.0 * u[i];
+                    h[i] = pull / w[i] + load.force[i];
                 }
             }
             if w.z > 0.0 {
-                h.z = widen(torque) - widen(body.angular_damping()) * u.z / w.z;
+                h.z = load.torque - load.damping.1 * u.z / w.z;
             }
         }
     }
@@ -508,7 +503,7 @@ impl MultibodyModel for RapierModel<'_> {
             .iter()
             .map(|shadow| {
                 let w = shadow.inverse_mass;
-                let scale = widen(self.world.bodies[shadow.handle].gravity_scale());
+                let scale = shadow.load.scale;
                 let center = shadow.pose.apply(shadow.center);
                 (0..2)
                     .filter(|&i| w[i] > 0.0)

@@ -3,19 +3,19 @@
 use super::super::bodies::Bodies;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::Part;
-use super::colliders::Colliders;
+use super::colliders::{Colliders, Surface};
 use super::shapes;
 use crate::dynamics::Pose64;
 
 /// One part of a collider.
 pub(super) struct Leaf {
     pub part: Part,
+    /// Of its collider.
+    pub surface: Surface,
     /// In the body's frame, or the world's where it has no body.
     local: Pose64,
     /// Farthest point from the origin of that frame \[m\].
     radius: f64,
-    /// Larger extent of the collider \[m\].
-    pub size: f64,
     /// Index of the collider, and of the part in it.
     pub slot: u32,
     pub sub: u32,
@@ -75,7 +75,7 @@ impl Leaves {
                 radius: shapes::radius(&piece.part, &local),
                 part: piece.part.clone(),
                 local,
-                size: known.size,
+                surface: known.surface,
                 slot,
                 sub: piece.sub,
                 lone: known.pieces.len() == 1,
@@ -101,6 +101,19 @@ impl Leaves {
         match body {
             OUTSIDE => Pose64::new(crate::contact::Vec2::zeros(), 0.0),
             body => bodies.list[body as usize].pose,
+        }
+    }
+
+    /// Takes over a law that the user gave a collider.
+    pub fn resurface(&mut self, slot: u32, colliders: &Colliders) {
+        let (Some(known), Some(own)) = (colliders.get(slot), self.of_slot.get(slot as usize))
+        else {
+            return;
+        };
+        for &leaf in own {
+            if let Some(leaf) = &mut self.list[leaf as usize] {
+                leaf.surface = known.surface;
+            }
         }
     }
 
