@@ -5,6 +5,7 @@ use super::super::joints::OUTSIDE;
 use super::super::kernels::Part;
 use super::colliders::{Colliders, Surface};
 use super::shapes;
+use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
 /// One part of a collider.
@@ -99,7 +100,7 @@ impl Leaves {
 
     fn body_pose(&self, body: u32, bodies: &Bodies) -> Pose64 {
         match body {
-            OUTSIDE => Pose64::new(crate::contact::Vec2::zeros(), 0.0),
+            OUTSIDE => Pose64::new(Vec2::zeros(), 0.0),
             body => bodies.list[body as usize].pose,
         }
     }
@@ -138,7 +139,7 @@ impl Leaves {
             if now == old {
                 continue;
             }
-            let turned = (now.cos - old.cos).hypot(now.sin - old.sin);
+            let turned = Vec2::new(now.cos - old.cos, now.sin - old.sin).norm();
             let gone = (now.translation - old.translation).norm() + leaf.radius * turned;
             // a rounding of it, so that sums of roundings stay a bound
             self.way[k] += gone * (1.0 + 1e-12);

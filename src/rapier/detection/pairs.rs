@@ -451,7 +451,8 @@ impl Finder<'_> {
             belt: 0.0,
             size: one.size.min(two.size),
         };
-        let Some(known) = self.known(sides).filter(|_| terms.own_law) else {
+        let known = if terms.own_law { self.known(sides) } else { None };
+        let Some(known) = known else {
             return setting;
         };
         let setting = Pair {
