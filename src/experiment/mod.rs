@@ -38,10 +38,13 @@
 //! chance; what the choice costs is its curve's distance from the best.
 
 mod bench;
+mod chart;
 mod compare;
 mod equilibrium;
+mod joint_gap;
 mod reference;
 mod results;
+mod self_reference;
 mod setting;
 mod simulate;
 mod stall;
@@ -51,10 +54,12 @@ mod threshing;
 mod wear_history;
 
 pub use bench::{NamedProblem, bench_solvers};
+pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
 pub use results::{Results, run_settings};
+pub use self_reference::SelfReference;
 pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use stall::Stall;
