@@ -7,7 +7,7 @@ use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64, Scheme,
     SolvedProblem, Standing, StepError, StepperSettings,
 };
 use crate::solver::ImpulseSolver;
@@ -194,7 +194,9 @@ impl MoreauPipeline {
             return Err(StepError::Dt(dt));
         }
         loop {
+            self.stepper.clock().start();
             self.take_over(world, dt)?;
+            self.stepper.clock().lap(|t| &mut t.detection);
             let mut model = RapierModel {
                 gravity: gravity(&self.settings, world),
                 world,
@@ -212,6 +214,7 @@ impl MoreauPipeline {
                 self.reporter
                     .report(world, bodies, detector, crossing, record, events);
                 self.put_to_sleep(world, dt);
+                self.stepper.clock().lap(|t| &mut t.record);
                 return result;
             }
             self.bodies.give_back(world);
@@ -275,6 +278,16 @@ impl MoreauPipeline {
     /// See [`MoreauStepper::problems`].
     pub fn problems(&self) -> &[SolvedProblem] {
         self.stepper.problems()
+    }
+
+    /// See [`MoreauStepper::time_phases`].
+    pub fn time_phases(&mut self, on: bool) {
+        self.stepper.time_phases(on);
+    }
+
+    /// See [`MoreauStepper::phases`].
+    pub fn phases(&self) -> Phases {
+        self.stepper.phases()
     }
 
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.

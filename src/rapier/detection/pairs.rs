@@ -451,7 +451,11 @@ impl Finder<'_> {
             belt: 0.0,
             size: one.size.min(two.size),
         };
-        let known = if terms.own_law { self.known(sides) } else { None };
+        let known = if terms.own_law {
+            self.known(sides)
+        } else {
+            None
+        };
         let Some(known) = known else {
             return setting;
         };
