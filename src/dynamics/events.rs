@@ -8,10 +8,11 @@
 
 use super::cluster::{Cluster, Context, Runner};
 use super::islands::Islands;
+use super::memory::Memories;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solve::IslandSolver;
-use super::stage::{Memories, Source, Stage, movable};
+use super::stage::{Source, Stage, movable};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
 /// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference

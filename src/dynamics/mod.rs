@@ -27,6 +27,7 @@ mod joint_cap;
 mod joint_recovery;
 mod joint_rules;
 mod linear;
+mod memory;
 mod model;
 mod outcome;
 mod phases;
@@ -47,6 +48,7 @@ mod visco_elastic;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
+pub(crate) use memory::Memory;
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
@@ -58,7 +60,6 @@ pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
 pub use solve::SolvedProblem;
-pub(crate) use stage::Memory;
 pub use standing::{Standing, Sweep};
 pub(crate) use stepper::StepperState;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};

@@ -1,9 +1,10 @@
 //! What a step did: energy, contacts, what is remembered, and whether its shares are unique.
 
 use super::joint_cap::Account;
+use super::memory::{Memories, Memory};
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
-use super::stage::{Memories, Memory, Source, Stage};
+use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 
 /// Adds work, contacts and memory of those blocks of a stage that `used` keeps.
@@ -16,6 +17,7 @@ pub(super) fn record_stage(
     memory: &mut Memories,
 ) {
     let mean = |k: usize| 0.5 * (stage.start[k] + stage.end[k]);
+    record.contacts.reserve(stage.blocks.len());
     for (i, (block, &p)) in stage.blocks.iter().zip(&stage.impulses).enumerate() {
         if !used(i) {
             continue;
@@ -57,7 +59,7 @@ pub(super) fn record_stage(
                     rebounded: false,
                     account: block.account,
                 };
-                memory.insert(joint.key, kept);
+                memory.push(joint.key, kept);
             }
             Source::Contact(index) => {
                 let contact = &stage.detection.contacts[index];
@@ -70,7 +72,7 @@ pub(super) fn record_stage(
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
                 let kept = record_contact(stage, i, contact, impulse, time, record);
-                memory.insert(contact.key, kept);
+                memory.push(contact.key, kept);
             }
         }
     }

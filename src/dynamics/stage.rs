@@ -3,6 +3,7 @@
 
 use super::joint_cap::Account;
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
+use super::memory::Memories;
 use super::model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
@@ -11,28 +12,7 @@ use super::rules::{
 };
 use super::standing::Standing;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use rustc_hash::FxHashMap;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-
-/// What is kept of a contact from one step to the next.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Memory {
-    /// [N s], in an interval of length `dt`.
-    #[serde(with = "super::saved::pair")]
-    pub impulse: Vec2,
-    #[serde(with = "super::saved::endless")]
-    pub dt: f64,
-    /// Tangential velocity at the end of it, if it stuck.
-    pub stuck: Option<f64>,
-    /// Whether it was a rebound: no load that goes on.
-    pub rebounded: bool,
-    /// See [`Block::account`].
-    pub account: Account,
-}
-
-/// What is remembered of all contacts and joints.
-pub(super) type Memories = FxHashMap<ContactKey, Memory>;
 
 /// Lengths of time that rules need \[s\].
 #[derive(Debug, Clone, Copy)]

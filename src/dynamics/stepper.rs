@@ -1,6 +1,7 @@
 use super::cluster::Context;
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::joint_recovery::close_joints;
+use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::phases::{PhaseClock, Phases};
@@ -8,7 +9,7 @@ use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::{IslandSolver, SolvedProblem};
-use super::stage::{Memories, Memory, Span, Stage, movable};
+use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
@@ -160,12 +161,10 @@ impl MoreauStepper {
 
     /// What the next step depends on.
     pub(crate) fn state(&self) -> StepperState {
-        let mut memory: Vec<_> = self.memory.iter().map(|(key, m)| (*key, *m)).collect();
-        memory.sort_by_key(|(key, _)| *key);
         StepperState {
             time: self.time,
             lands: self.lands,
-            memory,
+            memory: self.memory.entries().to_vec(),
             recovery: self.recovery.clone(),
         }
     }
@@ -359,8 +358,8 @@ impl MoreauStepper {
         record.energy.forces += forces_work(stage, w, |body| !apart[body]);
         for cluster in &clusters {
             record.add(&cluster.record);
-            let memory = cluster.memory.iter().map(|(key, m)| (*key, *m));
-            self.memory_next.extend(memory);
+            let memory = cluster.memory.entries();
+            self.memory_next.extend(memory.iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 stage.end[body as usize] = *u;
             }

@@ -2,11 +2,12 @@
 
 use super::{Context, Rest, Runner};
 use crate::dynamics::events::touch_tolerance;
+use crate::dynamics::memory::{Memories, Memory};
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::outcome::record_stage;
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
-use crate::dynamics::stage::{Memories, Memory, belongs};
+use crate::dynamics::stage::belongs;
 
 impl Runner {
     /// An impact disturbs what stuck: the correction of its drift would see a jump.
@@ -18,7 +19,7 @@ impl Runner {
                 .filter_map(|key| Some((key, *context.memory.get(&key)?)))
                 .collect()
         });
-        memory.values_mut().for_each(|m| m.stuck = None);
+        memory.iter_mut().for_each(|m| m.stuck = None);
         self.remembered = Some(memory);
     }
 
