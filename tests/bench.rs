@@ -1,4 +1,4 @@
-//! `moreau2d bench --solvers` as a user types it. The arithmetic of the profile is tested where it is.
+//! `moreau2d bench` as a user types it. The arithmetic of profile and growth is tested where it is.
 
 mod common;
 
@@ -192,9 +192,7 @@ fn bad_input_is_refused_and_leaves_nothing() {
     place.write("broken/a.dat", BLOCK);
     place.write("broken/b.dat", BLOCK.replace("-1 0.1", "-1 x"));
     place.write("file.json", "{}");
-    let cases: [(&[&str], &[&str]); 11] = [
-        (&["bench"], &["--solvers", "not measured yet"]),
-        (&["bench", "tower"], &["--solvers", "not measured yet"]),
+    let cases: [(&[&str], &[&str]); 9] = [
         (
             &["bench", "--solvers", "tower"],
             &["tower", "--problems DIR"],
@@ -238,4 +236,70 @@ fn bad_input_is_refused_and_leaves_nothing() {
         }
         assert!(!place.path("out").exists(), "{args:?} left something");
     }
+}
+
+/// Two sizes of a scene, both engines: time, phases and what the steps are worth, from one file.
+#[test]
+fn throughput_has_phases_quality_and_sizes() {
+    let place = Place::new();
+    let args = "bench tower pyramid --steps 4 --settle 2 --against rapier,rapier-stiff --out r";
+    let (code, out, err) = place.run(&args.split(' ').collect::<Vec<_>>());
+    assert_eq!(code, 0, "{err}");
+    let rows = rows(&place);
+    let engines = ["moreau", "rapier", "rapier-stiff"];
+    for scene in ["tower", "pyramid"] {
+        for engine in engines {
+            let value = |measure: &str| {
+                let mut own = rows
+                    .iter()
+                    .filter(|r| (&*r.scene, &*r.engine, &*r.measure) == (scene, engine, measure));
+                let row = own
+                    .next()
+                    .unwrap_or_else(|| panic!("{engine}: no {measure}"));
+                assert!(own.next().is_none(), "{engine}: two of {measure}");
+                row.value
+            };
+            let step = value("step-time");
+            assert!(step > 0.0 && value("contacts") > 0.0);
+            if engine == "moreau" {
+                let phases = ["detection", "assembly", "solve", "record", "write"];
+                let each = phases.map(|phase| value(&format!("{phase}-time")));
+                assert!(each.iter().all(|t| *t > 0.0), "{each:?}");
+                assert!(value("residual") <= 1e-8 && value("unsolved-islands") == 0.0);
+                assert!(value("penetration") < 1e-9);
+            } else {
+                // its soft contacts sink under what stands on them
+                assert!(value("penetration") > 1e-6 && value("contact-sweeps") > 0.0);
+            }
+            assert!(out.contains(scene) && out.contains(engine), "{out}");
+        }
+    }
+    // one size each: no growth can be told
+    assert!(rows.iter().all(|r| r.measure != "growth"));
+    let summary = fs::read_to_string(place.path("r/summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["settings"]["steps"], 4);
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let place = Place::new();
+    for (args, words) in [
+        ("bench towr", &["unknown scene", "`tower`"][..]),
+        ("bench thresher", &["wear scene"]),
+        ("bench woodpecker", &["--engine rapier", "only moreau"]),
+        ("bench tower --against box2d", &["box2d", "feature"]),
+        ("bench tower --against rapir", &["rapir"]),
+        ("bench tower --time 3", &["--time", "--steps"]),
+        ("bench --solvers --dt 0.1", &["nothing is stepped"]),
+        ("bench --solvers --tolerance 7", &["--tolerance 7"]),
+        ("bench tower --repeats 3", &["--solvers"]),
+    ] {
+        let (code, _, err) = place.run(&args.split(' ').collect::<Vec<_>>());
+        assert!(code != 0, "{args}");
+        for word in words {
+            assert!(err.contains(word), "{args}: no '{word}' in {err}");
+        }
+    }
+    assert!(!place.path("out").exists());
 }

@@ -28,6 +28,15 @@
 //! Zeros stand on a line marked 0 under a log axis. What lies below 1e-12 is round-off, and has
 //! no order. A picture without a value above 0 is not written.
 //!
+//! # Throughput
+//!
+//! [`Throughput`] times the steps of [`Workload`]s: each engine has its own copy of the world, and
+//! they take turns step by step. Beside the time of a step stand what it went into
+//! ([`crate::dynamics::Phases`]) and what it is worth: penetration, residual, unsolved islands. An
+//! engine's `contacts` are those that it counts itself: rapier's have an impulse or overlap, ours
+//! are all that close within the step. [`growth`] is the power of the number of contacts with
+//! which the time grows through the sizes of a scene; 1 is proportional.
+//!
 //! # Solvers against each other
 //!
 //! [`bench_solvers`] solves stored problems with every solver; [`crate::report::Performance`] reads
