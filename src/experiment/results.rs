@@ -319,7 +319,7 @@ fn driven(scene: &Scene) -> bool {
 }
 
 /// A row of `setting` without a figure.
-fn row(scene: &Scene, setting: &Setting) -> ResultRow {
+pub(super) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
     ResultRow {
         scene: scene.name.clone(),
         rung: String::new(),
