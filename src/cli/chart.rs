@@ -7,7 +7,7 @@ use crate::experiment::{
 use crate::rapier::BaselineSettings;
 use crate::report::{
     CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, Row, panels, read_rows,
-    work_precision,
+    shared, work_precision,
 };
 use crate::scene::Scene;
 use clap::Args;
@@ -346,7 +346,7 @@ fn write<R: Row>(folder: &OutputFolder, rows: &[R]) -> Result<(), RunError> {
 fn draw(folder: &OutputFolder, rows: &[ResultRow]) -> Result<Vec<String>, RunError> {
     let mut written = Vec::new();
     for of_scene in rows.chunk_by(|a, b| a.scene == b.scene) {
-        let charts = work_precision(of_scene);
+        let charts = work_precision(&shared(of_scene));
         if !charts.is_empty() {
             let name = format!("{}.svg", of_scene[0].scene);
             folder.write(&name, panels(&charts)?)?;

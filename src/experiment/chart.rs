@@ -9,7 +9,7 @@ use crate::scene::{self, Scene, SceneError};
 
 /// Scenes without a closed form that a chart takes by default: whatever stands, hangs or rolls and
 /// is cheap enough for a ladder of steps down to 1/4000 s.
-const STABILITY: [&str; 9] = [
+const STABILITY: [&str; 8] = [
     "tower",
     "heavy-top",
     "pyramid",
@@ -18,7 +18,6 @@ const STABILITY: [&str; 9] = [
     "high-mass-ratio-2",
     "high-mass-ratio-3",
     "chain",
-    "joint-grid",
 ];
 
 /// The mission.

@@ -32,7 +32,8 @@
 //!
 //! [`ChartPlan`] runs the same points on one scene after the other, with more of ours (tolerances
 //! and solvers at the scene's step); `moreau2d chart` writes
-//! - `results.csv`, a row a point and measure, and `SCENE.svg`, its work-precision panels. The
+//! - `results.csv`, a row a point and measure, and `SCENE.svg`, a work-precision panel for every
+//!   measure that a peer shows as well. The
 //!   stairs are the Pareto fronts: at a given time nothing of that side is more accurate. What
 //!   failed, or was not solved to its tolerance, is named beneath its panel with its setting.
 //! - `domination.csv`, how many points of the peers ours dominate in each measure, and

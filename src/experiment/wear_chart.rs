@@ -17,9 +17,10 @@ const REFERENCE: [f64; 3] = [0.5, 0.25, 0.125];
 /// A halved step must leave at most this share of the difference.
 const SHRINKS: f64 = 0.75;
 
-/// Tolerances and solvers beside the scene's own.
+/// Tolerances and solvers beside the scene's own. Gauss-Seidel alone takes 400 times as long on the
+/// thresher, and leaves islands unsolved.
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
-const SOLVERS: [&str; 3] = ["auto", "nsgs", "direct"];
+const SOLVERS: [&str; 2] = ["auto", "direct"];
 
 /// Wear of one load cycle of a new tooth.
 pub(super) struct WornCycle {
@@ -298,8 +299,8 @@ mod tests {
         for (k, setting) in settings.iter().enumerate() {
             assert!(!settings[..k].contains(setting), "{setting:?}");
         }
-        // two schemes at five steps, three tolerances and two solvers more
-        assert_eq!(settings.len(), 10 + 3 + 2);
+        // two schemes at five steps, three tolerances and a solver more
+        assert_eq!(settings.len(), 10 + 3 + 1);
         assert_eq!(wear_settings(&Step::default(), true).len(), 3);
     }
 
