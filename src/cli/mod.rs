@@ -1,6 +1,7 @@
 //! The program: parse, call, print.
 
 mod bench;
+mod bench_scenes;
 mod bench_table;
 mod chart;
 mod chart_table;

@@ -29,6 +29,7 @@ mod joint_rules;
 mod linear;
 mod model;
 mod outcome;
+mod phases;
 mod planar;
 mod planar_shape;
 mod pose;
@@ -50,6 +51,7 @@ pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
+pub use phases::Phases;
 pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
 pub use planar_shape::PlanarShape;
 pub use pose::Pose64;

@@ -4,6 +4,7 @@ use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
 use super::joint_cap::cap_joints;
 use super::outcome::redundant;
+use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
@@ -63,6 +64,7 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
+    pub clock: PhaseClock,
 }
 
 impl IslandSolver {
@@ -74,6 +76,7 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
+            clock: PhaseClock::default(),
         }
     }
 
@@ -126,6 +129,7 @@ impl IslandSolver {
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
+        self.clock.lap(|t| &mut t.assembly);
         let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
         let mut joints_capped = false;
         if rules.corrects_gaps() {
@@ -206,6 +210,7 @@ impl IslandSolver {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = resolution;
         }
+        self.clock.lap(|t| &mut t.solve);
         outcome
     }
 

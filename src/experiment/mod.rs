@@ -93,6 +93,7 @@ mod simulate;
 mod stall;
 mod study;
 mod threshing;
+mod throughput;
 mod wear_chart;
 mod wear_history;
 
@@ -109,5 +110,6 @@ pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};
 
 pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
+pub use throughput::{Throughput, Workload, growth};
 pub use wear_chart::wear_settings;
 pub use wear_history::WearHistory;
