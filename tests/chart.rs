@@ -2,7 +2,7 @@
 
 use moreau2d::report::{
     Domination, DominationRow, PointRow, ResultRow, UndominatedRow, observed_order, panels,
-    read_rows, work_precision,
+    read_rows, shared, work_precision,
 };
 use std::collections::BTreeSet;
 use std::fs;
@@ -103,7 +103,10 @@ fn a_quick_chart_is_whole_and_every_point_runs_again_by_its_command() {
     for scene in ["sliding-block", "tower"] {
         let of: Vec<ResultRow> = rows.iter().filter(|r| r.scene == scene).cloned().collect();
         let svg = fs::read_to_string(c.path("r").join(format!("{scene}.svg"))).unwrap();
-        assert!(svg == panels(&work_precision(&of)).unwrap(), "{scene}");
+        assert!(
+            svg == panels(&work_precision(&shared(&of))).unwrap(),
+            "{scene}"
+        );
         for text in [
             "front of ours",
             "front of the peers",
@@ -273,6 +276,15 @@ fn bad_input_is_refused_before_anything_runs() {
             "HZ,SUBSTEPS,PGS",
         ),
         (&["bowl", "--engine", "rapier"], "only moreau steps it"),
+        (
+            &["thresher", "--engine", "rapier"],
+            "ours alone steps its contacts",
+        ),
+        (&["thresher-study", "--time", "1"], "--time"),
+        (
+            &["thresher-study", "--set", "study.reading=\"literal\""],
+            "no algebra",
+        ),
         (&["tower", "--repeats", "0"], "1..=100"),
         (&["--quik"], "--quick"),
         (&["--from", "none.csv"], "none.csv"),

@@ -96,7 +96,7 @@ const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,prec
                        value,unit,reference,seconds_per_simulated_second,spread,verdict,mode";
 
 /// Scenes of the catalogue that are bodies; the two of the thresher run on models of their own.
-const SCENES: [&str; 25] = [
+const SCENES: [&str; 26] = [
     "sliding-block",
     "incline",
     "conveyor",

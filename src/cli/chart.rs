@@ -1,11 +1,13 @@
 use super::chart_table::table;
 use super::compare::{schemes, skipped};
 use super::{Flags, Outcome, engine, print_out, summary};
-use crate::experiment::{ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes};
+use crate::experiment::{
+    ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear, wear_settings,
+};
 use crate::rapier::BaselineSettings;
 use crate::report::{
     CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, Row, panels, read_rows,
-    work_precision,
+    shared, work_precision,
 };
 use crate::scene::Scene;
 use clap::Args;
@@ -141,11 +143,8 @@ impl Work {
             },
         };
         let mut scene = base.load(name)?;
-        if scene.study.is_some() || scene.thresher.is_some() {
-            return Err(RunError::Unfit(format!(
-                "scene {}: a wear scene has no chart of its own yet",
-                scene.name
-            )));
+        if is_wear(&scene) {
+            refuse(args, &scene)?;
         }
         if let Some(steps) = flags.steps {
             scene.step.time = f64::from(steps) * scene.step.dt;
@@ -165,6 +164,7 @@ impl Work {
             },
         };
         let settings = match args.engine {
+            None if is_wear(&scene) => wear_settings(&scene.step, args.quick),
             None => once(comparison.settings(&scene.step)),
             Some(engine) => {
                 let mut step = flags.load(name)?.step;
@@ -253,6 +253,22 @@ impl Work {
     }
 }
 
+/// A wear scene's cycle sets its own time, and rapier gives neither its contact law nor its slip.
+fn refuse(args: &ChartArgs, scene: &Scene) -> Result<(), RunError> {
+    let peer = args.engine.filter(|e| *e != Engine::Moreau);
+    let flag = match peer {
+        Some(peer) => format!("--engine {}", peer.name()),
+        None if args.flags.steps.is_some() => "--steps".to_owned(),
+        None if args.flags.time.is_some() => "--time".to_owned(),
+        None => return Ok(()),
+    };
+    Err(RunError::Unfit(format!(
+        "{flag}: has no place in the chart of wear scene {}: ours alone steps its contacts, for one \
+         load cycle",
+        scene.name
+    )))
+}
+
 /// Without the points of a peer that stand there already under another name.
 fn once(settings: Vec<Setting>) -> Vec<Setting> {
     let mut kept: Vec<Setting> = Vec::new();
@@ -330,7 +346,7 @@ fn write<R: Row>(folder: &OutputFolder, rows: &[R]) -> Result<(), RunError> {
 fn draw(folder: &OutputFolder, rows: &[ResultRow]) -> Result<Vec<String>, RunError> {
     let mut written = Vec::new();
     for of_scene in rows.chunk_by(|a, b| a.scene == b.scene) {
-        let charts = work_precision(of_scene);
+        let charts = work_precision(&shared(of_scene));
         if !charts.is_empty() {
             let name = format!("{}.svg", of_scene[0].scene);
             folder.write(&name, panels(&charts)?)?;

@@ -28,6 +28,49 @@
 //! Zeros stand on a line marked 0 under a log axis. What lies below 1e-12 is round-off, and has
 //! no order. A picture without a value above 0 is not written.
 //!
+//! # A chart over many scenes
+//!
+//! [`ChartPlan`] runs the same points on one scene after the other, with more of ours (tolerances
+//! and solvers at the scene's step); `moreau2d chart` writes
+//! - `results.csv`, a row a point and measure, and `SCENE.svg`, a work-precision panel for every
+//!   measure that a peer shows as well. The
+//!   stairs are the Pareto fronts: at a given time nothing of that side is more accurate. What
+//!   failed, or was not solved to its tolerance, is named beneath its panel with its setting.
+//! - `domination.csv`, how many points of the peers ours dominate in each measure, and
+//!   `undominated.csv`, every one that they do not, the nearest of ours, and the cause
+//!   ([`crate::report::Domination`] has the definition): `accuracy`, none of ours is as accurate;
+//!   `step`, all of ours take longer, whatever their accuracy; `time`, ours as accurate take
+//!   longer and ours as fast are less accurate.
+//! - `points.csv`, the command that runs each point again by itself: the same values bit for bit,
+//!   other times.
+//!
+//! What a value is measured against is in the column `reference`. `closed form` is mathematics.
+//! `0` is what an ideal contact, joint or conservative system has. `self-converged ±e until t` is
+//! our own run at three steps below all others ([`SelfReference`]): it says where the bodies go
+//! as far as the three agree, errors are compared up to t alone and never said to be less than e.
+//! Where they do not agree there is no trajectory to compare: chaos, and a note says so. Such a
+//! reference is of the race it judges, in the finest steps of one of its runners; a peer that
+//! converges to another motion shows there as an error that does not fall with its step.
+//!
+//! The energy of a scene with a motor, a belt or a body that moves as it is told rises as it
+//! should, so that `energy-rise` is no error there and left out.
+//!
+//! The chart of a wear scene is about the mission: the wear depth per cell of one load cycle.
+//! `wear-per-cell` is `Σ|h − h'|/Σ h'` over the cells, `wear-deepest` and `wear-total` the relative
+//! errors of the deepest cell and of the sum. The study has an algebra to compare with, the thresher
+//! its own run converged over three steps. rapier has neither their contact law nor a slip. Where
+//! it can be asked, on blocks and discs that slide, the measure `wear` is the sum of
+//! `load_slip` against its closed form; rapier's is its impulse times the slip velocity at the
+//! end of the step, for want of the one at its start.
+//!
+//! **A scene** is added as a file of `scenes/` and a line of the catalogue. With a
+//! `[reference]` it is in the chart from then on; a new closed form is a function beside the others
+//! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is.
+//!
+//! **An engine** is added as a variant of [`Engine`]: how it is prepared and stepped, what it cannot
+//! build, and where its bodies are. Its settings go to [`Setting`], in full into its label, and
+//! their ladder to [`Comparison::settings`]. Everything behind that reads rows.
+//!
 //! # Throughput
 //!
 //! [`Throughput`] times the steps of [`Workload`]s: each engine has its own copy of the world, and
@@ -60,11 +103,11 @@ mod stall;
 mod study;
 mod threshing;
 mod throughput;
-
+mod wear_chart;
 mod wear_history;
 
 pub use bench::{NamedProblem, bench_solvers};
-pub use chart::{ChartPlan, charted_scenes};
+pub use chart::{ChartPlan, charted_scenes, is_wear};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
@@ -77,4 +120,5 @@ pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};
 
 pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
 pub use throughput::{Throughput, Workload, growth};
+pub use wear_chart::wear_settings;
 pub use wear_history::WearHistory;

@@ -7,6 +7,9 @@ use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::Scene;
 use crate::scene::file::BodyKind;
 
+/// Of the energy of a scene: the sum over its bodies and the steps of a run tells no less.
+const ROUND_OFF: f64 = 1e-12;
+
 /// What an experiment found.
 #[derive(Debug, Clone, Default)]
 pub struct Results {
@@ -41,8 +44,8 @@ enum Point {
 /// Rows for each point: the errors against the scene's closed form, or `trajectory` \[m\], the
 /// largest distance of a body from where `reference` has it; `penetration` \[m\], and for ours
 /// `penetration-impact`, the depth at which impacts were noticed; `joint-gap` \[m\] of joints that
-/// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start,
-/// where nothing drives the scene; for ours `residual` and `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
+/// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start
+/// (0 below 1e-12 of it), where nothing drives the scene; for ours `residual` and `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
 /// solve certified has `unsolved`. A measure that others show and this one does not, such as the
@@ -295,7 +298,7 @@ impl<'a> Shown<'a> {
             figures.push(Figure("joint-gap", of(|t| t.joint_gap), "m", "0"));
         }
         if !self.driven {
-            figures.push(Figure("energy-rise", of(|t| t.energy_rise), "J", "0"));
+            figures.push(Figure("energy-rise", of(energy_rise), "J", "0"));
         }
         // rapier certifies nothing
         if engine == Engine::Moreau {
@@ -304,6 +307,15 @@ impl<'a> Shown<'a> {
             figures.push(Figure("unsolved-islands", unsolved, "1", "0"));
         }
         figures
+    }
+}
+
+/// Rise of the energy \[J\]; 0 where it is round-off of the energies that it is the difference of.
+fn energy_rise(totals: &Totals) -> f64 {
+    let size = totals.energy_start.abs().max(totals.energy_end.abs());
+    match totals.energy_rise <= ROUND_OFF * size.max(totals.kinetic_most) {
+        true => 0.0,
+        false => totals.energy_rise,
     }
 }
 
@@ -449,6 +461,24 @@ mod tests {
         assert_eq!(results.rows[0].spread, Some(0.5));
         let failed = results.rows.iter().find(|r| r.mode == "stops");
         assert_eq!(failed.and_then(|r| r.seconds_per_simulated_second), None);
+    }
+
+    #[test]
+    fn round_off_of_the_energy_is_no_rise() {
+        let totals = |energy_rise| Totals {
+            energy_start: -1e8,
+            energy_rise,
+            ..Totals::default()
+        };
+        assert_eq!(energy_rise(&totals(0.9e-4)), 0.0);
+        assert_eq!(energy_rise(&totals(1.1e-4)), 1.1e-4);
+        assert!(energy_rise(&totals(f64::NAN)).is_nan());
+        // without any energy every rise counts
+        let from_nothing = Totals {
+            energy_rise: 1e-30,
+            ..Totals::default()
+        };
+        assert_eq!(energy_rise(&from_nothing), 1e-30);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::simulate::{RunError, Totals};
 use super::stall::{Stall, exponent, single_cells};
+use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
 use crate::contact::Vec2;
 use crate::dynamics::{MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor};
@@ -233,6 +234,43 @@ fn load_cycle(
     })
 }
 
+/// Wear of a new tooth in one load cycle at the calibration point, and the algebra's.
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn study_cycle(scene: &Scene) -> Result<WornCycle, RunError> {
+    let (study, tooth, wear) = blocks(scene)?;
+    let quadratic = wear.update == Update::Quadratic;
+    let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
+    let worn = |load_slip: &[f64]| -> Result<Vec<f64>, RunError> {
+        let mut state = new_tooth(tooth, wear, speed)?;
+        advance(&mut state, load_slip, 1.0)?;
+        Ok(state.depth().to_vec())
+    };
+    let state = new_tooth(tooth, wear, speed)?;
+    let balanced = study.reading == Reading::TorqueBalanced;
+    let window = match balanced {
+        true => calibrate(study, tooth, wear, quadratic)?,
+        false => scene.step.time,
+    };
+    let mut totals = Totals::default();
+    let rotor = rotor(study, state.profile(), quadratic, torque, speed)?;
+    let cycle = load_cycle(scene, rotor, window, &mut totals)?;
+    let exact = match balanced {
+        true => {
+            let profile = state.profile();
+            let exact = oracle_load_slip(study, profile, quadratic, torque, speed, window)?;
+            Some(worn(&exact)?)
+        }
+        false => None,
+    };
+    Ok(WornCycle {
+        depth: worn(&cycle.load_slip)?,
+        exact,
+        totals,
+    })
+}
+
 /// A new tooth under the study's wear law.
 fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearError> {
     // only the quotient K/dΩ acts on the depth
@@ -243,6 +281,16 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearEr
     WearState::new(tooth.profile()?, wear.settings(law, TAU / speed))
 }
 
+fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
+    match (&scene.study, &scene.tooth, &scene.wear) {
+        (Some(study), Some(tooth), Some(wear)) => Ok((study, tooth, wear)),
+        _ => Err(RunError::Unfit(format!(
+            "scene {}: has no [study] block",
+            scene.name
+        ))),
+    }
+}
+
 /// Runs the study's reading over all its torques and speeds.
 ///
 /// In the torque-balanced reading the contact time of a cycle is one constant, fitted to one
@@ -251,12 +299,7 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearEr
 /// # Errors
 /// [`RunError`].
 pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, RunError> {
-    let (Some(study), Some(tooth), Some(wear)) = (&scene.study, &scene.tooth, &scene.wear) else {
-        return Err(RunError::Unfit(format!(
-            "scene {}: has no [study] block",
-            scene.name
-        )));
-    };
+    let (study, tooth, wear) = blocks(scene)?;
     let quadratic = wear.update == Update::Quadratic;
     let calibrated = study.reading == Reading::TorqueBalanced;
     let contact_time = if calibrated {

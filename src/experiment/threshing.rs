@@ -1,6 +1,7 @@
 //! The thresher's life: revolutions simulated, wear measured, cycles jumped.
 
 use super::simulate::{RunError, Totals};
+use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
 use crate::dynamics::record::StepRecord;
 use crate::report::Progress;
@@ -54,6 +55,7 @@ impl PowerBudget {
 struct Cycle {
     /// `load_slip` per node and revolution \[N m\] of the slice, mean over the bars.
     load_slip: Vec<f64>,
+
     /// Relative standard error of the most loaded node's mean over the bars.
     sampling: f64,
     /// Mean torque of the drive \[N m\], machine total.
@@ -107,7 +109,24 @@ struct Threshing<'a> {
     dt: f64,
 }
 
-impl Threshing<'_> {
+impl<'a> Threshing<'a> {
+    /// At the stiffness of the file.
+    fn new(
+        scene: &Scene,
+        parameters: &'a Thresher,
+        tooth: &Tooth,
+        profile: &Profile,
+    ) -> Result<Self, RunError> {
+        let stiffness = parameters.crop_stiffness;
+        Ok(Threshing {
+            parameters,
+            world: ThreshingWorld::new(scene, parameters, tooth, profile, stiffness)?,
+            totals: Totals::default(),
+            revolution: TAU / parameters.speed,
+            dt: scene.step.dt,
+        })
+    }
+
     fn steps(&self, revolutions: f64) -> usize {
         (revolutions * self.revolution / self.dt).ceil() as usize
     }
@@ -238,6 +257,16 @@ fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
     (variance / n).sqrt() / mean[node]
 }
 
+fn parameters(scene: &Scene) -> Result<(&Thresher, &Tooth), RunError> {
+    match (&scene.thresher, &scene.tooth) {
+        (Some(parameters), Some(tooth)) => Ok((parameters, tooth)),
+        _ => Err(RunError::Unfit(format!(
+            "scene {}: has no [thresher] block",
+            scene.name
+        ))),
+    }
+}
+
 /// Runs the thresher over its life.
 ///
 /// 1. The strip fills the machine; the crop's stiffness is scaled until the mean torque of a new
@@ -254,24 +283,12 @@ pub fn run_threshing(
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
-    let (Some(parameters), Some(tooth)) = (&scene.thresher, &scene.tooth) else {
-        return Err(RunError::Unfit(format!(
-            "scene {}: has no [thresher] block",
-            scene.name
-        )));
-    };
+    let (parameters, tooth) = parameters(scene)?;
     let default_wear = Wear::default();
     let wear = scene.wear.as_ref().unwrap_or(&default_wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut stiffness = parameters.crop_stiffness;
-    let world = ThreshingWorld::new(scene, parameters, tooth, state.profile(), stiffness)?;
-    let mut machine = Threshing {
-        parameters,
-        world,
-        totals: Totals::default(),
-        revolution: TAU / parameters.speed,
-        dt: scene.step.dt,
-    };
+    let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
     let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
     let one = machine.steps(1.0) as u64;
     let bar = progress("filling the machine", one * 4);
@@ -359,6 +376,35 @@ pub fn run_threshing(
         picture_worn: machine.world.outlines(state.profile())?,
         totals: machine.totals,
     })
+}
+
+/// Wear of a new tooth in the first revolution after the machine is filled, at the stiffness of
+/// the file: what a run starts with, without its calibration.
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn first_cycle(scene: &Scene, progress: &Progress) -> Result<WornCycle, RunError> {
+    let (parameters, tooth) = parameters(scene)?;
+    let default_wear = Wear::default();
+    let wear = scene.wear.as_ref().unwrap_or(&default_wear);
+    let mut state = new_tooth(tooth, wear, parameters)?;
+    let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
+    machine.run(FILLING, progress)?;
+    let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+    let cycle = machine.measure(state.profile(), 1, progress, &mut ignore)?;
+    state.advance(&cycle.load_slip, 1.0, 0.0)?;
+    Ok(WornCycle {
+        depth: state.depth().to_vec(),
+        exact: None,
+        totals: machine.totals,
+    })
+}
+
+/// Steps of [`first_cycle`] at `dt` \[s\].
+pub(super) fn first_cycle_steps(scene: &Scene, dt: f64) -> usize {
+    let revolution = scene.thresher.as_ref().map_or(0.0, |p| TAU / p.speed);
+    let steps = |revolutions: f64| (revolutions * revolution / dt).ceil() as usize;
+    steps(FILLING) + steps(1.0)
 }
 
 fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, WearError> {

@@ -205,6 +205,14 @@ fn undominated(peer: &Point, ours: &[Point]) -> UndominatedRow {
     }
 }
 
+/// The rows of one scene in which sides meet: of the measures that a peer shows, or all of them
+/// where no peer does.
+pub fn shared(rows: &[ResultRow]) -> Vec<ResultRow> {
+    let peers: Vec<&ResultRow> = rows.iter().filter(|r| r.engine != OURS).collect();
+    let shown = |r: &&ResultRow| peers.is_empty() || peers.iter().any(|p| p.measure == r.measure);
+    rows.iter().filter(shown).cloned().collect()
+}
+
 /// The Pareto front of points (time, value): those that no other beats in one without losing in
 /// the other, by rising time; of equal ones the first.
 pub fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
@@ -367,6 +375,18 @@ mod tests {
             .collect();
         assert_eq!(pairs, [("", 2, 2), ("2", 1, 0)]);
         assert_eq!(domination.share(), Some(2.0 / 3.0));
+    }
+
+    #[test]
+    fn what_ours_alone_shows_is_not_shared() {
+        let mut residual = row("moreau", 1e-9, 1.0, 0.0);
+        residual.measure = "residual".to_owned();
+        let alone = [row("moreau", 1.0, 1.0, 0.0), residual];
+        assert_eq!(shared(&alone), alone);
+        let mut rows = alone.to_vec();
+        rows.push(row("rapier", 1.0, 1.0, 0.0));
+        let names: Vec<String> = shared(&rows).into_iter().map(|r| r.measure).collect();
+        assert_eq!(names, ["m", "m"]);
     }
 
     #[test]

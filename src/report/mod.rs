@@ -28,7 +28,7 @@ pub use csv_files::{
     BodyRow, ComparisonRow, ContactRow, CsvFile, DominationRow, LifeRow, PerformanceRow, PointRow,
     ProfileRow, ResultRow, Row, StepRow, UndominatedRow, WearRow, read_rows,
 };
-pub use domination::{Cause, Domination, front};
+pub use domination::{Cause, Domination, front, shared};
 pub use folder::OutputFolder;
 pub use order::observed_order;
 pub use panels::panels;

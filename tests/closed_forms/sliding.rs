@@ -15,6 +15,26 @@ fn a_sliding_block_stops_where_and_when_coulomb_says() {
     assert!(run.state(1).1.norm() < 1e-12);
 }
 
+/// Load times slip, all that Archard's law asks of a step. In the step in which sliding ends it is
+/// off as the distance is, `4 φ (1 − φ) (a Δt/2v)²` of the whole, φ the share of it that is slid and
+/// a the deceleration of the slip; where nothing slides, nothing wears.
+#[test]
+fn wear_is_load_times_slip() {
+    for (scene, slip, deceleration) in [
+        ("sliding-block", 5.0, MU * G),
+        ("conveyor", 2.0, MU * G),
+        ("spinning-disc", 5.0 + 10.0 * 0.5, 3.0 * MU * G),
+    ] {
+        let scene_run = run(&load(scene, &[]));
+        let gate = (deceleration * DT / (2.0 * slip)).powi(2);
+        let error = scene_run.error("wear");
+        assert!(error <= gate, "{scene}: {error} against {gate}");
+    }
+    assert!(run(&load("incline", &[])).error("wear") <= 1e-9);
+    let held = run(&load("incline", &["slope=0.4995"]));
+    assert!(held.error("wear") <= 1e-9, "{} N m", held.error("wear"));
+}
+
 #[test]
 fn sliding_distance_converges_at_order_two() {
     let errors = LADDER.map(|dt| {

@@ -23,6 +23,8 @@ pub struct Samples {
     tangent: Vec<f64>,
     normal: Vec<f64>,
     pub(super) sticks: Vec<bool>,
+    /// Sum of all contacts' `load_slip` over the run \[N m\]: what wears.
+    pub(super) load_slip: f64,
     /// When the last impact that was located in time was over \[s\].
     pub(super) settled: Option<f64>,
     /// Of each step: its loaded contacts.
@@ -54,6 +56,7 @@ impl Samples {
         self.normal.push(loaded.clone().map(|c| c.impulse_n).sum());
         self.sticks
             .push(loaded.clone().any(|c| c.status == ContactStatus::Stick));
+        self.load_slip += record.contacts.iter().map(|c| c.load_slip).sum::<f64>();
         let impacts = loaded.clone().filter(|c| c.time < record.time);
         let settled = impacts.map(|c| c.time).reduce(f64::max);
         self.settled = settled.or(self.settled);

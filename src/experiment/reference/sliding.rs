@@ -1,9 +1,12 @@
-//! Blocks and discs that slide, stop, roll or are carried along.
+//! Blocks and discs that slide, stop, roll or are carried along, and what that wears.
+//!
+//! `wear` is the sum of `load_slip` over the run, load N times slip s of Archard's law: `m g s` of a
+//! body on level ground. Where nothing slides it must be 0.
 //!
 //! # Source
 //! Elementary mechanics with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Dynamics*.
 
-use super::{Measure, Samples, down, find, friction};
+use super::{Measure, Samples, down, find, friction, mass};
 use crate::scene::{Scene, Shape};
 
 /// `d = v²/(2 μ g)`, `t = v/(μ g)`.
@@ -19,6 +22,13 @@ pub(super) fn sliding_block(scene: &Scene, s: &Samples) -> Vec<Measure> {
     if let Some(time) = s.first_stick(mu) {
         out.push(Measure::relative("stop-time", time, v / (mu * g)));
     }
+    if let Some(m) = mass(scene, block) {
+        out.push(Measure::relative(
+            "wear",
+            s.load_slip,
+            m * v * v / (2.0 * mu),
+        ));
+    }
     out
 }
 
@@ -32,11 +42,17 @@ pub(super) fn incline(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let time = s.end();
     let (pose, u) = s.last()[block];
     let exact = along - mu * across;
+    let wear = mass(scene, block).map(|m| m * across * 0.5 * exact.max(0.0) * time * time);
     if exact > 0.0 {
-        vec![Measure::relative("acceleration", u.x / time, exact)]
+        let mut out = vec![Measure::relative("acceleration", u.x / time, exact)];
+        out.extend(wear.map(|wear| Measure::relative("wear", s.load_slip, wear)));
+        out
     } else {
         let creep = pose.translation.x - scene.bodies[block].position[0];
-        vec![Measure::absolute("creep", "m", creep, 0.0)]
+        vec![
+            Measure::absolute("creep", "m", creep, 0.0),
+            Measure::absolute("wear", "N m", s.load_slip, 0.0),
+        ]
     }
 }
 
@@ -68,6 +84,10 @@ pub(super) fn spinning_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
             pose.translation.x - body.position[0],
             place - body.position[0],
         ));
+        if let Some(m) = mass(scene, disc) {
+            let wear = m * (v + w * r).powi(2) / (6.0 * mu);
+            out.push(Measure::relative("wear", s.load_slip, wear));
+        }
     }
     out
 }
@@ -87,6 +107,13 @@ pub(super) fn conveyor(scene: &Scene, s: &Samples) -> Vec<Measure> {
     }
     if s.end() > catch {
         out.push(Measure::relative("speed", s.last()[block].1.x, v));
+        if let Some(m) = mass(scene, block) {
+            out.push(Measure::relative(
+                "wear",
+                s.load_slip,
+                m * v * v / (2.0 * mu),
+            ));
+        }
     }
     out
 }
