@@ -1,5 +1,7 @@
 //! The program: parse, call, print.
 
+mod atlas;
+mod atlas_table;
 mod bench;
 mod bench_table;
 mod compare;
@@ -34,6 +36,8 @@ enum Command {
     Run(RunArgs),
     /// Step a scene with our solver and with rapier's, and set accuracy against speed.
     Compare(CompareArgs),
+    /// Run the failure atlas: where each engine breaks, rung by rung.
+    Atlas(atlas::AtlasArgs),
     /// Set all impulse solvers against each other on stored contact problems.
     Bench(bench::BenchArgs),
     /// Solve a stored contact problem or LCP again.
@@ -224,6 +228,7 @@ pub fn main() -> ExitCode {
         Command::Scenes => list_scenes(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Atlas(args) => atlas::atlas(args),
         Command::Bench(args) => bench::bench(args),
         Command::Solve(args) => solve::solve(args),
     };

@@ -37,6 +37,8 @@
 //! that no curve reaches 1. `auto` hands over to others, so that between it and those a win is
 //! chance; what the choice costs is its curve's distance from the best.
 
+mod assembly;
+mod atlas;
 mod bench;
 mod compare;
 mod equilibrium;
@@ -50,6 +52,8 @@ mod threshing;
 
 mod wear_history;
 
+pub use assembly::{can_stand, limit};
+pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
 pub use bench::{NamedProblem, bench_solvers};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
