@@ -131,7 +131,7 @@ fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
         .iter()
         .filter(|r| r.scene == row.scene && r.rung == row.rung && r.engine == row.engine);
     let broken = own
-        .filter(|r| limit(r).is_some_and(|limit| !(r.value <= limit)))
+        .filter(|r| limit(r).is_some_and(|limit| r.value.is_nan() || r.value > limit))
         .map(|r| {
             let unit = if r.unit == "1" { "" } else { &r.unit };
             format!(" ({} {} {unit}", r.measure, number(r.value, 2))

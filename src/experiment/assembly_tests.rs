@@ -69,8 +69,10 @@ fn two_cards_lean_on_each_other() {
         |name: &str, c: &[[f64; 2]]| format!("[[body]]\nname = \"{name}\"\npolygon = {c:?}\n");
     let mirrored: Vec<[f64; 2]> = corners.iter().rev().map(|[x, y]| [-x, *y]).collect();
     let pair = format!("{}{}", card("left", &corners), card("right", &mirrored));
-    // a parallelogram's centre is the middle of its corners
-    let centre = corners.iter().map(|c| c[0]).sum::<f64>() / 4.0;
+    // two triangles with the diagonal from foot to head: areas as their upright and level sides
+    let [low, high] = [0.5 * foot * (height - head), 0.5 * head * -out];
+    let [x, y] = [(2.0 * out + foot) / 3.0, out / 3.0];
+    let centre = (low * x + high * y) / (low + high);
     let exact = (centre - (out + foot)) / height;
     assert!(exact > 0.2);
     assert_limit(0.05, 0.9, exact, |mu| {

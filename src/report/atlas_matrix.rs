@@ -10,7 +10,7 @@ use super::{ReportError, ResultRow, palette};
 const WIDTH: f64 = 1200.0;
 const NAME: f64 = 150.0;
 const ENGINE: f64 = 84.0;
-const CELL: f64 = 104.0;
+const CELL: f64 = 112.0;
 const LINE: f64 = 18.0;
 const COLUMNS: usize = 9;
 

@@ -49,7 +49,7 @@ pub(super) fn heavy_end() -> Result<Vec<Rung>, RunError> {
     let mut rungs = Vec::new();
     for (word, swings) in [("leans", false), ("swings", true)] {
         for (ratio, rate) in [(10.0, 60.0), (100.0, 60.0), (1000.0, 60.0), (1000.0, 240.0)] {
-            let name = format!("{word}, {ratio}, 1/{rate} s");
+            let name = format!("{word} {ratio}, 1/{rate}");
             rungs.push(rung(name, ratio, swings, 1.0 / rate)?);
         }
     }

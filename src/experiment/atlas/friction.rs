@@ -5,6 +5,7 @@ use super::verdict::Check;
 use super::{FLOOR, Rung, catalogue, drafted, material, step};
 use crate::contact::Vec2;
 use crate::experiment::RunError;
+use crate::scene::Built;
 
 /// What an engine in single precision cannot tell from rest \[m\] at 1 m: 3e-7 of the body's size
 /// from its gaps, and as much again from its poses.
@@ -91,9 +92,9 @@ pub(super) fn friction_ramp() -> Result<Vec<Rung>, RunError> {
         .collect()
 }
 
-/// A box slides without friction over the joints of a polyline.
+/// A box or disc slides without friction over the joints of a polyline, oriented or plain.
 pub(super) fn ghost_edges() -> Result<Vec<Rung>, RunError> {
-    let rung = |name: &str, shape: &str, edges: u32| {
+    let rung = |plain: bool, shape: &str, edges: u32| {
         // from the right to the left: the solid is on the left of its direction, below
         let points: Vec<String> = (0..=edges)
             .map(|k| format!("[{:?}, 0]", 20.0 - 40.0 * f64::from(k) / f64::from(edges)))
@@ -115,14 +116,35 @@ pub(super) fn ghost_edges() -> Result<Vec<Rung>, RunError> {
                 Check::new("hop", hop, "m", 10.0 * STILL, "hops"),
             ]
         };
-        Ok(Rung::new(name, drafted("ghost-edges", &text)?, "slides", judge).quick())
+        let kind = if plain { "plain " } else { "" };
+        let word = if shape.starts_with("box") {
+            "box"
+        } else {
+            "disc"
+        };
+        let name = format!("{kind}{word}, {edges}");
+        let rung = Rung::new(name, drafted("ghost-edges", &text)?, "slides", judge).quick();
+        Ok(if plain {
+            rung.prepared(open_floor)
+        } else {
+            rung
+        })
     };
-    [
-        rung("box, 20", "box = [1, 1]", 20),
-        rung("box, 400", "box = [1, 1]", 400),
-        rung("disc, 20", "disc = 0.5", 20),
-        rung("disc, 400", "disc = 0.5", 400),
-    ]
-    .into_iter()
-    .collect()
+    let mut rungs = Vec::new();
+    for plain in [false, true] {
+        for shape in ["box = [1, 1]", "disc = 0.5"] {
+            for edges in [20, 400] {
+                let rung: Result<Rung, RunError> = rung(plain, shape, edges);
+                rungs.push(rung?);
+            }
+        }
+    }
+    Ok(rungs)
+}
+
+fn open_floor(built: &mut Built) {
+    let floor = built.simulation().map(|(_, bodies)| bodies[0]);
+    if let (Some(floor), Some(simulation)) = (floor, built.simulation_mut()) {
+        simulation.open_chains(floor);
+    }
 }

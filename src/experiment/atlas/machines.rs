@@ -26,42 +26,70 @@ fn energy_kept(t: &Trace) -> Check {
     Check::new("energy-rise", rise, "1", 1e-3, "gains-energy")
 }
 
-/// A bar turns among discs in a ring.
-pub(super) fn spinner() -> Result<Vec<Rung>, RunError> {
-    let rung = |spin: f64| {
-        let n = 48;
-        let (radius, disc) = (8.0, 0.4);
-        let point = |k: i32| {
-            // clockwise: the solid is outside
-            let angle = -TAU * f64::from(k) / f64::from(n);
-            format!("[{:?}, {:?}]", radius * angle.cos(), radius * angle.sin())
-        };
-        let ring: Vec<String> = (0..n).map(point).collect();
-        let text = format!(
-            "{}{}[[body]]\nname = \"ring\"\nkind = \"fixed\"\nclosed = true\npolyline = [{}]\n\
-             [[body]]\nname = \"bar\"\nkind = \"kinematic\"\nbox = [12, 0.5]\nspin = {spin:?}\n\
-             [[body]]\nname = \"disc\"\ndisc = {disc:?}\nposition = [-4.5, -5.5]\n[[repeat]]\n\
-             of = \"disc\"\ncount = [10, 5]\nstep = [[1, 0], [0, 1]]\nradius_spread = 0.1\nseed = 1\n",
-            step(DT, 10.0),
-            material(0.3, 0.0),
-            ring.join(", ")
-        );
-        let judge = move |t: &Trace| {
-            let out = t.most(&t.moving(), |_, s| s.0.translation.norm() - radius);
-            let fastest = t.most(&t.moving(), |_, s| s.1.xy().norm());
-            // of what a bar's end and a fall through the ring can give
-            let fair = 2.0 * (6.0 * spin.abs() + (4.0 * 9.81 * radius).sqrt());
-            let depth = t.totals.penetration / (2.0 * disc);
-            vec![
-                Check::new("outside", out, "m", 0.0, "escapes"),
-                Check::new("fastest", fastest / fair, "1", 1.0, "launches"),
-                Check::new("penetration", depth, "1", 1e-2, "penetrates"),
-            ]
-        };
-        let scene = drafted("spinner", &text)?;
-        Ok(Rung::new(format!("{spin} rad/s"), scene, "turns", judge).quick_if(spin < 1.0))
+/// A bar turns among fifty discs in a ring.
+fn ring(spin: f64, dt: f64) -> Result<Scene, RunError> {
+    let n = 48;
+    let point = |k: i32| {
+        // clockwise: the solid is outside
+        let angle = -TAU * f64::from(k) / f64::from(n);
+        format!("[{:?}, {:?}]", RING * angle.cos(), RING * angle.sin())
     };
-    [0.5, 1.0, 3.0].map(rung).into_iter().collect()
+    let points: Vec<String> = (0..n).map(point).collect();
+    let text = format!(
+        "{}{}[[body]]\nname = \"ring\"\nkind = \"fixed\"\nclosed = true\npolyline = [{}]\n\
+         [[body]]\nname = \"bar\"\nkind = \"kinematic\"\nbox = [12, 0.5]\nspin = {spin:?}\n\
+         [[body]]\nname = \"disc\"\ndisc = 0.4\nposition = [-4.5, -5.5]\n[[repeat]]\n\
+         of = \"disc\"\ncount = [10, 5]\nstep = [[1, 0], [0, 1]]\nradius_spread = 0.1\nseed = 1\n",
+        step(dt, 20.0),
+        material(0.3, 0.0),
+        points.join(", ")
+    );
+    drafted("spinner", &text)
+}
+
+/// Radius of the ring \[m\].
+const RING: f64 = 8.0;
+
+/// Mean square of the discs' speed [m²/s²] over all but the first five seconds.
+fn agitation(t: &Trace) -> f64 {
+    let discs = t.moving();
+    let late = t.history.iter().filter(|m| m.time > 5.0);
+    let means = late.map(|m| {
+        let squares = discs.iter().map(|&k| m.states[k].1.xy().norm_squared());
+        squares.sum::<f64>() / discs.len() as f64
+    });
+    let (sum, count) = means.fold((0.0, 0.0), |(s, n), a| (s + a, n + 1.0));
+    sum / count
+}
+
+/// Spin of the bar, and the mean of the mean square speed of runs at three levels of the step with
+/// ours and rapier's stiff preset, which scatter by 20 %. At 3 rad/s they scatter by half, too
+/// much for a statistic.
+const AGITATIONS: [(f64, Option<f64>); 3] = [(0.5, Some(3.17)), (1.0, Some(5.0)), (3.0, None)];
+
+pub(super) fn spinner() -> Result<Vec<Rung>, RunError> {
+    let rung = |(spin, exact): (f64, Option<f64>)| {
+        let judge = move |t: &Trace| {
+            let out = t.most(&t.moving(), |_, s| s.0.translation.norm() - RING);
+            // of a disc of 0.8 m
+            let depth = t.totals.penetration / 0.8;
+            let mut checks = vec![
+                Check::new("outside", out, "m", 0.0, "escapes"),
+                Check::new("penetration", depth, "1", 1e-2, "penetrates"),
+            ];
+            if let Some(exact) = exact {
+                let off = (agitation(t) / exact - 1.0).abs();
+                let name = "mean-square-speed";
+                checks.push(Check::new(name, off, "1", 0.25, "wrong-speed"));
+            }
+            checks
+        };
+        Ok(
+            Rung::new(format!("{spin} rad/s"), ring(spin, DT)?, "turns", judge)
+                .quick_if(spin < 1.0),
+        )
+    };
+    AGITATIONS.map(rung).into_iter().collect()
 }
 
 /// Parts of a wheel with `n` trapezoidal teeth 0.5 m apart, the first at `phase` teeth.
@@ -88,7 +116,7 @@ pub(super) fn gears() -> Result<Vec<Rung>, RunError> {
     let rung = |n: u32, m: u32| {
         let apart = pitch_radius(n) + pitch_radius(m) + 0.02;
         // where a tooth of the first comes, the second has a space
-        let phase = if m % 2 == 0 { 0.5 } else { 0.0 };
+        let phase = if m.is_multiple_of(2) { 0.5 } else { 0.0 };
         let text = format!(
             "{}{}[gravity]\ny = 0\n[[body]]\nname = \"driver\"\n{}\n[[body]]\nname = \"driven\"\n{}\n\
              position = [{apart:?}, 0]\nangular_damping = 1\n[[joint]]\nkind = \"revolute\"\n\
@@ -172,9 +200,9 @@ pub(super) fn ratchet() -> Result<Vec<Rung>, RunError> {
         .collect()
 }
 
-/// Twenty dominoes, the first of them beyond its balance.
+/// A row of dominoes, the first of them beyond its balance.
 fn domino_row(apart: f64, dt: f64) -> Result<Scene, RunError> {
-    let (w, h): (f64, f64) = (0.2, 1.0);
+    let (w, h): (f64, f64) = (0.1, 1.0);
     // turned about its lower right corner, which stays on the floor
     let tilt: f64 = 0.25;
     let (sin, cos) = tilt.sin_cos();
@@ -203,8 +231,9 @@ fn wave(t: &Trace) -> f64 {
     (place(b) - place(a)) / (fall(b) - fall(a))
 }
 
-/// Distance of the dominoes and the speed of their wave, of converged runs.
-const WAVES: [(f64, f64); 3] = [(0.4, 0.0), (0.6, 0.0), (0.8, 0.0)];
+/// Distance of the dominoes and the speed of their wave: the mean of ours and rapier's stiff preset
+/// at 1/960 s, which differ by 5, 2 and 1 %. (Every engine calls an impact something else.)
+const WAVES: [(f64, f64); 3] = [(0.4, 4.227), (0.6, 3.895), (0.8, 3.539)];
 
 pub(super) fn dominoes() -> Result<Vec<Rung>, RunError> {
     let rung = |(apart, exact): (f64, f64)| {
@@ -239,7 +268,9 @@ fn heap_angle(t: &Trace) -> f64 {
     sum / count
 }
 
-const HEAP_ANGLE: f64 = 0.0;
+/// Of ours and rapier's stiff preset at 5e-4 s, which agree within 1e-3; at 2e-3 s they are within
+/// 0.023 of it.
+const HEAP_ANGLE: f64 = 0.451;
 
 pub(super) fn granular_drum() -> Result<Vec<Rung>, RunError> {
     let rung = |name: &str, dt: f64| {
@@ -248,7 +279,7 @@ pub(super) fn granular_drum() -> Result<Vec<Rung>, RunError> {
             let out = t.most(&t.moving(), |_, s| s.0.translation.norm() - 1.0);
             vec![
                 Check::new("outside", out, "m", 0.0, "escapes"),
-                Check::new("mean-angle", off, "rad", 0.07, "wrong-angle"),
+                Check::new("mean-angle", off, "rad", 0.04, "wrong-angle"),
                 // of a grain of 5 cm
                 Check::new(
                     "penetration",
@@ -311,8 +342,9 @@ fn discharge(t: &Trace) -> f64 {
     0.5 * grains.len() as f64 / (reached(3) - reached(1))
 }
 
-/// Widths of the opening, and grains a second of converged runs.
-const RATES: [(f64, f64); 2] = [(1.0, 0.0), (1.4, 0.0)];
+/// Widths of the opening, and grains a second: the mean of runs at three levels of the step with
+/// ours and rapier's stiff preset, which scatter by 5 and 10 %.
+const RATES: [(f64, f64); 2] = [(1.0, 48.9), (1.4, 87.8)];
 
 pub(super) fn hopper() -> Result<Vec<Rung>, RunError> {
     let rung = |(wide, exact): (f64, f64)| {

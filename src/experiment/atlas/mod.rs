@@ -39,7 +39,7 @@ mod verdict;
 use super::setting::Setting;
 use super::simulate::{Engine, RunError};
 use crate::report::{Progress, ResultRow, number};
-use crate::scene::{Hint, Scene, load};
+use crate::scene::{Built, Hint, Scene, load};
 use trace::Trace;
 use verdict::{Check, Finding, Verdict};
 
@@ -87,6 +87,8 @@ pub(super) struct Rung {
     /// The mode of a pass.
     passes: &'static str,
     work: Work,
+    /// What is changed in the world that no scene file says.
+    prepare: fn(&mut Built),
     quick: bool,
     /// Why engines other than ours cannot run it.
     ours_alone: Option<&'static str>,
@@ -105,6 +107,7 @@ impl Rung {
             scene,
             passes,
             work: Work::Steps(Box::new(judge)),
+            prepare: |_| {},
             quick: false,
             ours_alone: None,
             double: false,
@@ -133,6 +136,11 @@ impl Rung {
         self.quick_if(true)
     }
 
+    fn prepared(mut self, prepare: fn(&mut Built)) -> Rung {
+        self.prepare = prepare;
+        self
+    }
+
     /// Only ours has what it asks for.
     fn ours_alone(mut self, why: &'static str) -> Rung {
         self.ours_alone = Some(why);
@@ -154,7 +162,7 @@ impl Rung {
             return Ok(Finding::unavailable("cannot", why.to_owned()));
         }
         let outcome = match &self.work {
-            Work::Steps(judge) => Trace::of(&self.scene, engine)
+            Work::Steps(judge) => Trace::of(&self.scene, engine, self.prepare)
                 .map(|trace| Finding::of(&trace, judge(&trace), self.passes)),
             Work::Own(work) => work(engine),
         };
@@ -279,7 +287,14 @@ impl AtlasResults {
     fn note(&mut self, entry: &Entry, rung: &Rung, engine: Engine, what: &str, reason: &str) {
         let note = match what {
             "skipped" => format!("{} {}: {what}, {reason}", entry.name, rung.name),
-            "cannot" => format!("{}: rapier cannot: {reason}", entry.name),
+            "cannot" => {
+                // whichever of rapier's presets it is
+                let what = reason
+                    .strip_prefix("--engine ")
+                    .and_then(|r| r.split_once(": "));
+                let reason = what.map_or(reason, |(_, what)| what);
+                format!("{}: rapier cannot: {reason}", entry.name)
+            }
             _ => format!(
                 "{} {}, {}: {what}, {reason}",
                 entry.name,

@@ -16,13 +16,18 @@ pub(super) fn redundant_contacts() -> Result<Vec<Rung>, RunError> {
             format!("{{ disc = 0.004, position = [{x:?}, -0.004] }}")
         };
         let discs: Vec<String> = (0..n).map(disc).collect();
-        rung(n.to_string(), &format!("parts = [{}]", discs.join(", ")))
+        rung(
+            n.to_string(),
+            n <= 100,
+            &format!("parts = [{}]", discs.join(", ")),
+        )
     };
     let polyline = |n: u32| {
         let point = |k: u32| format!("[{:?}, 0]", 6.0 - 12.0 * f64::from(k) / f64::from(n));
         let points: Vec<String> = (0..=n).map(point).collect();
         rung(
             format!("polyline of {n}"),
+            true,
             &format!("polyline = [{}]", points.join(", ")),
         )
     };
@@ -33,7 +38,7 @@ pub(super) fn redundant_contacts() -> Result<Vec<Rung>, RunError> {
         .collect()
 }
 
-fn rung(name: String, support: &str) -> Result<Rung, RunError> {
+fn rung(name: String, quick: bool, support: &str) -> Result<Rung, RunError> {
     let text = format!(
         "{}{}[[body]]\nname = \"support\"\nkind = \"fixed\"\n{support}\n\
          [[body]]\nname = \"plank\"\nbox = [10.2, 0.5]\nposition = [0, 0.25]\n[[body]]\n\
@@ -62,7 +67,7 @@ fn rung(name: String, support: &str) -> Result<Rung, RunError> {
             Check::new("wrench", off, "1", 1e-3, "wrong-load"),
         ]
     };
-    Ok(Rung::new(name, drafted("redundant-contacts", &text)?, "holds", judge).quick())
+    Ok(Rung::new(name, drafted("redundant-contacts", &text)?, "holds", judge).quick_if(quick))
 }
 
 /// The study's rotor, 26 contacts on one coordinate: rigid it stalls in a step under shares that

@@ -62,7 +62,7 @@ pub(super) fn kane() -> Result<Vec<Rung>, RunError> {
             };
             let passes = if newton { "says so" } else { "no gain" };
             let rung = Rung::new(
-                format!("{law}, e {e}, mu {mu}"),
+                format!("{law} {e}, {mu}"),
                 pendulum(law, e, mu)?,
                 passes,
                 judge,

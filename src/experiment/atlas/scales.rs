@@ -25,13 +25,13 @@ pub(super) fn far_origin() -> Result<Vec<Rung>, RunError> {
                 format!("body.block.position=[{far:?},0.5]"),
                 format!("slope={slope:?}"),
             ];
-            let (passes, sign) = if slope < 0.5 {
-                ("holds", "-")
+            let (passes, word) = if slope < 0.5 {
+                ("holds", "hold")
             } else {
-                ("slides", "+")
+                ("slides", "slide")
             };
             let rung = Rung::new(
-                format!("incline {sign}1e-3, {name}"),
+                format!("{word}, {name}"),
                 catalogue("incline", &flags)?,
                 passes,
                 |t| incline(t, 1.0),
@@ -67,9 +67,9 @@ pub(super) fn tiny_and_huge() -> Result<Vec<Rung>, RunError> {
     let mut rungs = Vec::new();
     for (size, dt, time, name) in [
         (1e-3_f64, 1e-3_f64.sqrt() / 60.0, 0.3, "1 mm"),
-        (1e-3, 1e-6, 0.01, "1 mm, dt 1e-6"),
-        (1.0, 1e-4, 1.0, "1 m, dt 1e-4"),
-        (1e2, 0.1, 100.0, "100 m, dt 0.1"),
+        (1e-3, 1e-6, 0.01, "1 mm, 1e-6 s"),
+        (1.0, 1e-4, 1.0, "1 m, 1e-4 s"),
+        (1e2, 0.1, 100.0, "100 m, 0.1 s"),
         (1e2, 1.0 / 60.0, 20.0, "100 m"),
     ] {
         let common = [
@@ -93,13 +93,13 @@ pub(super) fn tiny_and_huge() -> Result<Vec<Rung>, RunError> {
         rungs.push(rung.quick_if(quick));
         for slope in [0.4995, 0.5005] {
             let scene = scaled("incline", "block", format!("slope={slope:?}"))?;
-            let (passes, sign) = if slope < 0.5 {
-                ("holds", "-")
+            let (passes, word) = if slope < 0.5 {
+                ("holds", "hold")
             } else {
-                ("slides", "+")
+                ("slides", "slide")
             };
             let judge = move |t: &Trace| incline(t, size);
-            let rung = Rung::new(format!("incline {sign}1e-3, {name}"), scene, passes, judge);
+            let rung = Rung::new(format!("{word}, {name}"), scene, passes, judge);
             rungs.push(rung.quick_if(quick));
         }
     }
