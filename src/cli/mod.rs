@@ -1,5 +1,7 @@
 //! The program: parse, call, print.
 
+mod atlas;
+mod atlas_table;
 mod bench;
 mod bench_scenes;
 mod bench_table;
@@ -39,7 +41,9 @@ enum Command {
     Compare(CompareArgs),
     /// Accuracy against speed over many scenes: diagrams, and who is dominated where.
     Chart(chart::ChartArgs),
-    /// Set all impulse solvers against each other on stored contact problems.
+    /// Run the failure atlas: where each engine breaks, rung by rung.
+    Atlas(atlas::AtlasArgs),
+    /// How long a step takes and what it is worth; or all impulse solvers on stored problems.
     Bench(bench::BenchArgs),
     /// Solve a stored contact problem or LCP again.
     Solve(solve::SolveArgs),
@@ -257,6 +261,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),
+        Command::Atlas(args) => atlas::atlas(args),
         Command::Bench(args) => bench::bench(args),
         Command::Solve(args) => solve::solve(args),
     };

@@ -89,6 +89,8 @@
 //! that no curve reaches 1. `auto` hands over to others, so that between it and those a win is
 //! chance; what the choice costs is its curve's distance from the best.
 
+mod assembly;
+mod atlas;
 mod bench;
 mod chart;
 mod compare;
@@ -106,6 +108,8 @@ mod throughput;
 mod wear_chart;
 mod wear_history;
 
+pub use assembly::{can_stand, limit};
+pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes, is_wear};
 pub use compare::Comparison;

@@ -266,6 +266,22 @@ impl Simulation {
         Ok(ColliderId(handle))
     }
 
+    /// Makes a body's chains touch from both sides, as rapier's plain polylines do.
+    pub fn open_chains(&mut self, body: BodyId) {
+        let Some(body) = self.world.bodies.get(body.0) else {
+            return;
+        };
+        for &handle in body.colliders() {
+            let Some(collider) = self.world.colliders.get_mut(handle) else {
+                continue;
+            };
+            if let Some(chain) = collider.shape().as_polyline() {
+                let (points, edges) = (chain.vertices().to_vec(), chain.indices().to_vec());
+                collider.set_shape(SharedShape::polyline(points, Some(edges)));
+            }
+        }
+    }
+
     /// The share of the weight that a body feels, and its drag on velocity and spin [1/s].
     pub fn set_drag(&mut self, body: BodyId, gravity_scale: f64, damping: [f64; 2]) {
         if let Some(body) = self.world.bodies.get_mut(body.0) {

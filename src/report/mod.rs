@@ -3,6 +3,7 @@
 //! Everything here is drawn and written from records and rows alone. Files hold SI units at full
 //! precision; millimetres and hours appear in charts and tables only.
 
+mod atlas_matrix;
 mod axis;
 mod canvas;
 mod chart;
@@ -22,6 +23,7 @@ mod result_charts;
 mod table;
 mod wear_charts;
 
+pub use atlas_matrix::matrix;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub use csv_files::{

@@ -2,12 +2,12 @@
 //!
 //! # Source
 //! Equilibrium of rigid bodies with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Statics*;
-//! the arch by limit analysis, see [`crate::experiment::equilibrium`].
+//! the arch by limit analysis, see [`can_stand`].
 
-use super::super::equilibrium::{self, Joint, Load};
+use super::super::assembly::can_stand;
 use super::{Measure, Samples, down, find, friction, mass};
 use crate::contact::Vec2;
-use crate::scene::{Body, Scene, Shape};
+use crate::scene::{Scene, Shape};
 
 /// What must fall has to have gone this part of its size by the end of the run: far beyond creep,
 /// and within the two seconds of a scene for an excess of 1 % of gravity (0.2 m).
@@ -134,82 +134,22 @@ pub(super) fn wedge(scene: &Scene, s: &Samples) -> Vec<Measure> {
 /// Voussoirs on two springings: stands iff a distribution of forces in the friction cones of the
 /// joints balances the weights.
 pub(super) fn arch(scene: &Scene, s: &Samples) -> Vec<Measure> {
-    let stones: Vec<usize> = (0..scene.bodies.len())
-        .filter(|&k| scene.bodies[k].name.starts_with("voussoir["))
-        .collect();
-    let (Some(&first), Some(floor)) = (stones.first(), find(scene, "floor")) else {
+    let stones = (0..scene.bodies.len()).filter(|&k| scene.bodies[k].name.starts_with("voussoir["));
+    let stones: Vec<usize> = stones.collect();
+    let Some(Shape::Polygon { points }) = stones.first().map(|&k| &scene.bodies[k].shape) else {
         return Vec::new();
     };
-    let corners: Vec<_> = stones.iter().map(|&k| voussoir(&scene.bodies[k])).collect();
-    let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
+    // inner and outer radius: corners at the start of its angle
+    let [Some(inner), Some(outer)] = [0, 1].map(|c| points.get(c).map(|p| p[0].hypot(p[1]))) else {
         return Vec::new();
     };
-    let inside = friction(scene, first, first);
-    let springing = friction(scene, first, floor);
-    // an error of the programme is no verdict: the measure is not a number
-    let stands = equilibrium::stands(&loads(&corners), &joints(&corners, inside, springing));
-    let motion = |k: &usize| {
-        let [inner, outer, ..] = corners[0].map(|c| c.norm());
-        s.motion(*k, Vec2::new(0.5 * (inner + outer), 0.0))
-    };
+    let motion = |k: &usize| s.motion(*k, Vec2::new(0.5 * (inner + outer), 0.0));
     let most = stones.iter().map(motion).fold(0.0, f64::max);
-    match stands {
-        Ok(hold) => vec![Measure::verdict(hold, most, GONE * corners[0][0].norm())],
+    // an error of the programme is no verdict: the measure is not a number
+    match can_stand(scene) {
+        Ok(hold) => vec![Measure::verdict(hold, most, GONE * inner)],
         Err(_) => vec![Measure::absolute("creep", "m", f64::NAN, 0.0)],
     }
-}
-
-/// Corners in the world \[m\]: inner and outer at the start of its angle, outer and inner at its end.
-fn voussoir(body: &Body) -> Option<[Vec2; 4]> {
-    let Shape::Polygon { points } = &body.shape else {
-        return None;
-    };
-    let (sin, cos) = body.angle.sin_cos();
-    let place = |[x, y]: [f64; 2]| {
-        Vec2::from(body.position) + Vec2::new(cos * x - sin * y, sin * x + cos * y)
-    };
-    let corners: [[f64; 2]; 4] = points.as_slice().try_into().ok()?;
-    Some(corners.map(place))
-}
-
-/// Weights of voussoirs as areas, at their centroids.
-fn loads(corners: &[[Vec2; 4]]) -> Vec<Load> {
-    corners
-        .iter()
-        .map(|c| {
-            let halves = [[c[0], c[1], c[2]], [c[0], c[2], c[3]]];
-            let area = halves.map(|[a, b, c]| 0.5 * (b - a).perp(&(c - a)));
-            let centre = halves.map(|[a, b, c]| (a + b + c) / 3.0);
-            let total = area[0] + area[1];
-            Load {
-                force: Vec2::new(0.0, -total),
-                at: (centre[0] * area[0] + centre[1] * area[1]) / total,
-            }
-        })
-        .collect()
-}
-
-/// Two contacts a joint, at its ends; before the first voussoir and after the last one the ground.
-fn joints(corners: &[[Vec2; 4]], inside: f64, springing: f64) -> Vec<Joint> {
-    let n = corners.len();
-    let mut out = Vec::with_capacity(2 * n + 2);
-    for k in 0..=n {
-        let [a, b] = if k < n {
-            [corners[k][0], corners[k][1]]
-        } else {
-            [corners[n - 1][3], corners[n - 1][2]]
-        };
-        let radius = (b - a).normalize();
-        for position in [a, b] {
-            out.push(Joint {
-                bodies: [k.checked_sub(1), (k < n).then_some(k)],
-                position,
-                normal: Vec2::new(-radius.y, radius.x),
-                friction: if k == 0 || k == n { springing } else { inside },
-            });
-        }
-    }
-    out
 }
 
 /// A belt without weight on a drum: slips iff its tensions differ by more than `exp(μ φ)`, and

@@ -1,0 +1,85 @@
+use super::atlas_table::{explanations, shares, table};
+use super::{Outcome, print_out, summary};
+use crate::experiment::{Atlas, Engine, RunError};
+use crate::report::{CsvFile, OutputFolder, Progress, ResultRow, Row, matrix, read_rows};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct AtlasArgs {
+    /// Entries to run [default: all].
+    #[arg(value_name = "ENTRY")]
+    entries: Vec<String>,
+    /// The cheap rungs of each entry only.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for the results.
+    #[arg(long, value_name = "DIR", default_value = "out/atlas")]
+    out: PathBuf,
+    /// No progress bar, no tables.
+    #[arg(long)]
+    quiet: bool,
+    /// Print summary.json in place of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+const PICTURE: &str = "atlas.svg";
+
+/// Runs the atlas with every engine, writes the results, and draws them.
+pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
+    let atlas = Atlas::new(&args.entries, args.quick)?;
+    let folder = OutputFolder::create(&args.out)?;
+    let progress = Progress::new("atlas", atlas.runs() as u64, args.quiet);
+    let results = atlas.run(&Engine::ALL.map(|(_, engine)| engine), &progress)?;
+    drop(progress);
+    let mut file = CsvFile::create(&folder)?;
+    for row in &results.rows {
+        file.write(row)?;
+    }
+    file.finish()?;
+    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    folder.write(PICTURE, matrix(&rows)?)?;
+    let shares = shares(&rows);
+    let broken = explanations(&rows);
+    let more = json!({
+        "quick": args.quick,
+        "rows": rows.len(),
+        "pictures": [PICTURE],
+        "engines": shares.iter().map(|s| json!({
+            "engine": s.engine,
+            "pass": s.counts[0],
+            "fail": s.counts[1],
+            "unsolved": s.counts[2],
+            "none": s.counts[3],
+        })).collect::<Vec<_>>(),
+        "not_passed": broken.iter().map(|b| json!({
+            "entry": b.entry,
+            "rung": b.rung,
+            "verdict": b.verdict,
+            "mode": b.mode,
+            "why": b.why,
+        })).collect::<Vec<_>>(),
+        "warnings": results.notes,
+    });
+    let text = summary::write(&folder, summary::program("atlas"), more)?;
+    let target = folder.commit()?;
+    if args.json {
+        print_out(&text);
+    } else if !args.quiet {
+        let notes = results.notes.iter().map(|note| format!("note: {note}\n"));
+        let notes: String = notes.collect();
+        print_out(&format!(
+            "{}{notes}results.csv, {PICTURE} in {}\n",
+            table(&rows),
+            target.display()
+        ));
+    }
+    let ours = broken.is_empty();
+    Ok(if ours {
+        Outcome::Done
+    } else {
+        Outcome::Unsolved
+    })
+}

@@ -1,0 +1,147 @@
+//! The atlas as a person reads it, from the rows of `results.csv` alone.
+
+use crate::experiment::{ENTRIES, Engine};
+use crate::report::{Align, ResultRow, Table, number};
+
+/// How many rungs an engine passed, failed, left unsolved and could not run.
+pub(super) struct Share {
+    pub engine: String,
+    pub counts: [usize; 4],
+}
+
+/// A rung that ours did not pass, and why, if that is known.
+pub(super) struct Broken {
+    pub entry: String,
+    pub rung: String,
+    pub verdict: String,
+    pub mode: String,
+    pub why: &'static str,
+}
+
+/// One row a rung and engine: the first of each.
+fn verdicts(rows: &[ResultRow]) -> Vec<&ResultRow> {
+    let same = |a: &ResultRow, b: &ResultRow| {
+        a.scene == b.scene && a.rung == b.rung && a.engine == b.engine
+    };
+    let mut firsts: Vec<&ResultRow> = Vec::new();
+    for row in rows {
+        if firsts.last().is_none_or(|last| !same(last, row)) {
+            firsts.push(row);
+        }
+    }
+    firsts
+}
+
+/// Of every engine, in the order of the rows.
+pub(super) fn shares(rows: &[ResultRow]) -> Vec<Share> {
+    let mut shares: Vec<Share> = Vec::new();
+    for row in verdicts(rows) {
+        let at = match shares.iter().position(|s| s.engine == row.engine) {
+            Some(at) => at,
+            None => {
+                let engine = row.engine.clone();
+                shares.push(Share {
+                    engine,
+                    counts: [0; 4],
+                });
+                shares.len() - 1
+            }
+        };
+        let kind = ["pass", "fail", "unsolved"]
+            .iter()
+            .position(|v| *v == row.verdict);
+        shares[at].counts[kind.unwrap_or(3)] += 1;
+    }
+    shares
+}
+
+/// Rungs that ours failed or left unsolved.
+pub(super) fn explanations(rows: &[ResultRow]) -> Vec<Broken> {
+    let ours = Engine::Moreau.name();
+    let broken = verdicts(rows)
+        .into_iter()
+        .filter(|r| r.engine == ours && matches!(r.verdict.as_str(), "fail" | "unsolved"));
+    broken
+        .map(|r| {
+            let entry = ENTRIES.iter().find(|e| e.name == r.scene);
+            Broken {
+                entry: r.scene.clone(),
+                rung: r.rung.clone(),
+                verdict: r.verdict.clone(),
+                mode: r.mode.clone(),
+                why: entry
+                    .and_then(|e| e.explanation(&r.rung))
+                    .unwrap_or("the cause is not known"),
+            }
+        })
+        .collect()
+}
+
+/// A line a rung, a column an engine; the counts; why ours fails where it does.
+pub(super) fn table(rows: &[ResultRow]) -> String {
+    let shares = shares(rows);
+    let mut head = vec![("entry", Align::Left), ("rung", Align::Left)];
+    head.extend(shares.iter().map(|s| (s.engine.as_str(), Align::Left)));
+    let mut table = Table::new(head);
+    let firsts = verdicts(rows);
+    let mut entry = "";
+    for rung in firsts.chunk_by(|a, b| a.scene == b.scene && a.rung == b.rung) {
+        let name = if rung[0].scene == entry {
+            ""
+        } else {
+            &rung[0].scene
+        };
+        entry = &rung[0].scene;
+        let mut cells = vec![name.to_owned(), rung[0].rung.clone()];
+        cells.extend(rung.iter().map(|r| cell(r, rows)));
+        table.push(cells);
+    }
+    let mut out = table.to_string();
+    for share in &shares {
+        let [pass, fail, unsolved, none] = share.counts;
+        let run = pass + fail + unsolved;
+        let percent = 100.0 * pass as f64 / run.max(1) as f64;
+        out += &format!(
+            "{}: {pass} of {run} rungs passed ({} %), {fail} failed, {unsolved} unsolved; {none} not run\n",
+            share.engine,
+            number(percent, 3)
+        );
+    }
+    for b in explanations(rows) {
+        out += &format!(
+            "{} {}, {}: {}: {}\n",
+            b.entry,
+            b.rung,
+            Engine::Moreau.name(),
+            b.mode,
+            b.why
+        );
+    }
+    out
+}
+
+/// A pass in its word; a failure in capitals, with the measure that broke first.
+fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
+    let verdict = match row.verdict.as_str() {
+        "pass" => return row.mode.clone(),
+        "" => return format!("- ({})", row.mode),
+        verdict => verdict.to_uppercase(),
+    };
+    let own = rows
+        .iter()
+        .filter(|r| r.scene == row.scene && r.rung == row.rung && r.engine == row.engine);
+    let broken = own
+        .filter(|r| limit(r).is_some_and(|limit| r.value.is_nan() || r.value > limit))
+        .map(|r| {
+            let unit = if r.unit == "1" { "" } else { &r.unit };
+            format!(" ({} {} {unit}", r.measure, number(r.value, 2))
+        })
+        .next();
+    let broken = broken.map_or(String::new(), |b| format!("{})", b.trim_end()));
+    format!("{verdict} {}{broken}", row.mode)
+}
+
+/// The most that the row's value may be.
+fn limit(row: &ResultRow) -> Option<f64> {
+    row.reference.strip_prefix("at most ")?.parse().ok()
+}

@@ -1,0 +1,205 @@
+use super::super::reference::{Measure, Samples, measures};
+use super::super::setting::step_count;
+use super::super::simulate::{Engine, RunError, Totals, advance};
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::Pose64;
+use crate::dynamics::record::StepRecord;
+use crate::scene::{Built, Scene};
+
+/// States kept of a run: beyond this every k-th step only, and the last one.
+const KEPT: usize = 1_000_000;
+
+/// Pose and velocity of each body at one time.
+#[derive(Debug, Clone)]
+pub(super) struct Moment {
+    /// \[s\]
+    pub time: f64,
+    pub states: Vec<(Pose64, Vec3)>,
+}
+
+/// What a run of one rung by one engine left for its judge.
+pub(super) struct Trace {
+    pub scene: Scene,
+    pub engine: Engine,
+    /// The start first and the end last; all steps in between, as far as there is room.
+    pub history: Vec<Moment>,
+    pub totals: Totals,
+    /// Errors against the scene's closed form.
+    pub measures: Vec<Measure>,
+    /// Over the last tenth of the run: mean normal force \[N\] of all contacts on each body, and its
+    /// moment \[N m\] about the origin. (rapier's friction has a size in its record, but no sign.)
+    pub wrench: Vec<Vec3>,
+}
+
+impl Trace {
+    /// Runs `scene`, its world changed by `prepare`, to its end.
+    ///
+    /// # Errors
+    /// Those of [`advance`]; [`RunError::Unfit`] for an engine that has not its parts.
+    pub fn of(
+        scene: &Scene,
+        engine: Engine,
+        prepare: impl Fn(&mut Built),
+    ) -> Result<Trace, RunError> {
+        engine.fits(scene)?;
+        let mut built = scene.build()?;
+        prepare(&mut built);
+        let steps = step_count(&scene.step);
+        let every = (steps * built.bodies()).div_ceil(KEPT).max(1);
+        let mut samples = Samples::start(&built, engine);
+        let mut history = vec![moment(&built, engine, 0.0)];
+        let numbers: Vec<Option<u32>> = (0..built.bodies()).map(|k| built.number(k)).collect();
+        let most = numbers
+            .iter()
+            .flatten()
+            .max()
+            .map_or(0, |n| *n as usize + 1);
+        let mut sums = vec![Vec3::zeros(); most];
+        let (mut step, from) = (0, steps - steps.div_ceil(10));
+        let mut time = 0.0;
+        engine.prepare(&mut built)?;
+        if let (Some(_), Some(simulation)) = (engine.baseline(), built.simulation_mut()) {
+            // rapier as it comes: where its gaps are read it is off, here all is taken from poses
+            simulation.world.integration_parameters.contact_recycling = true;
+        }
+        let totals = advance(&mut built, engine, steps, |record, built| {
+            step += 1;
+            if step % every == 0 || step == steps {
+                history.push(moment(built, engine, record.time));
+            }
+            if scene.reference.is_some() {
+                samples.add(record, built, engine);
+            }
+            if step > from {
+                time += record.dt;
+                gather(record, &mut sums);
+            }
+            Ok(())
+        })?;
+        let wrench = numbers
+            .iter()
+            .map(|n| n.map_or(Vec3::zeros(), |n| sums[n as usize] / time));
+        Ok(Trace {
+            wrench: wrench.collect(),
+            measures: measures(scene, &samples),
+            scene: scene.clone(),
+            engine,
+            history,
+            totals,
+        })
+    }
+
+    /// Index of the body called `name`; the last body where there is none.
+    pub fn body(&self, name: &str) -> usize {
+        let found = self.scene.bodies.iter().position(|b| b.name == name);
+        found.unwrap_or(self.scene.bodies.len().saturating_sub(1))
+    }
+
+    /// Indices of the bodies that impulses move.
+    pub fn moving(&self) -> Vec<usize> {
+        let bodies = self.scene.bodies.iter().enumerate();
+        bodies
+            .filter(|(_, b)| b.mass.is_some())
+            .map(|(k, _)| k)
+            .collect()
+    }
+
+    /// Mass \[kg\] of the boxes and discs that impulses move.
+    pub fn mass(&self) -> f64 {
+        let moving = self.moving().into_iter();
+        let masses = moving.filter_map(|k| self.scene.bodies[k].mass_and_inertia());
+        masses.map(|(mass, _)| mass).sum()
+    }
+
+    /// Pose of body `k` at the start and at the end.
+    pub fn ends(&self, k: usize) -> [Pose64; 2] {
+        [0, self.history.len() - 1].map(|m| self.history[m].states[k].0)
+    }
+
+    /// Largest value of `what` of any body of `of` at any time; NaN if it ever is.
+    pub fn most(&self, of: &[usize], what: impl Fn(usize, &(Pose64, Vec3)) -> f64) -> f64 {
+        let each = |m: &Moment| of.iter().map(|&k| what(k, &m.states[k])).fold(0.0, larger);
+        self.history.iter().map(each).fold(0.0, larger)
+    }
+
+    /// Farthest \[m\] that any body that impulses move has been from its start.
+    pub fn moved(&self) -> f64 {
+        let start = |k: usize| self.history[0].states[k].0.translation;
+        self.most(&self.moving(), |k, s| (s.0.translation - start(k)).norm())
+    }
+
+    /// Error of the closed form's measure `name`; NaN where it was never taken.
+    pub fn error(&self, name: &str) -> f64 {
+        let found = self.measures.iter().find(|m| m.name == name);
+        found.map_or(f64::NAN, |m| m.error)
+    }
+
+    /// Widest gap of a joint's two points \[m\] at any time, and the sum of all at one time: from
+    /// the poses alone, for every engine alike. Of joints that hold a point.
+    pub fn joint_gaps(&self) -> [f64; 2] {
+        let joints = self
+            .scene
+            .joints
+            .iter()
+            .filter(|j| !j.kind.is_distance() && !j.kind.has_axis());
+        let start = |k: usize| {
+            let b = &self.scene.bodies[k];
+            Pose64::new(Vec2::from(b.position), b.angle)
+        };
+        let arms: Vec<_> = joints
+            .map(|j| {
+                [0, 1].map(|side| {
+                    let at = Vec2::from(j.at[side]);
+                    (
+                        j.bodies[side],
+                        j.bodies[side].map_or(at, |k| start(k).apply_inverse(at)),
+                    )
+                })
+            })
+            .collect();
+        let mut worst = [0.0, 0.0];
+        for moment in &self.history {
+            let gaps = arms.iter().map(|ends| {
+                let [a, b] = ends.map(|(k, arm)| k.map_or(arm, |k| moment.states[k].0.apply(arm)));
+                (b - a).norm()
+            });
+            let (widest, sum) = gaps.fold((0.0, 0.0), |(w, s), g| (larger(w, g), s + g));
+            worst = [larger(worst[0], widest), larger(worst[1], sum)];
+        }
+        worst
+    }
+}
+
+/// The larger of two, NaN if any of them is.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}
+
+fn moment(built: &Built, engine: Engine, time: f64) -> Moment {
+    let unknown = (
+        Pose64::new(Vec2::repeat(f64::NAN), 0.0),
+        Vec3::repeat(f64::NAN),
+    );
+    let states = (0..built.bodies()).map(|k| engine.state(built, k).unwrap_or(unknown));
+    Moment {
+        time,
+        states: states.collect(),
+    }
+}
+
+/// Adds each contact's normal impulse and its moment about the origin to its bodies.
+fn gather(record: &StepRecord, sums: &mut [Vec3]) {
+    for c in &record.contacts {
+        let impulse = c.normal * c.impulse_n;
+        let all = Vec3::new(impulse.x, impulse.y, c.position.perp(&impulse));
+        for (body, sign) in c.bodies.into_iter().zip([-1.0, 1.0]) {
+            if let Some(sum) = sums.get_mut(body as usize) {
+                *sum += all * sign;
+            }
+        }
+    }
+}

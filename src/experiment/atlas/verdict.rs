@@ -1,0 +1,208 @@
+use super::super::simulate::{Engine, RunError};
+use super::trace::Trace;
+
+/// One figure of a run and the most that it may be.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Check {
+    pub measure: &'static str,
+    pub value: f64,
+    pub unit: &'static str,
+    /// The rung passes if `value ≤ limit`; NaN does not.
+    pub limit: f64,
+    /// How the run failed if it is more, in a word.
+    pub mode: &'static str,
+}
+
+impl Check {
+    pub fn new(
+        measure: &'static str,
+        value: f64,
+        unit: &'static str,
+        limit: f64,
+        mode: &'static str,
+    ) -> Check {
+        Check {
+            measure,
+            value,
+            unit,
+            limit,
+            mode,
+        }
+    }
+
+    pub fn holds(&self) -> bool {
+        self.value <= self.limit
+    }
+}
+
+/// What came of a rung.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Pass,
+    Fail,
+    /// All measures hold, but some island of some step was not certified.
+    Unsolved,
+    /// The engine has not what the rung is made of, or it is not built in.
+    Unavailable,
+}
+
+impl Verdict {
+    /// The word of the `verdict` column.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "fail",
+            Verdict::Unsolved => "unsolved",
+            Verdict::Unavailable => "",
+        }
+    }
+}
+
+/// A verdict, how it came to it in a word, and what it was seen by.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Finding {
+    pub verdict: Verdict,
+    pub mode: String,
+    pub checks: Vec<Check>,
+    /// Wall time per simulated second, of the steps alone.
+    pub cost: Option<f64>,
+    /// Why there is no run, or what ended it.
+    pub reason: Option<String>,
+}
+
+impl Finding {
+    /// An engine that cannot run the rung.
+    pub fn unavailable(mode: &str, reason: String) -> Finding {
+        Finding {
+            verdict: Verdict::Unavailable,
+            mode: mode.to_owned(),
+            checks: Vec::new(),
+            cost: None,
+            reason: Some(reason),
+        }
+    }
+
+    /// The same judgement for every engine: all checks hold, or the mode of the first that does
+    /// not; energies that are not finite are an explosion, and islands that no solve certified keep
+    /// a rung from passing.
+    ///
+    /// # Arguments
+    /// - `checks`: those of the rung.
+    /// - `passes`: the mode of a pass.
+    /// - `finite`: whether the energy at the end is a number.
+    /// - `unsolved`: number of islands that were not certified; `None` for an engine that certifies
+    ///   nothing.
+    pub fn judged(
+        mut checks: Vec<Check>,
+        passes: &str,
+        finite: bool,
+        unsolved: Option<usize>,
+    ) -> Finding {
+        if let Some(count) = unsolved {
+            let islands = Check::new("unsolved-islands", count as f64, "1", 0.0, "unsolved");
+            checks.push(islands);
+        }
+        let broken = checks.iter().find(|c| !c.holds());
+        let (verdict, mode) = match broken {
+            _ if !finite => (Verdict::Fail, "explodes"),
+            None => (Verdict::Pass, passes),
+            // the last one of all is what the solver says of itself
+            Some(c) if c.measure == "unsolved-islands" => (Verdict::Unsolved, "uncertified"),
+            Some(c) => (Verdict::Fail, c.mode),
+        };
+        Finding {
+            verdict,
+            mode: mode.to_owned(),
+            checks,
+            cost: None,
+            reason: None,
+        }
+    }
+
+    /// What a run that ended early, or never began, comes to.
+    ///
+    /// # Errors
+    /// Those that are no outcome of a run.
+    pub fn stopped(error: RunError) -> Result<Finding, RunError> {
+        match error {
+            RunError::Unfit(reason) => Ok(Finding::unavailable("cannot", reason)),
+            RunError::Step(error) => {
+                let mut finding = Finding::judged(Vec::new(), "", true, None);
+                (finding.verdict, finding.mode) = (Verdict::Fail, "stops".to_owned());
+                finding.reason = Some(error.to_string());
+                Ok(finding)
+            }
+            error => Err(error),
+        }
+    }
+
+    /// The verdict on a run that came to its end.
+    pub fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
+        let totals = &trace.totals;
+        let certifies = trace.engine == Engine::Moreau;
+        let mut finding = Finding::judged(
+            checks,
+            passes,
+            totals.energy_end.is_finite(),
+            certifies.then_some(totals.unsolved_islands),
+        );
+        finding.cost = Some(totals.wall / totals.time);
+        finding
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(value: f64, mode: &'static str) -> Check {
+        Check::new("m", value, "1", 1.0, mode)
+    }
+
+    fn verdict(checks: Vec<Check>, finite: bool, unsolved: Option<usize>) -> (Verdict, String) {
+        let found = Finding::judged(checks, "stands", finite, unsolved);
+        (found.verdict, found.mode)
+    }
+
+    #[test]
+    fn the_first_broken_check_names_the_failure() {
+        let one = |v: Verdict, mode: &str| (v, mode.to_owned());
+        let good = || check(1.0, "leans");
+        assert_eq!(
+            verdict(vec![good()], true, Some(0)),
+            one(Verdict::Pass, "stands")
+        );
+        assert_eq!(
+            verdict(
+                vec![good(), check(1.1, "sinks"), check(2.0, "falls")],
+                true,
+                None
+            ),
+            one(Verdict::Fail, "sinks")
+        );
+        assert_eq!(
+            verdict(vec![check(f64::NAN, "never")], true, None),
+            one(Verdict::Fail, "never")
+        );
+    }
+
+    /// What is not certified is no pass, and what failed is not excused by it.
+    #[test]
+    fn nothing_uncertified_passes() {
+        let uncertified = verdict(vec![check(0.0, "leans")], true, Some(1));
+        assert_eq!(uncertified, (Verdict::Unsolved, "uncertified".to_owned()));
+        let both = verdict(vec![check(2.0, "leans")], true, Some(1));
+        assert_eq!(both, (Verdict::Fail, "leans".to_owned()));
+        // an engine that certifies nothing is judged by what it does
+        assert_eq!(
+            verdict(vec![check(0.0, "leans")], true, None).0,
+            Verdict::Pass
+        );
+    }
+
+    #[test]
+    fn infinite_energy_is_an_explosion() {
+        let found = verdict(vec![check(0.0, "leans")], false, None);
+        assert_eq!(found, (Verdict::Fail, "explodes".to_owned()));
+    }
+}
