@@ -80,9 +80,9 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
 
 /// One sentence for each engine that has not what the scene is made of.
 pub(super) fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
-    let mut engines: Vec<Engine> = settings.iter().map(|s| s.engine).collect();
-    engines.dedup();
-    let unfit = engines.iter().filter_map(|e| e.fits(scene).err());
+    let used = |e: &&(&str, Engine)| settings.iter().any(|s| s.engine == e.1);
+    let engines = Engine::ALL.iter().filter(used).map(|(_, engine)| engine);
+    let unfit = engines.filter_map(|e| e.fits(scene).err());
     unfit
         .map(|error| error.to_string().replacen("--engine ", "skipped ", 1))
         .collect()
