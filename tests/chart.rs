@@ -259,7 +259,7 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["tower", "tower"], "named twice"),
         (
             &["tower", "--engine", "box2d"],
-            "cargo feature `box2d` brings it",
+            "no cargo feature brings it yet",
         ),
         (&["tower", "--engine", "rapir"], "did you mean rapier?"),
         (

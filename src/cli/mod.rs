@@ -158,7 +158,7 @@ impl RunArgs {
 
 fn engine(name: &str) -> Result<Engine, String> {
     if name == "box2d" {
-        return Err("not built in; cargo feature `box2d` brings it".to_owned());
+        return Err("not built in, and no cargo feature brings it yet".to_owned());
     }
     Engine::ALL
         .iter()
