@@ -79,6 +79,38 @@ fn our_verdicts_on_the_quick_rungs() {
     assert!(10 * passed >= 9 * ran, "{passed} of {ran}");
 }
 
+/// The whole atlas as it was run last: nine of ten rungs, nothing that explodes, nothing that is not
+/// explained.
+#[test]
+fn the_committed_atlas_is_explained() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/benches/charts/atlas-results.csv"
+    );
+    let rows: Vec<ResultRow> = read_rows(path.as_ref()).unwrap();
+    let ours: Vec<ResultRow> = rows.into_iter().filter(|r| r.engine == "moreau").collect();
+    for entry in ENTRIES {
+        assert!(ours.iter().any(|r| r.scene == entry.name), "{}", entry.name);
+    }
+    let lines = verdicts(&ours);
+    let ran = lines.iter().filter(|l| !l.contains("| - |")).count();
+    let passed = lines.iter().filter(|l| l.contains("| pass |")).count();
+    assert!(ran >= 180 && 10 * passed >= 9 * ran, "{passed} of {ran}");
+    for row in ours
+        .iter()
+        .filter(|r| r.verdict == "fail" || r.verdict == "unsolved")
+    {
+        assert_ne!(row.mode, "explodes");
+        let entry = ENTRIES.iter().find(|e| e.name == row.scene).unwrap();
+        assert!(
+            entry.explanation(&row.rung).is_some(),
+            "{} {}",
+            row.scene,
+            row.rung
+        );
+    }
+}
+
 /// A verdict of `pass` is what its measures say, and every rung is measured.
 #[test]
 fn every_pass_is_within_its_limits() {
