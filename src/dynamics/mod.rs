@@ -29,6 +29,7 @@ mod joint_rules;
 mod linear;
 mod model;
 mod outcome;
+mod part;
 mod planar;
 mod planar_shape;
 mod pose;
