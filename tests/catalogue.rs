@@ -184,6 +184,7 @@ fn what_should_stand_stands() {
     for (name, steps, most) in [
         ("pyramid", 50, certified),
         ("tower", 50, certified),
+        ("wall", 50, certified),
         ("beam", 50, certified),
         ("heavy-top", 50, heavy),
     ] {

@@ -118,6 +118,7 @@ const SCENES: [&str; 25] = [
     "double-pendulum",
     "pyramid",
     "tower",
+    "wall",
     "heavy-top",
     "drum",
     "hit-heap",

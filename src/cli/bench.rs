@@ -1,7 +1,8 @@
+use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
-use super::{Outcome, print_out, summary, tolerance};
+use super::{Flags, Outcome, engine, print_out, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
-use crate::experiment::{NamedProblem, RunError, bench_solvers};
+use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::report::{
     CsvFile, OutputFolder, Performance, Progress, ReportError, ResultRow, Row, Score, read_rows,
 };
@@ -14,32 +15,37 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
-    /// Scenes to measure the throughput of; not built yet.
-    #[arg(value_name = "SCENE", hide = true)]
-    scenes: Vec<String>,
+    /// Scenes of the catalogue, or paths to TOML files, to measure the throughput of [default: a
+    /// tower, a large pyramid, a drum, and two of bounded height that grow].
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<String>,
+    #[command(flatten)]
+    pub flags: Flags,
+    /// Who else steps every scene: rapier, rapier-stiff, or both with a comma between.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "rapier",
+          value_parser = engine, conflicts_with = "solvers")]
+    pub against: Vec<Engine>,
+    /// Steps before any is timed [default: 60, of the drum 1000; quick: 5].
+    #[arg(long, value_name = "N", conflicts_with = "solvers")]
+    pub settle: Option<u32>,
+    /// The smallest sizes only, and 10 timed steps.
+    #[arg(long, conflicts_with_all = ["solvers", "scenes"])]
+    pub quick: bool,
     /// Every impulse solver on every problem of a folder: performance profile, CSV and SVG.
     #[arg(long)]
     solvers: bool,
     /// Folder of contact problems, JSON or .dat, as `run --dump-problems` writes them.
-    #[arg(long, value_name = "DIR", default_value = "tests/data/problems")]
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "tests/data/problems",
+        requires = "solvers"
+    )]
     problems: PathBuf,
-    /// Relative residual at which a problem counts as solved, 1e-15 to 1e-2.
-    #[arg(long, value_name = "R", default_value = "1e-8", value_parser = tolerance,
-          allow_hyphen_values = true)]
-    tolerance: f64,
     /// Timings of each solver on each problem, interleaved; times are medians.
-    #[arg(long, value_name = "N", default_value_t = 3,
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "solvers",
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
-    /// Folder for the results.
-    #[arg(long, value_name = "DIR", default_value = "out/bench-solvers")]
-    out: PathBuf,
-    /// No progress bar, no tables.
-    #[arg(long)]
-    quiet: bool,
-    /// Print summary.json in place of tables.
-    #[arg(long)]
-    json: bool,
 }
 
 const PICTURE: &str = "performance-profile.svg";
@@ -47,24 +53,38 @@ const PICTURE: &str = "performance-profile.svg";
 /// Measures all solvers, writes the results, and draws the profile from them.
 pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     if !args.solvers {
+        return bench_scenes(args);
+    }
+    let flags = &args.flags;
+    let stepping = [&flags.dt, &flags.time, &flags.scheme, &flags.solver];
+    if stepping.iter().any(|f| f.is_some())
+        || flags.steps.is_some()
+        || flags.events
+        || !flags.set.is_empty()
+    {
         return Err(RunError::Unfit(
-            "bench: the throughput of scenes is not measured yet; `bench --solvers` compares the \
-             impulse solvers"
+            "bench --solvers: nothing is stepped, so that --dt, --time, --steps, --set, --scheme, \
+             --events and --solver have no effect"
                 .to_owned(),
         ));
     }
+    let asked = flags.tolerance.as_deref().unwrap_or("1e-8");
+    let tolerance =
+        tolerance(asked).map_err(|why| RunError::Unfit(format!("--tolerance {asked}: {why}")))?;
     if let Some(scene) = args.scenes.first() {
         return Err(RunError::Unfit(format!(
             "bench --solvers: takes no scene ({scene}) but a folder of problem files, --problems \
              DIR; `run {scene} --dump-problems DIR` writes one"
         )));
     }
+    let target = flags.out.clone();
+    let target = target.unwrap_or_else(|| PathBuf::from("out").join("bench-solvers"));
     let (problems, notes) = collection(&args.problems)?;
-    let folder = OutputFolder::create(&args.out)?;
+    let folder = OutputFolder::create(target)?;
     let repeats = args.repeats as usize;
     let timings = problems.len() * SOLVERS.len() * repeats;
-    let progress = Progress::new("bench", timings as u64, args.quiet);
-    let measured = bench_solvers(&problems, args.tolerance, repeats, &progress);
+    let progress = Progress::new("bench", timings as u64, flags.quiet);
+    let measured = bench_solvers(&problems, tolerance, repeats, &progress);
     drop(progress);
     let mut file = CsvFile::create(&folder)?;
     for row in &measured {
@@ -82,7 +102,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     let more = json!({
         "settings": {
             "problems": args.problems.display().to_string(),
-            "tolerance": summary::float(args.tolerance),
+            "tolerance": summary::float(tolerance),
             "repeats": repeats,
         },
         "rows": rows.len(),
@@ -100,9 +120,9 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     });
     let text = summary::write(&folder, summary::program("bench"), more)?;
     let target = folder.commit()?;
-    if args.json {
+    if flags.json {
         print_out(&text);
-    } else if !args.quiet {
+    } else if !flags.quiet {
         let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
         print_out(&format!(
             "{}{notes}results.csv, performance-profile.csv, {PICTURE} in {}\n",

@@ -1,5 +1,5 @@
 use super::compare_table::table;
-use super::{CompareArgs, Outcome, print_out, summary};
+use super::{CompareArgs, Flags, Outcome, print_out, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
     Chart, CsvFile, OutputFolder, Progress, ResultRow, Row, convergence, energy, panels, read_rows,
@@ -17,22 +17,27 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         )));
     }
     // every step length of the comparison covers the same time
-    if let Some(steps) = args.common.steps {
+    if let Some(steps) = args.common.flags.steps {
         scene.step.time = f64::from(steps) * scene.step.dt;
     }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let comparison = Comparison {
-        schemes: schemes(args, &scene),
+        schemes: schemes(&args.common.flags, &scene),
         ladder: args.ladder,
         sweep: !args.no_sweep,
+        ..Comparison::default()
     };
     let mut settings = comparison.settings(&scene.step);
     let skipped = skipped(&scene, &settings);
     settings.retain(|s| s.engine.fits(&scene).is_ok());
     let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
-    let progress = Progress::new(&scene.name, (steps * repeats) as u64, args.common.quiet);
-    let results = run_settings(&scene, &settings, repeats, &progress)?;
+    let progress = Progress::new(
+        &scene.name,
+        (steps * repeats) as u64,
+        args.common.flags.quiet,
+    );
+    let results = run_settings(&scene, &settings, repeats, None, &progress)?;
     drop(progress);
     let mut file = CsvFile::create(&folder)?;
     for row in &results.rows {
@@ -50,9 +55,9 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     });
     let text = summary::write(&folder, summary::header("compare", &scene), more)?;
     let target = folder.commit()?;
-    if args.common.json {
+    if args.common.flags.json {
         print_out(&text);
-    } else if !args.common.quiet {
+    } else if !args.common.flags.quiet {
         let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
         let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
         let mut out = format!("{}: {}\n", scene.name, scene.title);
@@ -74,7 +79,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
 }
 
 /// One sentence for each engine that has not what the scene is made of.
-fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
+pub(super) fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
     let mut engines: Vec<Engine> = settings.iter().map(|s| s.engine).collect();
     engines.dedup();
     let unfit = engines.iter().filter_map(|e| e.fits(scene).err());
@@ -84,9 +89,9 @@ fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
 }
 
 /// What flags ask for, else the scene's own scheme first and then the others.
-fn schemes(args: &CompareArgs, scene: &Scene) -> Vec<(Scheme, bool)> {
+pub(super) fn schemes(flags: &Flags, scene: &Scene) -> Vec<(Scheme, bool)> {
     let own = (scene.step.scheme, scene.step.events);
-    if args.common.scheme.is_some() || args.common.events {
+    if flags.scheme.is_some() || flags.events {
         return vec![own];
     }
     let all = [

@@ -1,7 +1,10 @@
 //! The program: parse, call, print.
 
 mod bench;
+mod bench_scenes;
 mod bench_table;
+mod chart;
+mod chart_table;
 mod compare;
 mod compare_table;
 mod dump;
@@ -34,17 +37,26 @@ enum Command {
     Run(RunArgs),
     /// Step a scene with our solver and with rapier's, and set accuracy against speed.
     Compare(CompareArgs),
+    /// Accuracy against speed over many scenes: diagrams, and who is dominated where.
+    Chart(chart::ChartArgs),
     /// Set all impulse solvers against each other on stored contact problems.
     Bench(bench::BenchArgs),
     /// Solve a stored contact problem or LCP again.
     Solve(solve::SolveArgs),
 }
 
-/// Flags that every command with a scene takes.
+/// What every command with one scene takes.
 #[derive(Args, Clone)]
 struct Common {
     /// A scene of the catalogue (see `moreau2d scenes`), or a path to a TOML file.
     scene: String,
+    #[command(flatten)]
+    flags: Flags,
+}
+
+/// Flags that every command with scenes takes.
+#[derive(Args, Clone, Default)]
+struct Flags {
     /// Folder for the results [default: out/NAME].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -141,6 +153,9 @@ impl RunArgs {
 }
 
 fn engine(name: &str) -> Result<Engine, String> {
+    if name == "box2d" {
+        return Err("not built in; cargo feature `box2d` brings it".to_owned());
+    }
     Engine::ALL
         .iter()
         .find_map(|&(known, engine)| (known == name).then_some(engine))
@@ -157,9 +172,9 @@ fn engine(name: &str) -> Result<Engine, String> {
         })
 }
 
-impl Common {
-    /// The scene with all flags applied; warnings about it go to standard error.
-    fn load(&self) -> Result<Scene, SceneError> {
+impl Flags {
+    /// The scene `name` with all flags applied; warnings about it go to standard error.
+    fn load(&self, name: &str) -> Result<Scene, SceneError> {
         let mut flags = self.set.clone();
         let named = [
             ("step.dt", &self.dt),
@@ -179,7 +194,7 @@ impl Common {
                 flags.push(format!("{key}=\"{}\"", value.escape_default()));
             }
         }
-        let scene = scene::load(&self.scene, &flags)?;
+        let scene = scene::load(name, &flags)?;
         if !self.quiet {
             let text: String = scene
                 .step_warnings()
@@ -205,6 +220,23 @@ impl Common {
     }
 }
 
+impl Common {
+    /// See [`Flags::load`].
+    fn load(&self) -> Result<Scene, SceneError> {
+        self.flags.load(&self.scene)
+    }
+
+    /// See [`Flags::step_count`].
+    fn step_count(&self, scene: &Scene) -> usize {
+        self.flags.step_count(scene)
+    }
+
+    /// See [`Flags::folder`].
+    fn folder(&self, scene: &Scene) -> PathBuf {
+        self.flags.folder(scene)
+    }
+}
+
 /// Runs the program.
 ///
 /// # Returns
@@ -224,6 +256,7 @@ pub fn main() -> ExitCode {
         Command::Scenes => list_scenes(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
+        Command::Chart(args) => chart::chart(args),
         Command::Bench(args) => bench::bench(args),
         Command::Solve(args) => solve::solve(args),
     };

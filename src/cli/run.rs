@@ -36,7 +36,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let mut files = RunFiles::create(&folder, every)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
-    let progress = Progress::new(&scene.name, steps as u64, args.common.quiet);
+    let progress = Progress::new(&scene.name, steps as u64, args.common.flags.quiet);
     let totals = simulate(&mut built, args.engine, steps, |record, built| {
         if scene.reference.is_some() {
             samples.add(record, built, args.engine);
@@ -74,9 +74,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     )?;
     let dumped = dump.map(Dump::finish).transpose()?;
     let target = folder.commit()?;
-    if args.common.json {
+    if args.common.flags.json {
         print_out(&text);
-    } else if !args.common.quiet {
+    } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine));
         for note in &notes {
@@ -106,10 +106,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
 fn ours_only(args: &RunArgs) -> Result<(), RunError> {
     let c = &args.common;
     let flags = [
-        ("--scheme", c.scheme.is_some()),
-        ("--events", c.events),
-        ("--solver", c.solver.is_some()),
-        ("--tolerance", c.tolerance.is_some()),
+        ("--scheme", c.flags.scheme.is_some()),
+        ("--events", c.flags.events),
+        ("--solver", c.flags.solver.is_some()),
+        ("--tolerance", c.flags.tolerance.is_some()),
     ];
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) if args.engine != Engine::Moreau => Err(RunError::Unfit(format!(

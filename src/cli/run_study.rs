@@ -14,13 +14,17 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
             scene.name
         )));
     };
-    args.refuse("--steps", args.common.steps.is_some(), scene)?;
+    args.refuse("--steps", args.common.flags.steps.is_some(), scene)?;
     args.refuse("--every", args.every.is_some(), scene)?;
     let calibrated = study.reading == Reading::TorqueBalanced;
-    args.refuse("--time", calibrated && args.common.time.is_some(), scene)?;
+    args.refuse(
+        "--time",
+        calibrated && args.common.flags.time.is_some(),
+        scene,
+    )?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let points = (study.torques.len() * study.speeds.len()) as u64;
-    let progress = Progress::new(&scene.name, points, args.common.quiet);
+    let progress = Progress::new(&scene.name, points, args.common.flags.quiet);
     let outcome = run_study(scene, &progress)?;
     drop(progress);
     let mut file = CsvFile::create(&folder)?;
@@ -50,9 +54,9 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         }),
     )?;
     let target = folder.commit()?;
-    if args.common.json {
+    if args.common.flags.json {
         print_out(&text);
-    } else if !args.common.quiet {
+    } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n\n", scene.name, scene.title);
         out.push_str(&describe(study, &outcome));
         out.push_str(&format!("\nresults in {}\n", target.display()));

@@ -17,10 +17,10 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
             scene.name
         )));
     };
-    args.refuse("--steps", args.common.steps.is_some(), scene)?;
-    args.refuse("--time", args.common.time.is_some(), scene)?;
+    args.refuse("--steps", args.common.flags.steps.is_some(), scene)?;
+    args.refuse("--time", args.common.flags.time.is_some(), scene)?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
-    let quiet = args.common.quiet;
+    let quiet = args.common.flags.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);
     let mut files = RunFiles::create(&folder, every)?;
     let outcome = run_threshing(
@@ -50,7 +50,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     write_wear(&folder, &outcome.history, &subtitle, tooth.base)?;
     let text = summary::write(&folder, summary::header("run", scene), details(p, &outcome))?;
     let target = folder.commit()?;
-    if args.common.json {
+    if args.common.flags.json {
         print_out(&text);
     } else if !quiet {
         let mut out = format!("{}: {}\n\n", scene.name, scene.title);

@@ -30,6 +30,7 @@ mod linear;
 mod model;
 mod outcome;
 mod part;
+mod phases;
 mod planar;
 mod planar_shape;
 mod pose;
@@ -51,6 +52,7 @@ pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
+pub use phases::Phases;
 pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
 pub use planar_shape::PlanarShape;
 pub use pose::Pose64;

@@ -5,6 +5,7 @@ use super::islands::Islands;
 use super::joint_cap::cap_joints;
 use super::outcome::redundant;
 use super::part::{Begin, Part};
+use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
@@ -64,6 +65,7 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
+    pub clock: PhaseClock,
 }
 
 impl IslandSolver {
@@ -75,6 +77,7 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
+            clock: PhaseClock::default(),
         }
     }
 
@@ -170,6 +173,7 @@ impl IslandSolver {
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
+        self.clock.lap(|t| &mut t.assembly);
         let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
         let mut joints_capped = false;
         if rules.corrects_gaps() {
@@ -250,6 +254,7 @@ impl IslandSolver {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = resolution;
         }
+        self.clock.lap(|t| &mut t.solve);
         (outcome, kept)
     }
 

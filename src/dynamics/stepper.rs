@@ -3,6 +3,7 @@ use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::joint_recovery::close_joints;
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
+use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
@@ -208,6 +209,21 @@ impl MoreauStepper {
         self.solver.kept = keep.then(Vec::new);
     }
 
+    /// Whether the time of steps is booked from now on for [`MoreauStepper::phases`]; not at first.
+    pub fn time_phases(&mut self, on: bool) {
+        self.solver.clock.switch(on);
+    }
+
+    /// Where the time of all steps went since [`MoreauStepper::time_phases`].
+    pub fn phases(&self) -> Phases {
+        self.solver.clock.phases
+    }
+
+    /// The clock, for what a host does before and after a step.
+    pub(crate) fn clock(&mut self) -> &mut PhaseClock {
+        &mut self.solver.clock
+    }
+
     /// The contact problems of the last step, island after island, those of located impacts last;
     /// none unless they are kept.
     pub fn problems(&self) -> &[SolvedProblem] {
@@ -227,6 +243,7 @@ impl MoreauStepper {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(StepError::Dt(dt));
         }
+        self.solver.clock.start();
         model.begin_step(dt)?;
         if let Some(kept) = &mut self.solver.kept {
             kept.clear();
@@ -287,6 +304,7 @@ impl MoreauStepper {
             let place = |body: u32| Some(self.origin[body as usize]);
             see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;
         }
+        self.solver.clock.lap(|t| &mut t.detection);
         stage.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
             find_crowds(stage, w);
@@ -318,6 +336,7 @@ impl MoreauStepper {
         } else {
             Vec::new()
         };
+        self.solver.clock.lap(|t| &mut t.solve);
         let mut apart = vec![false; w.len()];
         for &body in clusters.iter().flat_map(|c| &c.bodies) {
             apart[body as usize] = true;
@@ -354,6 +373,7 @@ impl MoreauStepper {
             energy.forces += end - start - change;
             (energy.kinetic_start, energy.kinetic_end) = (start, end);
         }
+        self.solver.clock.lap(|t| &mut t.record);
         model.set_velocities(&stage.end);
         for body in (0..apart.len()).filter(|&body| !apart[body]) {
             model.shift(body, &stage.end[body], 0.5 * dt);
@@ -376,7 +396,9 @@ impl MoreauStepper {
         }
         std::mem::swap(&mut self.memory, &mut self.memory_next);
         model.end_step();
+        self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();
+        self.solver.clock.lap(|t| &mut t.record);
         self.time += dt;
         Ok(record)
     }

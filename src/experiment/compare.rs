@@ -29,7 +29,7 @@ fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
 }
 
 /// What a comparison runs.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
     /// Ours runs in each of these, with and without event location.
     pub schemes: Vec<(Scheme, bool)>,
@@ -37,6 +37,10 @@ pub struct Comparison {
     pub ladder: bool,
     /// The sweep of rapier's settings beside its two presets.
     pub sweep: bool,
+    /// Ours, in the first of the schemes and at the scene's step, at these tolerances as well, and
+    /// with these solvers.
+    pub tolerances: Vec<f64>,
+    pub solvers: Vec<String>,
 }
 
 impl Comparison {
@@ -63,6 +67,11 @@ impl Comparison {
         for setting in ours.chain(peers) {
             settings.extend(lengths.iter().map(|&dt| setting.with_dt(dt)));
         }
+        for setting in self.variants(step) {
+            if !settings.contains(&setting) {
+                settings.push(setting);
+            }
+        }
         if self.sweep {
             for dt in [lengths[base], lengths[base + 2]] {
                 for baseline in sweep() {
@@ -75,6 +84,43 @@ impl Comparison {
             }
         }
         settings
+    }
+
+    /// Ours with one thing changed.
+    fn variants(&self, step: &Step) -> Vec<Setting> {
+        let Some(&(scheme, events)) = self.schemes.first() else {
+            return Vec::new();
+        };
+        let with = |tolerance: f64, solver: &str| {
+            let step = Step {
+                scheme,
+                events,
+                tolerance,
+                solver: solver.to_owned(),
+                ..step.clone()
+            };
+            Setting::new(Engine::Moreau, &step)
+        };
+        let tolerances = self.tolerances.iter().map(|&t| with(t, &step.solver));
+        let solvers = self
+            .solvers
+            .iter()
+            .map(|solver| with(step.tolerance, solver));
+        tolerances.chain(solvers).collect()
+    }
+
+    /// The finest step length of a comparison round `dt`, and a time that holds whole numbers of
+    /// every one of them \[s\].
+    pub fn finest_and_period(&self, dt: f64) -> (f64, f64) {
+        let (lengths, _) = step_lengths(dt, self.ladder);
+        let finest = lengths[lengths.len() - 1];
+        let period = if lengths[0] == LADDER[0].recip() {
+            // six steps of 1/30 s, 25 of 1/125 s
+            0.2
+        } else {
+            lengths[0]
+        };
+        (finest, period)
     }
 }
 
@@ -114,6 +160,7 @@ mod tests {
             schemes: vec![(Scheme::Staggered, false)],
             ladder: false,
             sweep: true,
+            ..Comparison::default()
         };
         let settings = comparison.settings(&Step::default());
         for (k, setting) in settings.iter().enumerate() {
@@ -123,5 +170,35 @@ mod tests {
         assert_eq!(settings.len(), 9 + 32 - 2);
         comparison.sweep = false;
         assert_eq!(comparison.settings(&Step::default()), settings[..9]);
+        // one thing changed, at the scene's step; what stands there already is not run again
+        comparison.tolerances = vec![1e-4, Step::default().tolerance];
+        comparison.solvers = vec!["nsgs".to_owned()];
+        let more = comparison.settings(&Step::default());
+        assert_eq!(more[..9], settings[..9]);
+        let changed: Vec<(f64, f64, &str)> = more[9..]
+            .iter()
+            .map(|s| (s.step.dt, s.step.tolerance, s.step.solver.as_str()))
+            .collect();
+        assert_eq!(
+            changed,
+            [(1.0 / 60.0, 1e-4, "auto"), (1.0 / 60.0, 1e-8, "nsgs")]
+        );
+    }
+
+    #[test]
+    fn the_period_holds_every_step() {
+        for (dt, ladder) in [(1.0 / 60.0, true), (1.0 / 60.0, false), (2e-3, true)] {
+            let comparison = Comparison {
+                ladder,
+                ..Comparison::default()
+            };
+            let (finest, period) = comparison.finest_and_period(dt);
+            let (lengths, _) = step_lengths(dt, ladder);
+            assert_eq!(Some(&finest), lengths.last());
+            for length in lengths {
+                let steps = period / length;
+                assert!((steps - steps.round()).abs() < 1e-9, "{dt}: {length}");
+            }
+        }
     }
 }

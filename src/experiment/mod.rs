@@ -38,27 +38,34 @@
 //! chance; what the choice costs is its curve's distance from the best.
 
 mod bench;
+mod chart;
 mod compare;
 mod equilibrium;
+mod joint_gap;
 mod reference;
 mod results;
+mod self_reference;
 mod setting;
 mod simulate;
 mod stall;
 mod study;
 mod threshing;
+mod throughput;
 
 mod wear_history;
 
 pub use bench::{NamedProblem, bench_solvers};
+pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
 pub use results::{Results, run_settings};
+pub use self_reference::SelfReference;
 pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, oracle_load_slip, run_study};
 
 pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
+pub use throughput::{Throughput, Workload, growth};
 pub use wear_history::WearHistory;

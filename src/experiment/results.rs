@@ -1,8 +1,11 @@
+use super::joint_gap::Pins;
 use super::reference::{Measure, Samples, measures};
+use super::self_reference::SelfReference;
 use super::setting::{Setting, step_count};
 use super::simulate::{Engine, RunError, Totals, advance};
 use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::Scene;
+use crate::scene::file::BodyKind;
 
 /// What an experiment found.
 #[derive(Debug, Clone, Default)]
@@ -31,12 +34,15 @@ enum Point {
 /// # Arguments
 /// - `settings`: the points; `scene.step` plays no part.
 /// - `repeats`: runs of each point, 1 at least.
+/// - `reference`: of a scene without a closed form, where there is one.
 /// - `progress`: advanced once a step.
 ///
 /// # Returns
-/// Rows for each point: the errors against the scene's closed form; `penetration` \[m\], and for
-/// ours `penetration-impact`, the depth at which impacts were noticed; `energy-rise` \[J\], the most by which the energy exceeds its start; for ours `residual` and
-/// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
+/// Rows for each point: the errors against the scene's closed form, or `trajectory` \[m\], the
+/// largest distance of a body from where `reference` has it; `penetration` \[m\], and for ours
+/// `penetration-impact`, the depth at which impacts were noticed; `joint-gap` \[m\] of joints that
+/// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start,
+/// where nothing drives the scene; for ours `residual` and `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
 /// solve certified has `unsolved`. A measure that others show and this one does not, such as the
@@ -49,12 +55,13 @@ pub fn run_settings(
     scene: &Scene,
     settings: &[Setting],
     repeats: usize,
+    reference: Option<&SelfReference>,
     progress: &Progress,
 ) -> Result<Results, RunError> {
     let mut points: Vec<Option<Point>> = settings.iter().map(|_| None).collect();
     interleave(&mut points, repeats, |k, point| {
         if matches!(point, None | Some(Point::Measured(..))) {
-            let ended = run(scene, &settings[k], progress)?;
+            let ended = run(scene, &settings[k], reference, progress)?;
             *point = Some(match (point.take(), ended) {
                 (Some(Point::Measured(_, _, mut times)), Point::Measured(totals, found, now)) => {
                     times.extend(now);
@@ -65,7 +72,8 @@ pub fn run_settings(
         }
         Ok::<_, RunError>(())
     })?;
-    Ok(gather(scene, settings, points))
+    let against = reference.map_or("closed form".to_owned(), SelfReference::describe);
+    Ok(gather(scene, settings, points, &against))
 }
 
 /// Visits all of `points` once a repeat.
@@ -82,7 +90,12 @@ pub(super) fn interleave<P, E>(
     Ok(())
 }
 
-fn run(scene: &Scene, setting: &Setting, progress: &Progress) -> Result<Point, RunError> {
+fn run(
+    scene: &Scene,
+    setting: &Setting,
+    reference: Option<&SelfReference>,
+    progress: &Progress,
+) -> Result<Point, RunError> {
     let scene = Scene {
         step: setting.step.clone(),
         ..scene.clone()
@@ -96,10 +109,19 @@ fn run(scene: &Scene, setting: &Setting, progress: &Progress) -> Result<Point, R
         world.set_baseline(settings);
     }
     let mut samples = Samples::start(&built, engine);
+    let mut places = reference.map(|r| (r, r.sampler(&built, engine)));
+    let pins = Pins::of(&scene);
+    let mut joint_gap: f64 = 0.0;
     let steps = step_count(&scene.step);
     let outcome = advance(&mut built, engine, steps, |record, built| {
         if scene.reference.is_some() {
             samples.add(record, built, engine);
+        }
+        if let Some((_, places)) = &mut places {
+            places.add(record.time, built, engine);
+        }
+        if let Some(pins) = &pins {
+            joint_gap = joint_gap.max(pins.gap(built, engine));
         }
         progress.advance();
         Ok(())
@@ -110,18 +132,30 @@ fn run(scene: &Scene, setting: &Setting, progress: &Progress) -> Result<Point, R
             "explodes",
             "the energy is not finite".to_owned(),
         )),
-        Ok(totals) => Ok(Point::Measured(
-            Box::new(totals),
-            measures(&scene, &samples),
-            vec![totals.wall / totals.time],
-        )),
+        Ok(mut totals) => {
+            // by the poses, as for every engine; ours alone keeps a record of its own
+            totals.joint_gap = joint_gap;
+            let mut found = measures(&scene, &samples);
+            if let Some((reference, places)) = &places {
+                let distance = reference.distance(places);
+                found.push(Measure::absolute("trajectory", "m", distance, 0.0));
+            }
+            let time = totals.wall / totals.time;
+            Ok(Point::Measured(Box::new(totals), found, vec![time]))
+        }
         Err(RunError::Step(error)) => Ok(Point::Failed("stops", error.to_string())),
         Err(RunError::Unfit(reason)) => Ok(Point::Unavailable(reason)),
         Err(error) => Err(error),
     }
 }
 
-fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -> Results {
+fn gather(
+    scene: &Scene,
+    settings: &[Setting],
+    mut points: Vec<Option<Point>>,
+    against: &str,
+) -> Results {
+    let shown = Shown::of(scene, against);
     let mut known: Vec<Measure> = Vec::new();
     for point in points.iter().flatten() {
         if let Point::Measured(_, found, _) = point {
@@ -144,7 +178,7 @@ fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -
         match point {
             None | Some(Point::Unavailable(_)) => {}
             Some(Point::Failed(mode, _)) => {
-                for figure in figures(setting.engine, None, &known) {
+                for figure in shown.figures(setting.engine, None, &known) {
                     results.rows.push(ResultRow {
                         verdict: "fail".to_owned(),
                         mode: (*mode).to_owned(),
@@ -161,11 +195,11 @@ fn gather(scene: &Scene, settings: &[Setting], mut points: Vec<Option<Point>>) -
                     verdict: if unsolved { "unsolved" } else { "" }.to_owned(),
                     ..blank
                 };
-                let shown: Vec<Measure> = known
+                let all: Vec<Measure> = known
                     .iter()
                     .map(|k| found.iter().find(|m| m.name == k.name).unwrap_or(k).clone())
                     .collect();
-                for figure in figures(setting.engine, Some(totals), &shown) {
+                for figure in shown.figures(setting.engine, Some(totals), &all) {
                     let mut row = figure.filled(&blank);
                     if row.value.is_nan() {
                         row.verdict = "fail".to_owned();
@@ -208,9 +242,9 @@ fn notes(settings: &[Setting], points: &[Option<Point>]) -> Vec<String> {
 }
 
 /// A measure's name, value, unit, and what it is measured against.
-struct Figure(&'static str, f64, &'static str, &'static str);
+struct Figure<'a>(&'static str, f64, &'static str, &'a str);
 
-impl Figure {
+impl Figure<'_> {
     fn filled(&self, blank: &ResultRow) -> ResultRow {
         ResultRow {
             measure: self.0.to_owned(),
@@ -222,31 +256,70 @@ impl Figure {
     }
 }
 
-/// All figures of a point; of a failed one, without totals, they are NaN.
-fn figures(engine: Engine, totals: Option<&Totals>, closed: &[Measure]) -> Vec<Figure> {
-    let of = |value: fn(&Totals) -> f64| totals.map_or(f64::NAN, value);
-    let mut figures: Vec<Figure> = closed
-        .iter()
-        .map(|m| Figure(m.name, m.error, m.unit, "closed form"))
-        .collect();
-    figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
-    // rapier's count every contact point at the end of a step, those in an impact too
-    if engine == Engine::Moreau {
-        let depth = of(|t| t.penetration_impact);
-        figures.push(Figure("penetration-impact", depth, "m", "0"));
+/// What a scene has to show.
+struct Shown<'a> {
+    /// What its errors are against.
+    against: &'a str,
+    pins: bool,
+    driven: bool,
+}
+
+impl<'a> Shown<'a> {
+    fn of(scene: &Scene, against: &'a str) -> Shown<'a> {
+        Shown {
+            against,
+            pins: Pins::of(scene).is_some(),
+            driven: driven(scene),
+        }
     }
-    figures.push(Figure("energy-rise", of(|t| t.energy_rise), "J", "0"));
-    // rapier certifies nothing
-    if engine == Engine::Moreau {
-        figures.push(Figure("residual", of(|t| t.residual), "1", "0"));
-        let unsolved = of(|t| t.unsolved_islands as f64);
-        figures.push(Figure("unsolved-islands", unsolved, "1", "0"));
+
+    /// All figures of a point; of a failed one, without totals, they are NaN.
+    fn figures(
+        &self,
+        engine: Engine,
+        totals: Option<&Totals>,
+        errors: &[Measure],
+    ) -> Vec<Figure<'a>> {
+        let of = |value: fn(&Totals) -> f64| totals.map_or(f64::NAN, value);
+        let mut figures: Vec<Figure> = errors
+            .iter()
+            .map(|m| Figure(m.name, m.error, m.unit, self.against))
+            .collect();
+        figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
+        // rapier's count every contact point at the end of a step, those in an impact too
+        if engine == Engine::Moreau {
+            let depth = of(|t| t.penetration_impact);
+            figures.push(Figure("penetration-impact", depth, "m", "0"));
+        }
+        if self.pins {
+            figures.push(Figure("joint-gap", of(|t| t.joint_gap), "m", "0"));
+        }
+        if !self.driven {
+            figures.push(Figure("energy-rise", of(|t| t.energy_rise), "J", "0"));
+        }
+        // rapier certifies nothing
+        if engine == Engine::Moreau {
+            figures.push(Figure("residual", of(|t| t.residual), "1", "0"));
+            let unsolved = of(|t| t.unsolved_islands as f64);
+            figures.push(Figure("unsolved-islands", unsolved, "1", "0"));
+        }
+        figures
     }
-    figures
+}
+
+/// Whether something puts energy in, so that its rise is no error: a motor, a belt, a body that
+/// moves as it is told.
+fn driven(scene: &Scene) -> bool {
+    let moves = |b: &crate::scene::Body| {
+        let told = b.kind == BodyKind::Kinematic
+            && (b.oscillation.is_some() || b.velocity != [0.0; 2] || b.spin != 0.0);
+        told || b.surface_velocity != 0.0
+    };
+    scene.bodies.iter().any(moves) || scene.joints.iter().any(|j| j.motor.is_some())
 }
 
 /// A row of `setting` without a figure.
-fn row(scene: &Scene, setting: &Setting) -> ResultRow {
+pub(super) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
     ResultRow {
         scene: scene.name.clone(),
         rung: String::new(),
@@ -332,7 +405,7 @@ mod tests {
             Some(Point::Failed("stops", "why".to_owned())),
             Some(Point::Unavailable("no such world".to_owned())),
         ];
-        let results = gather(&scene, &settings, points);
+        let results = gather(&scene, &settings, points, "closed form");
         let rows = |engine: &str, verdict: &str| -> Vec<(String, bool, String)> {
             let of = results
                 .rows

@@ -31,6 +31,8 @@ pub(super) struct Shadow {
     thickness: Option<f64>,
     /// `M⁻¹` of the body by itself: without what damping adds.
     pub inverse_mass: Vec3,
+    /// What acts on it in this step.
+    pub load: Load,
     /// Where the user sends a position-driven body in this step.
     target: Option<Pose>,
     pub kind: RigidBodyType,
@@ -45,6 +47,18 @@ pub(super) struct Shadow {
     pub group: u32,
     /// Where it stood a step ago.
     pub last: Pose64,
+}
+
+/// What the user puts on a body.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Load {
+    /// \[N\], [N m].
+    pub force: Vec2,
+    pub torque: f64,
+    /// Factor on gravity.
+    pub scale: f64,
+    /// Linear and angular [1/s].
+    pub damping: (f64, f64),
 }
 
 /// All enabled bodies of a world, in rapier's order.
@@ -63,6 +77,8 @@ pub(super) struct Bodies {
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
     pub sleepers: Sleepers,
+    /// Bodies that rapier has put to sleep, or the user.
+    pub slept: Vec<usize>,
     /// Colliders that went since rapier's notes were looked through.
     gone: usize,
     /// Changes whenever bodies get other numbers or another centre of mass.
@@ -183,9 +199,7 @@ impl Bodies {
 
     /// Brings the list up to the enabled bodies of the world.
     fn know(&mut self, world: &mut PhysicsWorld) {
-        let enabled = world.bodies.iter().filter(|(_, body)| body.is_enabled());
-        let known = self.list.iter().map(|s| s.handle);
-        if enabled.map(|(handle, _)| handle).eq(known) {
+        if self.are_known(world) {
             return;
         }
         let mut old: FxHashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
@@ -232,6 +246,24 @@ impl Bodies {
         }
         self.exact
             .retain(|handle, _| world.bodies.contains(*handle));
+        self.are_known(world);
+    }
+
+    /// Whether the list holds the enabled bodies of the world; notes who fell asleep.
+    fn are_known(&mut self, world: &PhysicsWorld) -> bool {
+        self.slept.clear();
+        let mut known = self.list.iter().enumerate();
+        for (handle, body) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+            match known.next() {
+                Some((k, shadow)) if shadow.handle == handle => {
+                    if body.is_sleeping() && body.is_dynamic() && shadow.group == 0 {
+                        self.slept.push(k);
+                    }
+                }
+                _ => return false,
+            }
+        }
+        known.next().is_none()
     }
 
     pub(super) fn sync_one(
@@ -296,6 +328,13 @@ impl Bodies {
         }
         shadow.seen = true;
         let damping = (widen(body.linear_damping()), widen(body.angular_damping()));
+        let force = body.user_force();
+        shadow.load = Load {
+            force: Vec2::new(widen(force.x), widen(force.y)),
+            torque: widen(body.user_torque()),
+            scale: widen(body.gravity_scale()),
+            damping,
+        };
         self.inverse_mass[k] = if damping == (0.0, 0.0) || shadow.inverse_mass == Vec3::zeros() {
             shadow.inverse_mass
         } else {
@@ -502,6 +541,7 @@ impl Shadow {
             radius: 0.0,
             thickness: None,
             inverse_mass: Vec3::zeros(),
+            load: Load::default(),
             target: None,
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,

@@ -3,19 +3,30 @@
 use super::engine::prelude::*;
 use crate::dynamics::ModelError;
 
-/// A collider as it was found last.
+/// A collider as it was found last: all that a user can change about it and that matters.
 #[derive(Clone)]
 struct Seen {
     handle: ColliderHandle,
-    parent: Option<RigidBodyHandle>,
     /// Kept alive, so that a new shape cannot come to lie at the same address.
     shape: SharedShape,
+    traits: Traits,
+    scan: u32,
+}
+
+#[derive(Clone, PartialEq)]
+struct Traits {
+    parent: Option<RigidBodyHandle>,
     place: Pose,
+    mass: (Real, Real, Vector),
+    skin: Real,
+    material: [Real; 2],
+    rules: [CoefficientCombineRule; 2],
+    groups: [InteractionGroups; 2],
+    types: ActiveCollisionTypes,
+    hooks: ActiveHooks,
+    events: ActiveEvents,
     enabled: bool,
     sensor: bool,
-    groups: [InteractionGroups; 2],
-    mass: (Real, Real, Vector),
-    scan: u32,
 }
 
 /// Notices new, removed, moved, re-shaped, re-massed and switched colliders by looking at all of
@@ -28,6 +39,8 @@ pub(super) struct ColliderWatch {
     /// Of the last scan: what changed or came, and what went, each with its body then.
     pub changed: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
     pub gone: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
+    /// Slots of all that changed, came or went since detection last took them over.
+    pub pending: Vec<u32>,
 }
 
 impl ColliderWatch {
@@ -67,9 +80,9 @@ impl ColliderWatch {
                 self.known -= 1;
                 // the slot's former owner, or the same one as it was
                 if other.handle != handle {
-                    self.gone.push((other.handle, other.parent));
-                } else if other.parent != collider.parent() {
-                    self.changed.push((handle, other.parent));
+                    self.gone.push((other.handle, other.traits.parent));
+                } else if other.traits.parent != collider.parent() {
+                    self.changed.push((handle, other.traits.parent));
                 }
             }
             *entry = Some(Seen::new(handle, collider, self.scan));
@@ -80,11 +93,14 @@ impl ColliderWatch {
         if met < self.known {
             for entry in &mut self.seen {
                 if let Some(gone) = entry.take_if(|s| s.scan != self.scan) {
-                    self.gone.push((gone.handle, gone.parent));
+                    self.gone.push((gone.handle, gone.traits.parent));
                 }
             }
             self.known = met;
         }
+        let touched = self.changed.iter().chain(&self.gone);
+        self.pending
+            .extend(touched.map(|(handle, _)| handle.into_raw_parts().0));
         told
     }
 }
@@ -100,25 +116,37 @@ impl Seen {
     fn new(handle: ColliderHandle, collider: &Collider, scan: u32) -> Self {
         Seen {
             handle,
-            parent: collider.parent(),
             shape: collider.shared_shape().clone(),
-            place: place(collider),
-            enabled: collider.is_enabled(),
-            sensor: collider.is_sensor(),
-            groups: [collider.collision_groups(), collider.solver_groups()],
-            mass: mass(collider),
+            traits: Traits::of(collider),
             scan,
         }
     }
 
     fn is(&self, collider: &Collider) -> bool {
         std::sync::Arc::ptr_eq(&self.shape.0, &collider.shared_shape().0)
-            && self.parent == collider.parent()
-            && self.place == place(collider)
-            && self.enabled == collider.is_enabled()
-            && self.sensor == collider.is_sensor()
-            && self.groups == [collider.collision_groups(), collider.solver_groups()]
-            && self.mass == mass(collider)
+            && self.traits == Traits::of(collider)
+    }
+}
+
+impl Traits {
+    fn of(collider: &Collider) -> Traits {
+        Traits {
+            parent: collider.parent(),
+            place: place(collider),
+            mass: mass(collider),
+            skin: collider.contact_skin(),
+            material: [collider.friction(), collider.restitution()],
+            rules: [
+                collider.friction_combine_rule(),
+                collider.restitution_combine_rule(),
+            ],
+            groups: [collider.collision_groups(), collider.solver_groups()],
+            types: collider.active_collision_types(),
+            hooks: collider.active_hooks(),
+            events: collider.active_events(),
+            enabled: collider.is_enabled(),
+            sensor: collider.is_sensor(),
+        }
     }
 }
 
@@ -165,12 +193,28 @@ pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), M
             id.0, room.mins.x, room.mins.y, room.maxs.x, room.maxs.y
         )));
     }
+    let (friction, restitution) = (collider.friction(), collider.restitution());
+    let skin = collider.contact_skin();
+    let bad = |what: &str| {
+        let of = format!("collider {} (handle {id:?})", id.0);
+        Err(ModelError::Invalid(format!("{of}: {what}")))
+    };
+    if !(friction >= 0.0 && friction.is_finite()) {
+        return bad(&format!(
+            "friction is {friction}, must be finite and at least 0"
+        ));
+    }
+    if !restitution.is_finite() {
+        return bad(&format!("restitution is {restitution}, must be finite"));
+    }
+    if !(skin >= 0.0 && skin.is_finite()) {
+        return bad(&format!(
+            "contact skin is {skin} m, must be finite and at least 0"
+        ));
+    }
     let mass = mass(collider);
     if !(mass.0.is_finite() && mass.1.is_finite() && mass.2.is_finite()) {
-        return Err(ModelError::Invalid(format!(
-            "collider {} (handle {id:?}): mass or density is not finite",
-            id.0
-        )));
+        return bad("mass or density is not finite");
     }
     Ok(())
 }

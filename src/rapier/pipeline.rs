@@ -7,7 +7,7 @@ use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Pose64, Scheme,
+    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64, Scheme,
     SolvedProblem, Standing, StepError, StepperSettings,
 };
 use crate::solver::ImpulseSolver;
@@ -194,7 +194,9 @@ impl MoreauPipeline {
             return Err(StepError::Dt(dt));
         }
         loop {
+            self.stepper.clock().start();
             self.take_over(world, dt)?;
+            self.stepper.clock().lap(|t| &mut t.detection);
             let mut model = RapierModel {
                 gravity: gravity(&self.settings, world),
                 world,
@@ -212,6 +214,7 @@ impl MoreauPipeline {
                 self.reporter
                     .report(world, bodies, detector, crossing, record, events);
                 self.put_to_sleep(world, dt);
+                self.stepper.clock().lap(|t| &mut t.record);
                 return result;
             }
             self.bodies.give_back(world);
@@ -275,6 +278,16 @@ impl MoreauPipeline {
     /// See [`MoreauStepper::problems`].
     pub fn problems(&self) -> &[SolvedProblem] {
         self.stepper.problems()
+    }
+
+    /// See [`MoreauStepper::time_phases`].
+    pub fn time_phases(&mut self, on: bool) {
+        self.stepper.time_phases(on);
+    }
+
+    /// See [`MoreauStepper::phases`].
+    pub fn phases(&self) -> Phases {
+        self.stepper.phases()
     }
 
     /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
@@ -378,10 +391,9 @@ impl RapierModel<'_> {
         (0..self.bodies.list.len())
             .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
             .map(|k| {
-                let body = &self.world.bodies[self.bodies.list[k].handle];
+                let load = &self.bodies.list[k].load;
                 let w = self.bodies.inverse_mass[k].xy().amax();
-                let push = f64::from(body.user_force().length()) * w;
-                self.gravity.norm() * f64::from(body.gravity_scale()).abs() + push
+                self.gravity.norm() * load.scale.abs() + load.force.norm() * w
             })
             .fold(0.0, f64::max)
     }
@@ -438,20 +450,16 @@ impl MultibodyModel for RapierModel<'_> {
             if self.bodies.inverse_mass[k] == Vec3::zeros() {
                 continue;
             }
-            let w = self.bodies.list[k].inverse_mass;
-            let body = &self.world.bodies[self.bodies.list[k].handle];
+            let (w, load) = (self.bodies.list[k].inverse_mass, &self.bodies.list[k].load);
             let u = self.bodies.velocities[k];
-            let (force, torque) = (body.user_force(), body.user_torque());
-            let scale = widen(body.gravity_scale());
-            let drag = widen(body.linear_damping());
-            let push = Vec2::new(widen(force.x), widen(force.y));
             for i in 0..2 {
                 if w[i] > 0.0 {
-                    h[i] = (scale * self.gravity[i] - drag * u[i]) / w[i] + push[i];
+                    let pull = load.scale * self.gravity[i] - load.damping.0 * u[i];
+                    h[i] = pull / w[i] + load.force[i];
                 }
             }
             if w.z > 0.0 {
-                h.z = widen(torque) - widen(body.angular_damping()) * u.z / w.z;
+                h.z = load.torque - load.damping.1 * u.z / w.z;
             }
         }
     }
@@ -508,7 +516,7 @@ impl MultibodyModel for RapierModel<'_> {
             .iter()
             .map(|shadow| {
                 let w = shadow.inverse_mass;
-                let scale = widen(self.world.bodies[shadow.handle].gravity_scale());
+                let scale = shadow.load.scale;
                 let center = shadow.pose.apply(shadow.center);
                 (0..2)
                     .filter(|&i| w[i] > 0.0)

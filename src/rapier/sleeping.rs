@@ -86,13 +86,7 @@ impl Bodies {
             let all: Vec<u32> = self.sleepers.groups.keys().copied().collect();
             all.iter().for_each(|&group| self.sleepers.stir(group));
         } else {
-            let slept = |s: &Shadow| {
-                let body = &world.bodies[s.handle];
-                s.group == 0 && body.is_dynamic() && body.is_sleeping()
-            };
-            let slept: Vec<usize> = (0..self.list.len())
-                .filter(|&k| slept(&self.list[k]))
-                .collect();
+            let slept = std::mem::take(&mut self.slept);
             for &k in &slept {
                 self.sync_one(world, k, dt)?;
             }

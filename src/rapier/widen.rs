@@ -35,7 +35,11 @@ fn shortest(value: Real, digits: i32) -> f64 {
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     let leading = (f64::from(exponent) * LOG10_2).floor() as i32;
     let most = (digits - 1 - leading).clamp(1, 22) as usize;
-    if !meant(&POWERS[most - 1]) {
+    let power = POWERS[most - 1];
+    // nearly all numbers that nobody typed: no decimal lies within half a unit of their last place
+    let scaled = wide * power;
+    let off = scaled - (scaled + 0.5f64.copysign(wide)) as i64 as f64;
+    if off.abs() > scaled.abs() * HALF_PLACE || !meant(&power) {
         return wide;
     }
     let fewest = POWERS[..most].partition_point(|power| !meant(power));
@@ -52,6 +56,10 @@ pub(super) fn widen_step(dt: Real) -> f64 {
         widen(dt)
     }
 }
+
+/// Half a unit in the last place over the number, at most, and a little for the rounding here.
+#[allow(clippy::unnecessary_cast)] // widens with the feature `f64`
+const HALF_PLACE: f64 = 0.500_001 * Real::EPSILON as f64;
 
 /// 10¹ to 10²², all exact.
 const POWERS: [f64; 22] = [

@@ -107,6 +107,8 @@ pub struct Chart {
     pub zero: Option<f64>,
     /// One unit is as long in x as in y, so that a shape looks like itself.
     pub equal_aspect: bool,
+    /// Sentences beneath the picture.
+    pub notes: Vec<String>,
 }
 
 /// The part of a chart's plane that is shown, in places along the axes.
@@ -130,6 +132,7 @@ impl Chart {
             labels: Vec::new(),
             zero: None,
             equal_aspect: false,
+            notes: Vec::new(),
         }
     }
 

@@ -191,6 +191,65 @@ row! {
     }
 }
 
+row! {
+    /// How a point of `results.csv` is run again by itself.
+    PointRow in "points.csv" {
+        scene: String,
+        rung: String,
+        engine: String,
+        scheme: String,
+        solver: String,
+        setting: String,
+        dt_s: f64,
+        command: String,
+    }
+}
+
+row! {
+    /// One measure of a scene, and how many points of the peers ours dominate: see
+    /// [`super::Domination`].
+    DominationRow in "domination.csv" {
+        scene: String,
+        rung: String,
+        measure: String,
+        unit: String,
+        /// Points measured, and those that failed; of ours the unsolved ones with them.
+        ours: usize,
+        ours_failed: usize,
+        peers: usize,
+        peers_failed: usize,
+        dominated: usize,
+        /// With no allowance for the spread of times.
+        dominated_strictly: usize,
+    }
+}
+
+row! {
+    /// A point of a peer that no point of ours dominates, and the nearest of ours.
+    UndominatedRow in "undominated.csv" {
+        scene: String,
+        rung: String,
+        measure: String,
+        unit: String,
+        engine: String,
+        setting: String,
+        dt_s: f64,
+        value: f64,
+        seconds_per_simulated_second: f64,
+        spread: Option<f64>,
+        our_scheme: String,
+        our_solver: String,
+        our_setting: String,
+        our_dt_s: Option<f64>,
+        our_value: Option<f64>,
+        our_seconds_per_simulated_second: Option<f64>,
+        /// `accuracy`, `step`, `time` or `none`, see [`super::Cause`].
+        cause: String,
+        /// Of values where the cause is `accuracy`, else of times: ours over theirs.
+        ratio: Option<f64>,
+    }
+}
+
 impl ContactRow {
     /// The row of `contact` in the step that ends at `time` in s.
     pub fn new(contact: &ContactRecord) -> Self {

@@ -5,7 +5,7 @@ use plotters::style::{FontTransform, WHITE};
 use super::canvas::{Canvas, Drawn, Point, U, stroke, units};
 use super::chart::{Chart, Dash, Extent, Style};
 use super::labels;
-use super::layout::{LEGEND_ROW, Layout, MARGIN, SMALL, TEXT, TITLE};
+use super::layout::{LEGEND_ROW, Layout, MARGIN, NOTE_ROW, SMALL, TEXT, TITLE};
 use super::legend::{Entry, Look, legend, looks};
 use super::palette;
 
@@ -107,14 +107,11 @@ fn draw_frame(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
         canvas.text(line, (l.left, y), look, corner(), flat.clone())?;
         y += 1.4 * TEXT;
     }
-    let skipped = chart.skipped();
-    if skipped > 0 {
-        let plural = if skipped == 1 { "point" } else { "points" };
-        let note =
-            format!("{skipped} {plural} not drawn: not finite, or not positive on a log axis");
+    let mut y = below + 1.7 * TEXT;
+    for note in &l.notes {
         let look = (SMALL, palette::FAINT_INK);
-        let at = (l.left, below + 1.7 * TEXT);
-        canvas.text(&note, at, look, corner(), flat)?;
+        canvas.text(note, (l.left, y), look, corner(), flat.clone())?;
+        y += NOTE_ROW;
     }
     Ok(())
 }

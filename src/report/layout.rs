@@ -11,6 +11,7 @@ pub(super) const TITLE: f64 = 16.0;
 pub(super) const TEXT: f64 = 12.5;
 pub(super) const SMALL: f64 = 11.5;
 pub(super) const LEGEND_ROW: f64 = 20.0;
+pub(super) const NOTE_ROW: f64 = 1.5 * SMALL;
 
 /// Width in px to allow for a text: a generic sans-serif may turn out as wide as DejaVu Sans.
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
@@ -54,6 +55,8 @@ pub(super) struct Layout {
     pub legend: f64,
     /// Labels of the reference lines, and how far below the top of the plot.
     pub lines: Vec<(f64, String)>,
+    /// Lines of small print beneath the axis label.
+    pub notes: Vec<String>,
 }
 
 /// Close lines must not have their labels on top of each other.
@@ -138,15 +141,24 @@ impl Layout {
             MARGIN + 1.35 * TITLE * title.len() as f64 + 1.4 * TEXT * subtitle.len() as f64 + 10.0;
         let bottom = top + height;
         let legend_bottom = top + legend_height;
-        let note = if chart.skipped() > 0 {
-            1.6 * SMALL
-        } else {
-            0.0
+        let skipped = match chart.skipped() {
+            0 => None,
+            1 => Some("1 point not drawn: not finite, or not positive on a log axis".to_owned()),
+            n => Some(format!(
+                "{n} points not drawn: not finite, or not positive on a log axis"
+            )),
         };
+        let notes: Vec<String> = chart
+            .notes
+            .iter()
+            .chain(&skipped)
+            .flat_map(|note| wrapped(note, SMALL, total - left - MARGIN))
+            .collect();
         Layout {
             size: (
                 total,
-                (bottom + 8.0 + 2.8 * TEXT + note).max(legend_bottom) + MARGIN,
+                (bottom + 8.0 + 2.8 * TEXT + NOTE_ROW * notes.len() as f64).max(legend_bottom)
+                    + MARGIN,
             ),
             left,
             top,
@@ -159,6 +171,7 @@ impl Layout {
             subtitle,
             legend: legend_left,
             lines,
+            notes,
         }
     }
 

@@ -7,6 +7,7 @@ mod axis;
 mod canvas;
 mod chart;
 mod csv_files;
+mod domination;
 mod drawing;
 mod folder;
 mod labels;
@@ -24,9 +25,10 @@ mod wear_charts;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub use csv_files::{
-    BodyRow, ComparisonRow, ContactRow, CsvFile, LifeRow, PerformanceRow, ProfileRow, ResultRow,
-    Row, StepRow, WearRow, read_rows,
+    BodyRow, ComparisonRow, ContactRow, CsvFile, DominationRow, LifeRow, PerformanceRow, PointRow,
+    ProfileRow, ResultRow, Row, StepRow, UndominatedRow, WearRow, read_rows,
 };
+pub use domination::{Cause, Domination, front};
 pub use folder::OutputFolder;
 pub use order::observed_order;
 pub use panels::panels;

@@ -1,15 +1,20 @@
 //! Work-precision, convergence and energy, from the rows of `results.csv` alone.
 
 use super::axis::Axis;
-use super::chart::{Chart, Colour, Dash, PointLabel, Series, Style};
+use super::chart::{Chart, Colour, Dash, HLine, PointLabel, Series, Style};
 use super::csv_files::ResultRow;
+use super::domination::{OURS, front};
 use super::order::observed_order;
-use super::table::step_length;
+use super::table::{number, step_length};
 
 /// Errors, relative or in SI units, in which a step length cannot show.
 const ROUND_OFF: f64 = 1e-12;
 /// Standard error of an order from which it says nothing.
 const UNCLEAR: f64 = 0.4;
+/// Of the palette: black.
+const FRONT: usize = 6;
+/// Failed points of a kind that are named beneath a picture.
+const LISTED: usize = 8;
 
 /// Rows that differ in their step length only, in its order.
 struct Family<'a> {
@@ -24,11 +29,12 @@ struct Family<'a> {
 ///
 /// Points that differ in their step alone are joined where there are three or more; others are
 /// single points of their engine. Each is labelled with what tells it from the others of its
-/// engine, those first that no point of the same engine beats in both error and time.
+/// engine, those first that no point of the same engine beats in both error and time. Stairs
+/// join the points of ours, and those of the peers, that none of the same side beats in both.
+/// Beneath stand the points that failed or are marked unsolved, and how.
 ///
 /// # Arguments
-/// - `rows`: of one scene. A row without a time is not drawn; one with a NaN is counted under
-///   the picture.
+/// - `rows`: of one scene. A row without a time is not drawn.
 pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     let families = families(rows);
@@ -72,9 +78,71 @@ pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
         }
         labels.sort_by_key(|(beaten, _)| *beaten);
         chart.labels = labels.into_iter().map(|(_, label)| label).collect();
+        add_fronts(&mut chart, &of, floor);
+        chart.lines.extend(error_bar(of[0]));
+        chart.notes = failures(&of, rows);
         charts.push(chart);
     }
     charts
+}
+
+/// Beneath everything else: the front of each side that has more than one point.
+fn add_fronts(chart: &mut Chart, of: &[&ResultRow], floor: f64) {
+    for (ours, name, dash) in [
+        (false, "front of the peers", Dash::Dotted),
+        (true, "front of ours", Dash::Solid),
+    ] {
+        let side = of.iter().filter(|r| (r.engine == OURS) == ours);
+        let points: Vec<(f64, f64)> = side.filter_map(|r| timed(r)).collect();
+        if points.len() > 1 {
+            let mut stairs = front(&points);
+            for point in stairs.iter_mut().filter(|p| p.1 == 0.0) {
+                point.1 = floor;
+            }
+            let mut series = Series::new(name, Style::Step, stairs);
+            series.colour = Colour::Palette(FRONT);
+            series.dash = dash;
+            chart.series.insert(0, series);
+        }
+    }
+}
+
+/// A reference of our own says how well it is known: `self-converged ±1e-6 ...`.
+fn error_bar(row: &ResultRow) -> Option<HLine> {
+    let (_, text) = row.reference.split_once('±')?;
+    let value: f64 = text.split(' ').next()?.parse().ok()?;
+    (value > 0.0).then(|| HLine {
+        value,
+        label: format!("reference ±{}", number(value, 2)),
+    })
+}
+
+/// A sentence for every engine and scheme and every way to fail.
+fn failures(of: &[&ResultRow], rows: &[ResultRow]) -> Vec<String> {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for row in of {
+        let how = match row.verdict.as_str() {
+            "" if row.value.is_nan() => "failed",
+            "" => continue,
+            _ if row.mode.is_empty() => &row.verdict,
+            _ => &row.mode,
+        };
+        let who = format!("{}, {how}", kind(row, rows));
+        let which = point_text(row, rows);
+        match groups.iter_mut().find(|(known, _)| *known == who) {
+            Some((_, list)) => list.push(which),
+            None => groups.push((who, vec![which])),
+        }
+    }
+    let sentence = |(who, list): (String, Vec<String>)| {
+        let shown = list.len().min(LISTED);
+        let more = match list.len() - shown {
+            0 => String::new(),
+            n => format!("; and {n} more"),
+        };
+        format!("{who}: {}{more}", list[..shown].join("; "))
+    };
+    groups.into_iter().map(sentence).collect()
 }
 
 /// Error against step length with the observed order, of the closed forms and of penetration: a
@@ -226,22 +294,49 @@ fn draw(
     }
 }
 
-/// Time and error; a failed point keeps its NaN, one that was not timed has no place.
+/// Time and error; a point that failed or was not timed has no place.
 fn timed(row: &ResultRow) -> Option<(f64, f64)> {
-    match row.seconds_per_simulated_second {
-        Some(time) => Some((time, row.value)),
-        None => row.value.is_nan().then_some((f64::NAN, f64::NAN)),
-    }
+    let time = row.seconds_per_simulated_second?;
+    row.value.is_finite().then_some((time, row.value))
 }
 
-/// What is drawn in one colour: ours by scheme and setting, peers by engine.
+/// What is drawn in one colour: ours by scheme and setting, whatever the tolerance; peers by
+/// engine.
 fn kind(row: &ResultRow, rows: &[ResultRow]) -> String {
     let mut words = vec![row.engine.clone()];
     if !row.scheme.is_empty() {
         words.push(row.scheme.clone());
-        words.extend(own_parts(row, rows).into_iter().map(str::to_owned));
+        let parts = own_parts(row, rows).into_iter();
+        let words_alone = parts.filter(|part| value_and_word(part).1.is_empty());
+        words.extend(words_alone.map(str::to_owned));
     }
     words.join(" ")
+}
+
+/// "500 Hz" and "tolerance 1e-8" in value and word; what holds no number is all value.
+fn value_and_word(part: &str) -> (&str, &str) {
+    match part.split_once(' ') {
+        Some((value, word)) if value.parse::<f64>().is_ok() => (value, word),
+        Some((word, value)) if value.parse::<f64>().is_ok() => (value, word),
+        _ => (part, ""),
+    }
+}
+
+/// The solver, where not all rows of its engine and scheme have the same.
+fn own_solver<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Option<&'a str> {
+    let mut like = rows
+        .iter()
+        .filter(|r| r.engine == row.engine && r.scheme == row.scheme);
+    like.any(|r| r.solver != row.solver)
+        .then_some(row.solver.as_str())
+}
+
+/// What tells a point from others of its kind, value and word.
+fn told_apart<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<(&'a str, &'a str)> {
+    let parts = own_parts(row, rows).into_iter().map(value_and_word);
+    let mut all: Vec<(&str, &str)> = parts.filter(|(_, word)| !word.is_empty()).collect();
+    all.extend(own_solver(row, rows).map(|solver| (solver, "solver")));
+    all
 }
 
 /// The parts of a row's setting that not every row of its engine and scheme has.
@@ -252,6 +347,16 @@ fn own_parts<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
         rows.iter().filter(like).all(has)
     };
     row.setting.split(", ").filter(|p| !common(p)).collect()
+}
+
+/// As [`told_apart`], in the words of the setting.
+fn apart_words<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
+    let parts = own_parts(row, rows).into_iter();
+    let mut all: Vec<&str> = parts
+        .filter(|part| !value_and_word(part).1.is_empty())
+        .collect();
+    all.extend(own_solver(row, rows));
+    all
 }
 
 fn families(rows: &[ResultRow]) -> Vec<Family<'_>> {
@@ -278,12 +383,9 @@ fn families(rows: &[ResultRow]) -> Vec<Family<'_>> {
             None => families.push(Family {
                 look,
                 measure: &row.measure,
-                name: match row.scheme.is_empty() {
-                    true => [vec![row.engine.as_str()], own_parts(row, rows)]
-                        .concat()
-                        .join(", "),
-                    false => kind,
-                },
+                name: [vec![kind.as_str()], apart_words(row, rows)]
+                    .concat()
+                    .join(", "),
                 rows: vec![row],
             }),
         }
@@ -312,21 +414,17 @@ fn settings(rows: &[ResultRow]) -> String {
     texts.join(" ")
 }
 
-/// The numbers that tell a point of a sweep, in the order that [`single_name`] explains.
+/// The step and what else tells a point of a sweep, in the order that [`single_name`] explains.
 fn point_text(row: &ResultRow, rows: &[ResultRow]) -> String {
-    let parts = own_parts(row, rows);
-    let numbers = parts.iter().map(|p| p.split(' ').next().unwrap_or(p));
-    [step_length(row.dt_s)]
-        .into_iter()
-        .chain(numbers.map(str::to_owned))
-        .collect::<Vec<_>>()
-        .join(" · ")
+    let step = step_length(row.dt_s);
+    let values = told_apart(row, rows).into_iter().map(|(value, _)| value);
+    let all: Vec<&str> = [step.as_str()].into_iter().chain(values).collect();
+    all.join(" · ")
 }
 
-/// Legend of single points: what the numbers of their labels are.
+/// Legend of single points: what the parts of their labels are.
 fn single_name(row: &ResultRow, rows: &[ResultRow]) -> String {
-    let parts = own_parts(row, rows);
-    let words = parts.iter().filter_map(|p| p.split(' ').nth(1));
+    let words = told_apart(row, rows).into_iter().map(|(_, word)| word);
     let explained: Vec<&str> = ["step"].into_iter().chain(words).collect();
-    format!("{}: {}", row.engine, explained.join(" · "))
+    format!("{}: {}", kind(row, rows), explained.join(" · "))
 }

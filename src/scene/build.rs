@@ -122,7 +122,7 @@ impl Scene {
     }
 
     /// The joint's points in the frame of each of its bodies \[m\].
-    pub(super) fn anchors(&self, joint: &Joint) -> [Vec2; 2] {
+    pub(crate) fn anchors(&self, joint: &Joint) -> [Vec2; 2] {
         [0, 1].map(|side| {
             let at = Vec2::from(joint.at[side]);
             match joint.bodies[side] {

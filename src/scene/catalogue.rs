@@ -43,6 +43,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ),
     ("pyramid", include_str!("../../scenes/pyramid.toml")),
     ("tower", include_str!("../../scenes/tower.toml")),
+    ("wall", include_str!("../../scenes/wall.toml")),
     ("heavy-top", include_str!("../../scenes/heavy-top.toml")),
     ("drum", include_str!("../../scenes/drum.toml")),
     ("hit-heap", include_str!("../../scenes/hit-heap.toml")),

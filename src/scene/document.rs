@@ -49,8 +49,13 @@ impl Node {
 
     /// The string under `name`, by which an element of an array of tables is addressed.
     pub fn name(&self) -> Option<&str> {
-        match &self.entry("name")?.node.value {
-            Value::String(name) => Some(name),
+        self.string("name")
+    }
+
+    /// The string under `key`.
+    pub fn string(&self, key: &str) -> Option<&str> {
+        match &self.entry(key)?.node.value {
+            Value::String(text) => Some(text),
             _ => None,
         }
     }

@@ -126,7 +126,11 @@ fn set(
                     .map(|(index, item)| item.name().map_or(index.to_string(), str::to_owned))
                     .collect();
                 let number = word.parse().ok().filter(|index| *index < items.len());
-                let index = names.iter().position(|name| name == word).or(number);
+                // what repeats a body goes by the body's name, if nothing else repeats it
+                let mut of = (0..items.len()).filter(|&k| items[k].string("of") == Some(word));
+                let of = of.next().filter(|_| of.next().is_none());
+                let index = names.iter().position(|name| name == word);
+                let index = index.or(number).or(of);
                 match index {
                     Some(index) => &mut items[index],
                     None => {

@@ -4,7 +4,7 @@ use super::overlap::Overlaps;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Linear, MoreauStepper, MultibodyModel, Planar, Pose64, SolvedProblem, StepError,
+    Linear, MoreauStepper, MultibodyModel, Phases, Planar, Pose64, SolvedProblem, StepError,
 };
 use crate::rapier::{BodyId, Simulation};
 
@@ -67,6 +67,24 @@ impl Built {
             World::Rapier { simulation, .. } => simulation.pipeline.keep_problems(keep),
             World::Planar(planar) => planar.stepper.keep_problems(keep),
             World::Linear(linear) => linear.stepper.keep_problems(keep),
+        }
+    }
+
+    /// Whether the time of nonsmooth steps is booked from now on for [`Built::phases`].
+    pub fn time_phases(&mut self, on: bool) {
+        match &mut self.world {
+            World::Rapier { simulation, .. } => simulation.pipeline.time_phases(on),
+            World::Planar(planar) => planar.stepper.time_phases(on),
+            World::Linear(linear) => linear.stepper.time_phases(on),
+        }
+    }
+
+    /// Where the time of nonsmooth steps went, see [`MoreauStepper::phases`].
+    pub fn phases(&self) -> Phases {
+        match &self.world {
+            World::Rapier { simulation, .. } => simulation.pipeline.phases(),
+            World::Planar(planar) => planar.stepper.phases(),
+            World::Linear(linear) => linear.stepper.phases(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What is known of every collider, kept while the user does not change it.
 
 use super::super::bodies::Bodies;
+use super::super::changes::ColliderWatch;
 use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::widen;
@@ -9,139 +10,136 @@ use super::shapes::{self, Piece};
 use crate::contact::Vec2;
 use crate::dynamics::{ModelError, NormalLaw, Pose64};
 use rustc_hash::FxHashMap;
-use std::sync::Arc;
 
-/// All that a user can change about a collider and that matters to contacts.
-#[derive(Clone, PartialEq)]
-struct Seen {
-    parent: Option<RigidBodyHandle>,
-    local: Option<Pose>,
-    enabled: bool,
-    sensor: bool,
-    skin: Real,
-    material: [Real; 2],
+/// What every look at a pair asks of a collider: its leaves hold a copy.
+#[derive(Clone, Copy)]
+pub(super) struct Surface {
+    pub handle: ColliderHandle,
+    /// Larger extent \[m\], skin not counted.
+    pub size: f64,
+    friction: f64,
+    restitution: f64,
     rules: [CoefficientCombineRule; 2],
-    groups: [InteractionGroups; 2],
-    types: ActiveCollisionTypes,
-    hooks: ActiveHooks,
-    events: ActiveEvents,
+    /// No sensor, no groups, no hooks, no law of its own: with another such one it touches unless
+    /// both bodies cannot move.
+    pub plain: bool,
 }
 
-impl Seen {
-    fn of(collider: &Collider) -> Seen {
-        let parent = collider.parent();
-        Seen {
-            parent,
-            local: match parent {
-                Some(_) => collider.position_wrt_parent().copied(),
-                None => Some(*collider.position()),
-            },
-            enabled: collider.is_enabled(),
-            sensor: collider.is_sensor(),
-            skin: collider.contact_skin(),
-            material: [collider.friction(), collider.restitution()],
+impl Surface {
+    fn of(handle: ColliderHandle, collider: &Collider, law: &SurfaceLaw) -> Surface {
+        let extents = collider.shape().compute_local_aabb().extents();
+        let groups = [collider.collision_groups(), collider.solver_groups()];
+        let open = |groups: &InteractionGroups| {
+            *groups == InteractionGroups::default() || *groups == InteractionGroups::all()
+        };
+        Surface {
+            handle,
+            size: f64::from(extents.x.max(extents.y)),
+            friction: widen(collider.friction()),
+            restitution: widen(collider.restitution()),
             rules: [
                 collider.friction_combine_rule(),
                 collider.restitution_combine_rule(),
             ],
-            groups: [collider.collision_groups(), collider.solver_groups()],
-            types: collider.active_collision_types(),
-            hooks: collider.active_hooks(),
-            events: collider.active_events(),
+            plain: !collider.is_sensor()
+                && groups.iter().all(open)
+                && collider.active_collision_types() == ActiveCollisionTypes::default()
+                && collider.active_hooks().is_empty()
+                && *law == SurfaceLaw::default(),
         }
+    }
+
+    pub fn friction_with(&self, other: &Surface) -> f64 {
+        let rule = self.rules[0].max(other.rules[0]);
+        combine(self.friction, other.friction, rule).max(0.0)
+    }
+
+    pub fn restitution_with(&self, other: &Surface) -> f64 {
+        let rule = self.rules[1].max(other.rules[1]);
+        combine(self.restitution, other.restitution, rule).clamp(0.0, 1.0)
     }
 }
 
 /// A collider's facts in `f64`.
 pub(super) struct Known {
-    pub handle: ColliderHandle,
-    /// Kept alive, so that a new shape cannot come to lie at the same address.
-    shape: SharedShape,
-    seen: Seen,
+    pub surface: Surface,
+    parent: Option<RigidBodyHandle>,
+    groups: [InteractionGroups; 2],
+    types: ActiveCollisionTypes,
+    hooks: ActiveHooks,
+    events: ActiveEvents,
+    sensor: bool,
     /// In the body's frame.
     pub local: Pose64,
     pub pieces: Vec<Piece>,
-    /// Larger extent \[m\], skin not counted.
-    pub size: f64,
-    pub friction: f64,
-    pub restitution: f64,
     pub law: SurfaceLaw,
     /// Bounding circle in the body's frame.
     circle: (Vec2, f64),
 }
 
 impl Known {
-    fn new(
-        handle: ColliderHandle,
-        collider: &Collider,
-        seen: Seen,
-        law: SurfaceLaw,
-    ) -> Result<Known, ModelError> {
-        validate(handle, collider)?;
-        let shape = collider.shared_shape().clone();
-        let local = seen.local;
-        let local = local.map_or(Pose64::new(Vec2::zeros(), 0.0), |p| Pose64::from_rapier(&p));
-        let extents = shape.compute_local_aabb().extents();
-        let sphere = shape.compute_local_bounding_sphere();
+    fn new(handle: ColliderHandle, collider: &Collider, law: SurfaceLaw) -> Known {
+        let parent = collider.parent();
+        let local = match parent {
+            Some(_) => collider.position_wrt_parent(),
+            None => Some(collider.position()),
+        };
+        let local = local.map_or(Pose64::new(Vec2::zeros(), 0.0), Pose64::from_rapier);
+        let sphere = collider.shape().compute_local_bounding_sphere();
         let center = Vec2::new(sphere.center.x.into(), sphere.center.y.into());
-        let skin = widen(seen.skin);
-        Ok(Known {
-            handle,
-            pieces: shapes::pieces(&shape, skin),
+        let skin = widen(collider.contact_skin());
+        Known {
+            surface: Surface::of(handle, collider, &law),
+            parent,
+            groups: [collider.collision_groups(), collider.solver_groups()],
+            types: collider.active_collision_types(),
+            hooks: collider.active_hooks(),
+            events: collider.active_events(),
+            sensor: collider.is_sensor(),
+            pieces: shapes::pieces(collider.shared_shape(), skin),
             local,
-            size: f64::from(extents.x.max(extents.y)),
-            friction: widen(seen.material[0]),
-            restitution: widen(seen.material[1]),
             law,
             circle: (local.apply(center), f64::from(sphere.radius) + skin),
-            shape,
-            seen,
-        })
+        }
+    }
+
+    pub fn handle(&self) -> ColliderHandle {
+        self.surface.handle
     }
 
     pub fn parent(&self) -> Option<RigidBodyHandle> {
-        self.seen.parent
+        self.parent
     }
 
     pub fn is_sensor(&self) -> bool {
-        self.seen.sensor
+        self.sensor
     }
 
     pub fn hooks(&self) -> ActiveHooks {
-        self.seen.hooks
+        self.hooks
     }
 
     pub fn events(&self) -> ActiveEvents {
-        self.seen.events
+        self.events
     }
 
     /// Whether these two may touch by their groups and the kinds of their bodies, in rapier's
     /// order of questions; a sensor's contacts are none.
     pub fn may_meet(&self, other: &Known, kinds: [RigidBodyType; 2]) -> bool {
-        let (a, b) = (&self.seen, &other.seen);
-        let types = a.types.test(kinds[0], kinds[1]) || b.types.test(kinds[0], kinds[1]);
-        types && a.groups[0].test(b.groups[0])
+        let types = [self.types, other.types];
+        types.iter().any(|t| t.test(kinds[0], kinds[1])) && self.groups[0].test(other.groups[0])
     }
 
     /// Whether contacts of these two carry loads, rather than being told of only.
     pub fn may_push(&self, other: &Known) -> bool {
-        self.seen.groups[1].test(other.seen.groups[1])
-    }
-
-    pub fn combined_friction(&self, other: &Known) -> f64 {
-        let rule = self.seen.rules[0].max(other.seen.rules[0]);
-        combine(self.friction, other.friction, rule).max(0.0)
+        self.groups[1].test(other.groups[1])
     }
 
     pub fn combined_law(&self, other: &Known) -> NormalLaw {
         match (self.law.compliance, other.law.compliance) {
-            (None, None) => {
-                let rule = self.seen.rules[1].max(other.seen.rules[1]);
-                let e = combine(self.restitution, other.restitution, rule);
-                NormalLaw::Rigid {
-                    restitution: e.clamp(0.0, 1.0),
-                }
-            }
+            (None, None) => NormalLaw::Rigid {
+                restitution: self.surface.restitution_with(&other.surface),
+            },
             (Some((stiffness, damping)), None) | (None, Some((stiffness, damping))) => {
                 NormalLaw::ViscoElastic { stiffness, damping }
             }
@@ -178,7 +176,6 @@ pub(super) struct Colliders {
     unchecked: bool,
     /// Slots that hold another collider, or another shape, than at the last call.
     pub changed: Vec<u32>,
-    met: Vec<bool>,
 }
 
 impl Colliders {
@@ -195,18 +192,25 @@ impl Colliders {
         self.unchecked = true;
         let slot = handle.into_raw_parts().0 as usize;
         if let Some(Some(known)) = self.list.get_mut(slot)
-            && known.handle == handle
+            && known.handle() == handle
         {
             known.law = law;
+            known.surface.plain &= law == SurfaceLaw::default();
         }
     }
 
-    /// Takes over what the user changed since the last call.
+    /// Takes over what `watch` has noticed since the last call; `all` where bodies may have been
+    /// switched too.
     ///
     /// # Errors
-    /// [`ModelError`] for a collider that is not finite or uses what is not supported; it is then
-    /// asked again at the next call.
-    pub fn refresh(&mut self, world: &PhysicsWorld) -> Result<(), ModelError> {
+    /// [`ModelError`] for a surface law that is not finite; nothing is taken over then.
+    pub fn refresh(
+        &mut self,
+        world: &PhysicsWorld,
+        watch: &mut ColliderWatch,
+        all: bool,
+    ) -> Result<(), ModelError> {
+        self.changed.clear();
         if self.unchecked {
             let there = |h: &ColliderHandle| world.colliders.contains(*h);
             for (handle, law) in self.surfaces.iter().filter(|(h, _)| there(h)) {
@@ -214,36 +218,31 @@ impl Colliders {
             }
             self.unchecked = false;
         }
-        self.changed.clear();
-        self.met.clear();
-        self.met.resize(self.list.len(), false);
-        for (handle, collider) in world.colliders.iter() {
-            let slot = handle.into_raw_parts().0 as usize;
-            if self.list.len() <= slot {
-                self.list.resize_with(slot + 1, || None);
-                self.met.resize(slot + 1, false);
+        if all {
+            for slot in 0..self.list.len() as u32 {
+                let collider = watch.handle(slot).and_then(|h| world.colliders.get(h));
+                if collider.is_some_and(|c| runs(c, world)) != self.get(slot).is_some() {
+                    watch.pending.push(slot);
+                }
             }
-            let seen = Seen::of(collider);
-            let runs = |h: RigidBodyHandle| world.bodies.get(h).is_some_and(|b| b.is_enabled());
-            if !seen.enabled || seen.parent.is_some_and(|h| !runs(h)) {
-                continue;
-            }
-            self.met[slot] = true;
-            if let Some(known) = &self.list[slot]
-                && known.handle == handle
-                && known.seen == seen
-                && Arc::ptr_eq(&known.shape.0, &collider.shared_shape().0)
-            {
-                continue;
-            }
-            let law = self.surfaces.get(&handle).copied().unwrap_or_default();
-            self.list[slot] = None;
-            self.changed.push(slot as u32);
-            self.list[slot] = Some(Known::new(handle, collider, seen, law)?);
         }
-        for (slot, met) in self.met.iter().enumerate() {
-            if !met && self.list[slot].take().is_some() {
-                self.changed.push(slot as u32);
+        watch.pending.sort_unstable();
+        watch.pending.dedup();
+        for slot in watch.pending.drain(..) {
+            self.changed.push(slot);
+            let k = slot as usize;
+            if self.list.len() <= k {
+                self.list.resize_with(k + 1, || None);
+            }
+            self.list[k] = None;
+        }
+        for &slot in &self.changed {
+            let Some(handle) = watch.handle(slot) else {
+                continue;
+            };
+            if let Some(collider) = world.colliders.get(handle).filter(|c| runs(c, world)) {
+                let law = self.surfaces.get(&handle).copied().unwrap_or_default();
+                self.list[slot as usize] = Some(Known::new(handle, collider, law));
             }
         }
         Ok(())
@@ -256,7 +255,7 @@ impl Colliders {
             .iter_mut()
             .for_each(|shadow| shadow.radius = 0.0);
         for known in self.list.iter().flatten() {
-            if let Some(k) = known.seen.parent.and_then(|h| bodies.index_of(h)) {
+            if let Some(k) = known.parent.and_then(|h| bodies.index_of(h)) {
                 let shadow = &mut bodies.list[k as usize];
                 let (center, radius) = known.circle;
                 let distance = (center - shadow.center).norm();
@@ -297,38 +296,8 @@ fn validate_law(handle: ColliderHandle, law: &SurfaceLaw) -> Result<(), ModelErr
     Ok(())
 }
 
-fn validate(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
-    let id = handle.into_raw_parts().0;
-    let invalid = |text: String| Err(ModelError::Invalid(format!("collider {id}: {text}")));
-    if !collider.friction().is_finite() || collider.friction() < 0.0 {
-        return invalid(format!(
-            "friction is {}, must be finite and at least 0",
-            collider.friction()
-        ));
-    }
-    if !collider.restitution().is_finite() {
-        return invalid(format!(
-            "restitution is {}, must be finite",
-            collider.restitution()
-        ));
-    }
-    if !(collider.contact_skin() >= 0.0 && collider.contact_skin().is_finite()) {
-        return invalid(format!(
-            "contact skin is {} m, must be finite and at least 0",
-            collider.contact_skin()
-        ));
-    }
-    let place = match collider.parent() {
-        Some(_) => collider.position_wrt_parent(),
-        None => Some(collider.position()),
-    };
-    if place.is_some_and(|p| !p.translation.is_finite() || !p.rotation.re.is_finite()) {
-        return invalid("its position is not finite".to_owned());
-    }
-    let aabb = collider.shape().compute_local_aabb();
-    if aabb.mins.x.is_nan() || aabb.mins.y.is_nan() || aabb.maxs.x.is_nan() || aabb.maxs.y.is_nan()
-    {
-        return invalid("its shape is not finite".to_owned());
-    }
-    Ok(())
+/// Whether a collider is switched on, and its body too.
+fn runs(collider: &Collider, world: &PhysicsWorld) -> bool {
+    let body = collider.parent().map(|h| world.bodies.get(h));
+    collider.is_enabled() && body.is_none_or(|b| b.is_some_and(|b| b.is_enabled()))
 }

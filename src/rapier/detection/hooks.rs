@@ -29,8 +29,8 @@ impl Hooks<'_> {
         PairFilterContext {
             bodies: &self.world.bodies,
             colliders: &self.world.colliders,
-            collider1: known[0].handle,
-            collider2: known[1].handle,
+            collider1: known[0].handle(),
+            collider2: known[1].handle(),
             rigid_body1: known[0].parent(),
             rigid_body2: known[1].parent(),
         }
@@ -111,8 +111,8 @@ impl Hooks<'_> {
         let mut context = ContactModificationContext {
             bodies: &self.world.bodies,
             colliders: &self.world.colliders,
-            collider1: known[0].handle,
-            collider2: known[1].handle,
+            collider1: known[0].handle(),
+            collider2: known[1].handle(),
             rigid_body1: known[0].parent(),
             rigid_body2: known[1].parent(),
             contacts: ModifiableContacts::Rigid(ModifiableManifold {

@@ -3,19 +3,20 @@
 use super::super::bodies::Bodies;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::Part;
-use super::colliders::Colliders;
+use super::colliders::{Colliders, Surface};
 use super::shapes;
+use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
 /// One part of a collider.
 pub(super) struct Leaf {
     pub part: Part,
+    /// Of its collider.
+    pub surface: Surface,
     /// In the body's frame, or the world's where it has no body.
     local: Pose64,
     /// Farthest point from the origin of that frame \[m\].
     radius: f64,
-    /// Larger extent of the collider \[m\].
-    pub size: f64,
     /// Index of the collider, and of the part in it.
     pub slot: u32,
     pub sub: u32,
@@ -75,7 +76,7 @@ impl Leaves {
                 radius: shapes::radius(&piece.part, &local),
                 part: piece.part.clone(),
                 local,
-                size: known.size,
+                surface: known.surface,
                 slot,
                 sub: piece.sub,
                 lone: known.pieces.len() == 1,
@@ -99,8 +100,21 @@ impl Leaves {
 
     fn body_pose(&self, body: u32, bodies: &Bodies) -> Pose64 {
         match body {
-            OUTSIDE => Pose64::new(crate::contact::Vec2::zeros(), 0.0),
+            OUTSIDE => Pose64::new(Vec2::zeros(), 0.0),
             body => bodies.list[body as usize].pose,
+        }
+    }
+
+    /// Takes over a law that the user gave a collider.
+    pub fn resurface(&mut self, slot: u32, colliders: &Colliders) {
+        let (Some(known), Some(own)) = (colliders.get(slot), self.of_slot.get(slot as usize))
+        else {
+            return;
+        };
+        for &leaf in own {
+            if let Some(leaf) = &mut self.list[leaf as usize] {
+                leaf.surface = known.surface;
+            }
         }
     }
 
@@ -125,7 +139,7 @@ impl Leaves {
             if now == old {
                 continue;
             }
-            let turned = (now.cos - old.cos).hypot(now.sin - old.sin);
+            let turned = Vec2::new(now.cos - old.cos, now.sin - old.sin).norm();
             let gone = (now.translation - old.translation).norm() + leaf.radius * turned;
             // a rounding of it, so that sums of roundings stay a bound
             self.way[k] += gone * (1.0 + 1e-12);

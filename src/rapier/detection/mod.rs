@@ -23,7 +23,7 @@ mod tree;
 use super::bodies::Bodies;
 use super::engine::prelude::*;
 use super::joints::OUTSIDE;
-use crate::contact::Vec3;
+use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{Detection, ModelError};
 use colliders::Colliders;
 pub(super) use hooks::Hooks;
@@ -90,6 +90,8 @@ impl Detector {
 
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.colliders.set_surface(collider, law);
+        let slot = collider.into_raw_parts().0;
+        self.leaves.resurface(slot, &self.colliders);
     }
 
     pub fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
@@ -126,16 +128,15 @@ impl Detector {
         }
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(bodies, hooks, self.span);
+        let finder = self.finder(hooks, self.span);
         let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
         pairs.all(&finder, tree, out);
         self.pairs = pairs;
         Ok(())
     }
 
-    fn finder<'a>(&'a self, bodies: &'a Bodies, hooks: Hooks<'a>, span: Span) -> Finder<'a> {
+    fn finder<'a>(&'a self, hooks: Hooks<'a>, span: Span) -> Finder<'a> {
         Finder {
-            bodies,
             colliders: &self.colliders,
             leaves: &self.leaves,
             apart: &self.apart,
@@ -162,7 +163,7 @@ impl Detector {
             }
         }
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(bodies, hooks, Span { dt, ..self.span });
+        let finder = self.finder(hooks, Span { dt, ..self.span });
         pairs.some(&finder, wanted, out);
         self.pairs = pairs;
     }
@@ -174,7 +175,7 @@ impl Detector {
         }
         self.leaves.follow(bodies);
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(bodies, hooks, self.span);
+        let finder = self.finder(hooks, self.span);
         let found = pairs.crossings(&finder);
         self.pairs = pairs;
         found
@@ -196,7 +197,8 @@ impl Detector {
 
     /// Takes over what the user changed about colliders and bodies.
     fn take_over(&mut self, world: &PhysicsWorld, bodies: &mut Bodies) -> Result<(), ModelError> {
-        let told = self.colliders.refresh(world);
+        let renumbered = self.numbering != Some(bodies.numbering);
+        let told = self.colliders.refresh(world, &mut bodies.watch, renumbered);
         let mut gone = FxHashSet::default();
         for k in 0..self.colliders.changed.len() {
             let slot = self.colliders.changed[k];
@@ -212,7 +214,7 @@ impl Detector {
         for &slot in &self.colliders.changed {
             self.leaves.insert(slot, &self.colliders, bodies);
         }
-        if self.numbering != Some(bodies.numbering) {
+        if renumbered {
             self.numbering = Some(bodies.numbering);
             self.leaves.renumber(&self.colliders, bodies);
             self.colliders.measure_bodies(bodies);
@@ -228,7 +230,7 @@ impl Detector {
         let (span, leaves) = (self.span, &self.leaves);
         for (k, leaf) in leaves.list.iter().enumerate() {
             let Some(leaf) = leaf else { continue };
-            let growth = span.growth(present(&self.present, leaf.body).speed, leaf.size);
+            let growth = span.growth(present(&self.present, leaf.body).speed, leaf.surface.size);
             self.pairs.set_growth(k, growth);
             let way = leaves.way[k];
             if self.tree.holds(k, way, growth) {
@@ -293,6 +295,9 @@ impl Span {
 struct Present {
     /// Bound of the speed of any of its points \[m/s\].
     speed: f64,
+    /// Centre of mass \[m\], and the largest coordinate of its frame's origin \[m\].
+    center: Vec2,
+    coordinate: f64,
     kind: RigidBodyType,
     asleep: bool,
     /// Nothing can push it.
@@ -304,6 +309,8 @@ struct Present {
 /// The world outside of all bodies.
 const OUTER: Present = Present {
     speed: 0.0,
+    center: Vec2::new(0.0, 0.0),
+    coordinate: 0.0,
     kind: RigidBodyType::Fixed,
     asleep: false,
     firm: true,
@@ -315,6 +322,8 @@ impl Present {
         let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
         Present {
             speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            center: shadow.pose.apply(shadow.center),
+            coordinate: shadow.pose.translation.amax(),
             kind: shadow.kind,
             asleep: shadow.group != 0,
             firm: bodies.inverse_mass[k as usize] == Vec3::zeros(),

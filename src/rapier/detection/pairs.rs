@@ -13,8 +13,8 @@ use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::tree::Tree;
-use super::{Present, Span, present, shapes};
-use crate::dynamics::Detection;
+use super::{Present, Span, SurfaceLaw, present, shapes};
+use crate::dynamics::{Detection, NormalLaw};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Two parts whose fat boxes overlap.
@@ -148,7 +148,7 @@ impl Pairs {
             let [Some(one), Some(two)] = known else {
                 continue;
             };
-            let handles = [one.handle, two.handle];
+            let handles = [one.handle(), two.handle()];
             if (one.is_sensor() || two.is_sensor())
                 && found.last() != Some(&handles)
                 && finder.may_cross(sides, [one, two])
@@ -258,9 +258,21 @@ pub(super) fn apart(world: &PhysicsWorld, bodies: &Bodies, out: &mut Apart) {
     }
 }
 
+/// On what terms two parts meet.
+#[derive(Default)]
+struct Terms {
+    /// They do not push each other; a handler is told of it.
+    told: bool,
+    /// A hook changes their contacts.
+    modified: bool,
+    /// One point a segment is kept.
+    deepest: bool,
+    /// A surface has a law of its own.
+    own_law: bool,
+}
+
 /// What a look at a pair needs to know.
 pub(super) struct Finder<'a> {
-    pub bodies: &'a Bodies,
     pub colliders: &'a Colliders,
     pub leaves: &'a Leaves,
     pub apart: &'a Apart,
@@ -282,23 +294,21 @@ impl Finder<'_> {
     ) -> Option<f64> {
         let found = &mut scratch.touches;
         let sides = row.leaves.map(|leaf| self.leaves.get(leaf));
-        let known = [
-            self.colliders.get(sides[0].slot)?,
-            self.colliders.get(sides[1].slot)?,
-        ];
-        if !self.may_touch(sides, known) {
-            return None;
-        }
-        let told = !self.may_push(sides, known);
-        let heard = known[0].events() | known[1].events();
-        if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
-            return None;
-        }
-        let speeds = sides.map(|leaf| self.present(leaf).speed);
-        let reach = self.span.reach(speeds, known.map(|k| k.size));
+        let bodies = sides.map(|leaf| self.present(leaf));
+        let plain = sides.iter().all(|leaf| leaf.surface.plain) && self.apart.is_empty();
+        let moving = bodies
+            .iter()
+            .any(|body| body.kind == RigidBodyType::Dynamic);
+        let held = bodies.iter().all(|body| body.firm && !body.asleep);
+        let terms = if plain && moving && !held {
+            Terms::default()
+        } else {
+            self.terms(sides)?
+        };
+        let speeds = bodies.map(|body| body.speed);
+        let reach = self.span.reach(speeds, sides.map(|leaf| leaf.surface.size));
         let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
         found.clear();
-        let one = known.map(|k| k.law.one_point_per_segment);
         if let Some(bound) = touches(
             poses[0],
             &sides[0].part,
@@ -307,22 +317,22 @@ impl Finder<'_> {
             reach,
             found,
         ) {
-            if told {
+            if terms.told {
                 let least = found.iter().map(|t| t.gap).reduce(f64::min);
                 scratch.told.extend(least.map(|gap| Told {
-                    colliders: known.map(|k| k.handle),
+                    colliders: sides.map(|leaf| leaf.surface.handle),
                     gap,
                 }));
                 return Some(bound);
             }
-            let asked = known[0].hooks() | known[1].hooks();
-            if asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS) {
+            if terms.modified {
+                let known = self.known(sides)?;
                 let mut mark = scratch.marks.get(&row.order);
                 let none = found.is_empty();
                 if none && mark == 0 {
                     return Some(bound);
                 }
-                let mut setting = self.setting(sides, known);
+                let mut setting = self.setting(sides, &terms);
                 let subs = sides.map(|leaf| leaf.sub);
                 let hooks = self.hooks;
                 let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
@@ -331,21 +341,46 @@ impl Finder<'_> {
                     found.clear();
                     found.push(touch);
                     let belt = setting.belt - speed;
-                    self.give(Pair { belt, ..setting }, sides, one, from, found, out);
+                    self.give(Pair { belt, ..setting }, sides, &terms, from, found, out);
                 }
             } else if !found.is_empty() {
-                let setting = self.setting(sides, known);
-                self.give(setting, sides, one, from, found, out);
+                let setting = self.setting(sides, &terms);
+                self.give(setting, sides, &terms, from, found, out);
             }
             return Some(bound);
         }
-        if told {
+        if terms.told {
             return None;
         }
         // hooks that change contacts need one of our kernels: a shape of the user's own has none
-        let setting = self.setting(sides, known);
-        self.ask_parry(row, sides, setting, reach, from, one[0] || one[1], out);
+        let setting = self.setting(sides, &terms);
+        self.ask_parry(row, sides, setting, reach, from, terms.deepest, out);
         Some(f64::NEG_INFINITY)
+    }
+
+    /// On what terms two parts meet that are not both plain; `None` if they do not.
+    fn terms(&self, sides: [&Leaf; 2]) -> Option<Terms> {
+        let known = self.known(sides)?;
+        if !self.may_touch(sides, known) {
+            return None;
+        }
+        let told = !self.may_push(sides, known);
+        let heard = known[0].events() | known[1].events();
+        if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
+            return None;
+        }
+        let asked = known[0].hooks() | known[1].hooks();
+        Some(Terms {
+            told,
+            modified: asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
+            deepest: known.iter().any(|k| k.law.one_point_per_segment),
+            own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
+        })
+    }
+
+    fn known(&self, sides: [&Leaf; 2]) -> Option<[&Known; 2]> {
+        let [a, b] = sides.map(|leaf| self.colliders.get(leaf.slot));
+        Some([a?, b?])
     }
 
     fn present(&self, leaf: &Leaf) -> Present {
@@ -403,16 +438,32 @@ impl Finder<'_> {
         }
     }
 
-    fn setting(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> Pair {
+    fn setting(&self, sides: [&Leaf; 2], terms: &Terms) -> Pair {
+        let [one, two] = sides.map(|leaf| &leaf.surface);
         let setting = Pair {
             numbers: sides.map(|leaf| leaf.body),
             surfaces: sides.map(|leaf| leaf.slot),
-            key: pair_key(known.map(|k| k.handle)),
+            key: pair_key([one.handle, two.handle]),
+            law: NormalLaw::Rigid {
+                restitution: one.restitution_with(two),
+            },
+            friction: one.friction_with(two),
+            belt: 0.0,
+            size: one.size.min(two.size),
+        };
+        let known = if terms.own_law {
+            self.known(sides)
+        } else {
+            None
+        };
+        let Some(known) = known else {
+            return setting;
+        };
+        let setting = Pair {
             law: known[0].combined_law(known[1]),
-            friction: known[0].combined_friction(known[1]),
             // on side 1 the surface runs along +t, on side 2 along −t
             belt: -known[0].law.speed - known[1].law.speed,
-            size: known[0].size.min(known[1].size),
+            ..setting
         };
         let cell = (0..2).find(|&i| known[i].law.one_point_per_segment);
         match cell.map(|i| &sides[i].part.core) {
@@ -425,12 +476,12 @@ impl Finder<'_> {
         &self,
         setting: Pair,
         sides: [&Leaf; 2],
-        one: [bool; 2],
+        terms: &Terms,
         from: usize,
         found: &mut Vec<Touch>,
         out: &mut Detection,
     ) {
-        if one[0] || one[1] {
+        if terms.deepest {
             let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
             if let Some(&deepest) = deepest {
                 found.clear();
@@ -445,7 +496,7 @@ impl Finder<'_> {
         if sides.iter().all(|leaf| leaf.lone) {
             let points = found
                 .iter()
-                .map(|t| setting.point(self.bodies, t, [0, 0], t.feature.into(), true));
+                .map(|t| setting.point(self.present, t, [0, 0], t.feature.into(), true));
             out.contacts.extend(points);
             return;
         }
@@ -453,7 +504,7 @@ impl Finder<'_> {
             let old = &out.contacts[from..];
             if !old.iter().any(|p| same_place(p, touch, setting.size)) {
                 let feature = mix([sub[0], sub[1], touch.feature, 0]);
-                let point = setting.point(self.bodies, touch, sub, feature, true);
+                let point = setting.point(self.present, touch, sub, feature, true);
                 out.contacts.push(point);
             }
         }
@@ -495,7 +546,7 @@ impl Finder<'_> {
                 }
                 let sub = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
                 let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
-                let point = setting.point(self.bodies, &touch, sub, feature, false);
+                let point = setting.point(self.present, &touch, sub, feature, false);
                 out.contacts.push(point);
             });
         }

@@ -1,10 +1,10 @@
 //! From what touches to contact points: rows, keys, laws.
 
-use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::parry::query::TrackedContact;
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
+use super::{Present, present};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
 
@@ -34,7 +34,7 @@ impl Pair {
     #[inline]
     pub fn point(
         &self,
-        bodies: &Bodies,
+        bodies: &[Present],
         touch: &Touch,
         segments: [u32; 2],
         feature: u64,
@@ -42,9 +42,8 @@ impl Pair {
     ) -> ContactPoint {
         let n = touch.normal;
         let t = Vec2::new(-n.y, n.x);
-        let movable = self
-            .numbers
-            .map(|k| k != NO_BODY && bodies.inverse_mass[k as usize] != Vec3::zeros());
+        let sides = self.numbers.map(|k| present(bodies, k));
+        let movable = sides.map(|body| !body.firm);
         // across an open gap both impulses act half way, to keep the angular momentum of the two;
         // where only one body feels them, on its own surface, to give friction its right lever
         let p = match movable {
@@ -59,9 +58,8 @@ impl Pair {
             if number == NO_BODY {
                 continue;
             }
-            let shadow = &bodies.list[number as usize];
-            coordinate = coordinate.max(shadow.pose.translation.amax());
-            let r = p - shadow.pose.apply(shadow.center);
+            coordinate = coordinate.max(sides[side].coordinate);
+            let r = p - sides[side].center;
             let row = |d: Vec2| Vec3::new(sign * d.x, sign * d.y, sign * (r.x * d.y - r.y * d.x));
             jacobian[side] = [row(n), row(t)];
         }

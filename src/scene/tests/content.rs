@@ -28,6 +28,19 @@ fn repeats_place_grids_pyramids_and_rings() {
     // The second row starts half a step to the right, on top of the first.
     assert_eq!(scene.bodies[4].position, [1.0, 2.0]);
 
+    let text =
+        format!("{BALL}[[repeat]]\nof = \"ball\"\ncount = [3, 1]\nstep = [[2, 0], [0, 1]]\n");
+    for key in ["repeat.ball.count=[5,1]", "repeat.0.count=[5,1]"] {
+        assert_eq!(parse(&text, &[key]).unwrap().bodies.len(), 6, "{key}");
+    }
+    // two that repeat the same body have numbers only
+    let twice = format!("{text}[[repeat]]\nof = \"ball\"\ncount = [2]\nstep = [[0, 9]]\n");
+    let error = parse(&twice, &["repeat.ball.count=[5,1]"]).unwrap_err();
+    assert!(
+        error.to_string().contains("unknown element `ball`"),
+        "{error}"
+    );
+
     let scene = repeat("name = \"r\"\nring = { centre = [1, 0], radius = 2, count = 4 }").unwrap();
     assert_eq!(names(&scene)[1..], ["r[0]", "r[1]", "r[2]", "r[3]"]);
     let second = &scene.bodies[2];

@@ -1,0 +1,218 @@
+//! Throughput of scenes: how long a step takes, what it is spent on, and how good it is.
+
+use super::bench::BenchArgs;
+use super::{Outcome, print_out, summary};
+use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
+use crate::report::{
+    Align, CsvFile, OutputFolder, Progress, ResultRow, Row, Table, number, quantity, read_rows,
+};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Scenes measured by default, the steps in which each settles, and its sizes as `--set` takes them;
+/// a quick bench takes the first size of each. Pyramids on floors are islands of their own; the
+/// wall is one island of ten courses, whatever its length.
+const LADDERS: [(&str, u32, &[&[&str]]); 5] = [
+    ("tower", SETTLE, &[&["repeat.box.count=[1,100]"]]),
+    ("drum", 1000, &[&[]]),
+    (
+        "many-pyramids",
+        SETTLE,
+        &[
+            &["repeat.floor.count=[2]", "repeat.box.count=[10,10,2,2]"],
+            &["repeat.floor.count=[4]", "repeat.box.count=[10,10,4,4]"],
+            &["repeat.floor.count=[8]", "repeat.box.count=[10,10,8,8]"],
+            &["repeat.floor.count=[18]", "repeat.box.count=[10,10,19,18]"],
+        ],
+    ),
+    (
+        "wall",
+        SETTLE,
+        &[
+            &[],
+            &[
+                "body.floor.box=[150,2]",
+                "repeat.even.count=[64,5]",
+                "repeat.odd.count=[63,5]",
+            ],
+            &[
+                "body.floor.box=[700,2]",
+                "repeat.even.count=[320,5]",
+                "repeat.odd.count=[319,5]",
+            ],
+            &[
+                "body.floor.box=[4000,2]",
+                "repeat.even.count=[1700,5]",
+                "repeat.odd.count=[1699,5]",
+            ],
+        ],
+    ),
+    ("large-pyramid", SETTLE, &[&[]]),
+];
+
+/// Steps before any is timed, and timed ones; those of a quick bench.
+const SETTLE: u32 = 60;
+const STEPS: u32 = 60;
+const QUICK: (u32, u32) = (5, 10);
+
+pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
+    let flags = &args.flags;
+    if flags.time.is_some() {
+        return Err(RunError::Unfit(
+            "bench: --time has no effect; --steps N times that many steps, --settle N goes before"
+                .to_owned(),
+        ));
+    }
+    let works = workloads(args)?;
+    let steps = if args.quick { QUICK.1 } else { STEPS };
+    let mut engines = vec![Engine::Moreau];
+    for &engine in &args.against {
+        if !engines.contains(&engine) {
+            engines.push(engine);
+        }
+    }
+    let throughput = Throughput {
+        engines,
+        steps: flags.steps.unwrap_or(steps) as usize,
+    };
+    let target = flags.out.clone();
+    let folder =
+        OutputFolder::create(target.unwrap_or_else(|| PathBuf::from("out").join("bench")))?;
+    let count: usize = works.iter().map(|work| throughput.count(work)).sum();
+    let progress = Progress::new("bench", count as u64, flags.quiet);
+    let (mut measured, mut notes) = (Vec::new(), Vec::new());
+    for work in &works {
+        let (rows, told) = throughput.run(work, &progress)?;
+        measured.extend(rows);
+        notes.extend(told);
+    }
+    drop(progress);
+    measured.extend(growth(&measured));
+    let mut file = CsvFile::create(&folder)?;
+    for row in &measured {
+        file.write(row)?;
+    }
+    file.finish()?;
+    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let more = json!({
+        "settings": {
+            "steps": throughput.steps,
+            "settle": works.iter().map(|work| work.settle).collect::<Vec<_>>(),
+        },
+        "rows": rows.len(),
+        "warnings": notes,
+    });
+    let text = summary::write(&folder, summary::program("bench"), more)?;
+    let target = folder.commit()?;
+    if flags.json {
+        print_out(&text);
+    } else if !flags.quiet {
+        let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
+        print_out(&format!(
+            "{}{notes}results.csv in {}\n",
+            table(&rows),
+            target.display()
+        ));
+    }
+    Ok(Outcome::Done)
+}
+
+/// What is to be measured: all input is read before anything runs.
+fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
+    let one = |name: &str, settle: u32, size: &[&str]| -> Result<Workload, RunError> {
+        let mut flags = args.flags.clone();
+        // the size first, so that what the user sets has the last word
+        flags.set.splice(0..0, size.iter().map(|s| (*s).to_owned()));
+        let scene = flags.load(name)?;
+        if scene.study.is_some() || scene.thresher.is_some() {
+            return Err(RunError::Unfit(format!(
+                "scene {}: a wear scene is stepped in load cycles, `run` says what they cost",
+                scene.name
+            )));
+        }
+        let rung = flags.set.join(" ");
+        let settle = args.settle.unwrap_or(settle) as usize;
+        Ok(Workload {
+            scene,
+            rung,
+            settle,
+        })
+    };
+    if !args.scenes.is_empty() {
+        let named = args.scenes.iter();
+        return named.map(|name| one(name, SETTLE, &[])).collect();
+    }
+    let mut works = Vec::new();
+    for (name, settle, sizes) in LADDERS {
+        let settle = if args.quick { QUICK.0 } else { settle };
+        let sizes = if args.quick { &sizes[..1] } else { sizes };
+        for size in sizes {
+            // the large pyramid has no small size
+            if !(args.quick && name == "large-pyramid") {
+                works.push(one(name, settle, size)?);
+            }
+        }
+    }
+    Ok(works)
+}
+
+/// One line a scene, size and engine.
+fn table(rows: &[ResultRow]) -> String {
+    let mut table = Table::new([
+        ("scene", Align::Left),
+        ("engine", Align::Left),
+        ("contacts", Align::Right),
+        ("step", Align::Right),
+        ("ratio", Align::Right),
+        ("detection", Align::Right),
+        ("assembly", Align::Right),
+        ("solve", Align::Right),
+        ("record", Align::Right),
+        ("write", Align::Right),
+        ("sweeps/s", Align::Right),
+        ("penetration", Align::Right),
+        ("unsolved", Align::Right),
+    ]);
+    let steps = rows.iter().filter(|r| r.measure == "step-time");
+    for step in steps {
+        let value = |measure: &str, engine: &str| {
+            let same = |r: &&ResultRow| {
+                (&r.scene, &r.rung, r.engine.as_str()) == (&step.scene, &step.rung, engine)
+                    && r.measure == measure
+            };
+            rows.iter().find(same).map(|r| r.value)
+        };
+        let own = |measure: &str| value(measure, &step.engine);
+        let cell = |measure: &str, unit: &str| {
+            own(measure).map_or("-".to_owned(), |v| quantity(v, unit, 3))
+        };
+        let ratio = value("step-time", Engine::Rapier.name()).map(|r| step.value / r);
+        table.push([
+            step.scene.clone(),
+            step.engine.clone(),
+            own("contacts").map_or("-".to_owned(), |n| format!("{n:.0}")),
+            quantity(step.value, "s", 3),
+            ratio.map_or("-".to_owned(), |r| number(r, 3)),
+            cell("detection-time", "s"),
+            cell("assembly-time", "s"),
+            cell("solve-time", "s"),
+            cell("record-time", "s"),
+            cell("write-time", "s"),
+            own("contact-sweeps").map_or("-".to_owned(), |v| format!("{:.0} M", v / 1e6)),
+            cell("penetration", "m"),
+            own("unsolved-islands").map_or("-".to_owned(), |n| format!("{n:.0}")),
+        ]);
+    }
+    let mut out = table.to_string();
+    let growths = rows.iter().filter(|r| r.measure == "growth");
+    for row in growths {
+        out.push_str(&format!(
+            "{} {}: time grows as contacts^{} from {}\n",
+            row.scene,
+            row.engine,
+            number(row.value, 3),
+            row.rung
+        ));
+    }
+    out
+}

@@ -1,0 +1,341 @@
+use super::chart_table::table;
+use super::compare::{schemes, skipped};
+use super::{Flags, Outcome, engine, print_out, summary};
+use crate::experiment::{ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes};
+use crate::rapier::BaselineSettings;
+use crate::report::{
+    CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, Row, panels, read_rows,
+    work_precision,
+};
+use crate::scene::Scene;
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Tolerances of ours beside the default one, and solvers beside `auto`.
+const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-10];
+const SOLVERS: [&str; 2] = ["nsgs", "direct"];
+
+#[derive(Args)]
+pub(super) struct ChartArgs {
+    /// Scenes of the catalogue, or paths to TOML files [default: all with a closed form, and
+    /// those of stability].
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<String>,
+    #[command(flatten)]
+    flags: Flags,
+    /// Four scenes, three step lengths, one run of each point and rapier's presets alone.
+    #[arg(long)]
+    quick: bool,
+    /// Runs of each point, interleaved; times are medians [default: 3, quick: 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
+    repeats: Option<u32>,
+    /// A single point of each scene: moreau, rapier or rapier-stiff, at the step, scheme, solver
+    /// and tolerance of the other flags.
+    #[arg(long, value_name = "NAME", value_parser = engine)]
+    engine: Option<Engine>,
+    /// The point's settings of rapier, in place of the engine's preset.
+    #[arg(long, value_name = "HZ,SUBSTEPS,PGS", requires = "engine", value_parser = soft)]
+    soft: Option<BaselineSettings>,
+    /// Draw again what results.csv of an earlier chart holds, and run nothing.
+    #[arg(long, value_name = "FILE",
+          conflicts_with_all = ["scenes", "quick", "repeats", "engine"])]
+    from: Option<PathBuf>,
+}
+
+/// `--soft`: frequency \[Hz\], substeps, sweeps.
+fn soft(text: &str) -> Result<BaselineSettings, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let wrong = || "must be HZ,SUBSTEPS,PGS such as 500,40,1, each above 0".to_owned();
+    let [frequency, substeps, iterations] = parts[..] else {
+        return Err(wrong());
+    };
+    let count = |text: &str| -> Option<usize> { text.parse().ok().filter(|n| *n > 0) };
+    let frequency: Option<f64> = frequency.parse().ok();
+    match (
+        frequency.filter(|f| *f > 0.0 && f.is_finite()),
+        count(substeps),
+        count(iterations),
+    ) {
+        (Some(contact_frequency), Some(substeps), Some(iterations)) => Ok(BaselineSettings {
+            contact_frequency,
+            substeps,
+            iterations,
+        }),
+        _ => Err(wrong()),
+    }
+}
+
+pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
+    let target = args.flags.out.clone();
+    let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
+    if args.soft.is_some() && args.engine == Some(Engine::Moreau) {
+        return Err(RunError::Unfit(
+            "--soft: rapier's settings, has no effect with --engine moreau".to_owned(),
+        ));
+    }
+    if let Some(file) = &args.from {
+        let folder = OutputFolder::create(target)?;
+        return show(args, folder, &read_rows(file)?, Vec::new());
+    }
+    let names = match args.scenes.is_empty() {
+        true => charted_scenes(args.quick)?,
+        false => args.scenes.clone(),
+    };
+    // all input is read before anything runs
+    let works: Vec<Work> = names
+        .iter()
+        .map(|name| Work::new(args, name))
+        .collect::<Result<_, _>>()?;
+    for (k, work) in works.iter().enumerate() {
+        if works[..k].iter().any(|w| w.scene.name == work.scene.name) {
+            return Err(RunError::Unfit(format!(
+                "scene {}: named twice, and a chart holds each once",
+                work.scene.name
+            )));
+        }
+    }
+    let folder = OutputFolder::create(target)?;
+    let mut file = CsvFile::<ResultRow>::create(&folder)?;
+    let mut points = CsvFile::<PointRow>::create(&folder)?;
+    let mut notes = Vec::new();
+    for work in &works {
+        let found = work.run(args)?;
+        notes.extend(found.1);
+        for row in &found.0 {
+            file.write(row)?;
+        }
+        for setting in &work.settings {
+            points.write(&work.point(args, setting))?;
+        }
+    }
+    file.finish()?;
+    points.finish()?;
+    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    show(args, folder, &rows, notes)
+}
+
+/// A scene and its points.
+struct Work {
+    /// As the user named it.
+    name: String,
+    scene: Scene,
+    comparison: Comparison,
+    settings: Vec<Setting>,
+    notes: Vec<String>,
+}
+
+impl Work {
+    fn new(args: &ChartArgs, name: &str) -> Result<Work, RunError> {
+        let flags = &args.flags;
+        // the step of a single point is no other base of the ladder, which its reference follows
+        let base = match args.engine {
+            None => flags.clone(),
+            Some(_) => Flags {
+                dt: None,
+                scheme: None,
+                events: false,
+                solver: None,
+                tolerance: None,
+                ..flags.clone()
+            },
+        };
+        let mut scene = base.load(name)?;
+        if scene.study.is_some() || scene.thresher.is_some() {
+            return Err(RunError::Unfit(format!(
+                "scene {}: a wear scene has no chart of its own yet",
+                scene.name
+            )));
+        }
+        if let Some(steps) = flags.steps {
+            scene.step.time = f64::from(steps) * scene.step.dt;
+        }
+        let given = |flag: &Option<String>| flag.is_some() || args.quick;
+        let comparison = Comparison {
+            schemes: schemes(flags, &scene),
+            ladder: !args.quick,
+            sweep: !args.quick,
+            tolerances: match given(&flags.tolerance) {
+                true => Vec::new(),
+                false => TOLERANCES.to_vec(),
+            },
+            solvers: match given(&flags.solver) {
+                true => Vec::new(),
+                false => SOLVERS.map(str::to_owned).to_vec(),
+            },
+        };
+        let settings = match args.engine {
+            None => once(comparison.settings(&scene.step)),
+            Some(engine) => {
+                let mut step = flags.load(name)?.step;
+                step.time = scene.step.time;
+                let mut setting = Setting::new(engine, &step);
+                setting.baseline = args.soft.or(setting.baseline);
+                setting.engine.fits(&scene)?;
+                vec![setting]
+            }
+        };
+        let notes = skipped(&scene, &settings);
+        let mut work = Work {
+            name: name.to_owned(),
+            scene,
+            comparison,
+            settings,
+            notes,
+        };
+        let scene = &work.scene;
+        work.settings.retain(|s| s.engine.fits(scene).is_ok());
+        Ok(work)
+    }
+
+    /// Rows, and notes that name the scene.
+    fn run(&self, args: &ChartArgs) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
+        let repeats = args.repeats.unwrap_or(if args.quick { 1 } else { 3 });
+        let settings = self.settings.clone();
+        let plan = ChartPlan::new(&self.scene, &self.comparison, settings, repeats as usize);
+        let bar = Progress::new(&self.scene.name, plan.steps() as u64, args.flags.quiet);
+        let results = plan.run(&bar)?;
+        let notes = self.notes.iter().chain(&results.notes);
+        let named = notes.map(|note| format!("{}: {note}", self.scene.name));
+        Ok((results.rows, named.collect()))
+    }
+
+    /// The command that runs `setting` alone.
+    fn point(&self, args: &ChartArgs, setting: &Setting) -> PointRow {
+        let (flags, step) = (&args.flags, &setting.step);
+        let mut words = vec!["moreau2d chart".to_owned(), quoted(&self.name)];
+        words.push(format!(
+            "--engine {} --dt {}",
+            setting.engine.name(),
+            step.dt
+        ));
+        match &setting.baseline {
+            None => {
+                words.push(format!(
+                    "--scheme {} --solver {} --tolerance {:e}",
+                    step.scheme.name(),
+                    step.solver,
+                    step.tolerance
+                ));
+                match (self.scene.step.events, step.events) {
+                    (_, true) => words.push("--events".to_owned()),
+                    (true, false) => words.push("--set step.events=false".to_owned()),
+                    (false, false) => {}
+                }
+            }
+            Some(b) if *b != BaselineSettings::DEFAULT && *b != BaselineSettings::STIFF => {
+                let numbers = (b.contact_frequency, b.substeps, b.iterations);
+                words.push(format!("--soft {},{},{}", numbers.0, numbers.1, numbers.2));
+            }
+            Some(_) => {}
+        }
+        if args.quick {
+            words.push("--quick".to_owned());
+        }
+        // of a reference of our own the step is the base
+        if let (None, Some(dt)) = (args.engine, &flags.dt) {
+            words.push(format!("--set step.dt={dt}"));
+        }
+        if flags.steps.is_some() || flags.time.is_some() {
+            words.push(format!("--time {}", self.scene.step.time));
+        }
+        words.extend(flags.set.iter().map(|set| format!("--set {}", quoted(set))));
+        PointRow {
+            scene: self.scene.name.clone(),
+            rung: String::new(),
+            engine: setting.engine.name().to_owned(),
+            scheme: setting.scheme().to_owned(),
+            solver: setting.solver().to_owned(),
+            setting: setting.label(),
+            dt_s: step.dt,
+            command: words.join(" "),
+        }
+    }
+}
+
+/// Without the points of a peer that stand there already under another name.
+fn once(settings: Vec<Setting>) -> Vec<Setting> {
+    let mut kept: Vec<Setting> = Vec::new();
+    for setting in settings {
+        let same = |k: &Setting| k.step.dt == setting.step.dt && k.baseline == setting.baseline;
+        if setting.baseline.is_none() || !kept.iter().any(same) {
+            kept.push(setting);
+        }
+    }
+    kept
+}
+
+/// As a shell reads it: in single quotes where it is no plain word.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,".contains(c);
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.to_owned(),
+        false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
+/// Draws and counts what `rows` hold.
+fn show(
+    args: &ChartArgs,
+    folder: OutputFolder,
+    rows: &[ResultRow],
+    notes: Vec<String>,
+) -> Result<Outcome, RunError> {
+    let pictures = draw(&folder, rows)?;
+    let domination = Domination::new(rows);
+    write(&folder, &domination.pairs)?;
+    write(&folder, &domination.undominated)?;
+    let (peers, dominated, strictly) = domination.counts();
+    let more = json!({
+        "rows": rows.len(),
+        "pictures": pictures,
+        "peer_points": peers,
+        "dominated": dominated,
+        "dominated_strictly": strictly,
+        "warnings": notes,
+    });
+    let mut header = summary::program("chart");
+    header["warnings"] = json!([]);
+    let text = summary::write(&folder, header, more)?;
+    let target = folder.commit()?;
+    if args.flags.json {
+        print_out(&text);
+    } else if !args.flags.quiet {
+        let mut out = table(&domination);
+        for note in &notes {
+            out.push_str(&format!("note: {note}\n"));
+        }
+        out.push_str(&files(&target, pictures.len()));
+        print_out(&out);
+    }
+    Ok(Outcome::Done)
+}
+
+fn files(target: &Path, pictures: usize) -> String {
+    format!(
+        "results.csv, points.csv, domination.csv, undominated.csv and {pictures} pictures in {}\n",
+        target.display()
+    )
+}
+
+fn write<R: Row>(folder: &OutputFolder, rows: &[R]) -> Result<(), RunError> {
+    let mut file = CsvFile::create(folder)?;
+    for row in rows {
+        file.write(row)?;
+    }
+    Ok(file.finish()?)
+}
+
+/// A picture for each scene that has something to show; gives their names.
+fn draw(folder: &OutputFolder, rows: &[ResultRow]) -> Result<Vec<String>, RunError> {
+    let mut written = Vec::new();
+    for of_scene in rows.chunk_by(|a, b| a.scene == b.scene) {
+        let charts = work_precision(of_scene);
+        if !charts.is_empty() {
+            let name = format!("{}.svg", of_scene[0].scene);
+            folder.write(&name, panels(&charts)?)?;
+            written.push(name);
+        }
+    }
+    Ok(written)
+}

@@ -1,0 +1,67 @@
+//! What a step's wall time goes into. Nothing that is computed depends on it.
+
+use std::time::Instant;
+
+/// Wall time of all steps since it was asked for, by what they did \[s\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Phases {
+    /// What the user changed is read, and contacts and joint rows are found.
+    pub detection: f64,
+    /// Free velocities, the rule of every contact, islands and their contact problems.
+    pub assembly: f64,
+    /// Impulses: solvers, caps, located impacts.
+    pub solve: f64,
+    /// Energies, the record, what is remembered.
+    pub record: f64,
+    /// Velocities and poses are given back to the model.
+    pub write: f64,
+}
+
+impl Phases {
+    /// Name and time \[s\] of each, in the order of a step.
+    pub fn named(&self) -> [(&'static str, f64); 5] {
+        [
+            ("detection", self.detection),
+            ("assembly", self.assembly),
+            ("solve", self.solve),
+            ("record", self.record),
+            ("write", self.write),
+        ]
+    }
+}
+
+/// Books time on phases, where it is switched on.
+#[derive(Default)]
+pub(crate) struct PhaseClock {
+    on: bool,
+    last: Option<Instant>,
+    pub phases: Phases,
+}
+
+impl PhaseClock {
+    /// Starts from nothing, or stops.
+    pub fn switch(&mut self, on: bool) {
+        *self = PhaseClock {
+            on,
+            ..PhaseClock::default()
+        };
+    }
+
+    /// What follows is to be booked.
+    pub fn start(&mut self) {
+        if self.on {
+            self.last = Some(Instant::now());
+        }
+    }
+
+    /// Books the time since the last call on a phase.
+    pub fn lap(&mut self, phase: impl FnOnce(&mut Phases) -> &mut f64) {
+        if self.on {
+            let now = Instant::now();
+            if let Some(last) = self.last {
+                *phase(&mut self.phases) += (now - last).as_secs_f64();
+            }
+            self.last = Some(now);
+        }
+    }
+}

@@ -1,0 +1,134 @@
+use super::compare::Comparison;
+use super::results::{Results, run_settings};
+use super::self_reference::SelfReference;
+use super::setting::{Setting, step_count};
+use super::simulate::RunError;
+use crate::report::Progress;
+use crate::scene::{self, Scene, SceneError};
+
+/// Scenes without a closed form that a chart takes by default: whatever stands, hangs or rolls and
+/// is cheap enough for a ladder of steps down to 1/4000 s.
+const STABILITY: [&str; 9] = [
+    "tower",
+    "heavy-top",
+    "pyramid",
+    "loaded-arch",
+    "card-house",
+    "high-mass-ratio-2",
+    "high-mass-ratio-3",
+    "chain",
+    "joint-grid",
+];
+
+/// Of a quick chart: a stop, an impact, a verdict, and a stack without a closed form.
+const QUICK: [&str; 4] = ["sliding-block", "bouncing-ball", "beam", "tower"];
+
+/// Names of the scenes that a chart takes by default: all with a closed form, in the order of the
+/// catalogue, then those of stability; a quick one takes four.
+///
+/// # Errors
+/// Those of [`scene::scenes`].
+pub fn charted_scenes(quick: bool) -> Result<Vec<String>, SceneError> {
+    if quick {
+        return Ok(QUICK.map(str::to_owned).to_vec());
+    }
+    let mut names = Vec::new();
+    for listing in scene::scenes()? {
+        if scene::load(listing.name, &[])?.reference.is_some() {
+            names.push(listing.name.to_owned());
+        }
+    }
+    names.extend(STABILITY.map(str::to_owned));
+    Ok(names)
+}
+
+/// What one scene's chart runs.
+#[derive(Debug, Clone)]
+pub struct ChartPlan<'a> {
+    pub scene: &'a Scene,
+    pub settings: Vec<Setting>,
+    pub repeats: usize,
+    /// Step and period of a reference of our own, see [`Comparison::finest_and_period`]; `None`
+    /// where the scene has a closed form.
+    reference: Option<(f64, f64)>,
+}
+
+impl<'a> ChartPlan<'a> {
+    /// `settings` of `scene`, against its closed form or a reference of our own that is finer
+    /// than the finest step of `comparison`.
+    pub fn new(
+        scene: &'a Scene,
+        comparison: &Comparison,
+        settings: Vec<Setting>,
+        repeats: usize,
+    ) -> Self {
+        let own = scene.reference.is_none();
+        ChartPlan {
+            scene,
+            settings,
+            repeats,
+            reference: own.then(|| comparison.finest_and_period(scene.step.dt)),
+        }
+    }
+
+    /// Steps of all its runs, for a progress bar.
+    pub fn steps(&self) -> usize {
+        let each: usize = self.settings.iter().map(|s| step_count(&s.step)).sum();
+        let reference = self
+            .reference
+            .map_or(0, |(finest, _)| SelfReference::steps(self.scene, finest));
+        each * self.repeats + reference
+    }
+
+    /// Runs it.
+    ///
+    /// # Returns
+    /// The rows of [`run_settings`]; the notes say of a scene without a closed form what it is
+    /// compared with instead, or that nothing can be.
+    ///
+    /// # Errors
+    /// Those of [`run_settings`].
+    pub fn run(&self, progress: &Progress) -> Result<Results, RunError> {
+        let mut notes = Vec::new();
+        let mut reference = None;
+        if let Some((finest, period)) = self.reference {
+            progress.message("reference");
+            match SelfReference::converge(self.scene, finest, period, progress) {
+                Ok(Some(found)) => {
+                    notes.push(format!(
+                        "no closed form: trajectories against our own run, {}, by steps of {}, {} \
+                         and {} s; nothing is told below that",
+                        found.describe(),
+                        finest,
+                        finest / 2.0,
+                        finest / 4.0
+                    ));
+                    reference = Some(found);
+                }
+                Ok(None) => notes.push(format!(
+                    "no closed form, and our own runs at steps of {}, {} and {} s do not converge: \
+                     no trajectory is compared",
+                    finest,
+                    finest / 2.0,
+                    finest / 4.0
+                )),
+                Err(RunError::Step(error)) => notes.push(format!(
+                    "no closed form, and our own reference fails ({error}): no trajectory is \
+                     compared"
+                )),
+                Err(error) => return Err(error),
+            }
+            progress.message("");
+        }
+        let mut results = run_settings(
+            self.scene,
+            &self.settings,
+            self.repeats,
+            reference.as_ref(),
+            progress,
+        )?;
+        notes.append(&mut results.notes);
+        results.notes = notes;
+        Ok(results)
+    }
+}

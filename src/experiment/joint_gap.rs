@@ -1,0 +1,51 @@
+use super::simulate::Engine;
+use crate::contact::Vec2;
+use crate::scene::joint::JointKind;
+use crate::scene::{Built, Scene};
+
+/// The joints of a scene that hold two points together, judged by the poses alone: the same
+/// measure for every engine.
+pub(super) struct Pins(Vec<Pin>);
+
+/// Bodies, `None` the world, and the point of each in its own frame \[m\].
+struct Pin {
+    bodies: [Option<usize>; 2],
+    anchors: [Vec2; 2],
+}
+
+impl Pins {
+    /// Revolute and fixed joints; `None` where there are none.
+    pub(super) fn of(scene: &Scene) -> Option<Pins> {
+        let holds = |kind| matches!(kind, JointKind::Revolute | JointKind::Fixed);
+        let joints = scene.joints.iter().filter(|j| holds(j.kind));
+        let pins: Vec<Pin> = joints
+            .map(|joint| Pin {
+                bodies: joint.bodies,
+                anchors: scene.anchors(joint),
+            })
+            .collect();
+        (!pins.is_empty()).then_some(Pins(pins))
+    }
+
+    /// Widest gap between the two points of a joint \[m\]; NaN where a body is nowhere.
+    pub(super) fn gap(&self, built: &Built, engine: Engine) -> f64 {
+        let place = |body: Option<usize>, anchor: Vec2| match body {
+            None => anchor,
+            Some(k) => engine
+                .state(built, k)
+                .map_or(Vec2::repeat(f64::NAN), |(pose, _)| pose.apply(anchor)),
+        };
+        let gap = |pin: &Pin| {
+            let [a, b] = [0, 1].map(|side| place(pin.bodies[side], pin.anchors[side]));
+            (a - b).norm()
+        };
+        let worse = |most: f64, gap: f64| {
+            if gap > most || gap.is_nan() {
+                gap
+            } else {
+                most
+            }
+        };
+        self.0.iter().map(gap).fold(0.0, worse)
+    }
+}

@@ -1,0 +1,314 @@
+use super::results::{self, interleave};
+use super::setting::Setting;
+use super::simulate::{Engine, RunError};
+use crate::dynamics::{Phases, StepError};
+use crate::report::{Progress, ResultRow};
+use crate::scene::{Built, Scene};
+use std::time::Instant;
+
+/// A scene at one size.
+#[derive(Debug, Clone)]
+pub struct Workload {
+    pub scene: Scene,
+    /// What was set to get this size, empty for the scene as it is.
+    pub rung: String,
+    /// Steps before any is timed.
+    pub settle: usize,
+}
+
+/// What a measurement of throughput runs.
+#[derive(Debug, Clone)]
+pub struct Throughput {
+    pub engines: Vec<Engine>,
+    /// Steps that are timed, 1 at least.
+    pub steps: usize,
+}
+
+/// One engine in its own copy of the world.
+struct Point {
+    setting: Setting,
+    built: Built,
+    /// Of each step \[s\], and of ours its phases.
+    times: Vec<f64>,
+    phases: Vec<Phases>,
+    contacts: usize,
+    islands: usize,
+    sweeps: usize,
+    penetration: f64,
+    residual: f64,
+    unsolved: usize,
+    failed: Option<String>,
+}
+
+impl Throughput {
+    /// Steps of all engines in one workload, for a progress bar.
+    pub fn count(&self, work: &Workload) -> usize {
+        self.engines.len() * (work.settle + self.steps)
+    }
+
+    /// Times the steps of a workload, each engine in its own copy of the world.
+    ///
+    /// Engines take turns step by step, so that a machine that slows down slows all of them alike.
+    /// All but the times is deterministic.
+    ///
+    /// # Returns
+    /// For each engine `step-time` \[s\], the median of the timed steps, with half the range of
+    /// their middle half over it in `spread`; `contacts`, the mean number of a step;
+    /// `penetration` \[m\], the worst of the timed steps; and of ours in the same way the time of
+    /// each phase of a step ([`Phases`]), `residual` and `unsolved-islands`. Where contacts
+    /// are swept over and form one island, `contact-sweeps` a second, over the whole step for
+    /// rapier, over the solve for ours. An engine that fails in a step has the one row
+    /// `step-time`, NaN and `fail`; the notes say why.
+    ///
+    /// # Errors
+    /// [`RunError::Step`] where the scene cannot be built; [`RunError::Unfit`] where an engine
+    /// cannot step such a scene.
+    pub fn run(
+        &self,
+        work: &Workload,
+        progress: &Progress,
+    ) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
+        let mut points = Vec::new();
+        for &engine in &self.engines {
+            engine.fits(&work.scene)?;
+            let mut built = work.scene.build()?;
+            engine.prepare(&mut built)?;
+            // what overlaps before the first step is no fault of a step
+            built.penetration(|built, k| engine.state(built, k));
+            points.push(Point::new(Setting::new(engine, &work.scene.step), built));
+        }
+        for step in 0..work.settle + self.steps {
+            let timed = step >= work.settle;
+            interleave(&mut points, 1, |_, point| {
+                point.step(timed);
+                progress.advance();
+                Ok::<_, RunError>(())
+            })?;
+        }
+        let failed = points.iter().filter_map(|p| {
+            let reason = p.failed.as_ref()?;
+            Some(format!("{} {}: {reason}", p.setting.name(), work.rung))
+        });
+        let notes = failed.collect();
+        let rows = points.iter_mut().flat_map(|p| p.rows(work)).collect();
+        Ok((rows, notes))
+    }
+}
+
+impl Point {
+    fn new(setting: Setting, built: Built) -> Point {
+        Point {
+            setting,
+            built,
+            times: Vec::new(),
+            phases: Vec::new(),
+            contacts: 0,
+            islands: 0,
+            sweeps: 0,
+            penetration: 0.0,
+            residual: 0.0,
+            unsolved: 0,
+            failed: None,
+        }
+    }
+
+    fn step(&mut self, timed: bool) {
+        if self.failed.is_some() {
+            return;
+        }
+        if let Err(error) = self.try_step(timed) {
+            self.failed = Some(error.to_string());
+        }
+    }
+
+    fn try_step(&mut self, timed: bool) -> Result<(), StepError> {
+        let engine = self.setting.engine;
+        self.built.time_phases(timed);
+        let start = Instant::now();
+        let record = engine.step(&mut self.built)?;
+        let elapsed = start.elapsed().as_secs_f64();
+        let depth = self.built.penetration(|built, k| engine.state(built, k));
+        if timed {
+            self.times.push(elapsed);
+            self.phases.push(self.built.phases());
+            self.contacts += record.contacts_at_end();
+            self.islands = self.islands.max(record.islands);
+            self.sweeps += record.sweeps;
+            self.penetration = self.penetration.max(depth.unwrap_or(record.penetration));
+            self.residual = self.residual.max(record.residual);
+            self.unsolved += record.unsolved;
+        }
+        Ok(())
+    }
+
+    fn rows(&mut self, work: &Workload) -> Vec<ResultRow> {
+        let setting = &self.setting;
+        let blank = ResultRow {
+            rung: work.rung.clone(),
+            verdict: match (&self.failed, self.unsolved) {
+                (Some(_), _) => "fail",
+                (None, 0) => "",
+                _ => "unsolved",
+            }
+            .to_owned(),
+            ..results::row(&work.scene, setting)
+        };
+        let row = |measure: &str, value: f64, unit: &str| ResultRow {
+            measure: measure.to_owned(),
+            value,
+            unit: unit.to_owned(),
+            ..blank.clone()
+        };
+        if self.failed.is_some() {
+            let mode = "stops".to_owned();
+            let failed = row("step-time", f64::NAN, "s");
+            return vec![ResultRow { mode, ..failed }];
+        }
+        let steps = self.times.len() as f64;
+        let contacts = self.contacts as f64 / steps;
+        let mean = self.times.iter().sum::<f64>() / steps;
+        let (median, spread) = middle(&mut self.times);
+        let mut rows = vec![
+            ResultRow {
+                seconds_per_simulated_second: Some(median / setting.step.dt),
+                spread: Some(spread),
+                ..row("step-time", median, "s")
+            },
+            row("contacts", contacts, "1"),
+            row("penetration", self.penetration, "m"),
+        ];
+        match &setting.baseline {
+            Some(_) if contacts == 0.0 => {}
+            Some(soft) => {
+                let sweeps = (soft.substeps * soft.iterations) as f64;
+                rows.push(row("contact-sweeps", contacts * sweeps / mean, "1/s"));
+            }
+            None => {
+                for (k, (name, _)) in Phases::default().named().into_iter().enumerate() {
+                    let own = self.phases.iter().map(|p| p.named()[k].1);
+                    let (median, spread) = middle(&mut own.collect::<Vec<_>>());
+                    rows.push(ResultRow {
+                        spread: Some(spread),
+                        ..row(&format!("{name}-time"), median, "s")
+                    });
+                }
+                if self.sweeps > 0 && self.islands == 1 {
+                    let solving: f64 = self.phases.iter().map(|p| p.solve).sum();
+                    let rate = contacts * self.sweeps as f64 / solving;
+                    rows.push(row("contact-sweeps", rate, "1/s"));
+                }
+                rows.push(row("residual", self.residual, "1"));
+                rows.push(row("unsolved-islands", self.unsolved as f64, "1"));
+            }
+        }
+        rows
+    }
+}
+
+/// Median, and half the range of the middle half over it.
+fn middle(times: &mut [f64]) -> (f64, f64) {
+    times.sort_by(f64::total_cmp);
+    let n = times.len();
+    let median = 0.5 * (times[(n - 1) / 2] + times[n / 2]);
+    let range = times[n - 1 - n / 4] - times[n / 4];
+    (
+        median,
+        if range > 0.0 {
+            0.5 * range / median
+        } else {
+            0.0
+        },
+    )
+}
+
+/// Exponent p of `time ∝ contacts^p` through several rungs, by least squares over logarithms, one
+/// row for each scene and engine that has at least two; its `rung` names the smallest and the
+/// largest number of contacts.
+pub fn growth(rows: &[ResultRow]) -> Vec<ResultRow> {
+    let value = |of: &ResultRow, measure: &str| {
+        let same = |r: &&ResultRow| {
+            (&r.scene, &r.rung, &r.engine) == (&of.scene, &of.rung, &of.engine)
+                && r.measure == measure
+        };
+        rows.iter().find(same).map(|r| r.value)
+    };
+    let mut found: Vec<ResultRow> = Vec::new();
+    let times = rows.iter().filter(|r| r.measure == "step-time");
+    for first in times.clone() {
+        if found
+            .iter()
+            .any(|r| (&r.scene, &r.engine) == (&first.scene, &first.engine))
+        {
+            continue;
+        }
+        let own = times
+            .clone()
+            .filter(|r| (&r.scene, &r.engine) == (&first.scene, &first.engine));
+        let points: Vec<(f64, f64)> = own
+            .filter_map(|r| Some((value(r, "contacts")?, r.value)))
+            .filter(|(n, t)| *n > 0.0 && *t > 0.0)
+            .collect();
+        let Some(power) = slope(&points) else {
+            continue;
+        };
+        let least = points.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
+        let most = points.iter().map(|p| p.0).fold(0.0, f64::max);
+        found.push(ResultRow {
+            rung: format!("{least:.0} to {most:.0} contacts"),
+            measure: "growth".to_owned(),
+            value: power,
+            unit: "1".to_owned(),
+            seconds_per_simulated_second: None,
+            spread: None,
+            ..first.clone()
+        });
+    }
+    found
+}
+
+/// Slope of log y over log x; `None` for fewer than two different x.
+fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let n = points.len() as f64;
+    let logs = || points.iter().map(|(x, y)| (x.ln(), y.ln()));
+    let mean_x = logs().map(|p| p.0).sum::<f64>() / n;
+    let mean_y = logs().map(|p| p.1).sum::<f64>() / n;
+    let xx: f64 = logs().map(|(x, _)| (x - mean_x).powi(2)).sum();
+    let xy: f64 = logs().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    (xx > 1e-12).then(|| xy / xx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_half_tells_the_spread() {
+        let mut times = [9.0, 1.0, 2.0, 3.0, 2.5, 2.0, 3.0, 100.0];
+        // sorted 1 2 2 2.5 3 3 9 100: median 2.75, middle half 2 to 3
+        assert_eq!(middle(&mut times), (2.75, 0.5 * (3.0 - 2.0) / 2.75));
+        assert_eq!(middle(&mut [2.0]), (2.0, 0.0));
+    }
+
+    #[test]
+    fn growth_is_the_power_through_the_rungs() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n[[body]]\nname = \"b\"\ndisc = 1\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let setting = Setting::new(Engine::Moreau, &scene.step);
+        let mut rows = Vec::new();
+        for n in [1e3, 1e4, 1e5] {
+            for (measure, value) in [("step-time", 3e-7 * f64::powf(n, 1.25)), ("contacts", n)] {
+                rows.push(ResultRow {
+                    rung: n.to_string(),
+                    measure: measure.to_owned(),
+                    value,
+                    ..results::row(&scene, &setting)
+                });
+            }
+        }
+        let found = growth(&rows);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].value - 1.25).abs() < 1e-12);
+        assert_eq!(found[0].rung, "1000 to 100000 contacts");
+        assert!(growth(&rows[..2]).is_empty());
+    }
+}
