@@ -22,7 +22,7 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// 7. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// Of more than 500 blocks the second interior point of 3 and 5 and all of 6 are left out: in heaps
-/// of 700 to 1700 contacts they solved 4 of 344 problems, at two thirds of all the work.
+/// of 700 to 1700 contacts they solved 5 of 344 problems, at two thirds of all the work.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
