@@ -1,6 +1,6 @@
 //! Groups of bodies that share contacts: each is a contact problem of its own.
 
-use crate::contact::NO_BODY;
+use crate::contact::{NO_BODY, Rows};
 
 /// Splits blocks of rows into islands of bodies connected by them.
 #[derive(Debug, Clone, Default)]
@@ -48,6 +48,14 @@ impl Islands {
             let slot = &mut next[island as usize];
             self.blocks[*slot as usize] = block as u32;
             *slot += 1;
+        }
+    }
+
+    /// The same of some blocks only, by their numbers.
+    pub fn build_of(&mut self, bodies: usize, some: &[u32], rows: &[Rows]) {
+        self.build(bodies, some.iter().map(|&i| rows[i as usize].bodies));
+        for block in &mut self.blocks {
+            *block = some[*block as usize];
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::cap::{is_rigid, largest_share};
 use super::outcome::kinetic_of;
+use super::solve::hopeless;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, NO_BODY, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, SolveReport};
@@ -95,7 +96,7 @@ pub(super) fn cap_joints(
     let account = account.clamp(-limit, limit);
     let mut added = work(impulses, &asked);
     let room = limit - account;
-    if added > room || !report.solved() {
+    if added > room || hopeless(&report) {
         let first_free = problem.free.clone();
         for (k, &i) in members.iter().enumerate() {
             let (block, gamma) = (&stage.blocks[i as usize], stage.gamma_free(i as usize));
@@ -121,7 +122,7 @@ pub(super) fn cap_joints(
             work(&p, &b) - room
         };
         // an answer that is none has no share
-        let share = if report.solved() || !second.solved() {
+        let share = if !hopeless(&report) || !second.solved() {
             largest_share([excess(0.0), excess(0.5), excess(1.0)])
         } else {
             0.0

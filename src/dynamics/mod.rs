@@ -30,6 +30,7 @@ mod linear;
 mod memory;
 mod model;
 mod outcome;
+mod part;
 mod phases;
 mod planar;
 mod planar_shape;

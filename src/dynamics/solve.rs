@@ -4,6 +4,7 @@ use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
 use super::joint_cap::cap_joints;
 use super::outcome::redundant;
+use super::part::{Begin, Part};
 use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
@@ -14,7 +15,7 @@ use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandOutcome {
-    report: SolveReport,
+    pub report: SolveReport,
     capped: bool,
     relaxed: bool,
     joints_capped: bool,
@@ -86,9 +87,13 @@ impl IslandSolver {
         self.islands.build(inverse_mass.len(), rows);
         self.outcomes.clear();
         if stage.standing.dominance.is_empty() {
-            for k in 0..self.islands.len() {
-                let outcome = self.solve_island(k, stage, inverse_mass, rules);
+            let mut part = Part::near(stage, &self.islands);
+            while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
+            for (outcome, kept) in part.solved.into_iter().flatten() {
                 self.outcomes.push(outcome);
+                if let Some(all) = &mut self.kept {
+                    all.extend(kept);
+                }
             }
             stage.loose.sort_unstable();
             return;
@@ -109,10 +114,49 @@ impl IslandSolver {
                 above = Some(level);
             }
             stage.look_up(self.islands.blocks(k));
-            outcomes[k] = Some(self.solve_island(k, stage, inverse_mass, rules));
+            let (outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
+            outcomes[k] = Some(outcome);
+            if let Some(all) = &mut self.kept {
+                all.extend(kept);
+            }
         }
         self.outcomes.extend(outcomes.into_iter().flatten());
         stage.loose.sort_unstable();
+    }
+
+    /// Solves those islands of a part that are not solved yet. `false` if contacts that were left
+    /// out would be closed: the part holds them now, and their islands wait.
+    fn solve_part(
+        &mut self,
+        part: &mut Part,
+        stage: &mut Stage,
+        inverse_mass: &[Vec3],
+        rules: &Rules,
+    ) -> bool {
+        let taken: Vec<u32> = (0..stage.blocks.len() as u32)
+            .filter(|&i| part.taken[i as usize])
+            .collect();
+        if taken.len() < stage.blocks.len() || part.round > 0 {
+            (self.islands).build_of(inverse_mass.len(), &taken, &stage.rows);
+        }
+        for k in 0..self.islands.len() {
+            let members = self.islands.blocks(k);
+            let spent = match part.begin(members, stage) {
+                Begin::Stands => continue,
+                Begin::Anew(spent) => spent,
+            };
+            let first = members[0] as usize;
+            let (mut outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
+            for earlier in spent {
+                outcome.report = outcome.report.after(&earlier);
+            }
+            part.solved[first] = Some((outcome, kept));
+        }
+        if taken.len() == stage.blocks.len() {
+            return true;
+        }
+        stage.end_velocities(inverse_mass);
+        part.take_closed(stage)
     }
 
     fn solve_island(
@@ -121,7 +165,7 @@ impl IslandSolver {
         stage: &mut Stage,
         inverse_mass: &[Vec3],
         rules: &Rules,
-    ) -> IslandOutcome {
+    ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = &self.islands.blocks(k).to_vec();
         let mut problem = stage.island_problem(members, inverse_mass);
         let warm: Vec<Vec2> = members
@@ -145,13 +189,11 @@ impl IslandSolver {
             );
             (report, joints_capped) = (held.report, held.capped);
         }
-        if let Some(kept) = &mut self.kept {
-            kept.push(SolvedProblem {
-                problem: problem.clone(),
-                impulses: impulses.clone(),
-                report,
-            });
-        }
+        let kept = self.kept.is_some().then(|| SolvedProblem {
+            problem: problem.clone(),
+            impulses: impulses.clone(),
+            report,
+        });
         let mut blocks: Vec<CapBlock> = members
             .iter()
             .map(|&i| cap_block(&stage.blocks[i as usize], stage.gamma_free(i as usize)))
@@ -164,7 +206,10 @@ impl IslandSolver {
             redundant: false,
             gain: 0.0,
         };
-        if rules.scheme == Scheme::Staggered && !report.solved() {
+        if rules.scheme == Scheme::Staggered
+            && !report.solved()
+            && (pushes(&blocks) || hopeless(&report))
+        {
             drop_pushes(&mut problem, &mut blocks);
             let mut relaxed = warm;
             let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
@@ -176,8 +221,7 @@ impl IslandSolver {
                 outcome.report = report.after(&again);
             }
             // a solve that is almost there is better than one that gives way
-            let left = outcome.report.residual;
-            if !again.solved() && left.velocity > HOPELESS * left.velocity_scale {
+            if !again.solved() && hopeless(&outcome.report) {
                 self.give_way(&problem, &mut impulses, &mut outcome);
             }
         } else if rules.scheme == Scheme::Staggered && rules.law == ImpactLaw::Capped {
@@ -211,7 +255,7 @@ impl IslandSolver {
             stage.resolution[i as usize] = resolution;
         }
         self.clock.lap(|t| &mut t.solve);
-        outcome
+        (outcome, kept)
     }
 
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
@@ -249,6 +293,19 @@ impl IslandSolver {
 /// Share of the island's own velocities beyond which the best impulses leave a problem unsolved that
 /// may have no solution: one without leaves about all of them.
 const HOPELESS: f64 = 0.01;
+
+/// Whether an island may have no solution at all.
+pub(super) fn hopeless(report: &SolveReport) -> bool {
+    let left = &report.residual;
+    !report.solved() && left.velocity > HOPELESS * left.velocity_scale
+}
+
+/// Whether a rule added anything that no motion of the bodies may be able to undo.
+fn pushes(blocks: &[CapBlock]) -> bool {
+    blocks
+        .iter()
+        .any(|b| b.rigid && (b.free.x < 0.0 || b.free.y != 0.0))
+}
 
 /// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
 /// a body at rest then sinks by a hundredth of what it would fall.

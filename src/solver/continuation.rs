@@ -47,9 +47,8 @@ const LONGEST: f64 = 0.01;
 const SHORTEST: f64 = 0.9;
 /// Below it `s` is round-off.
 const END: f64 = 1e-13;
-/// Factorisations of a run, and that number times blocks: a large problem must not take for ever.
+/// Factorisations of a run.
 const BUDGET: usize = 300;
-const BUDGET_BLOCKS: usize = 150_000;
 /// Newton steps at a point of the path, and at the problem that is asked.
 const STEPS: usize = 10;
 /// Merit at which a point of the path is solved.
@@ -79,8 +78,7 @@ impl Continuation {
         self.here.clear();
         self.here.resize(problem.len(), Vec2::zeros());
         let (mut s, mut ratio, mut work, mut on_path) = (1.0, FIRST, 0, false);
-        let budget = BUDGET.min(BUDGET_BLOCKS / problem.len().max(1));
-        while work < budget && ratio < SHORTEST {
+        while work < BUDGET && ratio < SHORTEST {
             let next = if on_path { s * ratio } else { s };
             if next < END {
                 break;
