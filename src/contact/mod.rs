@@ -25,11 +25,16 @@
 //! Acary & Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008).
 
 mod blocks;
+mod columns;
 mod cone;
 pub mod examples;
+mod frontal;
+mod fronts;
 mod local;
 mod operator;
 mod ordering;
+mod panel;
+mod pivot;
 mod problem;
 pub mod problem_file;
 mod residual;

@@ -120,7 +120,8 @@ impl Response {
         if let Delassus::Blocks(matrix) = &problem.operator {
             return self.explicit.factorise(matrix, gains);
         }
-        self.factor.clear();
+        let symmetric = gains.iter().all(|a| a[(0, 1)] == a[(1, 0)]);
+        self.factor.clear(symmetric);
         for body in 0..self.bodies {
             self.factor.add_diagonal(body, &Matrix3::identity());
         }
@@ -143,7 +144,13 @@ impl Response {
                 }
             }
             if let Some(place) = place {
-                self.factor.add_coupling(*place, &block(0, 1), &block(1, 0));
+                let ab = block(0, 1);
+                let ba = if symmetric {
+                    ab.transpose()
+                } else {
+                    block(1, 0)
+                };
+                self.factor.add_coupling(*place, &ab, &ba);
             } else if rows.bodies[0] == rows.bodies[1] && rows.bodies[0] != NO_BODY {
                 let both = block(0, 1) + block(1, 0);
                 self.factor.add_diagonal(rows.bodies[0] as usize, &both);
@@ -213,7 +220,7 @@ impl Explicit {
 
     /// Factorises `I + G A`.
     fn factorise(&mut self, matrix: &BlockMatrix, gains: &[Mat2]) -> bool {
-        self.factor.clear();
+        self.factor.clear(false);
         let mut places = self.places.iter();
         for (j, gain) in gains.iter().enumerate() {
             self.factor.add_diagonal(j, &Mat2::identity());

@@ -119,6 +119,7 @@ pub(super) fn check_semidefinite(
             "the factors of {name} would have more than {MOST_FILL} blocks of 2 x 2"
         )));
     }
+    factor.clear(true);
     for j in 0..matrix.size() {
         for (i, block) in matrix.column(j) {
             let mut scaled = *block;
