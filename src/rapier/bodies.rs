@@ -135,6 +135,12 @@ impl Bodies {
             self.sync_one(world, k, dt)?;
             self.stand(world, k, dt);
         }
+        // equals are as if none had any
+        let mut levels = self.standing.dominance.iter().filter(|l| **l != FIRM);
+        let first = levels.next();
+        if levels.all(|l| Some(l) == first) {
+            self.standing.dominance.clear();
+        }
         Ok(())
     }
 
