@@ -1,7 +1,7 @@
 //! Finding contacts: the tree against trying all pairs, gaps against independent ones, surfaces
 //! made of many pieces.
 
-use moreau2d::dynamics::{ContactPoint, Detection};
+use moreau2d::dynamics::{ContactPoint, Detection, NormalLaw};
 use moreau2d::rapier::engine::parry::query;
 use moreau2d::rapier::engine::parry::shape::TypedShape;
 use moreau2d::rapier::engine::prelude::*;
@@ -457,4 +457,61 @@ fn a_surface_law_given_later_counts() {
     }
     let u = pipeline.velocity(body).unwrap();
     assert!((u.x + 1.0).abs() < 1e-9, "{u:?}");
+}
+
+/// A foundation on a block with a sharp edge: what lies in its top and leaves over the edge gains
+/// no energy from the block's side.
+///
+/// Bug that this guards: turned beyond the top's normal it was met by the side instead, as deep as
+/// it still lay on the top and over all the side's height.
+#[test]
+fn what_leaves_a_foundation_over_an_edge_gains_nothing() {
+    const STIFFNESS: f64 = 1e6;
+    const DEPTH: f64 = 5e-4;
+    // solid on the left: cells of 2 mm on top, and one down the side at x = 0
+    let mut points = vec![at(0.0, -0.03), at(0.05, -0.03)];
+    points.extend((0..=25).map(|i| at(0.05 - 0.002 * f64::from(i), 0.0)));
+    let n = points.len() as u32;
+    let ring: Vec<[u32; 2]> = (0..n).map(|i| [i, (i + 1) % n]).collect();
+    let stored = |x: f64, turn: f64| {
+        let mut world = PhysicsWorld::new();
+        let block = ColliderBuilder::oriented_polyline(points.clone(), Some(ring.clone()));
+        let (_, block) = world.insert(RigidBodyBuilder::fixed(), block);
+        let crop = RigidBodyBuilder::dynamic().translation(at(x, 0.008 - DEPTH));
+        let crop = crop.rotation(turn as Real);
+        world.insert(crop, ColliderBuilder::cuboid(0.01, 0.008));
+        let mut pipeline = pipeline(DetectionDrive::Tree);
+        let law = SurfaceLaw {
+            compliance: Some((STIFFNESS, 0.0)),
+            one_point_per_segment: true,
+            ..SurfaceLaw::default()
+        };
+        pipeline.set_surface(block, law);
+        let energy = found(&mut pipeline, &mut world).into_iter().map(|c| {
+            let NormalLaw::ViscoElastic { stiffness, .. } = c.law else {
+                panic!("{:?}", c.law);
+            };
+            0.5 * stiffness * c.gap.min(0.0).powi(2)
+        });
+        energy.sum::<f64>()
+    };
+    for turn in [-0.01, 0.0, 0.01] {
+        let start = stored(0.012, turn);
+        // the closed form of 20 mm on springs, each cell taken at its deepest point
+        let tilted = DEPTH.powi(2) + (0.01 * turn).powi(2) / 3.0;
+        let expected = 0.5 * STIFFNESS * 0.02 * tilted;
+        assert!((start / expected - 1.0).abs() < 0.05, "{start} {expected}");
+        let mut least = start;
+        for step in 0..240 {
+            let energy = stored(0.012 - 1e-4 * f64::from(step), turn);
+            // a prism as wide as deep is handed from face to face at the edge
+            let slack = 0.2 * STIFFNESS * DEPTH.powi(3);
+            assert!(
+                energy <= least + slack,
+                "{turn}, step {step}: {energy} after {least}"
+            );
+            least = least.min(energy);
+        }
+        assert!(least == 0.0, "{turn}: {least}");
+    }
 }

@@ -200,7 +200,7 @@
 //!
 //! # 7. A surface that gives way
 //! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a
-//! contact point (per metre of segment length with `one_point_per_segment`). It is implicit, so any
+//! contact point (per metre of covered segment with `one_point_per_segment`). It is implicit, so any
 //! stiffness is stable.
 //!
 //! ```

@@ -54,7 +54,8 @@ pub enum DetectionDrive {
 pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
     /// rigidity and restitution. Two compliant surfaces act in series. With
-    /// `one_point_per_segment` both are per metre of segment length: a Winkler foundation.
+    /// `one_point_per_segment` both are per metre of the segment that the other shape covers: a
+    /// Winkler foundation. A ball covers all of it.
     pub compliance: Option<(f64, f64)>,
     /// Speed of the surface along itself \[m/s\], positive counter-clockwise round the collider:
     /// a belt whose top runs to −x has a positive one.

@@ -14,7 +14,7 @@ use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::tree::Tree;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{Detection, NormalLaw};
+use crate::dynamics::{Detection, NormalLaw, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Two parts whose fat boxes overlap.
@@ -325,6 +325,10 @@ impl Finder<'_> {
                 }));
                 return Some(bound);
             }
+            let covered = match terms.deepest {
+                true => self.covered(poses, sides, reach, found),
+                false => None,
+            };
             if terms.modified {
                 let known = self.known(sides)?;
                 let mut mark = scratch.marks.get(&row.order);
@@ -332,7 +336,7 @@ impl Finder<'_> {
                 if none && mark == 0 {
                     return Some(bound);
                 }
-                let mut setting = self.setting(sides, &terms);
+                let mut setting = self.setting(sides, &terms, covered);
                 let subs = sides.map(|leaf| leaf.sub);
                 let hooks = self.hooks;
                 let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
@@ -344,7 +348,7 @@ impl Finder<'_> {
                     self.give(Pair { belt, ..setting }, sides, &terms, from, found, out);
                 }
             } else if !found.is_empty() {
-                let setting = self.setting(sides, &terms);
+                let setting = self.setting(sides, &terms, covered);
                 self.give(setting, sides, &terms, from, found, out);
             }
             return Some(bound);
@@ -353,7 +357,7 @@ impl Finder<'_> {
             return None;
         }
         // hooks that change contacts need one of our kernels: a shape of the user's own has none
-        let setting = self.setting(sides, &terms);
+        let setting = self.setting(sides, &terms, None);
         self.ask_parry(row, sides, setting, reach, from, terms.deepest, out);
         Some(f64::NEG_INFINITY)
     }
@@ -438,7 +442,31 @@ impl Finder<'_> {
         }
     }
 
-    fn setting(&self, sides: [&Leaf; 2], terms: &Terms) -> Pair {
+    /// How much of a segment, across the contact's normal, lies on the other part \[m\]; `None` where
+    /// they meet in one point, as with a ball.
+    fn covered(
+        &self,
+        poses: [&Pose64; 2],
+        sides: [&Leaf; 2],
+        reach: f64,
+        found: &[Touch],
+    ) -> Option<f64> {
+        let width = |found: &[Touch]| match found {
+            [a, b] => Some(a.normal.perp(&(b.point - a.point)).abs()),
+            _ => None,
+        };
+        let [_] = found else {
+            return width(found);
+        };
+        // the other end is farther than the reach
+        let mut both = Vec::with_capacity(2);
+        let far = reach + sides[0].surface.size.max(sides[1].surface.size);
+        let [one, two] = sides.map(|leaf| &leaf.part);
+        touches(poses[0], one, poses[1], two, far, &mut both);
+        width(&both)
+    }
+
+    fn setting(&self, sides: [&Leaf; 2], terms: &Terms, covered: Option<f64>) -> Pair {
         let [one, two] = sides.map(|leaf| &leaf.surface);
         let setting = Pair {
             numbers: sides.map(|leaf| leaf.body),
@@ -467,7 +495,11 @@ impl Finder<'_> {
         };
         let cell = (0..2).find(|&i| known[i].law.one_point_per_segment);
         match cell.map(|i| &sides[i].part.core) {
-            Some(Core::Edge(edge)) => setting.over((edge.ends[1] - edge.ends[0]).norm()),
+            Some(Core::Edge(edge)) => {
+                let length = (edge.ends[1] - edge.ends[0]).norm();
+                // a contact stays one, however little of the segment it covers
+                setting.over(covered.map_or(length, |c| c.clamp(1e-6 * length, length)))
+            }
             _ => setting,
         }
     }

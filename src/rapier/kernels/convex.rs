@@ -3,7 +3,7 @@
 //! parry's own (GJK, then EPA, in `f32`) now and then takes a wrong face for two polygons that just
 //! touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
-use super::edges::Edge;
+use super::edges::{Edge, half_turn};
 use super::{Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
@@ -91,6 +91,24 @@ impl View<'_> {
     /// Where face `k` starts and ends; a segment's left face runs the other way.
     fn face(&self, k: usize) -> [Vec2; 2] {
         [self.points[k], self.next(k)]
+    }
+
+    /// At the start and the end of face `k`: how much of its width a depth under it takes, length by
+    /// depth. What has sunk in belongs to the face it is nearer to, the bisector parts them.
+    ///
+    /// Zero where the faces of both shapes are compared, and the pair is met at the best of all.
+    fn ridges(&self, k: usize, other: &View) -> [f64; 2] {
+        match (self.edge, other.edge) {
+            (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| edge.ridge(end, k)),
+            (None, Some(edge)) if edge.neighbours.iter().any(Option::is_some) => {
+                let n = self.normals.len();
+                [(k + n - 1) % n, (k + 1) % n].map(|next| {
+                    let cos = self.normals[k].dot(&self.normals[next]);
+                    half_turn(self.normals[k].perp(&self.normals[next]).abs(), cos)
+                })
+            }
+            _ => [0.0, 0.0],
+        }
     }
 
     fn is_segment(&self) -> bool {
@@ -295,8 +313,17 @@ pub(super) fn convex_convex(
         let p = seen.apply(q);
         (tangent.dot(&p), normal.dot(&p) - extent)
     });
-    for (side, limit) in [(-1.0, tangent.dot(&start)), (1.0, tangent.dot(&end))] {
-        let (da, db) = (side * (a.0 - limit), side * (b.0 - limit));
+    // within the face's width and, of what has sunk into a ridge, on this face's side of it
+    let limits = [(-1.0, tangent.dot(&start)), (1.0, tangent.dot(&end))];
+    let ridges = base.ridges(k, other);
+    for (side, limit, slope) in [
+        (limits[0].0, limits[0].1, 0.0),
+        (limits[1].0, limits[1].1, 0.0),
+        (limits[0].0, limits[0].1, ridges[0]),
+        (limits[1].0, limits[1].1, ridges[1]),
+    ] {
+        let over = |p: (f64, f64)| side * (p.0 - limit) - slope * p.1;
+        let (da, db) = (over(a), over(b));
         let cut = |inner: (f64, f64), outer: (f64, f64), share: f64| {
             let s = inner.1 + share * (outer.1 - inner.1);
             (inner.0 + share * (outer.0 - inner.0), s)

@@ -6,6 +6,8 @@
 //! "ghost collisions" of rapier's issues 669 and 643). Every direction outside is refused, as the
 //! neighbour has a nearer point.
 //!
+//! Inside the solid it is the bisector of two segments that parts them, see [`Edge::ridge`].
+//!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §5.1 (Voronoi regions of features).
 
 use super::Touch;
@@ -51,6 +53,16 @@ impl Edge {
         }
     }
 
+    /// How much of the segment at corner `end` a depth under `face` takes, length by depth: up to
+    /// the bisector with the neighbour. Zero at a flat or hollow corner.
+    pub fn ridge(&self, end: usize, face: usize) -> f64 {
+        let Some(leads) = self.neighbours[end] else {
+            return 0.0;
+        };
+        let outward = (self.ends[end] - self.ends[1 - end]).normalize();
+        half_turn(-leads.dot(&self.normals[face]), leads.dot(&outward))
+    }
+
     /// Whether corner `end` may be met along `direction`.
     pub fn admits(&self, end: usize, direction: Vec2) -> bool {
         if self.one_sided && direction.dot(&self.normals[0]) < 0.0 {
@@ -60,6 +72,12 @@ impl Edge {
         direction.dot(&outward) >= 0.0
             && self.neighbours[end].is_none_or(|leads| direction.dot(&leads) <= 0.0)
     }
+}
+
+/// `tan(δ/2)` of a turn by δ; zero for one to the other side.
+pub(super) fn half_turn(sin: f64, cos: f64) -> f64 {
+    // folded back on itself it is as good as closed
+    sin.max(0.0) / (1.0 + cos.max(-1.0 + 1e-12))
 }
 
 /// The point of a segment nearest to a ball's centre; none where a neighbour is nearer, or from
