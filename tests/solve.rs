@@ -34,15 +34,15 @@ fn numbers(list: &Value) -> Vec<f64> {
 #[test]
 fn dumped_problems_are_solved_again() {
     let place = Place::new();
-    for (scene, steps, islands) in [("tower", "20", 2), ("wedge", "20", 2), ("drum", "160", 30)] {
-        let every = if scene == "drum" { "80" } else { "10" };
+    for (scene, steps, islands) in [("tower", "20", 2), ("wedge", "20", 2), ("drum", "300", 30)] {
+        let every = if scene == "drum" { "150" } else { "10" };
         let args = ["run", scene, "--steps", steps, "--dump-problems", scene];
         let (code, out, err) = place.run(&[&args[..], &["--dump-every", every]].concat());
         assert_eq!(code, 0, "{err}");
         let files = place.listing(scene);
         // a tower and a wedge are one island; the discs of the drum fall in many and meet in few
         let enough = if scene == "drum" {
-            files.len() > 10 && files.len() < islands
+            files.len() > 5 && files.len() < islands
         } else {
             files.len() == islands
         };

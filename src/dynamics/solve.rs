@@ -206,10 +206,8 @@ impl IslandSolver {
             redundant: false,
             gain: 0.0,
         };
-        if rules.scheme == Scheme::Staggered
-            && !report.solved()
-            && (pushes(&blocks) || hopeless(&report))
-        {
+        let staggered = rules.scheme == Scheme::Staggered;
+        if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
             let mut relaxed = warm;
             let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
@@ -224,7 +222,7 @@ impl IslandSolver {
             if !again.solved() && hopeless(&outcome.report) {
                 self.give_way(&problem, &mut impulses, &mut outcome);
             }
-        } else if rules.scheme == Scheme::Staggered && rules.law == ImpactLaw::Capped {
+        } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
             let capped = cap(
                 solver,

@@ -344,11 +344,18 @@ impl MoreauStepper {
             let mut sides = stage.rows[i].bodies.iter().filter(|b| **b != NO_BODY);
             sides.all(|b| !apart[*b as usize])
         };
+        let mut counts = vec![false; outcomes.len()];
         for (k, outcome) in outcomes.iter().enumerate() {
             outcome.count_work(&mut record);
-            if islands.blocks(k).iter().any(|&i| used(i as usize)) {
+            counts[k] = islands.blocks(k).iter().any(|&i| used(i as usize));
+            if counts[k] {
                 outcome.count(&mut record);
             }
+        }
+        if let Some(kept) = &mut self.solver.kept {
+            // those of located impacts come behind
+            let mut counts = counts.iter();
+            kept.retain(|_| counts.next().is_none_or(|counts| *counts));
         }
         (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
 
