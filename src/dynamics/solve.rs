@@ -81,6 +81,17 @@ impl IslandSolver {
         }
     }
 
+    /// Number of problems kept so far.
+    pub fn kept_count(&self) -> usize {
+        self.kept.as_ref().map_or(0, Vec::len)
+    }
+
+    /// Takes out the problems kept since there were `count`.
+    pub fn take_kept(&mut self, count: usize) -> Vec<SolvedProblem> {
+        let kept = self.kept.as_mut();
+        kept.map_or(Vec::new(), |all| all.split_off(count.min(all.len())))
+    }
+
     /// Finds the impulses of all blocks of `stage`.
     pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
         let rows = stage.rows.iter().map(|r| r.bodies);

@@ -321,7 +321,7 @@ impl MoreauStepper {
 
         let islands = std::mem::take(&mut self.solver.islands);
         let outcomes = std::mem::take(&mut self.solver.outcomes);
-        let clusters = if rules.locates() {
+        let mut clusters = if rules.locates() {
             let context = Context {
                 main: stage,
                 memory: &self.memory,
@@ -353,9 +353,10 @@ impl MoreauStepper {
             }
         }
         if let Some(kept) = &mut self.solver.kept {
-            // those of located impacts come behind
             let mut counts = counts.iter();
-            kept.retain(|_| counts.next().is_none_or(|counts| *counts));
+            kept.retain(|_| counts.next().is_some_and(|counts| *counts));
+            let located = clusters.iter_mut().map(|c| &mut c.kept);
+            located.for_each(|own| kept.append(own));
         }
         (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
 

@@ -10,7 +10,7 @@ use super::model::{Configuration, ContactKey, MultibodyModel};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
 use super::rules::Rules;
-use super::solve::IslandSolver;
+use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Source, Span, Stage, belongs};
 use super::stepper::check_finite;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
@@ -43,6 +43,8 @@ pub(super) struct Cluster {
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
     pub memory: Memories,
+    /// Its problems, where they are kept.
+    pub kept: Vec<SolvedProblem>,
 }
 
 /// Steps clusters; keeps its arrays.
@@ -59,6 +61,8 @@ pub(super) struct Runner {
     here: Vec<Configuration>,
     /// Contacts that take part in the interval: they are kept from closing, not about to.
     held: Vec<ContactKey>,
+    /// Problems of the interval solved last, which may be a trial.
+    trial: Vec<SolvedProblem>,
     /// What the cluster remembers of its own since the step began.
     remembered: Option<Memories>,
     record: StepRecord,
@@ -110,7 +114,9 @@ impl Runner {
             bodies,
             record: StepRecord::default(),
             memory: Memories::default(),
+            kept: Vec::new(),
         };
+        let before = solver.kept_count();
         let (end, mut elapsed, mut limit) = (context.time + context.dt, 0.0, LONE_EVENTS);
         loop {
             let rest = Rest {
@@ -179,6 +185,7 @@ impl Runner {
             std::mem::swap(&mut self.flow.start, &mut self.instant.end);
         }
         cluster.record = std::mem::take(&mut self.record);
+        cluster.kept = solver.take_kept(before);
         let velocity = |b: &u32| self.flow.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
         cluster.configuration = place(model, &cluster.bodies);
@@ -301,7 +308,9 @@ impl Runner {
         flow.free_velocities(model, at + 0.5 * span.length, span.length);
         let w = context.inverse_mass;
         flow.collect(rules, memory, Some(&self.members), w, span);
+        let before = solver.kept_count();
         solver.solve(flow, w, rules);
+        self.trial = solver.take_kept(before);
         let spent = solver.outcomes.iter();
         spent.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {
@@ -324,7 +333,16 @@ impl Runner {
     }
 
     /// Records the interval solved last.
-    fn keep(&mut self, solver: &IslandSolver, context: &Context, time: f64, cluster: &mut Cluster) {
+    fn keep(
+        &mut self,
+        solver: &mut IslandSolver,
+        context: &Context,
+        time: f64,
+        cluster: &mut Cluster,
+    ) {
+        if let Some(kept) = &mut solver.kept {
+            kept.append(&mut self.trial);
+        }
         let (flow, w) = (&self.flow, context.inverse_mass);
         let (record, memory) = (&mut self.record, &mut cluster.memory);
         solver.outcomes.iter().for_each(|o| o.count(record));
