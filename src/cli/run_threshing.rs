@@ -119,7 +119,7 @@ fn picture(title: &str, outlines: &Outlines) -> Chart {
 }
 
 /// Every term of the budget with its name, in the order of the table.
-fn terms(p: &PowerBudget) -> [(&'static str, f64); 9] {
+fn terms(p: &PowerBudget) -> [(&'static str, f64); 10] {
     [
         ("drive", p.drive),
         ("feeder", p.feeder),
@@ -129,6 +129,7 @@ fn terms(p: &PowerBudget) -> [(&'static str, f64); 9] {
         ("normal losses on the teeth", -p.normal_teeth),
         ("normal losses on the concave", -p.normal_concave),
         ("carried away by the crop", -p.crop),
+        ("bending of the crop", -p.bending),
         ("stored in the machine", -p.stored),
     ]
 }

@@ -33,6 +33,8 @@ pub struct PowerBudget {
     pub normal_concave: f64,
     /// Carried away by the crop beyond what it brought.
     pub crop: f64,
+    /// Taken by the bending of the crop: lost in it, and stored.
+    pub bending: f64,
     /// Gained by the cylinder and the crop in the machine.
     pub stored: f64,
 }
@@ -46,6 +48,7 @@ impl PowerBudget {
             - self.normal_teeth
             - self.normal_concave
             - self.crop
+            - self.bending
             - self.stored
     }
 }
@@ -161,7 +164,7 @@ impl<'a> Threshing<'a> {
         let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
         let steps = self.steps(f64::from(revolutions));
         let mut power = PowerBudget::default();
-        let (mut angle, mut motor) = (0.0, 0.0);
+        let mut angle = 0.0;
         let mut last = self.world.speed();
         self.world.take_exchanged_energy();
         for _ in 0..steps {
@@ -170,7 +173,6 @@ impl<'a> Threshing<'a> {
             self.add_wear(&record, profile, &mut sums)?;
             self.add_power(&record, &mut power);
             observe(&record, &self.world)?;
-            motor += record.energy.motors;
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
             power.stored += record.energy.kinetic_end - record.energy.kinetic_start;
@@ -181,6 +183,7 @@ impl<'a> Threshing<'a> {
         power.stored -= power.crop;
         let time = steps as f64 * self.dt;
         let scale = self.parameters.machine_width / time;
+        let torque = power.drive / angle * self.parameters.machine_width;
         for term in [
             &mut power.drive,
             &mut power.feeder,
@@ -190,6 +193,7 @@ impl<'a> Threshing<'a> {
             &mut power.normal_teeth,
             &mut power.normal_concave,
             &mut power.crop,
+            &mut power.bending,
             &mut power.stored,
         ] {
             *term *= scale;
@@ -202,7 +206,7 @@ impl<'a> Threshing<'a> {
         Ok(Cycle {
             sampling: sampling_error(&sums, &mean, per_bar),
             load_slip: mean,
-            torque: motor / angle * self.parameters.machine_width,
+            torque,
             speed: angle / time,
             power,
         })
@@ -226,7 +230,10 @@ impl<'a> Threshing<'a> {
     }
 
     fn add_power(&self, record: &StepRecord, power: &mut PowerBudget) {
-        power.drive += record.energy.motors;
+        // the record books the strip's springs with the motor
+        let drive = self.world.drive_work(record);
+        power.drive += drive;
+        power.bending -= record.energy.motors - drive;
         power.feeder += record.energy.joints;
         power.gravity += record.energy.forces;
         for contact in &record.contacts {

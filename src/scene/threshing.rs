@@ -11,8 +11,8 @@ use super::threshing_shapes::{
 };
 use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::{ContactRecord, StepRecord};
-use crate::dynamics::{ModelError, StepError};
+use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord};
+use crate::dynamics::{JointPart, ModelError, StepError};
 use crate::rapier::{
     BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, Pose64, ShapeSpec,
     Simulation, Surface,
@@ -218,6 +218,17 @@ impl ThreshingWorld {
             along.dot(&local),
             out.dot(&local) - base_radius(&self.parameters, &self.tooth),
         )
+    }
+
+    /// Work \[J\] of the drive in a step, without that of the strip's springs.
+    pub fn drive_work(&self, record: &StepRecord) -> f64 {
+        let cylinder = self.simulation.number(self.cylinder);
+        let on_cylinder = |j: &&JointRecord| j.bodies.iter().any(|b| Some(*b) == cylinder);
+        let drives = record.joints.iter().filter(on_cylinder);
+        drives
+            .filter(|j| matches!(j.part, JointPart::Drive(_)))
+            .map(|j| j.work)
+            .sum()
     }
 
     /// Number of segments in the machine.
