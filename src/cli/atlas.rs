@@ -1,7 +1,7 @@
 use super::atlas_table::{explanations, shares, table};
 use super::{Outcome, print_out, summary};
 use crate::experiment::{Atlas, Engine, RunError};
-use crate::report::{CsvFile, OutputFolder, Progress, ResultRow, Row, matrix, read_rows};
+use crate::report::{OutputFolder, Progress, matrix};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -34,12 +34,7 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     let progress = Progress::new("atlas", atlas.runs() as u64, args.quiet);
     let results = atlas.run(&Engine::ALL.map(|(_, engine)| engine), &progress)?;
     drop(progress);
-    let mut file = CsvFile::create(&folder)?;
-    for row in &results.rows {
-        file.write(row)?;
-    }
-    file.finish()?;
-    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let rows = summary::written(&folder, &results.rows)?;
     folder.write(PICTURE, matrix(&rows)?)?;
     let shares = shares(&rows);
     let broken = explanations(&rows);

@@ -3,9 +3,7 @@ use super::bench_table::{CLASSES, class_name, tables};
 use super::{Flags, Outcome, engine, print_out, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
-use crate::report::{
-    CsvFile, OutputFolder, Performance, Progress, ReportError, ResultRow, Row, Score, read_rows,
-};
+use crate::report::{CsvFile, OutputFolder, Performance, Progress, ReportError, Score};
 use crate::solver::SOLVERS;
 use clap::Args;
 use serde_json::{Value, json};
@@ -86,12 +84,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     let progress = Progress::new("bench", timings as u64, flags.quiet);
     let measured = bench_solvers(&problems, tolerance, repeats, &progress);
     drop(progress);
-    let mut file = CsvFile::create(&folder)?;
-    for row in &measured {
-        file.write(row)?;
-    }
-    file.finish()?;
-    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let rows = summary::written(&folder, &measured)?;
     let performance = Performance::new(&rows);
     let mut file = CsvFile::create(&folder)?;
     for row in performance.profile() {

@@ -3,9 +3,7 @@
 use super::bench::BenchArgs;
 use super::{Outcome, print_out, summary};
 use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
-use crate::report::{
-    Align, CsvFile, OutputFolder, Progress, ResultRow, Row, Table, number, quantity, read_rows,
-};
+use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -88,12 +86,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     }
     drop(progress);
     measured.extend(growth(&measured));
-    let mut file = CsvFile::create(&folder)?;
-    for row in &measured {
-        file.write(row)?;
-    }
-    file.finish()?;
-    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let rows = summary::written(&folder, &measured)?;
     let more = json!({
         "settings": {
             "steps": throughput.steps,

@@ -2,8 +2,7 @@ use super::compare_table::table;
 use super::{CompareArgs, Flags, Outcome, print_out, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
-    Chart, CsvFile, OutputFolder, Progress, ResultRow, Row, convergence, energy, panels, read_rows,
-    work_precision,
+    Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, work_precision,
 };
 use crate::scene::{Scene, Scheme};
 use serde_json::json;
@@ -39,12 +38,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     );
     let results = run_settings(&scene, &settings, repeats, None, &progress)?;
     drop(progress);
-    let mut file = CsvFile::create(&folder)?;
-    for row in &results.rows {
-        file.write(row)?;
-    }
-    file.finish()?;
-    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let rows = summary::written(&folder, &results.rows)?;
     let pictures = draw(&folder, &rows, args.ladder)?;
     let more = json!({
         "rows": rows.len(),

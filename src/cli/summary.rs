@@ -1,13 +1,28 @@
 //! `summary.json`, and the lines of it that go to the terminal.
 
 use crate::experiment::{Engine, Totals};
-use crate::report::{OutputFolder, ReportError, number, quantity};
+use crate::report::{
+    CsvFile, OutputFolder, ReportError, ResultRow, Row, number, quantity, read_rows,
+};
 use crate::scene::Scene;
 use serde_json::{Value, json};
 
 /// A float as JSON has it: NaN and the infinities as null.
 pub(super) fn float(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+/// Writes `results.csv` and reads it back: what is shown and drawn comes from the file.
+pub(super) fn written(
+    folder: &OutputFolder,
+    rows: &[ResultRow],
+) -> Result<Vec<ResultRow>, ReportError> {
+    let mut file = CsvFile::create(folder)?;
+    for row in rows {
+        file.write(row)?;
+    }
+    file.finish()?;
+    read_rows(&folder.path(ResultRow::FILE))
 }
 
 /// Who wrote a summary.
