@@ -4,7 +4,6 @@ use super::simulate::{Engine, RunError};
 use crate::dynamics::{Phases, StepError};
 use crate::report::{Progress, ResultRow};
 use crate::scene::{Built, Scene};
-use std::time::Instant;
 
 /// A scene at one size.
 #[derive(Debug, Clone)]
@@ -23,6 +22,9 @@ pub struct Throughput {
     /// Steps that are timed, 1 at least.
     pub steps: usize,
 }
+
+/// Steps that an engine takes in a turn: its world is then in the caches as it is when it runs alone.
+const TURN: usize = 10;
 
 /// One engine in its own copy of the world.
 struct Point {
@@ -48,7 +50,7 @@ impl Throughput {
 
     /// Times the steps of a workload, each engine in its own copy of the world.
     ///
-    /// Engines take turns step by step, so that a machine that slows down slows all of them alike.
+    /// Engines take turns of ten steps, so that a machine that slows down slows all of them alike.
     /// All but the times is deterministic.
     ///
     /// # Returns
@@ -77,11 +79,13 @@ impl Throughput {
             built.penetration(|built, k| engine.state(built, k));
             points.push(Point::new(Setting::new(engine, &work.scene.step), built));
         }
-        for step in 0..work.settle + self.steps {
-            let timed = step >= work.settle;
+        let all = work.settle + self.steps;
+        for turn in (0..all).step_by(TURN) {
             interleave(&mut points, 1, |_, point| {
-                point.step(timed);
-                progress.advance();
+                for step in turn..all.min(turn + TURN) {
+                    point.step(step >= work.settle);
+                    progress.advance();
+                }
                 Ok::<_, RunError>(())
             })?;
         }
@@ -124,9 +128,7 @@ impl Point {
     fn try_step(&mut self, timed: bool) -> Result<(), StepError> {
         let engine = self.setting.engine;
         self.built.time_phases(timed);
-        let start = Instant::now();
-        let record = engine.step(&mut self.built)?;
-        let elapsed = start.elapsed().as_secs_f64();
+        let (record, elapsed) = engine.timed_step(&mut self.built)?;
         let depth = self.built.penetration(|built, k| engine.state(built, k));
         if timed {
             self.times.push(elapsed);

@@ -7,6 +7,7 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 use std::fmt;
+use std::time::Instant;
 
 /// rapier's solver settings that decide how stiff its contacts are.
 ///
@@ -96,7 +97,9 @@ impl Simulation {
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
         let (kinetic_start, potential_start) = (kinetic(&self.world), potential(&self.world));
+        let start = Instant::now();
         self.world.step_with_events(&self.hooks, &());
+        self.rapier_seconds = start.elapsed().as_secs_f64();
         self.rapier_time += dt;
         let mut record = StepRecord {
             time: self.rapier_time,
@@ -119,6 +122,11 @@ impl Simulation {
             }
         }
         record
+    }
+
+    /// Wall time of rapier's last step by itself \[s\], without the record that is made of it.
+    pub fn rapier_seconds(&self) -> f64 {
+        self.rapier_seconds
     }
 
     /// Pose of a body's frame as rapier holds it.

@@ -126,6 +126,7 @@ pub struct Simulation {
     /// Bodies that stand still, for joints with the world.
     ground: Option<RigidBodyHandle>,
     pub(super) rapier_time: f64,
+    pub(super) rapier_seconds: f64,
     pub(super) hooks: SurfaceHooks,
 }
 
@@ -153,6 +154,7 @@ impl Simulation {
             })?,
             ground: None,
             rapier_time: 0.0,
+            rapier_seconds: 0.0,
             hooks: SurfaceHooks::default(),
         })
     }
