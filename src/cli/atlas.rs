@@ -1,5 +1,6 @@
+use super::Outcome;
 use super::atlas_table::{explanations, shares, table};
-use super::{Outcome, print_out, summary};
+use super::summary::{self, Say};
 use crate::experiment::{Atlas, Engine, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
 use clap::Args;
@@ -58,19 +59,14 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
         })).collect::<Vec<_>>(),
         "warnings": results.notes,
     });
-    let text = summary::write(&folder, summary::program("atlas"), more)?;
-    let target = folder.commit()?;
-    if args.json {
-        print_out(&text);
-    } else if !args.quiet {
-        let notes = results.notes.iter().map(|note| format!("note: {note}\n"));
-        let notes: String = notes.collect();
-        print_out(&format!(
-            "{}{notes}results.csv, {PICTURE} in {}\n",
-            table(&rows),
+    let say = Say::of(args.json, args.quiet);
+    summary::close(folder, summary::program("atlas"), more, say, |target| {
+        let (table, notes) = (table(&rows), summary::noted(&results.notes));
+        format!(
+            "{table}{notes}results.csv, {PICTURE} in {}\n",
             target.display()
-        ));
-    }
+        )
+    })?;
     let ours = broken.is_empty();
     Ok(if ours {
         Outcome::Done

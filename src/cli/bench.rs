@@ -1,6 +1,6 @@
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
-use super::{Flags, Outcome, engine, print_out, summary, tolerance};
+use super::{Flags, Outcome, engine, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::report::{CsvFile, OutputFolder, Performance, Progress, ReportError, Score};
@@ -111,18 +111,20 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
             })
             .collect::<Vec<_>>(),
     });
-    let text = summary::write(&folder, summary::program("bench"), more)?;
-    let target = folder.commit()?;
-    if flags.json {
-        print_out(&text);
-    } else if !flags.quiet {
-        let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
-        print_out(&format!(
-            "{}{notes}results.csv, performance-profile.csv, {PICTURE} in {}\n",
-            tables(&performance),
-            target.display()
-        ));
-    }
+    summary::close(
+        folder,
+        summary::program("bench"),
+        more,
+        flags.say(),
+        |target| {
+            format!(
+                "{}{}results.csv, performance-profile.csv, {PICTURE} in {}\n",
+                tables(&performance),
+                summary::noted(&notes),
+                target.display()
+            )
+        },
+    )?;
     Ok(Outcome::Done)
 }
 

@@ -1,7 +1,7 @@
 //! Throughput of scenes: how long a step takes, what it is spent on, and how good it is.
 
 use super::bench::BenchArgs;
-use super::{Outcome, print_out, summary};
+use super::{Outcome, summary};
 use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
 use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
 use serde_json::json;
@@ -95,18 +95,16 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
         "rows": rows.len(),
         "warnings": notes,
     });
-    let text = summary::write(&folder, summary::program("bench"), more)?;
-    let target = folder.commit()?;
-    if flags.json {
-        print_out(&text);
-    } else if !flags.quiet {
-        let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
-        print_out(&format!(
-            "{}{notes}results.csv in {}\n",
-            table(&rows),
-            target.display()
-        ));
-    }
+    summary::close(
+        folder,
+        summary::program("bench"),
+        more,
+        flags.say(),
+        |target| {
+            let (table, notes) = (table(&rows), summary::noted(&notes));
+            format!("{table}{notes}results.csv in {}\n", target.display())
+        },
+    )?;
     Ok(Outcome::Done)
 }
 

@@ -1,6 +1,6 @@
 use super::chart_table::table;
 use super::compare::{schemes, skipped};
-use super::{Flags, Outcome, engine, print_out, summary};
+use super::{Flags, Outcome, engine, summary};
 use crate::experiment::{
     ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear, wear_settings,
 };
@@ -63,6 +63,7 @@ fn soft(text: &str) -> Result<BaselineSettings, String> {
             contact_frequency,
             substeps,
             iterations,
+            recycling: false,
         }),
         _ => Err(wrong()),
     }
@@ -312,18 +313,10 @@ fn show(
     });
     let mut header = summary::program("chart");
     header["warnings"] = json!([]);
-    let text = summary::write(&folder, header, more)?;
-    let target = folder.commit()?;
-    if args.flags.json {
-        print_out(&text);
-    } else if !args.flags.quiet {
-        let mut out = table(&domination);
-        for note in &notes {
-            out.push_str(&format!("note: {note}\n"));
-        }
-        out.push_str(&files(&target, pictures.len()));
-        print_out(&out);
-    }
+    summary::close(folder, header, more, args.flags.say(), |target| {
+        let (table, notes) = (table(&domination), summary::noted(&notes));
+        format!("{table}{notes}{}", files(target, pictures.len()))
+    })?;
     Ok(Outcome::Done)
 }
 

@@ -1,5 +1,5 @@
 use super::compare_table::table;
-use super::{CompareArgs, Flags, Outcome, print_out, summary};
+use super::{CompareArgs, Flags, Outcome, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
     Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, work_precision,
@@ -47,18 +47,14 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         "pictures": pictures,
         "warnings": skipped.iter().chain(&results.notes).collect::<Vec<_>>(),
     });
-    let text = summary::write(&folder, summary::header("compare", &scene), more)?;
-    let target = folder.commit()?;
-    if args.common.flags.json {
-        print_out(&text);
-    } else if !args.common.flags.quiet {
+    let (head, say) = (summary::header("compare", &scene), args.common.flags.say());
+    summary::close(folder, head, more, say, |target| {
         let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
         let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&table(&rows, &columns, Engine::RapierStiff.name()));
-        for note in skipped.iter().chain(&results.notes) {
-            out.push_str(&format!("note: {note}\n"));
-        }
+        out.push_str(&summary::noted(&skipped));
+        out.push_str(&summary::noted(&results.notes));
         out.push_str(&format!(
             "results.csv{} in {}\n",
             pictures
@@ -67,8 +63,8 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
                 .collect::<String>(),
             target.display()
         ));
-        print_out(&out);
-    }
+        out
+    })?;
     Ok(Outcome::Done)
 }
 

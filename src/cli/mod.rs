@@ -177,6 +177,11 @@ fn engine(name: &str) -> Result<Engine, String> {
 }
 
 impl Flags {
+    /// What goes to the terminal.
+    fn say(&self) -> summary::Say {
+        summary::Say::of(self.json, self.quiet)
+    }
+
     /// The scene `name` with all flags applied; warnings about it go to standard error.
     fn load(&self, name: &str) -> Result<Scene, SceneError> {
         let mut flags = self.set.clone();

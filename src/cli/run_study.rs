@@ -1,4 +1,4 @@
-use super::{Outcome, RunArgs, print_out, summary};
+use super::{Outcome, RunArgs, summary};
 use crate::experiment::{RunError, StudyOutcome, WearHistory, run_study};
 use crate::report::{
     Align, CsvFile, OutputFolder, Progress, ReportError, Table, depth_per_cell, heights, number,
@@ -40,8 +40,8 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     );
     let base = scene.tooth.map_or(0.0, |t| t.base);
     write_wear(&folder, &outcome.history, &subtitle, base)?;
-    let text = summary::write(
-        &folder,
+    summary::close(
+        folder,
         summary::header("run", scene),
         json!({
             "reading": reading(study),
@@ -52,16 +52,16 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
             "totals": summary::totals(&outcome.totals),
             "warnings": summary::warnings(&outcome.totals),
         }),
+        args.common.flags.say(),
+        |target| {
+            let found = describe(study, &outcome);
+            let place = target.display();
+            format!(
+                "{}: {}\n\n{found}\nresults in {place}\n",
+                scene.name, scene.title
+            )
+        },
     )?;
-    let target = folder.commit()?;
-    if args.common.flags.json {
-        print_out(&text);
-    } else if !args.common.flags.quiet {
-        let mut out = format!("{}: {}\n\n", scene.name, scene.title);
-        out.push_str(&describe(study, &outcome));
-        out.push_str(&format!("\nresults in {}\n", target.display()));
-        print_out(&out);
-    }
     Ok(if outcome.totals.unsolved_islands > 0 {
         Outcome::Unsolved
     } else {

@@ -1,6 +1,6 @@
 use super::run_files::RunFiles;
 use super::run_study::{describe_life, life_json, write_wear};
-use super::{Outcome, RunArgs, print_out, summary};
+use super::{Outcome, RunArgs, summary};
 use crate::contact::Vec2;
 use crate::experiment::{PowerBudget, RunError, ThreshingOutcome, run_threshing};
 use crate::report::{
@@ -48,16 +48,20 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         p.operating_torque, p.speed
     );
     write_wear(&folder, &outcome.history, &subtitle, tooth.base)?;
-    let text = summary::write(&folder, summary::header("run", scene), details(p, &outcome))?;
-    let target = folder.commit()?;
-    if args.common.flags.json {
-        print_out(&text);
-    } else if !quiet {
-        let mut out = format!("{}: {}\n\n", scene.name, scene.title);
-        out.push_str(&describe(p, tooth, &outcome));
-        out.push_str(&format!("\nresults in {}\n", target.display()));
-        print_out(&out);
-    }
+    summary::close(
+        folder,
+        summary::header("run", scene),
+        details(p, &outcome),
+        args.common.flags.say(),
+        |target| {
+            let found = describe(p, tooth, &outcome);
+            let place = target.display();
+            format!(
+                "{}: {}\n\n{found}\nresults in {place}\n",
+                scene.name, scene.title
+            )
+        },
+    )?;
     Ok(if outcome.totals.unsolved_islands > 0 {
         Outcome::Unsolved
     } else {

@@ -1,15 +1,63 @@
 //! `summary.json`, and the lines of it that go to the terminal.
 
+use super::print_out;
 use crate::experiment::{Engine, Totals};
 use crate::report::{
     CsvFile, OutputFolder, ReportError, ResultRow, Row, number, quantity, read_rows,
 };
 use crate::scene::Scene;
 use serde_json::{Value, json};
+use std::path::Path;
 
 /// A float as JSON has it: NaN and the infinities as null.
 pub(super) fn float(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+/// What goes to the terminal.
+#[derive(Clone, Copy)]
+pub(super) enum Say {
+    Tables,
+    Summary,
+    Nothing,
+}
+
+impl Say {
+    /// `--json` before `--quiet`.
+    pub fn of(json: bool, quiet: bool) -> Say {
+        match (json, quiet) {
+            (true, _) => Say::Summary,
+            (false, true) => Say::Nothing,
+            (false, false) => Say::Tables,
+        }
+    }
+}
+
+/// Writes `summary.json`, puts the folder in its place, and tells what was found: `tables` is given
+/// that place.
+pub(super) fn close(
+    folder: OutputFolder,
+    head: Value,
+    more: Value,
+    say: Say,
+    tables: impl FnOnce(&Path) -> String,
+) -> Result<(), ReportError> {
+    let text = write(&folder, head, more)?;
+    let target = folder.commit()?;
+    match say {
+        Say::Summary => print_out(&text),
+        Say::Tables => print_out(&tables(&target)),
+        Say::Nothing => {}
+    }
+    Ok(())
+}
+
+/// Lines that say what else there is to know.
+pub(super) fn noted<N: AsRef<str>>(notes: &[N]) -> String {
+    let lines = notes
+        .iter()
+        .map(|note| format!("note: {}\n", note.as_ref()));
+    lines.collect()
 }
 
 /// Writes `results.csv` and reads it back: what is shown and drawn comes from the file.

@@ -19,7 +19,7 @@ pub(crate) struct Memory {
     pub stuck: Option<f64>,
     /// Whether it was a rebound: no load that goes on.
     pub rebounded: bool,
-    /// See [`Block::account`].
+    /// Of a joint: its share of what its island's joints have put in.
     pub account: Account,
 }
 
@@ -41,7 +41,8 @@ const AHEAD: usize = 4;
 
 impl Memories {
     pub fn get(&self, key: &ContactKey) -> Option<&Memory> {
-        let from = self.next.get();
+        // behind the last one a new round begins
+        let from = self.next.get() % self.entries.len().max(1);
         let ahead = self.entries.get(from..).unwrap_or(&[]).iter();
         let found = match ahead.take(AHEAD).position(|(k, _)| k == key) {
             Some(steps) => from + steps,

@@ -133,6 +133,7 @@ fn sweep() -> impl Iterator<Item = BaselineSettings> {
                     contact_frequency,
                     substeps,
                     iterations,
+                    recycling: false,
                 })
         })
     })

@@ -74,10 +74,15 @@ impl Throughput {
         for &engine in &self.engines {
             engine.fits(&work.scene)?;
             let mut built = work.scene.build()?;
-            engine.prepare(&mut built)?;
+            let mut setting = Setting::new(engine, &work.scene.step);
+            if let (Some(settings), Some(world)) = (&mut setting.baseline, built.simulation_mut()) {
+                // no gap is read: as it comes
+                settings.recycling = true;
+                world.set_baseline(settings);
+            }
             // what overlaps before the first step is no fault of a step
             built.penetration(|built, k| engine.state(built, k));
-            points.push(Point::new(Setting::new(engine, &work.scene.step), built));
+            points.push(Point::new(setting, built));
         }
         let all = work.settle + self.steps;
         for turn in (0..all).step_by(TURN) {

@@ -32,22 +32,27 @@ pub struct BaselineSettings {
     pub substeps: usize,
     /// Sweeps of projected Gauss-Seidel in a substep.
     pub iterations: usize,
+    /// Whether contacts of pairs that hardly move are kept from step to step, as rapier does by itself: faster,
+    /// but gaps that are read are then of an earlier step.
+    pub recycling: bool,
 }
 
 impl BaselineSettings {
     /// Natural frequency of a contact at a fixed body over that of one between moving bodies.
     pub const FIXED_RATIO: f64 = 2.0;
-    /// rapier as it comes.
+    /// rapier as it comes, but for [`BaselineSettings::recycling`].
     pub const DEFAULT: BaselineSettings = BaselineSettings {
         contact_frequency: 30.0,
         substeps: 4,
         iterations: 1,
+        recycling: false,
     };
     /// The stiff preset of all comparisons: never tuned to a scene.
     pub const STIFF: BaselineSettings = BaselineSettings {
         contact_frequency: 500.0,
         substeps: 40,
         iterations: 1,
+        recycling: false,
     };
 }
 
@@ -62,11 +67,12 @@ impl fmt::Display for BaselineSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} Hz, x{} at fixed bodies, {} substeps, {} PGS, recycling off",
+            "{} Hz, x{} at fixed bodies, {} substeps, {} PGS, recycling {}",
             self.contact_frequency,
             BaselineSettings::FIXED_RATIO,
             self.substeps,
-            self.iterations
+            self.iterations,
+            if self.recycling { "on" } else { "off" }
         )
     }
 }
@@ -75,8 +81,7 @@ impl Simulation {
     /// Applies rapier's solver settings to the world.
     pub fn set_baseline(&mut self, settings: &BaselineSettings) {
         let parameters = &mut self.world.integration_parameters;
-        // gaps are read after the step, so they must be of the step
-        parameters.contact_recycling = false;
+        parameters.contact_recycling = settings.recycling;
         let fixed = settings.contact_frequency * BaselineSettings::FIXED_RATIO;
         parameters.contact_softness.natural_frequency = settings.contact_frequency as Real;
         parameters.static_contact_softness.natural_frequency = fixed as Real;

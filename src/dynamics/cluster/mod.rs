@@ -269,6 +269,7 @@ impl Runner {
         let flow = &mut self.flow;
         flow.length = time;
         flow.clear_blocks();
+        self.trial.clear();
         for (end, (start, a)) in flow
             .end
             .iter_mut()
