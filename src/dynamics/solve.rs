@@ -3,6 +3,7 @@
 use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
 use super::joint_cap::cap_joints;
+use super::model::ContactKey;
 use super::outcome::redundant;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
@@ -10,7 +11,10 @@ use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
 use crate::contact::{ContactProblem, Law, NO_BODY, Vec2, Vec3, natural_map};
-use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+use crate::solver::{
+    Carried, CarriedState, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus,
+};
+use rustc_hash::FxHashMap;
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +69,14 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
+    /// What islands of the last step carry, by the key of their first block, and those of this one.
+    carried: FxHashMap<ContactKey, Carried>,
+    carried_next: FxHashMap<ContactKey, Carried>,
     pub clock: PhaseClock,
 }
+
+/// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
+const CARRIES: usize = 32;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
@@ -77,8 +87,38 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
+            carried: FxHashMap::default(),
+            carried_next: FxHashMap::default(),
             clock: PhaseClock::default(),
         }
+    }
+
+    /// Begins a step: what one that failed has left is not carried.
+    pub fn begin(&mut self) {
+        self.carried_next.clear();
+        if let Some(kept) = &mut self.kept {
+            kept.clear();
+        }
+    }
+
+    /// Ends a step: what its islands carry is for the next one.
+    pub fn carry_on(&mut self) {
+        self.carried = std::mem::take(&mut self.carried_next);
+    }
+
+    /// What islands carry, in the order of their keys.
+    pub fn carried_state(&self) -> Vec<(ContactKey, CarriedState)> {
+        let all = self.carried.iter();
+        let states = all.filter_map(|(key, carried)| Some((*key, carried.state()?)));
+        let mut states: Vec<_> = states.collect();
+        states.sort_by_key(|(key, _)| (key.pair, key.feature));
+        states
+    }
+
+    /// Goes on with what [`IslandSolver::carried_state`] gave.
+    pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
+        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
+        self.carried = states.iter().map(restored).collect();
     }
 
     /// Number of problems kept so far.
@@ -185,7 +225,7 @@ impl IslandSolver {
             .collect();
         let mut impulses = warm.clone();
         self.clock.lap(|t| &mut t.assembly);
-        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
+        let mut report = self.solve_on(stage, members, &problem, &mut impulses);
         let mut joints_capped = false;
         if rules.corrects_gaps() {
             let held = cap_joints(
@@ -265,6 +305,28 @@ impl IslandSolver {
         }
         self.clock.lap(|t| &mut t.solve);
         (outcome, kept)
+    }
+
+    /// Solves the problem of an island of a step with what it carried from the last one.
+    fn solve_on(
+        &mut self,
+        stage: &Stage,
+        members: &[u32],
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+    ) -> SolveReport {
+        if members.len() < CARRIES || !stage.whole {
+            return self.solver.solve(problem, impulses, self.tolerance);
+        }
+        let key = stage.key(members[0] as usize);
+        let earlier = self.carried_next.remove(&key);
+        let earlier = earlier.or_else(|| self.carried.remove(&key));
+        let mut carried = earlier.unwrap_or_default();
+        let report = (self.solver).solve_on(problem, impulses, self.tolerance, &mut carried);
+        if !carried.is_empty() {
+            self.carried_next.insert(key, carried);
+        }
+        report
     }
 
     /// Lets the contacts of a problem that has no solution give way, as of a body between two

@@ -67,6 +67,8 @@ pub(super) enum Source {
 #[derive(Default)]
 pub(super) struct Stage {
     pub length: f64,
+    /// Whether it is a whole step of all bodies.
+    pub whole: bool,
     pub standing: Standing,
     pub start: Vec<Vec3>,
     pub forces: Vec<Vec3>,
@@ -377,6 +379,14 @@ impl Stage {
             let block = &mut self.blocks[i as usize];
             block.given = given;
             block.free += given;
+        }
+    }
+
+    /// What tells a block from step to step.
+    pub fn key(&self, block: usize) -> ContactKey {
+        match self.blocks[block].source {
+            Source::Contact(index) => self.detection.contacts[index].key,
+            Source::Joint(index) => self.detection.joints[index].key,
         }
     }
 

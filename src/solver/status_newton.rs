@@ -1,6 +1,8 @@
 use super::best::Best;
+use super::carried::{Carried, Newton};
 use super::response::Response;
 use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
+use serde::{Deserialize, Serialize};
 
 /// Newton's method on the natural map, by the status of every block.
 ///
@@ -27,7 +29,13 @@ pub(super) struct StatusNewton {
     proximal: f64,
     /// All status vectors met, one after the other.
     history: Vec<Status>,
+    /// What the factors last made are of, and the count of factorisations then.
+    statuses: Vec<Status>,
+    made: usize,
 }
+
+/// Chord steps tried with factors of another problem.
+const CHORDS: usize = 4;
 
 /// First weight of the proximal term: a smaller one loses digits in the stiff system.
 const PROXIMAL: f64 = 1e-6;
@@ -38,7 +46,7 @@ const LIGHTER: f64 = 1e-2;
 const LIGHTEST: f64 = 0.9e-10;
 
 /// Which rows of a block are active.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Status {
     /// No impulse.
     Open,
@@ -126,24 +134,20 @@ impl StatusNewton {
                     return step;
                 }
                 step += 1;
+                self.statuses.clear();
                 if !response.factorise(problem, &self.gains) {
                     return step;
                 }
+                if self.proximal == PROXIMAL {
+                    self.statuses
+                        .extend_from_slice(&self.history[self.history.len() - n..]);
+                    self.made = response.count();
+                }
                 changed_before = changed;
             }
-            self.targets.clear();
-            self.targets
-                .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
+            self.aim();
             response.solve(problem, &self.targets);
-            for i in 0..n {
-                self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
-            }
-            self.inside.clear();
-            self.inside
-                .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
-            let residual = judge.natural_map(problem, &self.inside);
-            let merit = residual.merit();
-            best.offer(&self.inside, residual);
+            let merit = self.land(problem, judge, response, best);
             if best.solved() || merit.is_nan() {
                 return step;
             }
@@ -157,6 +161,79 @@ impl StatusNewton {
             }
             merit_before = merit;
         }
+    }
+
+    /// Chord steps from `start` with the factors of `newton`, a few as long as the statuses are its
+    /// own and each leaves a tenth of the residual; every iterate is offered to `best`.
+    pub fn chord(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &mut Judge,
+        response: &mut Response,
+        start: &[Vec2],
+        newton: &mut Newton,
+        best: &mut Best,
+    ) {
+        self.current.clear();
+        self.current.extend_from_slice(start);
+        self.proximal = PROXIMAL;
+        let mut merit_before = f64::INFINITY;
+        for _ in 0..CHORDS {
+            self.history.clear();
+            response.start(problem, &self.current);
+            self.linearise(problem, judge, response, None);
+            if self.history != newton.statuses {
+                return;
+            }
+            self.aim();
+            response.solve_with(&mut newton.factored, &self.targets);
+            let merit = self.land(problem, judge, response, best);
+            if best.solved() || merit.is_nan() || merit > SLOW * merit_before {
+                return;
+            }
+            merit_before = merit;
+        }
+    }
+
+    /// Puts the factors last made into `carried`; empties it if they are no longer there, or of no
+    /// use to another problem.
+    pub fn hand_over(&mut self, response: &mut Response, carried: &mut Carried) {
+        if self.statuses.is_empty() || self.made != response.count() {
+            *carried = Carried::default();
+            return;
+        }
+        let newton = carried.0.get_or_insert_default();
+        response.exchange(&mut newton.factored);
+        newton.factored.gains.clone_from(&self.gains);
+        std::mem::swap(&mut newton.statuses, &mut self.statuses);
+        self.statuses.clear();
+    }
+
+    /// `r + g` of (1).
+    fn aim(&mut self) {
+        self.targets.clear();
+        self.targets
+            .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
+    }
+
+    /// Takes the solution of (1), and offers it as it lies in the laws' sets; what the judge says
+    /// of it.
+    fn land(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &mut Judge,
+        response: &Response,
+        best: &mut Best,
+    ) -> f64 {
+        self.inside.clear();
+        for (i, law) in problem.laws.iter().enumerate() {
+            let p = self.targets[i] - self.gains[i] * response.change(i);
+            self.current[i] = p;
+            self.inside.push(inside(p, law));
+        }
+        let residual = judge.natural_map(problem, &self.inside);
+        best.offer(&self.inside, residual);
+        residual.merit()
     }
 
     /// Statuses, gains and offsets of (1) at the current impulses.
