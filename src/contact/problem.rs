@@ -44,7 +44,7 @@ impl Law {
 /// One frictional contact problem: find `P` with equations (1) and (2) of [`crate::contact`].
 ///
 /// A plain value: it knows no engine, can be stored, and any solver can take it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactProblem {
     /// Delassus operator `G` [1/kg], n blocks by n blocks.
     pub operator: Delassus,

@@ -72,7 +72,17 @@ pub(super) struct IslandSolver {
     /// What islands of the last step carry, by the key of their first block, and those of this one.
     carried: FxHashMap<ContactKey, Carried>,
     carried_next: FxHashMap<ContactKey, Carried>,
+    work: Work,
     pub clock: PhaseClock,
+}
+
+/// What the solve of an island fills, kept for the next one.
+#[derive(Default)]
+struct Work {
+    problem: ContactProblem,
+    warm: Vec<Vec2>,
+    impulses: Vec<Vec2>,
+    blocks: Vec<CapBlock>,
 }
 
 /// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
@@ -89,6 +99,7 @@ impl IslandSolver {
             kept: None,
             carried: FxHashMap::default(),
             carried_next: FxHashMap::default(),
+            work: Work::default(),
             clock: PhaseClock::default(),
         }
     }
@@ -140,7 +151,7 @@ impl IslandSolver {
         if stage.standing.dominance.is_empty() {
             let mut part = Part::near(stage, &self.islands);
             while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
-            for (outcome, kept) in part.solved.into_iter().flatten() {
+            for (outcome, kept) in part.into_solved() {
                 self.outcomes.push(outcome);
                 if let Some(all) = &mut self.kept {
                     all.extend(kept);
@@ -196,12 +207,12 @@ impl IslandSolver {
                 Begin::Stands => continue,
                 Begin::Anew(spent) => spent,
             };
-            let first = members[0] as usize;
+            let first = members[0];
             let (mut outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
             for earlier in spent {
                 outcome.report = outcome.report.after(&earlier);
             }
-            part.solved[first] = Some((outcome, kept));
+            part.keep(first, outcome, kept);
         }
         if taken.len() == stage.blocks.len() {
             return true;
@@ -218,12 +229,16 @@ impl IslandSolver {
         rules: &Rules,
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = &self.islands.blocks(k).to_vec();
-        let mut problem = stage.island_problem(members, inverse_mass);
-        let warm: Vec<Vec2> = members
-            .iter()
-            .map(|&i| stage.impulses[i as usize])
-            .collect();
-        let mut impulses = warm.clone();
+        let Work {
+            mut problem,
+            mut warm,
+            mut impulses,
+            mut blocks,
+        } = std::mem::take(&mut self.work);
+        stage.island_problem(members, inverse_mass, &mut problem);
+        warm.clear();
+        warm.extend(members.iter().map(|&i| stage.impulses[i as usize]));
+        impulses.clone_from(&warm);
         self.clock.lap(|t| &mut t.assembly);
         let mut report = self.solve_on(stage, members, &problem, &mut impulses);
         let mut joints_capped = false;
@@ -245,10 +260,12 @@ impl IslandSolver {
             impulses: impulses.clone(),
             report,
         });
-        let mut blocks: Vec<CapBlock> = members
-            .iter()
-            .map(|&i| cap_block(&stage.blocks[i as usize], stage.gamma_free(i as usize)))
-            .collect();
+        blocks.clear();
+        blocks.extend(
+            members
+                .iter()
+                .map(|&i| cap_block(&stage.blocks[i as usize])),
+        );
         let mut outcome = IslandOutcome {
             report,
             capped: false,
@@ -260,10 +277,9 @@ impl IslandSolver {
         let staggered = rules.scheme == Scheme::Staggered;
         if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
-            let mut relaxed = warm;
-            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
+            let again = self.solver.solve(&problem, &mut warm, self.tolerance);
             if again.residual.velocity < report.residual.velocity {
-                impulses = relaxed;
+                impulses.copy_from_slice(&warm);
                 outcome.report = again.after(&report);
                 outcome.relaxed = true;
             } else {
@@ -303,6 +319,12 @@ impl IslandSolver {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = resolution;
         }
+        self.work = Work {
+            problem,
+            warm,
+            impulses,
+            blocks,
+        };
         self.clock.lap(|t| &mut t.solve);
         (outcome, kept)
     }
@@ -394,10 +416,10 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
     }
 }
 
-fn cap_block(block: &Block, gamma_free: Vec2) -> CapBlock {
+fn cap_block(block: &Block) -> CapBlock {
     CapBlock {
         gamma_a: block.gamma_a,
-        free: block.free - gamma_free,
+        free: block.free - block.gamma_f,
         rigid: is_rigid(&block.law),
         held: block.held,
         impact: block.impact,

@@ -198,8 +198,7 @@ impl Response {
             };
             for side in 0..2 {
                 if rows.bodies[side] != NO_BODY {
-                    factor
-                        .add_diagonal(rows.bodies[side] as usize, &block(side, side));
+                    factor.add_diagonal(rows.bodies[side] as usize, &block(side, side));
                 }
             }
             if let Some(place) = place {
