@@ -148,8 +148,13 @@ fn record_contact(
 /// against each other: their shares are then not unique. A cheap test, which can miss self-stress
 /// that takes more bodies to see; [`crate::solver::Uniqueness`] does not.
 ///
-/// Closed is what the velocity says, `|ξ| ≤ resolution`, not which rows a solver chose to load.
-pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution: f64) -> bool {
+/// Closed is what the `velocities` `G P + b` say, `|ξ| ≤ resolution`, not which rows a solver chose to load.
+pub(super) fn redundant(
+    problem: &ContactProblem,
+    impulses: &[Vec2],
+    velocities: &[Vec2],
+    resolution: f64,
+) -> bool {
     let Delassus::Bodies(op) = &problem.operator else {
         return false;
     };
@@ -157,11 +162,10 @@ pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution:
         Some(w) => w.iter().filter(|x| **x > 0.0).count(),
         None => 0,
     };
-    let state = problem.operator.start(impulses);
     // rows of the island, and of the pair of bodies that the last blocks join
     let (mut rows, mut pair, mut of_pair) = (0, [NO_BODY; 2], 0);
     for (i, (law, p)) in problem.laws.iter().zip(impulses).enumerate() {
-        let mut xi = problem.operator.read(i, &state) + problem.free[i];
+        let mut xi = velocities[i];
         xi.x += law.compliance() * p.x;
         let closed = match *law {
             Law::Contact {

@@ -58,14 +58,21 @@ impl Part {
                 taken[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
-        Part {
+        let mut part = Part {
             round: 0,
             solved: BTreeMap::new(),
-            added: vec![false; count],
-            asked: stage.blocks.iter().map(|b| (b.free, b.account)).collect(),
-            loose: stage.loose.clone(),
+            added: Vec::new(),
+            asked: Vec::new(),
+            loose: Vec::new(),
             taken,
+        };
+        if part.taken.contains(&false) {
+            part.added.resize(count, false);
+            let asked = stage.blocks.iter().map(|b| (b.free, b.account));
+            part.asked.extend(asked);
+            part.loose.clone_from(&stage.loose);
         }
+        part
     }
 
     /// Readies an island for its solve, unless it stands as it was solved.

@@ -82,6 +82,8 @@ struct Work {
     problem: ContactProblem,
     warm: Vec<Vec2>,
     impulses: Vec<Vec2>,
+    /// `G P + b`.
+    velocities: Vec<Vec2>,
     blocks: Vec<CapBlock>,
 }
 
@@ -233,6 +235,7 @@ impl IslandSolver {
             mut problem,
             mut warm,
             mut impulses,
+            mut velocities,
             mut blocks,
         } = std::mem::take(&mut self.work);
         stage.island_problem(members, inverse_mass, &mut problem);
@@ -274,6 +277,7 @@ impl IslandSolver {
             redundant: false,
             gain: 0.0,
         };
+        let mut known = false;
         let staggered = rules.scheme == Scheme::Staggered;
         if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
@@ -291,23 +295,28 @@ impl IslandSolver {
             }
         } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
+            problem.velocities(&impulses, &mut velocities);
             let capped = cap(
                 solver,
                 &problem,
                 &blocks,
-                &mut impulses,
+                (&mut impulses, &velocities),
                 report,
                 self.tolerance,
             );
             outcome.report = capped.report;
             outcome.capped = capped.capped;
+            known = !capped.capped;
+        }
+        if !known {
+            problem.velocities(&impulses, &mut velocities);
         }
         if blocks.iter().any(|b| b.impact) {
-            outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
+            outcome.gain = work(&blocks, &impulses, &velocities).max(0.0);
         }
         let residual = &outcome.report.residual;
         let resolution = 10.0 * (self.tolerance * residual.velocity_scale).max(residual.velocity);
-        outcome.redundant = redundant(&problem, &impulses, resolution);
+        outcome.redundant = redundant(&problem, &impulses, &velocities, resolution);
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
             let (changed, work) = self.sharing.least(&problem, &mut impulses, self.tolerance);
             outcome.report.factorisations += work;
@@ -323,6 +332,7 @@ impl IslandSolver {
             problem,
             warm,
             impulses,
+            velocities,
             blocks,
         };
         self.clock.lap(|t| &mut t.solve);

@@ -497,18 +497,24 @@ pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
 
 /// `rows` without the sides that move on their own: they join no islands and take no impulse.
 pub(super) fn movable(rows: &Rows, inverse_mass: &[Vec3]) -> Rows {
-    let mut rows = *rows;
-    for body in &mut rows.bodies {
-        if *body != NO_BODY && inverse_mass[*body as usize] == Vec3::zeros() {
-            *body = NO_BODY;
-        }
+    Rows {
+        bodies: movable_sides(rows, inverse_mass),
+        jacobian: rows.jacobian,
     }
-    rows
+}
+
+/// The bodies of [`movable`].
+pub(super) fn movable_sides(rows: &Rows, inverse_mass: &[Vec3]) -> [u32; 2] {
+    rows.bodies
+        .map(|body| match inverse_mass.get(body as usize) {
+            Some(w) if *w != Vec3::zeros() => body,
+            _ => NO_BODY,
+        })
 }
 
 /// Whether something movable is on `rows`, and all that is movable is among `members`.
 pub(super) fn belongs(rows: &Rows, members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
-    let sides = movable(rows, inverse_mass).bodies;
+    let sides = movable_sides(rows, inverse_mass);
     let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
     real.peek().is_some() && real.all(|b| members.is_none_or(|m| m[*b as usize]))
 }

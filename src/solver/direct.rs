@@ -87,15 +87,15 @@ impl ImpulseSolver for Direct {
             return report;
         }
         self.best.start(impulses, residual, tolerance);
-        self.response.prepare(problem);
-        let warm = impulses.iter().any(|p| *p != Vec2::zeros());
         if let Some(newton) = carried.of(problem) {
-            let (judge, response) = (&mut self.judge, &mut self.response);
-            (self.newton).chord(problem, judge, response, impulses, newton, &mut self.best);
+            let (judge, best) = (&mut self.judge, &mut self.best);
+            self.newton.chord(problem, judge, impulses, newton, best);
             if self.best.solved() {
                 return self.found(impulses, report);
             }
         }
+        self.response.prepare(problem);
+        let warm = impulses.iter().any(|p| *p != Vec2::zeros());
         if warm && residual.merit() * problem.len() as f64 <= FAR {
             self.polish(problem, impulses, WARM_STEPS, &mut report);
         }

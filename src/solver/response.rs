@@ -27,6 +27,8 @@ pub(super) struct Response {
     factored: Factored,
     /// Factorisations so far.
     count: usize,
+    /// `M^−½` of every body.
+    roots: Vec<Vec3>,
     pairs: Vec<(u32, u32)>,
     /// Where the coupling of each block lies in the factor.
     places: Vec<Option<Place>>,
@@ -45,6 +47,38 @@ pub(super) struct Factored {
     /// `A` \[kg\], one a block, as far as its user keeps them.
     pub gains: Vec<Mat2>,
     factor: BlockLdu<3>,
+}
+
+impl Factored {
+    /// Solves (1) of another problem, which is nearly the factorised one: nearly.
+    ///
+    /// `velocities` is its `v`, not scaled; `change` becomes its `dv`, not scaled.
+    pub fn solve(
+        &mut self,
+        op: &BodyOperator,
+        velocities: &[Vec3],
+        targets: &[Vec2],
+        change: &mut Vec<Vec3>,
+    ) {
+        change.clear();
+        change.resize(velocities.len(), Vec3::zeros());
+        for (rows, &p) in op.rows.iter().zip(targets) {
+            if p != Vec2::zeros() {
+                push(rows, p, change);
+            }
+        }
+        for ((x, v), w) in change.iter_mut().zip(velocities).zip(&op.inverse_mass) {
+            let scaled = |k: usize| match w[k].sqrt() {
+                0.0 => 0.0,
+                root => root * x[k] - v[k] / root,
+            };
+            *x = Vec3::new(scaled(0), scaled(1), scaled(2));
+        }
+        self.factor.solve(change);
+        for (x, w) in change.iter_mut().zip(&op.inverse_mass) {
+            *x = x.zip_map(w, |x, w| w.sqrt() * x);
+        }
+    }
 }
 
 /// The part of an explicit operator.
@@ -67,7 +101,11 @@ impl Response {
         self.ready = false;
         if let Delassus::Bodies(op) = &problem.operator {
             own.bodies = op.inverse_mass.len();
-            own.rows.extend(op.rows.iter().map(|r| scaled(r, op)));
+            self.roots.clear();
+            let roots = op.inverse_mass.iter().map(|w| w.map(f64::sqrt));
+            self.roots.extend(roots);
+            own.rows
+                .extend(op.rows.iter().map(|r| scaled(r, &self.roots)));
         }
     }
 
@@ -217,27 +255,15 @@ impl Response {
         factor.factorise()
     }
 
-    /// Solves (1) for `targets = r + g` [N s] of a problem over bodies with the factors of another:
-    /// nearly, if they are nearly the same.
-    pub fn solve_with(&mut self, other: &mut Factored, targets: &[Vec2]) {
-        self.load(targets);
-        other.factor.solve(&mut self.change);
-    }
-
-    /// `Jᵀ (r + g) − M v`.
-    fn load(&mut self, targets: &[Vec2]) {
-        self.change.clear();
-        self.change.extend(self.velocity.iter().map(|v| -v));
-        for (rows, &p) in self.factored.rows.iter().zip(targets) {
-            push(rows, p, &mut self.change);
-        }
-    }
-
     /// Solves (1) for `targets = r + g` [N s].
     pub fn solve(&mut self, problem: &ContactProblem, targets: &[Vec2]) {
         match &problem.operator {
             Delassus::Bodies(_) => {
-                self.load(targets);
+                self.change.clear();
+                self.change.extend(self.velocity.iter().map(|v| -v));
+                for (rows, &p) in self.factored.rows.iter().zip(targets) {
+                    push(rows, p, &mut self.change);
+                }
                 self.factored.factor.solve(&mut self.change);
             }
             Delassus::Blocks(matrix) => {
@@ -312,12 +338,11 @@ fn coupled(rows: &Rows) -> Option<(u32, u32)> {
     (a != NO_BODY && b != NO_BODY && a != b).then_some((a.min(b), a.max(b)))
 }
 
-fn scaled(rows: &Rows, op: &BodyOperator) -> Rows {
+fn scaled(rows: &Rows, roots: &[Vec3]) -> Rows {
     let mut rows = *rows;
     for (side, &body) in rows.jacobian.iter_mut().zip(&rows.bodies) {
         if body != NO_BODY {
-            let root = op.inverse_mass[body as usize].map(f64::sqrt);
-            *side = side.map(|row| row.component_mul(&root));
+            *side = side.map(|row| row.component_mul(&roots[body as usize]));
         }
     }
     rows

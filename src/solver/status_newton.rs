@@ -1,7 +1,7 @@
 use super::best::Best;
 use super::carried::{Carried, Newton};
 use super::response::Response;
-use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
+use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, project_onto_cone};
 use serde::{Deserialize, Serialize};
 
 /// Newton's method on the natural map, by the status of every block.
@@ -26,6 +26,8 @@ pub(super) struct StatusNewton {
     gains: Vec<Mat2>,
     offsets: Vec<Vec2>,
     targets: Vec<Vec2>,
+    /// Of the bodies, in a chord step.
+    change: Vec<Vec3>,
     proximal: f64,
     /// All status vectors met, one after the other.
     history: Vec<Status>,
@@ -117,7 +119,8 @@ impl StatusNewton {
         loop {
             response.start(problem, &self.current);
             let guess = guess.filter(|_| step == 0);
-            self.linearise(problem, judge, response, guess);
+            let velocity = |i: usize| response.velocity(i) + problem.free[i];
+            self.linearise(problem, judge, velocity, guess);
             let (seen, now) = self.history.split_at(self.history.len() - n);
             let changed = match seen.chunks_exact(n).next_back() {
                 Some(last) => last.iter().zip(now).filter(|(a, b)| a != b).count(),
@@ -147,7 +150,15 @@ impl StatusNewton {
             }
             self.aim();
             response.solve(problem, &self.targets);
-            let merit = self.land(problem, judge, response, best);
+            for i in 0..n {
+                self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
+            }
+            self.inside.clear();
+            self.inside
+                .extend((self.current.iter().zip(&problem.laws)).map(|(&p, l)| inside(p, l)));
+            let residual = judge.natural_map(problem, &self.inside);
+            let merit = residual.merit();
+            best.offer(&self.inside, residual);
             if best.solved() || merit.is_nan() {
                 return step;
             }
@@ -163,31 +174,40 @@ impl StatusNewton {
         }
     }
 
-    /// Chord steps from `start` with the factors of `newton`, a few as long as the statuses are its
-    /// own and each leaves a tenth of the residual; every iterate is offered to `best`.
+    /// Chord steps with the factors of `newton` from the impulses that the judge saw last, a few
+    /// as long as the statuses are its own and each leaves a tenth of the residual; every iterate
+    /// is offered to `best`.
     pub fn chord(
         &mut self,
         problem: &ContactProblem,
         judge: &mut Judge,
-        response: &mut Response,
         start: &[Vec2],
         newton: &mut Newton,
         best: &mut Best,
     ) {
+        let Delassus::Bodies(op) = &problem.operator else {
+            return;
+        };
         self.current.clear();
         self.current.extend_from_slice(start);
         self.proximal = PROXIMAL;
         let mut merit_before = f64::INFINITY;
         for _ in 0..CHORDS {
             self.history.clear();
-            response.start(problem, &self.current);
-            self.linearise(problem, judge, response, None);
+            self.linearise(problem, judge, |i| judge.velocities()[i], None);
             if self.history != newton.statuses {
                 return;
             }
             self.aim();
-            response.solve_with(&mut newton.factored, &self.targets);
-            let merit = self.land(problem, judge, response, best);
+            let (targets, change) = (&self.targets, &mut self.change);
+            (newton.factored).solve(op, judge.bodies(), targets, change);
+            for (i, law) in problem.laws.iter().enumerate() {
+                let p = self.targets[i] - self.gains[i] * op.rows[i].velocity(&self.change);
+                self.current[i] = inside(p, law);
+            }
+            let residual = judge.natural_map(problem, &self.current);
+            let merit = residual.merit();
+            best.offer(&self.current, residual);
             if best.solved() || merit.is_nan() || merit > SLOW * merit_before {
                 return;
             }
@@ -216,39 +236,19 @@ impl StatusNewton {
             .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
     }
 
-    /// Takes the solution of (1), and offers it as it lies in the laws' sets; what the judge says
-    /// of it.
-    fn land(
-        &mut self,
-        problem: &ContactProblem,
-        judge: &mut Judge,
-        response: &Response,
-        best: &mut Best,
-    ) -> f64 {
-        self.inside.clear();
-        for (i, law) in problem.laws.iter().enumerate() {
-            let p = self.targets[i] - self.gains[i] * response.change(i);
-            self.current[i] = p;
-            self.inside.push(inside(p, law));
-        }
-        let residual = judge.natural_map(problem, &self.inside);
-        best.offer(&self.inside, residual);
-        residual.merit()
-    }
-
-    /// Statuses, gains and offsets of (1) at the current impulses.
+    /// Statuses, gains and offsets of (1) at the current impulses, of which `velocity` is `G P + b`.
     fn linearise(
         &mut self,
         problem: &ContactProblem,
         judge: &Judge,
-        response: &Response,
+        velocity: impl Fn(usize) -> Vec2,
         guess: Option<&[Status]>,
     ) {
         self.gains.clear();
         self.offsets.clear();
         for (i, law) in problem.laws.iter().enumerate() {
             let (p, compliance) = (self.current[i], law.compliance());
-            let mut xi = response.velocity(i) + problem.free[i];
+            let mut xi = velocity(i);
             xi.x += compliance * p.x;
             let two = law.rows() == 2;
             let half = half(law, judge, i);
