@@ -257,10 +257,6 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["slidng-block"][..], "did you mean `sliding-block`"),
         (&["tower", "nowhere.toml"], "nowhere.toml"),
         (&["tower", "tower"], "named twice"),
-        (
-            &["tower", "--engine", "box2d"],
-            "no cargo feature brings it yet",
-        ),
         (&["tower", "--engine", "rapir"], "did you mean rapier?"),
         (
             &["tower", "--engine", "moreau", "--soft", "30,4,1"],

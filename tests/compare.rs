@@ -63,7 +63,9 @@ fn every_point_is_in_the_table_once_with_time_and_spread() {
         "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,value,unit,\
          reference,seconds_per_simulated_second,spread,verdict,mode"
     );
-    let rows = compared.rows();
+    let mut rows = compared.rows();
+    // counted in its own test, where it is built in
+    rows.retain(|r| r.engine != "box2d");
     let ladder: BTreeSet<u64> = [30.0, 60.0, 125.0, 250.0, 500.0, 1000.0]
         .map(|n: f64| n.recip().to_bits())
         .into();
