@@ -78,7 +78,7 @@
 //! [`Throughput`] times the steps of [`Workload`]s: each engine has its own copy of the world, and
 //! they take turns of ten steps. Beside the time of a step stand what it went into
 //! ([`crate::dynamics::Phases`]) and what it is worth: penetration, residual, unsolved islands. An
-//! engine's `contacts` are those that it counts itself: rapier's have an impulse or overlap, ours
+//! engine's `contacts` are those that it counts itself: a peer's have an impulse or overlap, ours
 //! are all that close within the step. [`growth`] is the power of the number of contacts with
 //! which the time grows through the sizes of a scene; 1 is proportional.
 //!
