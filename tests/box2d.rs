@@ -383,6 +383,23 @@ fn a_comparison_leaves_out_what_box2d_has_not() {
     }
 }
 
+/// A box that trips over the seams of a plain polyline gets normals from Box2D that are no unit
+/// vectors: its contacts cannot be read, and the run goes on.
+#[test]
+fn contacts_that_cannot_be_read_do_not_end_a_run() {
+    let place = Place::new();
+    let (code, out, err) = place.run(&["atlas", "ghost-edges", "--quick", "--out", "r"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(!out.contains("stopped"), "{out}");
+    let rows: Vec<ResultRow> = read_rows(&place.path("r/results.csv")).unwrap();
+    let rung = |r: &&ResultRow| r.rung == "plain box, 400" && r.engine == "box2d";
+    let found: Vec<&str> = rows.iter().filter(rung).map(|r| r.mode.as_str()).collect();
+    assert!(
+        !found.is_empty() && found.iter().all(|mode| *mode == "trips"),
+        "{found:?}"
+    );
+}
+
 const PRESET: &str = "30 Hz up to 1/8 of the substeps' rate, x2 at fixed bodies, 4 substeps, \
                       recycling on";
 
