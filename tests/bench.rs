@@ -288,7 +288,6 @@ fn what_cannot_be_measured_is_said() {
         ("bench towr", &["unknown scene", "`tower`"][..]),
         ("bench thresher", &["wear scene"]),
         ("bench woodpecker", &["--engine rapier", "only moreau"]),
-        ("bench tower --against box2d", &["box2d", "feature"]),
         ("bench tower --against rapir", &["rapir"]),
         ("bench tower --time 3", &["--time", "--steps"]),
         ("bench --solvers --dt 0.1", &["nothing is stepped"]),

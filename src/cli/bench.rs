@@ -1,6 +1,6 @@
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
-use super::{Flags, Outcome, engine, summary, tolerance};
+use super::{Flags, Outcome, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::report::{CsvFile, OutputFolder, Performance, Progress, ReportError, Score};
@@ -19,9 +19,10 @@ pub(super) struct BenchArgs {
     pub scenes: Vec<String>,
     #[command(flatten)]
     pub flags: Flags,
-    /// Who else steps every scene: rapier, rapier-stiff, or both with a comma between.
+    /// Who else steps every scene: rapier, rapier-stiff, and box2d where it is built in, with commas
+    /// between.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "rapier",
-          value_parser = engine, conflicts_with = "solvers")]
+          value_parser = Engine::named, conflicts_with = "solvers")]
     pub against: Vec<Engine>,
     /// Steps before any is timed [default: 60, of the drum 1000; quick: 5].
     #[arg(long, value_name = "N", conflicts_with = "solvers")]

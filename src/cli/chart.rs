@@ -1,10 +1,11 @@
 use super::chart_table::table;
 use super::compare::{schemes, skipped};
-use super::{Flags, Outcome, engine, summary};
+use super::{Flags, Outcome, summary};
 use crate::experiment::{
-    ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear, wear_settings,
+    Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear,
+    wear_settings,
 };
-use crate::rapier::BaselineSettings;
+use crate::rapier::{BaselineSettings, Box2dSettings};
 use crate::report::{
     CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, Row, panels, read_rows,
     shared, work_precision,
@@ -32,51 +33,84 @@ pub(super) struct ChartArgs {
     /// Runs of each point, interleaved; times are medians [default: 3, quick: 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: Option<u32>,
-    /// A single point of each scene: moreau, rapier or rapier-stiff, at the step, scheme, solver
-    /// and tolerance of the other flags.
-    #[arg(long, value_name = "NAME", value_parser = engine)]
+    /// A single point of each scene: moreau, rapier, rapier-stiff, or box2d where it is built in,
+    /// at the step, scheme, solver and tolerance of the other flags.
+    #[arg(long, value_name = "NAME", value_parser = Engine::named)]
     engine: Option<Engine>,
-    /// The point's settings of rapier, in place of the engine's preset.
-    #[arg(long, value_name = "HZ,SUBSTEPS,PGS", requires = "engine", value_parser = soft)]
-    soft: Option<BaselineSettings>,
+    /// The peer's settings at the point, in place of its preset; box2d takes no PGS.
+    #[arg(long, value_name = "HZ,SUBSTEPS,PGS", requires = "engine")]
+    soft: Option<String>,
     /// Draw again what results.csv of an earlier chart holds, and run nothing.
     #[arg(long, value_name = "FILE",
           conflicts_with_all = ["scenes", "quick", "repeats", "engine"])]
     from: Option<PathBuf>,
 }
 
-/// `--soft`: frequency \[Hz\], substeps, sweeps.
-fn soft(text: &str) -> Result<BaselineSettings, String> {
-    let parts: Vec<&str> = text.split(',').collect();
-    let wrong = || "must be HZ,SUBSTEPS,PGS such as 500,40,1, each above 0".to_owned();
-    let [frequency, substeps, iterations] = parts[..] else {
-        return Err(wrong());
+/// `--soft`: frequency \[Hz\], substeps, and of rapier sweeps; those of the engine where it is not
+/// given.
+fn soft(args: &ChartArgs, engine: Engine) -> Result<Option<Baseline>, RunError> {
+    let (Some(text), Some(preset)) = (&args.soft, engine.baseline()) else {
+        return match &args.soft {
+            None => Ok(engine.baseline()),
+            Some(_) => Err(RunError::Unfit(
+                "--soft: a peer's settings, has no effect with --engine moreau".to_owned(),
+            )),
+        };
     };
-    let count = |text: &str| -> Option<usize> { text.parse().ok().filter(|n| *n > 0) };
-    let frequency: Option<f64> = frequency.parse().ok();
-    match (
-        frequency.filter(|f| *f > 0.0 && f.is_finite()),
-        count(substeps),
-        count(iterations),
-    ) {
-        (Some(contact_frequency), Some(substeps), Some(iterations)) => Ok(BaselineSettings {
-            contact_frequency,
-            substeps,
-            iterations,
-            recycling: false,
-        }),
-        _ => Err(wrong()),
-    }
+    let parts: Vec<&str> = text.split(',').collect();
+    let (found, form) = match preset {
+        Baseline::Rapier(_) => (
+            rapier_settings(&parts).map(Baseline::Rapier),
+            "HZ,SUBSTEPS,PGS such as 500,40,1",
+        ),
+        Baseline::Box2d(_) => (
+            box2d_settings(&parts).map(Baseline::Box2d),
+            "HZ,SUBSTEPS such as 120,40",
+        ),
+    };
+    let wrong = || {
+        let engine = engine.name();
+        RunError::Unfit(format!(
+            "--soft {text}: of --engine {engine} must be {form}, each above 0"
+        ))
+    };
+    found.map(Some).ok_or_else(wrong)
+}
+
+fn rapier_settings(parts: &[&str]) -> Option<BaselineSettings> {
+    let [hertz, substeps, iterations] = parts else {
+        return None;
+    };
+    Some(BaselineSettings {
+        contact_frequency: frequency(hertz)?,
+        substeps: count(substeps)?,
+        iterations: count(iterations)?,
+        recycling: false,
+    })
+}
+
+fn box2d_settings(parts: &[&str]) -> Option<Box2dSettings> {
+    let [hertz, substeps] = parts else {
+        return None;
+    };
+    Some(Box2dSettings {
+        contact_frequency: frequency(hertz)?,
+        substeps: count(substeps)?,
+    })
+}
+
+fn frequency(text: &str) -> Option<f64> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|f| *f > 0.0 && f.is_finite())
+}
+
+fn count(text: &str) -> Option<usize> {
+    text.parse().ok().filter(|n| *n > 0)
 }
 
 pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = args.flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
-    if args.soft.is_some() && args.engine == Some(Engine::Moreau) {
-        return Err(RunError::Unfit(
-            "--soft: rapier's settings, has no effect with --engine moreau".to_owned(),
-        ));
-    }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());
@@ -171,7 +205,7 @@ impl Work {
                 let mut step = flags.load(name)?.step;
                 step.time = scene.step.time;
                 let mut setting = Setting::new(engine, &step);
-                setting.baseline = args.soft.or(setting.baseline);
+                setting.baseline = soft(args, engine)?;
                 setting.engine.fits(&scene)?;
                 vec![setting]
             }
@@ -224,11 +258,14 @@ impl Work {
                     (false, false) => {}
                 }
             }
-            Some(b) if *b != BaselineSettings::DEFAULT && *b != BaselineSettings::STIFF => {
+            preset if *preset == setting.engine.baseline() => {}
+            Some(Baseline::Rapier(b)) => {
                 let numbers = (b.contact_frequency, b.substeps, b.iterations);
                 words.push(format!("--soft {},{},{}", numbers.0, numbers.1, numbers.2));
             }
-            Some(_) => {}
+            Some(Baseline::Box2d(b)) => {
+                words.push(format!("--soft {},{}", b.contact_frequency, b.substeps));
+            }
         }
         if args.quick {
             words.push("--quick".to_owned());
@@ -254,7 +291,7 @@ impl Work {
     }
 }
 
-/// A wear scene's cycle sets its own time, and rapier gives neither its contact law nor its slip.
+/// A wear scene's cycle sets its own time, and no peer gives its contact law or its slip.
 fn refuse(args: &ChartArgs, scene: &Scene) -> Result<(), RunError> {
     let peer = args.engine.filter(|e| *e != Engine::Moreau);
     let flag = match peer {

@@ -37,7 +37,7 @@ enum Command {
     Scenes,
     /// Simulate a scene; wear it if the scene has any.
     Run(RunArgs),
-    /// Step a scene with our solver and with rapier's, and set accuracy against speed.
+    /// Step a scene with our solver and with its peers', and set accuracy against speed.
     Compare(CompareArgs),
     /// Accuracy against speed over many scenes: diagrams, and who is dominated where.
     Chart(chart::ChartArgs),
@@ -109,8 +109,8 @@ struct Flags {
 struct RunArgs {
     #[command(flatten)]
     common: Common,
-    /// Who steps: moreau, rapier or rapier-stiff.
-    #[arg(long, value_name = "NAME", default_value = "moreau", value_parser = engine)]
+    /// Who steps: moreau, rapier, rapier-stiff, or box2d where it is built in.
+    #[arg(long, value_name = "NAME", default_value = "moreau", value_parser = Engine::named)]
     engine: Engine,
     /// Keep every N-th step in bodies.csv, contacts.csv and steps.csv [default: 1, more where the
     /// files would hold over 100 000 body rows].
@@ -137,8 +137,8 @@ struct CompareArgs {
     /// 1/30 to 1/1000 s, or twice to a sixteenth of a scene's step that is not 1/60 s.
     #[arg(long)]
     ladder: bool,
-    /// rapier in its default and its stiff preset only, without the sweep of its settings: for
-    /// scenes that take long.
+    /// rapier in its default and its stiff preset only, and Box2D in its default, without the sweep
+    /// of their settings: for scenes that take long.
     #[arg(long)]
     no_sweep: bool,
 }
@@ -154,26 +154,6 @@ impl RunArgs {
         }
         Ok(())
     }
-}
-
-fn engine(name: &str) -> Result<Engine, String> {
-    if name == "box2d" {
-        return Err("not built in, and no cargo feature brings it yet".to_owned());
-    }
-    Engine::ALL
-        .iter()
-        .find_map(|&(known, engine)| (known == name).then_some(engine))
-        .ok_or_else(|| {
-            let known: Vec<&str> = Engine::ALL.iter().map(|(name, _)| *name).collect();
-            let nearest = known
-                .iter()
-                .max_by(|a, b| strsim::jaro(a, name).total_cmp(&strsim::jaro(b, name)));
-            format!(
-                "known: {}; did you mean {}?",
-                known.join(", "),
-                nearest.unwrap_or(&"moreau")
-            )
-        })
 }
 
 impl Flags {

@@ -1,9 +1,11 @@
+use super::baseline::Baseline;
 use super::setting::Setting;
 use super::simulate::Engine;
-use crate::rapier::BaselineSettings;
+use crate::rapier::{BaselineSettings, Box2dSettings};
 use crate::scene::{Scheme, Step};
 
-/// The sweep of rapier's settings: every combination, at the scene's step and at a quarter of it.
+/// The sweep of a peer's settings: every combination, at the scene's step and at a quarter of it.
+/// Box2D has no iterations.
 const FREQUENCIES: [f64; 4] = [30.0, 120.0, 500.0, 2000.0];
 const SUBSTEPS: [usize; 2] = [4, 40];
 const ITERATIONS: [usize; 2] = [1, 4];
@@ -35,7 +37,7 @@ pub struct Comparison {
     pub schemes: Vec<(Scheme, bool)>,
     /// The ladder of six step lengths in place of three.
     pub ladder: bool,
-    /// The sweep of rapier's settings beside its two presets.
+    /// The sweep of the peers' settings beside their presets.
     pub sweep: bool,
     /// Ours, in the first of the schemes and at the scene's step, at these tolerances as well, and
     /// with these solvers.
@@ -44,10 +46,10 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The points: ours in each scheme, rapier's default and its stiff preset at every step
-    /// length; then the sweep of frequency, substeps and iterations at two step lengths, under
-    /// the name of the stiff engine. rapier's accuracy is bounded by all four together, so that a
-    /// single preset alone is no fair peer.
+    /// The points: ours in each scheme, rapier's default and its stiff preset, and Box2D where it
+    /// is built in, at every step length; then the sweep of frequency, substeps and iterations at
+    /// two step lengths, rapier's under the name of the stiff engine. A peer's accuracy is bounded
+    /// by all of them together, so that a single preset alone is no fair peer.
     ///
     /// # Arguments
     /// - `step`: of the scene: the step length to compare round, the simulated time, and of ours
@@ -62,7 +64,8 @@ impl Comparison {
             };
             Setting::new(Engine::Moreau, &step)
         });
-        let peers = [Engine::Rapier, Engine::RapierStiff].map(|e| Setting::new(e, step));
+        let peers = Engine::ALL.iter().filter(|(_, e)| e.peer().is_some());
+        let peers = peers.map(|(_, e)| Setting::new(*e, step));
         let mut settings = Vec::new();
         for setting in ours.chain(peers) {
             settings.extend(lengths.iter().map(|&dt| setting.with_dt(dt)));
@@ -74,8 +77,8 @@ impl Comparison {
         }
         if self.sweep {
             for dt in [lengths[base], lengths[base + 2]] {
-                for baseline in sweep() {
-                    let mut setting = Setting::new(Engine::RapierStiff, step).with_dt(dt);
+                for (engine, baseline) in sweep(dt) {
+                    let mut setting = Setting::new(engine, step).with_dt(dt);
                     setting.baseline = Some(baseline);
                     if !settings.contains(&setting) {
                         settings.push(setting);
@@ -124,19 +127,41 @@ impl Comparison {
     }
 }
 
-fn sweep() -> impl Iterator<Item = BaselineSettings> {
-    FREQUENCIES.into_iter().flat_map(|contact_frequency| {
-        SUBSTEPS.into_iter().flat_map(move |substeps| {
-            ITERATIONS
-                .into_iter()
-                .map(move |iterations| BaselineSettings {
+/// The sweep at steps of `dt` \[s\].
+fn sweep(dt: f64) -> Vec<(Engine, Baseline)> {
+    let mut all = Vec::new();
+    for contact_frequency in FREQUENCIES {
+        for substeps in SUBSTEPS {
+            for iterations in ITERATIONS {
+                let settings = BaselineSettings {
                     contact_frequency,
                     substeps,
                     iterations,
                     recycling: false,
-                })
-        })
-    })
+                };
+                all.push((Engine::RapierStiff, Baseline::Rapier(settings)));
+            }
+        }
+    }
+    if !Engine::ALL.iter().any(|(_, e)| *e == Engine::Box2d) {
+        return all;
+    }
+    for substeps in SUBSTEPS {
+        let most = Box2dSettings::highest(substeps, dt);
+        let mut lower = 0.0;
+        for contact_frequency in FREQUENCIES {
+            // above its highest frequency all are the same
+            if lower < most {
+                let settings = Box2dSettings {
+                    contact_frequency,
+                    substeps,
+                };
+                all.push((Engine::Box2d, Baseline::Box2d(settings)));
+            }
+            lower = contact_frequency;
+        }
+    }
+    all
 }
 
 #[cfg(test)]
@@ -167,16 +192,27 @@ mod tests {
         for (k, setting) in settings.iter().enumerate() {
             assert!(!settings[..k].contains(setting), "{setting:?}");
         }
+        let of = |box2d: bool| {
+            let found = settings.iter();
+            found
+                .filter(|s| (s.engine == Engine::Box2d) == box2d)
+                .count()
+        };
         // three lengths of ours, default and preset; the sweep's 2 x 16 less the preset's two
-        assert_eq!(settings.len(), 9 + 32 - 2);
+        assert_eq!(of(false), 9 + 32 - 2);
+        // Box2D at 4 and 40 substeps: 30 Hz, and 30, 120, 300 Hz; at a quarter of the step 30 and
+        // 120, and 30, 120, 500, 1200 Hz; less twice its preset
+        let there = cfg!(feature = "box2d");
+        assert_eq!(of(true), if there { 3 + (4 + 6) - 2 } else { 0 });
+        let base = if there { 12 } else { 9 };
         comparison.sweep = false;
-        assert_eq!(comparison.settings(&Step::default()), settings[..9]);
+        assert_eq!(comparison.settings(&Step::default()), settings[..base]);
         // one thing changed, at the scene's step; what stands there already is not run again
         comparison.tolerances = vec![1e-4, Step::default().tolerance];
         comparison.solvers = vec!["nsgs".to_owned()];
         let more = comparison.settings(&Step::default());
-        assert_eq!(more[..9], settings[..9]);
-        let changed: Vec<(f64, f64, &str)> = more[9..]
+        assert_eq!(more[..base], settings[..base]);
+        let changed: Vec<(f64, f64, &str)> = more[base..]
             .iter()
             .map(|s| (s.step.dt, s.step.tolerance, s.step.solver.as_str()))
             .collect();

@@ -11,12 +11,13 @@
 //!
 //! The setting of a peer is spelled in full: natural frequency of its contacts, the factor on it at
 //! fixed bodies, substeps of a step, sweeps of projected Gauss-Seidel (PGS) in a substep, see
-//! [`crate::rapier::BaselineSettings`]. No single measure tells: contacts that never touch do not
+//! [`crate::rapier::BaselineSettings`] and, with the feature `box2d`,
+//! [`crate::rapier::Box2dSettings`], which says what Box2D is given of a scene and what it is not. No single measure tells: contacts that never touch do not
 //! penetrate.
 //!
 //! - `work-precision.svg`: error against wall time for a simulated second, a panel a measure.
 //!   A point is *dominated* where another lies below it and to its left. Lines join the step
-//!   lengths of one setting; single points are the sweep of rapier's settings, labelled with the
+//!   lengths of one setting; single points are the sweep of a peer's settings, labelled with the
 //!   numbers that the legend lists, as far as there is room. A time is the median of the repeats;
 //!   the column `spread` is half their range over it, and differences within it mean nothing.
 //! - `convergence.svg`: error against step length Δt. A method of order p has
@@ -67,16 +68,17 @@
 //! `[reference]` it is in the chart from then on; a new closed form is a function beside the others
 //! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is.
 //!
-//! **An engine** is added as a variant of [`Engine`]: how it is prepared and stepped, what it cannot
-//! build, and where its bodies are. Its settings go to [`Setting`], in full into its label, and
-//! their ladder to [`Comparison::settings`]. Everything behind that reads rows.
+//! **An engine** is added as a variant of [`Engine`]: its name, how it is stepped, and whose peer it
+//! is. Its settings are a variant of [`Baseline`], spelled in full and taken by a world, or refused
+//! by it; their ladder goes to [`Comparison::settings`]. One that keeps a world of its own copies
+//! rapier's and writes poses and velocities back, as Box2D does. Everything behind that reads rows.
 //!
 //! # Throughput
 //!
 //! [`Throughput`] times the steps of [`Workload`]s: each engine has its own copy of the world, and
 //! they take turns of ten steps. Beside the time of a step stand what it went into
 //! ([`crate::dynamics::Phases`]) and what it is worth: penetration, residual, unsolved islands. An
-//! engine's `contacts` are those that it counts itself: rapier's have an impulse or overlap, ours
+//! engine's `contacts` are those that it counts itself: a peer's have an impulse or overlap, ours
 //! are all that close within the step. [`growth`] is the power of the number of contacts with
 //! which the time grows through the sizes of a scene; 1 is proportional.
 //!
@@ -91,6 +93,7 @@
 
 mod assembly;
 mod atlas;
+mod baseline;
 mod bench;
 mod chart;
 mod compare;
@@ -110,6 +113,7 @@ mod wear_history;
 
 pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
+pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes, is_wear};
 pub use compare::Comparison;

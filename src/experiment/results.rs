@@ -108,8 +108,8 @@ fn run(
         return Ok(Point::Unavailable(reason));
     }
     let mut built = scene.build()?;
-    if let (Some(settings), Some(world)) = (&setting.baseline, built.simulation_mut()) {
-        world.set_baseline(settings);
+    if let Some(settings) = &setting.baseline {
+        engine.prepare_with(settings, &mut built)?;
     }
     let mut samples = Samples::start(&built, engine);
     let mut places = reference.map(|r| (r, r.sampler(&built, engine)));

@@ -1,5 +1,5 @@
+use super::baseline::Baseline;
 use super::simulate::Engine;
-use crate::rapier::BaselineSettings;
 use crate::scene::{ImpactLaw, Step};
 use crate::solver::Shares;
 
@@ -9,8 +9,8 @@ pub struct Setting {
     pub engine: Engine,
     /// Step length and simulated time \[s\]; of ours scheme, solver and tolerance as well.
     pub step: Step,
-    /// rapier's solver settings where rapier steps.
-    pub baseline: Option<BaselineSettings>,
+    /// A peer's solver settings where a peer steps.
+    pub baseline: Option<Baseline>,
 }
 
 impl Setting {
@@ -41,8 +41,8 @@ impl Setting {
     }
 
     /// Everything that `results.csv` has no column of its own for, in parts separated by `", "`:
-    /// for ours the tolerance and what differs from the default, for rapier frequency, substeps,
-    /// iterations and recycling.
+    /// for ours the tolerance and what differs from the default, for a peer frequency, substeps
+    /// and what else it has.
     pub fn label(&self) -> String {
         if let Some(settings) = &self.baseline {
             return settings.to_string();
@@ -67,15 +67,15 @@ impl Setting {
     pub fn scheme(&self) -> &'static str {
         match self.engine {
             Engine::Moreau => self.step.scheme.name(),
-            Engine::Rapier | Engine::RapierStiff => "",
+            Engine::Rapier | Engine::RapierStiff | Engine::Box2d => "",
         }
     }
 
-    /// The impulse solver's name; `soft` for rapier's.
+    /// The impulse solver's name; `soft` for a peer's.
     pub fn solver(&self) -> &str {
         match self.engine {
             Engine::Moreau => &self.step.solver,
-            Engine::Rapier | Engine::RapierStiff => "soft",
+            Engine::Rapier | Engine::RapierStiff | Engine::Box2d => "soft",
         }
     }
 
@@ -84,6 +84,7 @@ impl Setting {
         match self.engine {
             Engine::Moreau => "f64",
             Engine::Rapier | Engine::RapierStiff => crate::rapier::PRECISION,
+            Engine::Box2d => "f32",
         }
     }
 }

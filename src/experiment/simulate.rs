@@ -1,8 +1,9 @@
+use super::baseline::Baseline;
 use crate::contact::Vec3;
 use crate::contact::problem_file::FileError;
 use crate::dynamics::record::StepRecord;
-use crate::dynamics::{ModelError, Pose64, StepError};
-use crate::rapier::{BaselineSettings, Simulation};
+use crate::dynamics::{Pose64, StepError};
+use crate::rapier::{BOX2D_MISSING, BaselineSettings, Box2dSettings};
 use crate::report::ReportError;
 use crate::scene::{Built, Model, Scene, SceneError};
 use crate::wear::WearError;
@@ -18,15 +19,42 @@ pub enum Engine {
     Rapier,
     /// rapier's own solver with stiff contacts, see [`BaselineSettings::STIFF`].
     RapierStiff,
+    /// Box2D v3 as it comes, with the feature `box2d`.
+    Box2d,
 }
 
 impl Engine {
-    /// All engines by the name a user types.
-    pub const ALL: [(&'static str, Engine); 3] = [
+    /// All engines of this build by the name a user types.
+    pub const ALL: [(&'static str, Engine); 3 + cfg!(feature = "box2d") as usize] = [
         ("moreau", Engine::Moreau),
         ("rapier", Engine::Rapier),
         ("rapier-stiff", Engine::RapierStiff),
+        #[cfg(feature = "box2d")]
+        ("box2d", Engine::Box2d),
     ];
+
+    /// The engine called `name`.
+    ///
+    /// # Errors
+    /// A sentence: which feature brings an engine that is not built in, or all names and the
+    /// nearest.
+    pub fn named(name: &str) -> Result<Engine, String> {
+        if let Some((_, engine)) = Engine::ALL.iter().find(|(known, _)| *known == name) {
+            return Ok(*engine);
+        }
+        if name == Engine::Box2d.name() {
+            return Err(BOX2D_MISSING.to_owned());
+        }
+        let known = Engine::ALL.map(|(name, _)| name);
+        let nearest = known
+            .iter()
+            .max_by(|a, b| strsim::jaro(a, name).total_cmp(&strsim::jaro(b, name)));
+        Err(format!(
+            "known: {}; did you mean {}?",
+            known.join(", "),
+            nearest.unwrap_or(&"moreau")
+        ))
+    }
 
     /// The name a user types.
     pub fn name(self) -> &'static str {
@@ -34,31 +62,49 @@ impl Engine {
             Engine::Moreau => "moreau",
             Engine::Rapier => "rapier",
             Engine::RapierStiff => "rapier-stiff",
+            Engine::Box2d => "box2d",
         }
     }
 
-    /// rapier's solver settings where rapier steps.
-    pub fn baseline(self) -> Option<BaselineSettings> {
+    /// A peer's name, whatever its preset; ours has none.
+    pub fn peer(self) -> Option<&'static str> {
         match self {
             Engine::Moreau => None,
-            Engine::Rapier => Some(BaselineSettings::DEFAULT),
-            Engine::RapierStiff => Some(BaselineSettings::STIFF),
+            Engine::Rapier | Engine::RapierStiff => Some("rapier"),
+            Engine::Box2d => Some("Box2D"),
         }
     }
 
-    /// Whether it can step the scene at all: rapier only what is built on a rapier world.
+    /// A peer's solver settings where a peer steps.
+    pub fn baseline(self) -> Option<Baseline> {
+        match self {
+            Engine::Moreau => None,
+            Engine::Rapier => Some(Baseline::Rapier(BaselineSettings::DEFAULT)),
+            Engine::RapierStiff => Some(Baseline::Rapier(BaselineSettings::STIFF)),
+            Engine::Box2d => Some(Baseline::Box2d(Box2dSettings::DEFAULT)),
+        }
+    }
+
+    /// Whether it can step the scene at all: a peer only what is built on a rapier world, Box2D
+    /// what it can copy of one.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] with what rapier has not.
+    /// [`RunError::Unfit`] with what the peer has not; [`RunError::Step`] if the scene cannot be
+    /// built.
     pub fn fits(self, scene: &Scene) -> Result<(), RunError> {
+        let Some(peer) = self.peer() else {
+            return Ok(());
+        };
         let lacks = match scene.model() {
+            Model::Rapier if self == Engine::Box2d => {
+                return self.prepare(&mut scene.build()?);
+            }
             Model::Rapier => return Ok(()),
-            _ if self == Engine::Moreau => return Ok(()),
             Model::Planar => "rods, lines or bowls in closed form",
             Model::Linear => "a [linear] mechanism",
         };
         Err(RunError::Unfit(format!(
-            "--engine {}: scene {} is made of {lacks}, which rapier has not; only moreau steps it",
+            "--engine {}: scene {} is made of {lacks}, which {peer} has not; only moreau steps it",
             self.name(),
             scene.name
         )))
@@ -67,12 +113,22 @@ impl Engine {
     /// Takes its settings in a world that has not been stepped.
     ///
     /// # Errors
-    /// [`StepError::Model`] where the engine does not fit the world, see [`Engine::fits`].
-    pub fn prepare(self, built: &mut Built) -> Result<(), StepError> {
-        if let Some(settings) = self.baseline() {
-            rapier(built)?.set_baseline(&settings);
+    /// [`RunError::Unfit`] where the engine does not fit the world, see [`Engine::fits`].
+    pub fn prepare(self, built: &mut Built) -> Result<(), RunError> {
+        match self.baseline() {
+            Some(settings) => self.prepare_with(&settings, built),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The same with other settings than its own.
+    ///
+    /// # Errors
+    /// Those of [`Engine::prepare`].
+    pub fn prepare_with(self, settings: &Baseline, built: &mut Built) -> Result<(), RunError> {
+        let name = self.name();
+        let unfit = |why| RunError::Unfit(format!("--engine {name}: {why}"));
+        settings.prepare(built).map_err(unfit)
     }
 
     /// One step.
@@ -82,11 +138,12 @@ impl Engine {
     pub fn step(self, built: &mut Built) -> Result<StepRecord, StepError> {
         match self {
             Engine::Moreau => built.step(),
-            _ => Ok(rapier(built)?.step_with_rapier()),
+            Engine::Rapier | Engine::RapierStiff => Ok(built.peer()?.step_with_rapier()),
+            Engine::Box2d => built.step_with_box2d(),
         }
     }
 
-    /// One step, and its wall time \[s\]: of rapier without the record that is made of it here.
+    /// One step, and its wall time \[s\]: of a peer without the record that is made of it here.
     ///
     /// # Errors
     /// Those of [`Engine::step`].
@@ -95,7 +152,7 @@ impl Engine {
         let record = self.step(built)?;
         let seconds = match self {
             Engine::Moreau => start.elapsed().as_secs_f64(),
-            _ => rapier(built)?.rapier_seconds(),
+            _ => built.peer()?.peer_seconds(),
         };
         Ok((record, seconds))
     }
@@ -114,13 +171,6 @@ impl Engine {
             }
         }
     }
-}
-
-fn rapier(built: &mut Built) -> Result<&mut Simulation, StepError> {
-    built.simulation_mut().ok_or_else(|| {
-        let what = "the scene is not built on a rapier world".to_owned();
-        StepError::Model(ModelError::Unsupported(what))
-    })
 }
 
 /// What can stop a run.

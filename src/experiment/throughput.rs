@@ -59,7 +59,7 @@ impl Throughput {
     /// `penetration` \[m\], the worst of the timed steps; and of ours in the same way the time of
     /// each phase of a step ([`Phases`]), `residual` and `unsolved-islands`. Where contacts
     /// are swept over and form one island, `contact-sweeps` a second, over the whole step for
-    /// rapier, over the solve for ours. An engine that fails in a step has the one row
+    /// a peer, over the solve for ours. An engine that fails in a step has the one row
     /// `step-time`, NaN and `fail`; the notes say why.
     ///
     /// # Errors
@@ -75,10 +75,10 @@ impl Throughput {
             engine.fits(&work.scene)?;
             let mut built = work.scene.build()?;
             let mut setting = Setting::new(engine, &work.scene.step);
-            if let (Some(settings), Some(world)) = (&mut setting.baseline, built.simulation_mut()) {
-                // no gap is read: as it comes
-                settings.recycling = true;
-                world.set_baseline(settings);
+            if let Some(settings) = &mut setting.baseline {
+                // no gap is read
+                *settings = settings.recycling();
+                engine.prepare_with(settings, &mut built)?;
             }
             // what overlaps before the first step is no fault of a step
             built.penetration(|built, k| engine.state(built, k));
@@ -186,8 +186,8 @@ impl Point {
         ];
         match &setting.baseline {
             Some(_) if contacts == 0.0 => {}
-            Some(soft) => {
-                let sweeps = (soft.substeps * soft.iterations) as f64;
+            Some(peer) => {
+                let sweeps = peer.sweeps() as f64;
                 rows.push(row("contact-sweeps", contacts * sweeps / mean, "1/s"));
             }
             None => {

@@ -1,11 +1,12 @@
 //! rapier's own solver on the same world, told in the same record.
 
 use super::engine::prelude::*;
+use super::peer::{self, PeerContact, wide};
 use super::simulation::{BodyId, Simulation};
 use super::widen;
-use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::contact::Vec3;
 use crate::dynamics::Pose64;
-use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
+use crate::dynamics::record::StepRecord;
 use std::fmt;
 use std::time::Instant;
 
@@ -101,37 +102,24 @@ impl Simulation {
     /// of the velocity at its start.
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
-        let (kinetic_start, potential_start) = (kinetic(&self.world), potential(&self.world));
+        let start_energy = peer::energies(&self.world);
         let start = Instant::now();
         self.world.step_with_events(&self.hooks, &());
-        self.rapier_seconds = start.elapsed().as_secs_f64();
-        self.rapier_time += dt;
-        let mut record = StepRecord {
-            time: self.rapier_time,
-            dt,
-            energy: StepEnergy {
-                kinetic_start,
-                kinetic_end: kinetic(&self.world),
-                potential_start,
-                potential_end: potential(&self.world),
-                ..StepEnergy::default()
-            },
-            // rapier certifies nothing
-            residual: f64::NAN,
-            residual_velocity: f64::NAN,
-            ..StepRecord::default()
-        };
+        self.peer_seconds = start.elapsed().as_secs_f64();
+        self.peer_time += dt;
+        let mut record = peer::record(&self.world, self.peer_time, dt, start_energy);
         for pair in self.world.narrow_phase.contact_pairs() {
             for manifold in pair.solver_manifolds() {
-                contacts(&self.world, pair, manifold, dt, &mut record);
+                contacts(&self.world, pair, manifold, &mut record);
             }
         }
         record
     }
 
-    /// Wall time of rapier's last step by itself \[s\], without the record that is made of it.
-    pub fn rapier_seconds(&self) -> f64 {
-        self.rapier_seconds
+    /// Wall time of the last step of rapier or another peer by itself \[s\], without the record that is
+    /// made of it.
+    pub fn peer_seconds(&self) -> f64 {
+        self.peer_seconds
     }
 
     /// Pose of a body's frame as rapier holds it.
@@ -152,98 +140,31 @@ fn contacts(
     world: &PhysicsWorld,
     pair: &super::engine::geometry::ContactPair,
     manifold: &super::engine::geometry::ContactManifold,
-    dt: f64,
     record: &mut StepRecord,
 ) {
-    let (c1, c2) = (
-        &world.colliders[pair.collider1],
-        &world.colliders[pair.collider2],
-    );
-    let wide = |v: Vector| Vec2::new(v.x.into(), v.y.into());
-    let normal = wide(manifold.data.normal);
-    let tangent = Vec2::new(-normal.y, normal.x);
-    let number = |c: &Collider| {
-        c.parent()
-            .map_or(NO_BODY, |handle| handle.into_raw_parts().0)
-    };
+    let place = world.colliders[pair.collider1].position();
     for point in &manifold.points {
-        let gap = f64::from(point.dist);
-        record.penetration = record.penetration.max(-gap);
-        let impulse_n = f64::from(point.data.impulse);
-        if impulse_n <= 0.0 && gap > 0.0 {
-            continue;
-        }
-        let place = c1.position() * point.local_p1;
-        let speed = |c: &Collider| {
-            c.parent().map_or(Vec2::zeros(), |h| {
-                wide(world.bodies[h].velocity_at_point(place))
-            })
+        let mut contact = PeerContact {
+            colliders: [pair.collider1, pair.collider2],
+            cell: manifold.subshape1.max(manifold.subshape2),
+            place: place * point.local_p1,
+            normal: wide(manifold.data.normal),
+            gap: f64::from(point.dist),
+            impulse_n: f64::from(point.data.impulse),
+            impulse_t: 0.0,
+            friction: f64::from(manifold.data.friction),
         };
-        let slip_velocity = (speed(c2) - speed(c1)).dot(&tangent);
         // rapier's friction always opposes the slip; its own sign is of its own tangent
         let size = f64::from(point.data.tangent_impulse.x).abs();
-        let impulse_t = -slip_velocity.signum() * size;
-        let slides = size >= 0.999 * f64::from(manifold.data.friction) * impulse_n;
-        record.contacts.push(ContactRecord {
-            time: record.time,
-            bodies: [number(c1), number(c2)],
-            surfaces: [pair.collider1, pair.collider2].map(|h| h.into_raw_parts().0),
-            cell: manifold.subshape1.max(manifold.subshape2),
-            position: wide(place),
-            normal,
-            gap,
-            impulse_n,
-            impulse_t,
-            moments: [(c1, -1.0), (c2, 1.0)].map(|(c, sign)| {
-                let body = c.parent().and_then(|h| world.bodies.get(h));
-                let body = body.filter(|b| b.is_dynamic())?;
-                let arm = wide(place) - wide(body.center_of_mass());
-                let impulse = normal * impulse_n + tangent * impulse_t;
-                Some(sign * arm.perp(&impulse))
-            }),
-            slip: dt * slip_velocity,
-            load_slip: impulse_n * slip_velocity.abs(),
-            friction_work: -impulse_t * slip_velocity,
-            normal_work: impulse_n * (speed(c2) - speed(c1)).dot(&normal),
-            status: if impulse_n <= 0.0 {
-                ContactStatus::Open
-            } else if !slides {
-                ContactStatus::Stick
-            } else if slip_velocity > 0.0 {
-                ContactStatus::SlipPlus
-            } else {
-                ContactStatus::SlipMinus
-            },
-        });
+        contact.impulse_t = -contact.slip_velocity(world).signum() * size;
+        contact.add(world, record);
     }
-}
-
-fn kinetic(world: &PhysicsWorld) -> f64 {
-    let moving = |(_, b): &(RigidBodyHandle, &RigidBody)| b.is_dynamic();
-    world
-        .bodies
-        .iter()
-        .filter(moving)
-        .map(|(_, b)| f64::from(b.kinetic_energy()))
-        .sum()
-}
-
-fn potential(world: &PhysicsWorld) -> f64 {
-    world
-        .bodies
-        .iter()
-        .filter(|(_, b)| b.is_dynamic())
-        .map(|(_, b)| {
-            -f64::from(b.mass())
-                * f64::from(b.gravity_scale())
-                * f64::from(world.gravity.dot(b.center_of_mass()))
-        })
-        .sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Vec2;
 
     /// "Default" must stay what rapier ships, whatever release that is.
     #[test]

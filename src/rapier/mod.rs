@@ -12,12 +12,14 @@
 
 mod baseline;
 mod bodies;
+mod box2d;
 mod changes;
 mod detection;
 mod joint_spec;
 mod joints;
 mod kernels;
 mod mass;
+mod peer;
 mod pipeline;
 mod pose;
 mod queries;
@@ -40,6 +42,7 @@ pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
+pub use box2d::{BOX2D_MISSING, Box2d, Box2dSettings};
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};

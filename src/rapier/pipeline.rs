@@ -295,6 +295,12 @@ impl MoreauPipeline {
         self.detector.set_surface(collider, law);
     }
 
+    /// What colliders were given so.
+    #[cfg(feature = "box2d")]
+    pub(super) fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
+        self.detector.surfaces()
+    }
+
     /// Pairs of colliders that overlapped at the end of the last step and of which one is a sensor.
     pub fn intersections(&self) -> impl Iterator<Item = [ColliderHandle; 2]> + '_ {
         self.reporter.intersections()

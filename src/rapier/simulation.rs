@@ -125,8 +125,8 @@ pub struct Simulation {
     pub pipeline: MoreauPipeline,
     /// Bodies that stand still, for joints with the world.
     ground: Option<RigidBodyHandle>,
-    pub(super) rapier_time: f64,
-    pub(super) rapier_seconds: f64,
+    pub(super) peer_time: f64,
+    pub(super) peer_seconds: f64,
     pub(super) hooks: SurfaceHooks,
 }
 
@@ -153,8 +153,8 @@ impl Simulation {
                 ..MoreauSettings::default()
             })?,
             ground: None,
-            rapier_time: 0.0,
-            rapier_seconds: 0.0,
+            peer_time: 0.0,
+            peer_seconds: 0.0,
             hooks: SurfaceHooks::default(),
         })
     }

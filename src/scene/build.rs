@@ -81,6 +81,7 @@ impl Scene {
         Ok(Built {
             world,
             overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
+            box2d: None,
         })
     }
 

@@ -4,9 +4,10 @@ use super::overlap::Overlaps;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Linear, MoreauStepper, MultibodyModel, Phases, Planar, Pose64, SolvedProblem, StepError,
+    Linear, ModelError, MoreauStepper, MultibodyModel, Phases, Planar, Pose64, SolvedProblem,
+    StepError,
 };
-use crate::rapier::{BodyId, Simulation};
+use crate::rapier::{BodyId, Box2d, Box2dSettings, Simulation};
 
 /// A scene's world; bodies are counted in the scene's order, coordinates of a `[linear]` block
 /// count as bodies.
@@ -14,6 +15,8 @@ pub struct Built {
     pub(super) world: World,
     /// Where the world is rapier's.
     pub(super) overlaps: Option<Overlaps>,
+    /// The same world in Box2D, from [`Built::set_box2d`] on.
+    pub(super) box2d: Option<Box2d>,
 }
 
 pub(super) enum World {
@@ -153,5 +156,36 @@ impl Built {
             World::Rapier { simulation, .. } => Some(simulation),
             _ => None,
         }
+    }
+
+    /// The rapier world, for a peer to step it.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] where there is none.
+    pub fn peer(&mut self) -> Result<&mut Simulation, ModelError> {
+        let none = || ModelError::Unsupported("the scene is not built on a rapier world".into());
+        self.simulation_mut().ok_or_else(none)
+    }
+
+    /// Copies the rapier world into Box2D for [`Built::step_with_box2d`].
+    ///
+    /// # Errors
+    /// Those of [`Built::peer`] and [`Box2d::copy`].
+    pub fn set_box2d(&mut self, settings: &Box2dSettings) -> Result<(), ModelError> {
+        self.box2d = Some(Box2d::copy(self.peer()?, settings)?);
+        Ok(())
+    }
+
+    /// One step of Box2D, see [`Box2d::step`].
+    ///
+    /// # Errors
+    /// [`StepError::Model`] without [`Built::set_box2d`]; those of [`Box2d::step`].
+    pub fn step_with_box2d(&mut self) -> Result<StepRecord, StepError> {
+        let mut box2d = self.box2d.take().ok_or_else(|| {
+            ModelError::Invalid("the world has not been copied into Box2D".to_owned())
+        })?;
+        let record = box2d.step(self.peer()?);
+        self.box2d = Some(box2d);
+        record
     }
 }

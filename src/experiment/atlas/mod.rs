@@ -204,7 +204,7 @@ impl Rung {
 /// The engine's setting in a word, the same for every scene.
 fn preset(engine: Engine) -> &'static str {
     match engine {
-        Engine::Moreau | Engine::Rapier => "default",
+        Engine::Moreau | Engine::Rapier | Engine::Box2d => "default",
         Engine::RapierStiff => "stiff",
     }
 }
@@ -288,12 +288,13 @@ impl AtlasResults {
         let note = match what {
             "skipped" => format!("{} {}: {what}, {reason}", entry.name, rung.name),
             "cannot" => {
-                // whichever of rapier's presets it is
+                // whichever of a peer's presets it is
                 let what = reason
                     .strip_prefix("--engine ")
                     .and_then(|r| r.split_once(": "));
                 let reason = what.map_or(reason, |(_, what)| what);
-                format!("{}: rapier cannot: {reason}", entry.name)
+                let peer = engine.peer().unwrap_or_default();
+                format!("{}: {peer} cannot: {reason}", entry.name)
             }
             _ => format!(
                 "{} {}, {}: {what}, {reason}",

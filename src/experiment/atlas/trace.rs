@@ -57,10 +57,9 @@ impl Trace {
         let mut sums = vec![Vec3::zeros(); most];
         let (mut step, from) = (0, steps - steps.div_ceil(10));
         let mut time = 0.0;
-        engine.prepare(&mut built)?;
-        if let (Some(_), Some(simulation)) = (engine.baseline(), built.simulation_mut()) {
-            // rapier as it comes: where its gaps are read it is off, here all is taken from poses
-            simulation.world.integration_parameters.contact_recycling = true;
+        if let Some(settings) = engine.baseline() {
+            // where gaps are read it is off, here all is taken from poses
+            engine.prepare_with(&settings.recycling(), &mut built)?;
         }
         let totals = advance(&mut built, engine, steps, |record, built| {
             step += 1;

@@ -1,0 +1,56 @@
+use crate::dynamics::ModelError;
+use crate::rapier::{BaselineSettings, Box2dSettings};
+use crate::scene::Built;
+use std::fmt;
+
+/// Solver settings of a peer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Baseline {
+    Rapier(BaselineSettings),
+    Box2d(Box2dSettings),
+}
+
+impl Baseline {
+    /// Takes them in a world that has not been stepped.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for a world that is not rapier's; those of
+    /// [`crate::rapier::Box2d::copy`].
+    pub fn prepare(&self, built: &mut Built) -> Result<(), ModelError> {
+        match self {
+            Baseline::Rapier(settings) => built.peer()?.set_baseline(settings),
+            Baseline::Box2d(settings) => built.set_box2d(settings)?,
+        }
+        Ok(())
+    }
+
+    /// The same where no gap is read and the engine need not hold it up to date: as it comes.
+    pub fn recycling(self) -> Baseline {
+        match self {
+            Baseline::Rapier(settings) => Baseline::Rapier(BaselineSettings {
+                recycling: true,
+                ..settings
+            }),
+            Baseline::Box2d(_) => self,
+        }
+    }
+
+    /// Sweeps over all contacts in a step, those of Box2D without its second ones, which do not
+    /// push.
+    pub fn sweeps(&self) -> usize {
+        match self {
+            Baseline::Rapier(settings) => settings.substeps * settings.iterations,
+            Baseline::Box2d(settings) => settings.substeps,
+        }
+    }
+}
+
+/// Every setting, as tables and charts spell it.
+impl fmt::Display for Baseline {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Baseline::Rapier(settings) => settings.fmt(f),
+            Baseline::Box2d(settings) => settings.fmt(f),
+        }
+    }
+}

@@ -1,0 +1,24 @@
+use super::super::simulation::Simulation;
+use super::{BOX2D_MISSING, Box2dSettings};
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::{ModelError, StepError};
+
+/// No Box2D: the feature `box2d` is off.
+#[derive(Debug)]
+pub enum Box2d {}
+
+impl Box2d {
+    /// # Errors
+    /// [`ModelError::Unsupported`] with [`BOX2D_MISSING`], always.
+    pub fn copy(_: &Simulation, _: &Box2dSettings) -> Result<Box2d, ModelError> {
+        Err(ModelError::Unsupported(BOX2D_MISSING.to_owned()))
+    }
+
+    /// Never called, as there is none.
+    ///
+    /// # Errors
+    /// None.
+    pub fn step(&mut self, _: &mut Simulation) -> Result<StepRecord, StepError> {
+        match *self {}
+    }
+}

@@ -1,0 +1,283 @@
+use super::super::engine::prelude::*;
+use super::super::peer::{self, PeerContact};
+use super::super::simulation::Simulation;
+use super::super::widen;
+use super::{Box2dSettings, joints, shapes};
+use crate::contact::Vec2;
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::{ModelError, StepError};
+use boxdd::{BodyId, BodyType, Foundation, MassData, ShapeId, World};
+use rustc_hash::FxHashMap;
+use std::fmt::Display;
+use std::time::Instant;
+
+/// A copy of a rapier world that Box2D steps, see [`Box2dSettings`].
+pub struct Box2d {
+    world: World,
+    /// All bodies that can move, in rapier's order.
+    moving: Vec<(RigidBodyHandle, BodyId)>,
+    surfaces: FxHashMap<ShapeId, Face>,
+    substeps: i32,
+}
+
+/// What a shape of Box2D is in the rapier world.
+struct Face {
+    collider: ColliderHandle,
+    /// Edge of a polyline, else 0.
+    cell: u32,
+}
+
+impl Box2d {
+    /// Copies the world as it is now.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for what Box2D has not, named; [`ModelError::Invalid`] for
+    /// numbers that it cannot take.
+    pub fn copy(simulation: &Simulation, settings: &Box2dSettings) -> Result<Box2d, ModelError> {
+        let rapier = &simulation.world;
+        if rapier.multibody_joints.multibodies().next().is_some() {
+            return Err(lacks("multibody joints"));
+        }
+        let foundation = Foundation::initialize_default().map_err(told("start"))?;
+        let builder = foundation
+            .world_builder()
+            .gravity([narrow(rapier.gravity.x), narrow(rapier.gravity.y)])
+            .contact_hertz(settings.contact_frequency as f32)
+            .enable_sleep(false);
+        let define = || foundation.create_world(builder.build()?);
+        let mut world = define().map_err(told("world"))?;
+        let rules = shapes::Rules::of(rapier);
+        rules.install(&mut world)?;
+        let mut bodies = FxHashMap::default();
+        let (mut moving, mut surfaces) = (Vec::new(), FxHashMap::default());
+        let laws: FxHashMap<_, _> = simulation.pipeline.surfaces().collect();
+        for (handle, body) in rapier.bodies.iter() {
+            let name = format!("body {}", handle.into_raw_parts().0);
+            let id = body_like(&mut world, body, &name)?;
+            for &handle in body.colliders() {
+                let collider = &rapier.colliders[handle];
+                let name = format!("collider {} of {name}", handle.into_raw_parts().0);
+                if simulation.hooks.one_way.contains_key(&handle) {
+                    return Err(lacks(&format!("one-way surfaces ({name})")));
+                }
+                let law = laws.get(&handle).copied().unwrap_or_default();
+                let found = shapes::add(&mut world, id, collider, &law, &name)?;
+                let faces = found.into_iter().enumerate().map(|(k, shape)| {
+                    let cell = k as u32;
+                    (
+                        shape,
+                        Face {
+                            collider: handle,
+                            cell,
+                        },
+                    )
+                });
+                surfaces.extend(faces);
+            }
+            set_motion(&mut world, id, body).map_err(told(&name))?;
+            if !body.is_fixed() {
+                moving.push((handle, id));
+            }
+            bodies.insert(handle, id);
+        }
+        for (handle, joint) in rapier.impulse_joints.iter() {
+            let name = format!("joint {}", handle.into_raw_parts().0);
+            let ends = [joint.body1(), joint.body2()];
+            let ids = ends.map(|h| bodies.get(&h).copied());
+            let [Some(a), Some(b)] = ids else {
+                return Err(ModelError::Invalid(format!(
+                    "{name}: a body is not in the world"
+                )));
+            };
+            let ends = ends.map(|h| &rapier.bodies[h]);
+            joints::add(&mut world, [a, b], ends, &joint.data, &name)?;
+        }
+        Ok(Box2d {
+            world,
+            moving,
+            surfaces,
+            substeps: i32::try_from(settings.substeps).unwrap_or(i32::MAX),
+        })
+    }
+
+    /// One step of Box2D, its poses and velocities written into the rapier world.
+    ///
+    /// Only Box2D's own step counts in [`Simulation::peer_seconds`]. Contacts carry the normal
+    /// impulse of the whole step; of friction Box2D keeps that of the last substep alone, and the
+    /// whole step is taken to have had the same share of the normal impulse. Slip is `Δt γ_T` at
+    /// the end of the step. A body with a contact whose normal is no unit vector, which Box2D makes
+    /// of plain polylines at times, leaves its contacts out of the record.
+    ///
+    /// # Errors
+    /// [`StepError::Model`] where Box2D fails, or a body has left the rapier world.
+    pub fn step(&mut self, simulation: &mut Simulation) -> Result<StepRecord, StepError> {
+        let rapier = &mut simulation.world;
+        let dt = widen(rapier.integration_parameters.dt);
+        let before = peer::energies(rapier);
+        let start = Instant::now();
+        let done = self.world.step(dt as f32, self.substeps);
+        simulation.peer_seconds = start.elapsed().as_secs_f64();
+        simulation.peer_time += dt;
+        done.and_then(|done| done.into_result().map(drop))
+            .map_err(told("step"))?;
+        for &(handle, id) in &self.moving {
+            let body = rapier.bodies.get_mut(handle).ok_or_else(|| {
+                ModelError::Invalid("a body that Box2D steps is not in the world".to_owned())
+            })?;
+            read_motion(&mut self.world, id, body).map_err(told("pose"))?;
+        }
+        let mut record = peer::record(rapier, simulation.peer_time, dt, before);
+        self.contacts(rapier, &mut record)
+            .map_err(told("contacts"))?;
+        Ok(record)
+    }
+
+    fn contacts(&mut self, rapier: &PhysicsWorld, record: &mut StepRecord) -> boxdd::Result<()> {
+        for &(handle, id) in &self.moving {
+            let found = match self.world.body(id)?.contact_data() {
+                // Box2D at times makes a normal that is no unit vector, and steps on
+                Err(boxdd::Error::InvalidNativeOutput {
+                    output: "manifold", ..
+                }) => continue,
+                found => found?,
+            };
+            for contact in found {
+                let shapes = [contact.shape_id_a, contact.shape_id_b];
+                let [Some(a), Some(b)] = shapes.map(|s| self.surfaces.get(&s)) else {
+                    continue;
+                };
+                let colliders = [a.collider, b.collider];
+                let parents = colliders.map(|c| rapier.colliders[c].parent());
+                // both bodies tell of a contact: the first that can move has the word
+                let first = parents
+                    .into_iter()
+                    .flatten()
+                    .filter(|h| !rapier.bodies[*h].is_fixed())
+                    .min_by_key(|h| h.into_raw_parts().0);
+                if first != Some(handle) {
+                    continue;
+                }
+                let Some(centre) = parents[0].map(|h| rapier.bodies[h].center_of_mass()) else {
+                    continue;
+                };
+                let normal = contact.manifold.normal;
+                for point in contact.manifold.points() {
+                    let total = f64::from(point.total_normal_impulse);
+                    let last = f64::from(point.normal_impulse);
+                    let arm = point.anchor_a;
+                    let contact = PeerContact {
+                        colliders,
+                        cell: a.cell.max(b.cell),
+                        place: centre + vector(arm.x, arm.y),
+                        normal: Vec2::new(normal.x.into(), normal.y.into()),
+                        gap: point.separation.into(),
+                        impulse_n: total,
+                        // Box2D's tangent is the normal turned by -90 degrees
+                        impulse_t: match last > 0.0 {
+                            true => -f64::from(point.tangent_impulse) * total / last,
+                            false => 0.0,
+                        },
+                        friction: shapes::friction(colliders.map(|c| &rapier.colliders[c])),
+                    };
+                    contact.add(rapier, record);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A body without shapes where `body` is.
+fn body_like(world: &mut World, body: &RigidBody, name: &str) -> Result<BodyId, ModelError> {
+    let kind = match body.body_type() {
+        RigidBodyType::Dynamic => BodyType::Dynamic,
+        RigidBodyType::Fixed => BodyType::Static,
+        RigidBodyType::KinematicVelocityBased => BodyType::Kinematic,
+        RigidBodyType::KinematicPositionBased => {
+            return Err(lacks(&format!("bodies that are told their poses ({name})")));
+        }
+        RigidBodyType::SoftFrame => return Err(lacks(&format!("soft bodies ({name})"))),
+    };
+    let has_not = [
+        (body.dominance_group() != 0, "dominance"),
+        (
+            body.user_force() != Vector::ZERO || body.user_torque() != 0.0,
+            "forces set by the user",
+        ),
+        (!body.locked_axes().is_empty(), "locked axes"),
+        (!body.is_enabled(), "disabled bodies"),
+    ];
+    if let Some((_, what)) = has_not.iter().find(|(has, _)| *has) {
+        return Err(lacks(&format!("{what} ({name})")));
+    }
+    let place = body.translation();
+    let builder = world
+        .body_builder()
+        .body_type(kind)
+        .position([narrow(place.x), narrow(place.y)])
+        .angle(narrow(body.rotation().angle()))
+        .gravity_scale(narrow(body.gravity_scale()))
+        .linear_damping(narrow(body.linear_damping()))
+        .angular_damping(narrow(body.angular_damping()));
+    let made = builder.build().and_then(|body| world.create_body(body));
+    made.map_err(told(name))
+}
+
+/// Mass and velocity of `body`, in place of what its shapes made of them.
+fn set_motion(world: &mut World, id: BodyId, body: &RigidBody) -> boxdd::Result<()> {
+    let mut copy = world.body(id)?;
+    if body.is_dynamic() {
+        let mass = &body.mass_properties().local_mprops;
+        let centre = [narrow(mass.local_com.x), narrow(mass.local_com.y)];
+        let inertia = mass.principal_inertia();
+        copy.set_mass_data(MassData::new(
+            narrow(mass.mass()),
+            centre.into(),
+            narrow(inertia),
+        )?)?;
+    }
+    if !body.is_fixed() {
+        let v = body.linvel();
+        copy.set_linear_velocity([narrow(v.x), narrow(v.y)])?;
+        copy.set_angular_velocity(narrow(body.angvel()))?;
+    }
+    Ok(())
+}
+
+fn read_motion(world: &mut World, id: BodyId, body: &mut RigidBody) -> boxdd::Result<()> {
+    let copy = world.body(id)?;
+    let (pose, v, spin) = (
+        copy.transform()?,
+        copy.linear_velocity()?,
+        copy.angular_velocity()?,
+    );
+    let (place, turn) = (pose.position(), pose.rotation());
+    let turn = Rotation::from_cos_sin_unchecked(widened(turn.cosine()), widened(turn.sine()));
+    body.set_position(Pose::from_parts(vector(place.x, place.y), turn), false);
+    body.set_linvel(vector(v.x, v.y), false);
+    body.set_angvel(widened(spin), false);
+    Ok(())
+}
+
+/// Rounded for Box2D.
+pub(super) fn narrow(x: Real) -> f32 {
+    f64::from(x) as f32
+}
+
+/// As rapier has it.
+pub(super) fn widened(x: f32) -> Real {
+    f64::from(x) as Real
+}
+
+fn vector(x: f32, y: f32) -> Vector {
+    Vector::new(widened(x), widened(y))
+}
+
+pub(super) fn lacks(what: &str) -> ModelError {
+    ModelError::Unsupported(format!("Box2D has no {what}"))
+}
+
+/// What Box2D says of `what`.
+pub(super) fn told<E: Display>(what: &str) -> impl FnOnce(E) -> ModelError + '_ {
+    move |error| ModelError::Invalid(format!("Box2D, {what}: {error}"))
+}

@@ -1,0 +1,125 @@
+//! What the step of a peer leaves in our record, whoever it was that stepped the rapier world.
+
+use super::engine::prelude::*;
+use crate::contact::{NO_BODY, Vec2};
+use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
+
+/// A record without contacts.
+///
+/// # Arguments
+/// - `time`, `dt`: end and length of the step \[s\].
+/// - `start`: [`energies`] before it.
+pub(super) fn record(world: &PhysicsWorld, time: f64, dt: f64, start: [f64; 2]) -> StepRecord {
+    let end = energies(world);
+    StepRecord {
+        time,
+        dt,
+        energy: StepEnergy {
+            kinetic_start: start[0],
+            kinetic_end: end[0],
+            potential_start: start[1],
+            potential_end: end[1],
+            ..StepEnergy::default()
+        },
+        // a peer certifies nothing
+        residual: f64::NAN,
+        residual_velocity: f64::NAN,
+        ..StepRecord::default()
+    }
+}
+
+/// Kinetic and potential energy of all dynamic bodies \[J\].
+pub(super) fn energies(world: &PhysicsWorld) -> [f64; 2] {
+    let moving = world.bodies.iter().map(|(_, b)| b);
+    moving.filter(|b| b.is_dynamic()).fold([0.0; 2], |sum, b| {
+        let height = f64::from(world.gravity.dot(b.center_of_mass()));
+        let potential = -f64::from(b.mass()) * f64::from(b.gravity_scale()) * height;
+        [sum[0] + f64::from(b.kinetic_energy()), sum[1] + potential]
+    })
+}
+
+/// What a peer tells of a contact point.
+pub(super) struct PeerContact {
+    pub colliders: [ColliderHandle; 2],
+    pub cell: u32,
+    /// In the world \[m\].
+    pub place: Vector,
+    /// From the first collider to the second.
+    pub normal: Vec2,
+    /// \[m\]
+    pub gap: f64,
+    /// On the second collider \[N s\].
+    pub impulse_n: f64,
+    pub impulse_t: f64,
+    /// Coefficient of the pair.
+    pub friction: f64,
+}
+
+impl PeerContact {
+    fn velocity(&self, world: &PhysicsWorld) -> Vec2 {
+        let of = |side: usize| {
+            let parent = world.colliders[self.colliders[side]].parent();
+            parent.map_or(Vec2::zeros(), |handle| {
+                wide(world.bodies[handle].velocity_at_point(self.place))
+            })
+        };
+        of(1) - of(0)
+    }
+
+    fn tangent(&self) -> Vec2 {
+        Vec2::new(-self.normal.y, self.normal.x)
+    }
+
+    /// Tangential velocity of the second body's point relative to the first's \[m/s\].
+    pub fn slip_velocity(&self, world: &PhysicsWorld) -> f64 {
+        self.velocity(world).dot(&self.tangent())
+    }
+
+    /// Puts it into the record, unless it is open and carries nothing.
+    pub fn add(self, world: &PhysicsWorld, record: &mut StepRecord) {
+        record.penetration = record.penetration.max(-self.gap);
+        let (impulse_n, impulse_t) = (self.impulse_n, self.impulse_t);
+        if impulse_n <= 0.0 && self.gap > 0.0 {
+            return;
+        }
+        let slip_velocity = self.slip_velocity(world);
+        let impulse = self.normal * impulse_n + self.tangent() * impulse_t;
+        let colliders = self.colliders.map(|handle| &world.colliders[handle]);
+        let moment = |c: &Collider, sign: f64| {
+            let body = c.parent().and_then(|h| world.bodies.get(h));
+            let body = body.filter(|b| b.is_dynamic())?;
+            let arm = wide(self.place) - wide(body.center_of_mass());
+            Some(sign * arm.perp(&impulse))
+        };
+        let number = |c: &Collider| c.parent().map_or(NO_BODY, |h| h.into_raw_parts().0);
+        record.contacts.push(ContactRecord {
+            time: record.time,
+            bodies: colliders.map(number),
+            surfaces: self.colliders.map(|h| h.into_raw_parts().0),
+            cell: self.cell,
+            position: wide(self.place),
+            normal: self.normal,
+            gap: self.gap,
+            impulse_n,
+            impulse_t,
+            moments: [moment(colliders[0], -1.0), moment(colliders[1], 1.0)],
+            slip: record.dt * slip_velocity,
+            load_slip: impulse_n * slip_velocity.abs(),
+            friction_work: -impulse_t * slip_velocity,
+            normal_work: impulse_n * self.velocity(world).dot(&self.normal),
+            status: if impulse_n <= 0.0 {
+                ContactStatus::Open
+            } else if impulse_t.abs() < 0.999 * self.friction * impulse_n {
+                ContactStatus::Stick
+            } else if slip_velocity > 0.0 {
+                ContactStatus::SlipPlus
+            } else {
+                ContactStatus::SlipMinus
+            },
+        });
+    }
+}
+
+pub(super) fn wide(v: Vector) -> Vec2 {
+    Vec2::new(v.x.into(), v.y.into())
+}
