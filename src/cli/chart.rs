@@ -41,7 +41,7 @@ pub(super) struct ChartArgs {
     soft: Option<BaselineSettings>,
     /// Draw again what results.csv of an earlier chart holds, and run nothing.
     #[arg(long, value_name = "FILE",
-          conflicts_with_all = ["scenes", "quick", "repeats", "engine"])]
+          conflicts_with_all = ["scenes", "quick", "repeats", "engine", "threads"])]
     from: Option<PathBuf>,
 }
 
@@ -76,6 +76,14 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
         return Err(RunError::Unfit(
             "--soft: rapier's settings, has no effect with --engine moreau".to_owned(),
         ));
+    }
+    if let Some(peer) = args.engine.filter(|e| *e != Engine::Moreau)
+        && !args.flags.threads.is_empty()
+    {
+        return Err(RunError::Unfit(format!(
+            "--threads: has no effect on --engine {}, only on moreau",
+            peer.name()
+        )));
     }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
@@ -222,6 +230,9 @@ impl Work {
                     (_, true) => words.push("--events".to_owned()),
                     (true, false) => words.push("--set step.events=false".to_owned()),
                     (false, false) => {}
+                }
+                if step.threads > 1 {
+                    words.push(format!("--threads {}", step.threads));
                 }
             }
             Some(b) if *b != BaselineSettings::DEFAULT && *b != BaselineSettings::STIFF => {

@@ -20,6 +20,7 @@
 
 mod cap;
 mod cluster;
+mod crew;
 mod events;
 mod islands;
 mod joint;

@@ -1,8 +1,9 @@
 //! The contact problems of a stage: island after island, each solved, capped and judged.
 
 use super::cap::{CapBlock, cap, is_rigid, work};
+use super::crew::Crew;
 use super::islands::Islands;
-use super::joint_cap::cap_joints;
+use super::joint_cap::{Account, cap_joints};
 use super::outcome::redundant;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
@@ -55,11 +56,74 @@ pub struct SolvedProblem {
     pub report: SolveReport,
 }
 
+/// What islands are solved with: one for each thread. Nothing of an island is left in it that
+/// another would notice.
+pub(super) struct Worker {
+    pub solver: Box<dyn ImpulseSolver>,
+    sharing: Sharing,
+    local_of: Vec<u32>,
+}
+
+impl Worker {
+    pub fn new(solver: Box<dyn ImpulseSolver>) -> Worker {
+        Worker {
+            solver,
+            sharing: Sharing::default(),
+            local_of: Vec::new(),
+        }
+    }
+}
+
+/// What the islands of a stage have in common.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    inverse_mass: &'a [Vec3],
+    rules: &'a Rules,
+    tolerance: f64,
+    /// Whether problems are kept.
+    keep: bool,
+}
+
+/// What the solve of an island makes of it: the stage is changed by [`Solved::settle`] alone.
+pub(super) struct Solved {
+    outcome: IslandOutcome,
+    kept: Option<SolvedProblem>,
+    impulses: Vec<Vec2>,
+    resolution: f64,
+    /// `b` of all blocks, where a cap on joints changed it.
+    free: Option<Vec<Vec2>>,
+    accounts: Vec<(u32, Account)>,
+    loose: Vec<usize>,
+}
+
+impl Solved {
+    /// Writes the results of an island of these blocks into its stage.
+    pub fn settle(
+        self,
+        members: &[u32],
+        stage: &mut Stage,
+    ) -> (IslandOutcome, Option<SolvedProblem>) {
+        for (&i, &p) in members.iter().zip(&self.impulses) {
+            stage.impulses[i as usize] = p;
+            stage.resolution[i as usize] = self.resolution;
+        }
+        for (&i, &b) in members.iter().zip(self.free.iter().flatten()) {
+            stage.blocks[i as usize].free = b;
+        }
+        for (i, account) in self.accounts {
+            stage.blocks[i as usize].account = account;
+        }
+        stage.loose.extend(self.loose);
+        (self.outcome, self.kept)
+    }
+}
+
 /// Splits stages into islands and solves them.
 pub(super) struct IslandSolver {
-    pub solver: Box<dyn ImpulseSolver>,
+    pub own: Worker,
+    /// Other threads, where there are any.
+    pub crew: Option<Crew>,
     pub tolerance: f64,
-    sharing: Sharing,
     pub islands: Islands,
     /// Of the last stage, one an island.
     pub outcomes: Vec<IslandOutcome>,
@@ -71,9 +135,9 @@ pub(super) struct IslandSolver {
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
         IslandSolver {
-            solver,
+            own: Worker::new(solver),
+            crew: None,
             tolerance,
-            sharing: Sharing::default(),
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
@@ -117,6 +181,7 @@ impl IslandSolver {
         };
         let mut order: Vec<(i16, usize)> = (0..self.islands.len()).map(|k| (level(k), k)).collect();
         order.sort_by_key(|&(level, k)| (std::cmp::Reverse(level), k));
+        let task = self.task(inverse_mass, rules);
         let mut outcomes = vec![None; order.len()];
         let mut above = None;
         for (level, k) in order {
@@ -125,7 +190,10 @@ impl IslandSolver {
                 above = Some(level);
             }
             stage.look_up(self.islands.blocks(k));
-            let (outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
+            let members = self.islands.blocks(k);
+            let solved = (self.own).solve_island(members, stage, task, &mut self.clock);
+            let (outcome, kept) = solved.settle(members, stage);
+            self.clock.lap(|t| &mut t.solve);
             outcomes[k] = Some(outcome);
             if let Some(all) = &mut self.kept {
                 all.extend(kept);
@@ -133,6 +201,15 @@ impl IslandSolver {
         }
         self.outcomes.extend(outcomes.into_iter().flatten());
         stage.loose.sort_unstable();
+    }
+
+    fn task<'a>(&self, inverse_mass: &'a [Vec3], rules: &'a Rules) -> Task<'a> {
+        Task {
+            inverse_mass,
+            rules,
+            tolerance: self.tolerance,
+            keep: self.kept.is_some(),
+        }
     }
 
     /// Solves those islands of a part that are not solved yet. `false` if contacts that were left
@@ -150,18 +227,43 @@ impl IslandSolver {
         if taken.len() < stage.blocks.len() || part.round > 0 {
             (self.islands).build_of(inverse_mass.len(), &taken, &stage.rows);
         }
+        let mut open = Vec::with_capacity(self.islands.len());
         for k in 0..self.islands.len() {
-            let members = self.islands.blocks(k);
-            let spent = match part.begin(members, stage) {
-                Begin::Stands => continue,
-                Begin::Anew(spent) => spent,
-            };
-            let first = members[0] as usize;
-            let (mut outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
-            for earlier in spent {
-                outcome.report = outcome.report.after(&earlier);
+            if let Begin::Anew(spent) = part.begin(self.islands.blocks(k), stage) {
+                open.push((k, spent));
             }
-            part.solved[first] = Some((outcome, kept));
+        }
+        let task = self.task(inverse_mass, rules);
+        let islands = &self.islands;
+        let mut close =
+            |members: &[u32], spent: Vec<SolveReport>, solved: Solved, stage: &mut _| {
+                let (mut outcome, kept) = solved.settle(members, stage);
+                for earlier in spent {
+                    outcome.report = outcome.report.after(&earlier);
+                }
+                part.solved[members[0] as usize] = Some((outcome, kept));
+            };
+        let sizes = open.iter().map(|(k, _)| islands.blocks(*k).len());
+        if let Some(crew) = &mut self.crew
+            && crew.shares(sizes)
+        {
+            let still: &Stage = stage;
+            let one = |worker: &mut Worker, clock: &mut PhaseClock, job: usize| {
+                worker.solve_island(islands.blocks(open[job].0), still, task, clock)
+            };
+            self.clock.lap(|t| &mut t.assembly);
+            let all = crew.solve(&mut self.own, &mut self.clock, one);
+            for ((k, spent), solved) in open.into_iter().zip(all) {
+                close(islands.blocks(k), spent, solved, stage);
+            }
+            self.clock.lap(|t| &mut t.solve);
+        } else {
+            for (k, spent) in open {
+                let members = islands.blocks(k);
+                let solved = (self.own).solve_island(members, stage, task, &mut self.clock);
+                close(members, spent, solved, stage);
+                self.clock.lap(|t| &mut t.solve);
+            }
         }
         if taken.len() == stage.blocks.len() {
             return true;
@@ -169,24 +271,32 @@ impl IslandSolver {
         stage.end_velocities(inverse_mass);
         part.take_closed(stage)
     }
+}
 
+impl Worker {
+    /// Solves, caps and judges the island of these blocks.
     fn solve_island(
         &mut self,
-        k: usize,
-        stage: &mut Stage,
-        inverse_mass: &[Vec3],
-        rules: &Rules,
-    ) -> (IslandOutcome, Option<SolvedProblem>) {
-        let members = &self.islands.blocks(k).to_vec();
-        let mut problem = stage.island_problem(members, inverse_mass);
+        members: &[u32],
+        stage: &Stage,
+        task: Task,
+        clock: &mut PhaseClock,
+    ) -> Solved {
+        let Task {
+            inverse_mass,
+            rules,
+            tolerance,
+            keep,
+        } = task;
+        let mut problem = stage.island_problem(members, inverse_mass, &mut self.local_of);
         let warm: Vec<Vec2> = members
             .iter()
             .map(|&i| stage.impulses[i as usize])
             .collect();
         let mut impulses = warm.clone();
-        self.clock.lap(|t| &mut t.assembly);
-        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
-        let mut joints_capped = false;
+        clock.lap(|t| &mut t.assembly);
+        let mut report = self.solver.solve(&problem, &mut impulses, tolerance);
+        let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
         if rules.corrects_gaps() {
             let held = cap_joints(
                 self.solver.as_mut(),
@@ -196,18 +306,22 @@ impl IslandSolver {
                 inverse_mass,
                 &mut impulses,
                 report,
-                self.tolerance,
+                tolerance,
             );
             (report, joints_capped) = (held.report, held.capped);
+            (accounts, loose) = (held.accounts, held.loose);
         }
-        let kept = self.kept.is_some().then(|| SolvedProblem {
+        // what the stage is to hold of it; pushes may be dropped from the problem yet
+        let free = joints_capped.then(|| problem.free.clone());
+        let kept = keep.then(|| SolvedProblem {
             problem: problem.clone(),
             impulses: impulses.clone(),
             report,
         });
         let mut blocks: Vec<CapBlock> = members
             .iter()
-            .map(|&i| cap_block(&stage.blocks[i as usize], stage.gamma_free(i as usize)))
+            .zip(&problem.free)
+            .map(|(&i, b)| cap_block(&stage.blocks[i as usize], b - stage.gamma_free(i as usize)))
             .collect();
         let mut outcome = IslandOutcome {
             report,
@@ -221,7 +335,7 @@ impl IslandSolver {
         if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
             let mut relaxed = warm;
-            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
+            let again = self.solver.solve(&problem, &mut relaxed, tolerance);
             if again.residual.velocity < report.residual.velocity {
                 impulses = relaxed;
                 outcome.report = again.after(&report);
@@ -231,18 +345,11 @@ impl IslandSolver {
             }
             // a solve that is almost there is better than one that gives way
             if !again.solved() && hopeless(&outcome.report) {
-                self.give_way(&problem, &mut impulses, &mut outcome);
+                self.give_way(&problem, &mut impulses, tolerance, &mut outcome);
             }
         } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
-            let capped = cap(
-                solver,
-                &problem,
-                &blocks,
-                &mut impulses,
-                report,
-                self.tolerance,
-            );
+            let capped = cap(solver, &problem, &blocks, &mut impulses, report, tolerance);
             outcome.report = capped.report;
             outcome.capped = capped.capped;
         }
@@ -250,21 +357,24 @@ impl IslandSolver {
             outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
         }
         let residual = &outcome.report.residual;
-        let resolution = 10.0 * (self.tolerance * residual.velocity_scale).max(residual.velocity);
+        let resolution = 10.0 * (tolerance * residual.velocity_scale).max(residual.velocity);
         outcome.redundant = redundant(&problem, &impulses, resolution);
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
-            let (changed, work) = self.sharing.least(&problem, &mut impulses, self.tolerance);
+            let (changed, work) = self.sharing.least(&problem, &mut impulses, tolerance);
             outcome.report.factorisations += work;
             if changed {
                 outcome.report.residual = natural_map(&problem, &impulses);
             }
         }
-        for (&i, &p) in members.iter().zip(&impulses) {
-            stage.impulses[i as usize] = p;
-            stage.resolution[i as usize] = resolution;
+        Solved {
+            outcome,
+            kept,
+            impulses,
+            resolution,
+            free,
+            accounts,
+            loose,
         }
-        self.clock.lap(|t| &mut t.solve);
-        (outcome, kept)
     }
 
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
@@ -276,6 +386,7 @@ impl IslandSolver {
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
+        tolerance: f64,
         outcome: &mut IslandOutcome,
     ) {
         let mut soft = problem.clone();
@@ -287,11 +398,11 @@ impl IslandSolver {
             }
         }
         let mut found = vec![Vec2::zeros(); impulses.len()];
-        let report = self.solver.solve(&soft, &mut found, self.tolerance);
+        let report = self.solver.solve(&soft, &mut found, tolerance);
         let worse = outcome.report;
         if report.solved() {
             impulses.copy_from_slice(&found);
-            outcome.report = SolveReport::judged(problem, impulses, self.tolerance).after(&report);
+            outcome.report = SolveReport::judged(problem, impulses, tolerance).after(&report);
             outcome.relaxed = true;
         }
         outcome.report = outcome.report.after(&worse);
@@ -332,10 +443,11 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
     }
 }
 
-fn cap_block(block: &Block, gamma_free: Vec2) -> CapBlock {
+/// A block, with what its rule added to `γ_F`.
+fn cap_block(block: &Block, free: Vec2) -> CapBlock {
     CapBlock {
         gamma_a: block.gamma_a,
-        free: block.free - gamma_free,
+        free,
         rigid: is_rigid(&block.law),
         held: block.held,
         impact: block.impact,

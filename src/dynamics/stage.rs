@@ -89,7 +89,6 @@ pub(super) struct Stage {
     pub excused: BTreeSet<u64>,
     /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
     pub crowded: Vec<bool>,
-    pub local_of: Vec<u32>,
 }
 
 impl Stage {
@@ -400,9 +399,14 @@ impl Stage {
         }
     }
 
-    /// The contact problem of one island, over its own bodies.
-    pub fn island_problem(&mut self, members: &[u32], inverse_mass: &[Vec3]) -> ContactProblem {
-        self.local_of.resize(inverse_mass.len(), NO_BODY);
+    /// The contact problem of one island, over its own bodies; `local_of` is a buffer that is kept.
+    pub fn island_problem(
+        &self,
+        members: &[u32],
+        inverse_mass: &[Vec3],
+        local_of: &mut Vec<u32>,
+    ) -> ContactProblem {
+        local_of.resize(inverse_mass.len(), NO_BODY);
         let mut touched = Vec::new();
         let mut operator = BodyOperator::default();
         let mut problem_free = Vec::with_capacity(members.len());
@@ -414,7 +418,7 @@ impl Stage {
                 if *body == NO_BODY {
                     continue;
                 }
-                let local = &mut self.local_of[*body as usize];
+                let local = &mut local_of[*body as usize];
                 if *local == NO_BODY {
                     *local = operator.inverse_mass.len() as u32;
                     operator.inverse_mass.push(inverse_mass[*body as usize]);
@@ -427,7 +431,7 @@ impl Stage {
             laws.push(block.law);
         }
         for body in touched {
-            self.local_of[body] = NO_BODY;
+            local_of[body] = NO_BODY;
         }
         ContactProblem {
             operator: Delassus::Bodies(operator),

@@ -7,7 +7,7 @@ use crate::solver::Shares;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     pub engine: Engine,
-    /// Step length and simulated time \[s\]; of ours scheme, solver and tolerance as well.
+    /// Step length and simulated time \[s\]; of ours scheme, solver, tolerance and threads as well.
     pub step: Step,
     /// rapier's solver settings where rapier steps.
     pub baseline: Option<BaselineSettings>,
@@ -76,6 +76,14 @@ impl Setting {
         match self.engine {
             Engine::Moreau => &self.step.solver,
             Engine::Rapier | Engine::RapierStiff => "soft",
+        }
+    }
+
+    /// Threads that step: one of rapier, built as it is here.
+    pub fn threads(&self) -> usize {
+        match self.engine {
+            Engine::Moreau => self.step.threads,
+            Engine::Rapier | Engine::RapierStiff => 1,
         }
     }
 
