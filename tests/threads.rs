@@ -10,7 +10,9 @@ use moreau2d::experiment::{Engine, simulate};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, StateError};
 use moreau2d::report::{ResultRow, read_rows};
-use moreau2d::solver::{Auto, ImpulseSolver, SOLVERS, Shares, SolveReport, solver_by_name};
+use moreau2d::solver::{
+    Auto, Carried, ImpulseSolver, SOLVERS, Shares, SolveReport, solver_by_name,
+};
 use std::collections::BTreeSet;
 use std::fs;
 use std::sync::{Arc, Mutex};
@@ -305,7 +307,7 @@ fn problems(name: &str, steps: usize) -> Vec<(ContactProblem, Vec<Vec2>)> {
     found
 }
 
-/// From nothing, and from impulses that almost fit.
+/// From nothing, and from impulses that do not quite fit.
 fn starts(found: &[Vec2]) -> [Vec<Vec2>; 2] {
     let near = found.iter().map(|p| p * 1.1).collect();
     [vec![Vec2::zeros(); found.len()], near]
@@ -315,11 +317,18 @@ fn answer(
     solver: &mut dyn ImpulseSolver,
     (problem, found): &(ContactProblem, Vec<Vec2>),
 ) -> Vec<String> {
-    let of = |mut impulses: Vec<Vec2>| -> String {
+    let mut of = |mut impulses: Vec<Vec2>| -> String {
         let report: SolveReport = solver.solve(problem, &mut impulses, 1e-9);
         format!("{report:?} {impulses:?}")
     };
-    starts(found).map(of).into()
+    let mut answers: Vec<String> = starts(found).map(&mut of).into();
+    let mut carried = Carried::default();
+    for factor in [1.1, 1.0 + 1e-7] {
+        let mut impulses: Vec<Vec2> = found.iter().map(|p| p * factor).collect();
+        let report = solver.solve_on(problem, &mut impulses, 1e-9, &mut carried);
+        answers.push(format!("{report:?} {impulses:?} {}", carried.is_empty()));
+    }
+    answers
 }
 
 /// Whoever is met before, the same problem gets the same answer: from a new object, and from one

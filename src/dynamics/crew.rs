@@ -6,7 +6,7 @@ use super::stepper::StepError;
 use crate::solver::solver_by_name;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Most threads of a stepper.
 pub(super) const MOST_THREADS: usize = 1024;
@@ -91,28 +91,36 @@ impl Crew {
         self.batches.len() > 1
     }
 
-    /// Calls `one` on every island that [`Crew::shares`] was told of, by its number, and returns the
-    /// results in the order of the numbers.
+    /// Calls `one` on every job, an island each of which [`Crew::shares`] was told, and returns the
+    /// results in the order of the jobs.
     ///
     /// The wall time goes to the phases in the shares in which all threads spent theirs.
-    pub fn solve<R: Send>(
+    pub fn solve<J: Send, R: Send>(
         &mut self,
         worker: &mut Worker,
         clock: &mut PhaseClock,
-        one: impl Fn(&mut Worker, &mut PhaseClock, usize) -> R + Sync,
+        jobs: Vec<J>,
+        one: impl Fn(&mut Worker, &mut PhaseClock, J) -> R + Sync,
     ) -> Vec<R> {
-        let next = AtomicUsize::new(0);
-        let (order, batches) = (&self.order, &self.batches);
+        let count = jobs.len();
+        let mut jobs: Vec<Option<J>> = jobs.into_iter().map(Some).collect();
+        let mut take = |&k: &usize| Some((k, jobs[k].take()?));
+        let batches = self.batches.drain(..);
+        let batches = batches.map(|b| self.order[b].iter().filter_map(&mut take).collect());
+        let batches: Vec<Vec<(usize, J)>> = batches.collect();
+        let helpers = self.others.len().min(batches.len().saturating_sub(1));
+        let queue = Mutex::new(batches.into_iter());
+        // nothing panics with the queue in its hands
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |worker: &mut Worker, clock: &mut PhaseClock, done: &mut Vec<(usize, R)>| {
             clock.start();
-            while let Some(batch) = batches.get(next.fetch_add(1, Ordering::Relaxed)) {
-                for &k in &order[batch.clone()] {
-                    done.push((k, one(worker, clock, k)));
+            while let Some(batch) = next() {
+                for (k, job) in batch {
+                    done.push((k, one(worker, clock, job)));
                     clock.lap(|t| &mut t.solve);
                 }
             }
         };
-        let helpers = self.others.len().min(batches.len().saturating_sub(1));
         let others = &mut self.others[..helpers];
         let (mut own_clock, mut own) = (clock.another(), Vec::new());
         let mut done: Vec<Vec<(usize, R)>> = others.iter().map(|_| Vec::new()).collect();
@@ -126,7 +134,7 @@ impl Crew {
         });
         let clocks = others.iter().map(|hand| &hand.clock);
         clock.lap_as(clocks.chain(std::iter::once(&own_clock)));
-        let mut results: Vec<Option<R>> = order.iter().map(|_| None).collect();
+        let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
         for (k, result) in done.into_iter().flatten().chain(own) {
             results[k] = Some(result);
         }
@@ -155,8 +163,8 @@ mod tests {
             for _ in 0..20 {
                 assert!(crew.shares(sizes()));
                 let clock = &mut PhaseClock::default();
-                let found = crew.solve(&mut worker, clock, |_, _, k| k);
-                assert_eq!(found, (0..500).collect::<Vec<_>>());
+                let found = crew.solve(&mut worker, clock, (0..500).collect(), |_, _, k| k);
+                assert_eq!(found, (0..500).collect::<Vec<usize>>());
             }
         }
     }
@@ -168,7 +176,7 @@ mod tests {
         let both = Barrier::new(2);
         assert!(crew.shares([BATCH, BATCH].into_iter()));
         let clock = &mut PhaseClock::default();
-        let found = crew.solve(&mut worker, clock, |_, _, _| {
+        let found = crew.solve(&mut worker, clock, vec![(); 2], |_, _, ()| {
             both.wait();
             std::thread::current().id()
         });
@@ -200,7 +208,7 @@ mod tests {
         clock.start();
         assert!(crew.shares([BATCH; 12].into_iter()));
         let pause = || std::thread::sleep(std::time::Duration::from_millis(2));
-        crew.solve(&mut worker, &mut clock, |_, clock, _| {
+        crew.solve(&mut worker, &mut clock, vec![(); 12], |_, clock, ()| {
             pause();
             clock.lap(|t| &mut t.assembly);
             pause();

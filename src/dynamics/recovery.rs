@@ -5,7 +5,7 @@ use super::joint_rules::joint_impact_rule;
 use super::model::{JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable};
+use super::stage::{Stage, diagonal, movable, movable_sides};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -35,18 +35,28 @@ pub(super) struct OverlapRecovery {
 impl OverlapRecovery {
     /// What is known with the contacts of a step, before it is solved.
     pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
-        let mut pairs = Vec::new();
+        let mut pairs = Vec::with_capacity(self.seen.len());
         let mut overlapped = self.overlapped.clone();
+        let mut seen = self.seen.as_slice();
         for contact in &stage.detection.contacts {
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-            if !rigid || movable(&contact.rows, inverse_mass).bodies == [NO_BODY; 2] {
+            if !rigid || movable_sides(&contact.rows, inverse_mass) == [NO_BODY; 2] {
                 continue;
             }
             let pair = contact.key.pair;
-            pairs.push(pair);
+            if pairs.last() != Some(&pair) {
+                pairs.push(pair);
+            }
+            // mostly in the same order as in the step before
+            while seen.first().is_some_and(|first| *first < pair) {
+                seen = &seen[1..];
+            }
+            if seen.first() == Some(&pair) || self.seen.binary_search(&pair).is_ok() {
+                continue;
+            }
             let opening = contact.rows.velocity(&stage.start).x;
             let at_start = contact.gap - 0.5 * stage.length * opening;
-            if at_start < -slop(contact, stage) && self.seen.binary_search(&pair).is_err() {
+            if at_start < -slop(contact, stage) {
                 overlapped.insert(pair);
             }
         }

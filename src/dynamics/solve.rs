@@ -4,14 +4,18 @@ use super::cap::{CapBlock, cap, is_rigid, work};
 use super::crew::Crew;
 use super::islands::Islands;
 use super::joint_cap::{Account, cap_joints};
+use super::model::ContactKey;
 use super::outcome::redundant;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::stage::{Block, Stage};
+use super::stage::{Block, LocalBodies, Stage};
 use crate::contact::{ContactProblem, Law, NO_BODY, Vec2, Vec3, natural_map};
-use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+use crate::solver::{
+    Carried, CarriedState, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus,
+};
+use rustc_hash::FxHashMap;
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -56,12 +60,13 @@ pub struct SolvedProblem {
     pub report: SolveReport,
 }
 
-/// What islands are solved with: one for each thread. Nothing of an island is left in it that
+/// What islands are solved with, one for each thread. Nothing of an island is left in it that
 /// another would notice.
 pub(super) struct Worker {
     pub solver: Box<dyn ImpulseSolver>,
     sharing: Sharing,
-    local_of: Vec<u32>,
+    local: LocalBodies,
+    work: Work,
 }
 
 impl Worker {
@@ -69,7 +74,8 @@ impl Worker {
         Worker {
             solver,
             sharing: Sharing::default(),
-            local_of: Vec::new(),
+            local: LocalBodies::default(),
+            work: Work::default(),
         }
     }
 }
@@ -84,11 +90,18 @@ struct Task<'a> {
     keep: bool,
 }
 
-/// What the solve of an island makes of it: the stage is changed by [`Solved::settle`] alone.
-pub(super) struct Solved {
+/// An island to be solved.
+struct Job {
+    island: usize,
+    /// Work spent on parts of it.
+    spent: Vec<SolveReport>,
+    carried: Option<Carried>,
+}
+
+/// What the solve of an island makes of it, beside impulses: nothing in the stage is changed by it.
+struct Solved {
     outcome: IslandOutcome,
     kept: Option<SolvedProblem>,
-    impulses: Vec<Vec2>,
     resolution: f64,
     /// `b` of all blocks, where a cap on joints changed it.
     free: Option<Vec<Vec2>>,
@@ -98,12 +111,13 @@ pub(super) struct Solved {
 
 impl Solved {
     /// Writes the results of an island of these blocks into its stage.
-    pub fn settle(
+    fn settle(
         self,
         members: &[u32],
+        impulses: &[Vec2],
         stage: &mut Stage,
     ) -> (IslandOutcome, Option<SolvedProblem>) {
-        for (&i, &p) in members.iter().zip(&self.impulses) {
+        for (&i, &p) in members.iter().zip(impulses) {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = self.resolution;
         }
@@ -129,8 +143,25 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
+    /// What islands of the last step carry, by the key of their first block, and those of this one.
+    carried: FxHashMap<ContactKey, Carried>,
+    carried_next: FxHashMap<ContactKey, Carried>,
     pub clock: PhaseClock,
 }
+
+/// What the solve of an island fills, kept for the next one.
+#[derive(Default)]
+struct Work {
+    problem: ContactProblem,
+    warm: Vec<Vec2>,
+    impulses: Vec<Vec2>,
+    /// `G P + b`.
+    velocities: Vec<Vec2>,
+    blocks: Vec<CapBlock>,
+}
+
+/// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
+const CARRIES: usize = 32;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
@@ -141,8 +172,38 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
+            carried: FxHashMap::default(),
+            carried_next: FxHashMap::default(),
             clock: PhaseClock::default(),
         }
+    }
+
+    /// Begins a step: what one that failed has left is not carried.
+    pub fn begin(&mut self) {
+        self.carried_next.clear();
+        if let Some(kept) = &mut self.kept {
+            kept.clear();
+        }
+    }
+
+    /// Ends a step: what its islands carry is for the next one.
+    pub fn carry_on(&mut self) {
+        self.carried = std::mem::take(&mut self.carried_next);
+    }
+
+    /// What islands carry, in the order of their keys.
+    pub fn carried_state(&self) -> Vec<(ContactKey, CarriedState)> {
+        let all = self.carried.iter();
+        let states = all.filter_map(|(key, carried)| Some((*key, carried.state()?)));
+        let mut states: Vec<_> = states.collect();
+        states.sort_by_key(|(key, _)| (key.pair, key.feature));
+        states
+    }
+
+    /// Goes on with what [`IslandSolver::carried_state`] gave.
+    pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
+        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
+        self.carried = states.iter().map(restored).collect();
     }
 
     /// Number of problems kept so far.
@@ -164,7 +225,7 @@ impl IslandSolver {
         if stage.standing.dominance.is_empty() {
             let mut part = Part::near(stage, &self.islands);
             while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
-            for (outcome, kept) in part.solved.into_iter().flatten() {
+            for (outcome, kept) in part.into_solved() {
                 self.outcomes.push(outcome);
                 if let Some(all) = &mut self.kept {
                     all.extend(kept);
@@ -190,10 +251,8 @@ impl IslandSolver {
                 above = Some(level);
             }
             stage.look_up(self.islands.blocks(k));
-            let members = self.islands.blocks(k);
-            let solved = (self.own).solve_island(members, stage, task, &mut self.clock);
-            let (outcome, kept) = solved.settle(members, stage);
-            self.clock.lap(|t| &mut t.solve);
+            let job = self.job(k, Vec::new(), stage);
+            let (outcome, kept) = self.solve_here(job, stage, task);
             outcomes[k] = Some(outcome);
             if let Some(all) = &mut self.kept {
                 all.extend(kept);
@@ -212,6 +271,60 @@ impl IslandSolver {
         }
     }
 
+    /// Takes out what an island of a step carried from the last one.
+    fn job(&mut self, island: usize, spent: Vec<SolveReport>, stage: &Stage) -> Job {
+        let members = self.islands.blocks(island);
+        let carries = members.len() >= CARRIES && stage.whole;
+        let carried = carries.then(|| {
+            let key = stage.key(members[0] as usize);
+            let earlier = self.carried_next.remove(&key);
+            let earlier = earlier.or_else(|| self.carried.remove(&key));
+            earlier.unwrap_or_default()
+        });
+        Job {
+            island,
+            spent,
+            carried,
+        }
+    }
+
+    /// Notes what became of an island.
+    fn settle(
+        &mut self,
+        job: Job,
+        solved: Solved,
+        impulses: &[Vec2],
+        stage: &mut Stage,
+    ) -> (IslandOutcome, Option<SolvedProblem>) {
+        let members = self.islands.blocks(job.island);
+        if let Some(carried) = job.carried.filter(|c| !c.is_empty()) {
+            let key = stage.key(members[0] as usize);
+            self.carried_next.insert(key, carried);
+        }
+        let (mut outcome, kept) = solved.settle(members, impulses, stage);
+        for earlier in job.spent {
+            outcome.report = outcome.report.after(&earlier);
+        }
+        (outcome, kept)
+    }
+
+    /// Solves an island on the caller's thread.
+    fn solve_here(
+        &mut self,
+        mut job: Job,
+        stage: &mut Stage,
+        task: Task,
+    ) -> (IslandOutcome, Option<SolvedProblem>) {
+        let members = self.islands.blocks(job.island);
+        let carried = job.carried.as_mut();
+        let solved = (self.own).solve_island(members, carried, stage, task, &mut self.clock);
+        let impulses = std::mem::take(&mut self.own.work.impulses);
+        let settled = self.settle(job, solved, &impulses, stage);
+        self.own.work.impulses = impulses;
+        self.clock.lap(|t| &mut t.solve);
+        settled
+    }
+
     /// Solves those islands of a part that are not solved yet. `false` if contacts that were left
     /// out would be closed: the part holds them now, and their islands wait.
     fn solve_part(
@@ -227,42 +340,36 @@ impl IslandSolver {
         if taken.len() < stage.blocks.len() || part.round > 0 {
             (self.islands).build_of(inverse_mass.len(), &taken, &stage.rows);
         }
-        let mut open = Vec::with_capacity(self.islands.len());
+        // all are taken up before any is solved: none depends on the others then
+        let mut jobs = Vec::with_capacity(self.islands.len());
         for k in 0..self.islands.len() {
             if let Begin::Anew(spent) = part.begin(self.islands.blocks(k), stage) {
-                open.push((k, spent));
+                jobs.push(self.job(k, spent, stage));
             }
         }
         let task = self.task(inverse_mass, rules);
-        let islands = &self.islands;
-        let mut close =
-            |members: &[u32], spent: Vec<SolveReport>, solved: Solved, stage: &mut _| {
-                let (mut outcome, kept) = solved.settle(members, stage);
-                for earlier in spent {
-                    outcome.report = outcome.report.after(&earlier);
-                }
-                part.solved[members[0] as usize] = Some((outcome, kept));
-            };
-        let sizes = open.iter().map(|(k, _)| islands.blocks(*k).len());
+        let sizes = jobs.iter().map(|job| self.islands.blocks(job.island).len());
         if let Some(crew) = &mut self.crew
             && crew.shares(sizes)
         {
-            let still: &Stage = stage;
-            let one = |worker: &mut Worker, clock: &mut PhaseClock, job: usize| {
-                worker.solve_island(islands.blocks(open[job].0), still, task, clock)
+            let (still, islands): (&Stage, _) = (stage, &self.islands);
+            let one = |worker: &mut Worker, clock: &mut PhaseClock, mut job: Job| {
+                let (members, carried) = (islands.blocks(job.island), job.carried.as_mut());
+                let solved = worker.solve_island(members, carried, still, task, clock);
+                (job, solved, worker.work.impulses.clone())
             };
             self.clock.lap(|t| &mut t.assembly);
-            let all = crew.solve(&mut self.own, &mut self.clock, one);
-            for ((k, spent), solved) in open.into_iter().zip(all) {
-                close(islands.blocks(k), spent, solved, stage);
+            for (job, solved, impulses) in crew.solve(&mut self.own, &mut self.clock, jobs, one) {
+                let first = self.islands.blocks(job.island)[0];
+                let (outcome, kept) = self.settle(job, solved, &impulses, stage);
+                part.keep(first, outcome, kept);
             }
             self.clock.lap(|t| &mut t.solve);
         } else {
-            for (k, spent) in open {
-                let members = islands.blocks(k);
-                let solved = (self.own).solve_island(members, stage, task, &mut self.clock);
-                close(members, spent, solved, stage);
-                self.clock.lap(|t| &mut t.solve);
+            for job in jobs {
+                let first = self.islands.blocks(job.island)[0];
+                let (outcome, kept) = self.solve_here(job, stage, task);
+                part.keep(first, outcome, kept);
             }
         }
         if taken.len() == stage.blocks.len() {
@@ -274,10 +381,11 @@ impl IslandSolver {
 }
 
 impl Worker {
-    /// Solves, caps and judges the island of these blocks.
+    /// Solves, caps and judges the island of these blocks: impulses are left in `work`.
     fn solve_island(
         &mut self,
         members: &[u32],
+        carried: Option<&mut Carried>,
         stage: &Stage,
         task: Task,
         clock: &mut PhaseClock,
@@ -288,14 +396,22 @@ impl Worker {
             tolerance,
             keep,
         } = task;
-        let mut problem = stage.island_problem(members, inverse_mass, &mut self.local_of);
-        let warm: Vec<Vec2> = members
-            .iter()
-            .map(|&i| stage.impulses[i as usize])
-            .collect();
-        let mut impulses = warm.clone();
+        let Work {
+            mut problem,
+            mut warm,
+            mut impulses,
+            mut velocities,
+            mut blocks,
+        } = std::mem::take(&mut self.work);
+        stage.island_problem(members, inverse_mass, &mut self.local, &mut problem);
+        warm.clear();
+        warm.extend(members.iter().map(|&i| stage.impulses[i as usize]));
+        impulses.clone_from(&warm);
         clock.lap(|t| &mut t.assembly);
-        let mut report = self.solver.solve(&problem, &mut impulses, tolerance);
+        let mut report = match carried {
+            Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
+            None => self.solver.solve(&problem, &mut impulses, tolerance),
+        };
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
         if rules.corrects_gaps() {
             let held = cap_joints(
@@ -311,18 +427,20 @@ impl Worker {
             (report, joints_capped) = (held.report, held.capped);
             (accounts, loose) = (held.accounts, held.loose);
         }
-        // what the stage is to hold of it; pushes may be dropped from the problem yet
+        // what the stage is to hold of it: pushes may be dropped from the problem yet
         let free = joints_capped.then(|| problem.free.clone());
         let kept = keep.then(|| SolvedProblem {
             problem: problem.clone(),
             impulses: impulses.clone(),
             report,
         });
-        let mut blocks: Vec<CapBlock> = members
-            .iter()
-            .zip(&problem.free)
-            .map(|(&i, b)| cap_block(&stage.blocks[i as usize], b - stage.gamma_free(i as usize)))
-            .collect();
+        blocks.clear();
+        blocks.extend(
+            members
+                .iter()
+                .zip(&problem.free)
+                .map(|(&i, b)| cap_block(&stage.blocks[i as usize], b)),
+        );
         let mut outcome = IslandOutcome {
             report,
             capped: false,
@@ -331,13 +449,13 @@ impl Worker {
             redundant: false,
             gain: 0.0,
         };
+        let mut known = false;
         let staggered = rules.scheme == Scheme::Staggered;
         if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
-            let mut relaxed = warm;
-            let again = self.solver.solve(&problem, &mut relaxed, tolerance);
+            let again = self.solver.solve(&problem, &mut warm, tolerance);
             if again.residual.velocity < report.residual.velocity {
-                impulses = relaxed;
+                impulses.copy_from_slice(&warm);
                 outcome.report = again.after(&report);
                 outcome.relaxed = true;
             } else {
@@ -349,16 +467,28 @@ impl Worker {
             }
         } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
-            let capped = cap(solver, &problem, &blocks, &mut impulses, report, tolerance);
+            problem.velocities(&impulses, &mut velocities);
+            let capped = cap(
+                solver,
+                &problem,
+                &blocks,
+                (&mut impulses, &velocities),
+                report,
+                tolerance,
+            );
             outcome.report = capped.report;
             outcome.capped = capped.capped;
+            known = !capped.capped;
+        }
+        if !known {
+            problem.velocities(&impulses, &mut velocities);
         }
         if blocks.iter().any(|b| b.impact) {
-            outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
+            outcome.gain = work(&blocks, &impulses, &velocities).max(0.0);
         }
         let residual = &outcome.report.residual;
         let resolution = 10.0 * (tolerance * residual.velocity_scale).max(residual.velocity);
-        outcome.redundant = redundant(&problem, &impulses, resolution);
+        outcome.redundant = redundant(&problem, &impulses, &velocities, resolution);
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
             let (changed, work) = self.sharing.least(&problem, &mut impulses, tolerance);
             outcome.report.factorisations += work;
@@ -366,10 +496,16 @@ impl Worker {
                 outcome.report.residual = natural_map(&problem, &impulses);
             }
         }
+        self.work = Work {
+            problem,
+            warm,
+            impulses,
+            velocities,
+            blocks,
+        };
         Solved {
             outcome,
             kept,
-            impulses,
             resolution,
             free,
             accounts,
@@ -443,11 +579,11 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
     }
 }
 
-/// A block, with what its rule added to `γ_F`.
-fn cap_block(block: &Block, free: Vec2) -> CapBlock {
+/// A block, for which its problem has `b`.
+fn cap_block(block: &Block, b: &Vec2) -> CapBlock {
     CapBlock {
         gamma_a: block.gamma_a,
-        free,
+        free: b - block.gamma_f,
         rigid: is_rigid(&block.law),
         held: block.held,
         impact: block.impact,

@@ -13,7 +13,7 @@ use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
+use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -128,6 +128,8 @@ pub(crate) struct StepperState {
     time: f64,
     lands: bool,
     memory: Vec<(ContactKey, Memory)>,
+    #[serde(default)]
+    carried: Vec<(ContactKey, CarriedState)>,
     recovery: OverlapRecovery,
 }
 
@@ -154,7 +156,10 @@ impl MoreauStepper {
             time: 0.0,
             memory: Memories::default(),
             memory_next: Memories::default(),
-            stage: Stage::default(),
+            stage: Stage {
+                whole: true,
+                ..Stage::default()
+            },
             recovery: OverlapRecovery::default(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
@@ -205,6 +210,7 @@ impl MoreauStepper {
             time: self.time,
             lands: self.lands,
             memory: self.memory.entries().to_vec(),
+            carried: self.solver.carried_state(),
             recovery: self.recovery.clone(),
         }
     }
@@ -213,6 +219,7 @@ impl MoreauStepper {
     pub(crate) fn restore(&mut self, state: &StepperState) {
         (self.time, self.lands) = (state.time, state.lands);
         self.memory = state.memory.iter().copied().collect();
+        self.solver.restore_carried(&state.carried);
         self.recovery = state.recovery.clone();
     }
 
@@ -284,9 +291,7 @@ impl MoreauStepper {
         }
         self.solver.clock.start();
         model.begin_step(dt)?;
-        if let Some(kept) = &mut self.solver.kept {
-            kept.clear();
-        }
+        self.solver.begin();
         let start = &mut self.stage.start;
         start.clear();
         start.extend_from_slice(model.velocities());
@@ -442,6 +447,7 @@ impl MoreauStepper {
             }
         }
         std::mem::swap(&mut self.memory, &mut self.memory_next);
+        self.solver.carry_on();
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();
