@@ -1,7 +1,7 @@
 //! Islands of a stage shared out among threads.
 
+use super::island::Worker;
 use super::phases::PhaseClock;
-use super::solve::Worker;
 use super::stepper::StepError;
 use crate::solver::solver_by_name;
 use rayon::{ThreadPool, ThreadPoolBuilder};

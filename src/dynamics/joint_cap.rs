@@ -1,8 +1,8 @@
 //! Joints that give no energy, however far bodies turn in a step.
 
 use super::cap::{is_rigid, largest_share};
+use super::island::hopeless;
 use super::outcome::kinetic_of;
-use super::solve::hopeless;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, NO_BODY, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, SolveReport};

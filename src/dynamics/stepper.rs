@@ -1,6 +1,7 @@
 use super::cluster::Context;
 use super::crew::{Crew, MOST_THREADS};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
+use super::island::SolvedProblem;
 use super::joint_recovery::close_joints;
 use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
@@ -9,7 +10,7 @@ use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::solve::{IslandSolver, SolvedProblem};
+use super::solve::IslandSolver;
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
