@@ -186,17 +186,25 @@ impl Stage {
                     .standing
                     .swept(contact, gamma_a, span.step, inverse_mass);
             let known = memory.get(&contact.key);
-            let applied = applied_acceleration(contact, &self.accelerations);
+            let located = rules.events || swept;
+            // what neither rebounds nor waits is told from nothing by how fast it is
+            let bounces =
+                matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
+            let (mut applied, mut acceleration) = (0.0, 0.0);
+            if located || bounces {
+                applied = applied_acceleration(contact, &self.accelerations);
+                acceleration = centripetal(contact, &self.start).max(applied);
+            }
             let now = Situation {
                 span,
                 gamma_a,
                 gamma_f: contact.rows.velocity(&self.free) + surface,
-                acceleration: centripetal(contact, &self.start).max(applied),
+                acceleration,
                 applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
                 rebounded: known.is_some_and(|m| m.rebounded),
-                located: rules.events || swept,
+                located,
                 crowded: !swept
                     && contact
                         .rows

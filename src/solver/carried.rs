@@ -23,6 +23,32 @@ pub struct Carried(pub(super) Option<Box<Newton>>);
 pub(super) struct Newton {
     pub factored: Factored,
     pub statuses: Vec<Status>,
+    /// Whether pairs of bodies that only open contacts couple are left out.
+    pub lean: bool,
+}
+
+/// Share of open contacts from which on they are left out of what serves more than once.
+const OPEN: f64 = 0.1;
+
+impl Newton {
+    /// Leaves out what is open, if it is much: triangular solves are the cheaper for it.
+    pub fn serve_again(&mut self) {
+        let open = self.statuses.iter().filter(|s| **s == Status::Open).count();
+        if self.lean || (open as f64) < OPEN * self.statuses.len() as f64 {
+            return;
+        }
+        let own = &mut self.factored;
+        let (rows, gains) = (
+            std::mem::take(&mut own.rows),
+            std::mem::take(&mut own.gains),
+        );
+        let lean = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
+        self.lean = true;
+        match lean {
+            Some(factored) => self.factored = factored,
+            None => (own.rows, own.gains) = (rows, gains),
+        }
+    }
 }
 
 impl Carried {
@@ -54,6 +80,7 @@ impl Carried {
             rows: rows.map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
+            lean: newton.lean,
         })
     }
 
@@ -73,12 +100,13 @@ impl Carried {
         let bodies = last.map_or(0, |b| b as usize + 1);
         let alike = [state.bodies.len(), gains.len(), state.statuses.len()] == [rows.len(); 3];
         let factored = (alike && bodies <= 2 * rows.len())
-            .then(|| Response::factored(bodies, rows, gains))
+            .then(|| Response::factored(bodies, rows, gains, state.lean))
             .flatten();
         Carried(factored.map(|factored| {
             Box::new(Newton {
                 factored,
                 statuses: state.statuses.clone(),
+                lean: state.lean,
             })
         }))
     }
@@ -91,6 +119,7 @@ pub(crate) struct CarriedState {
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
+    lean: bool,
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {

@@ -110,15 +110,17 @@ impl Response {
     }
 
     /// Finds the places of a problem's numbers in its factors, unless they are known. The symbolic
-    /// factorisation is kept while the same bodies couple.
-    fn make_ready(&mut self) {
+    /// factorisation is kept while the same bodies couple; where `holds` says no, a block never will.
+    fn make_ready(&mut self, holds: impl Fn(usize) -> bool) {
         if self.ready {
             return;
         }
         self.ready = true;
         let own = &mut self.factored;
+        let couples = |(i, rows): (usize, &Rows)| coupled(rows).filter(|_| holds(i));
         self.pairs.clear();
-        self.pairs.extend(own.rows.iter().filter_map(coupled));
+        self.pairs
+            .extend(own.rows.iter().enumerate().filter_map(couples));
         self.pairs.sort_unstable();
         self.pairs.dedup();
         self.fits = own.factor.prepare(own.bodies, &self.pairs).is_ok();
@@ -126,16 +128,23 @@ impl Response {
         if self.fits {
             let factor = &own.factor;
             let place = |[a, b]: [u32; 2]| factor.place(a as usize, b as usize);
-            let rows = own.rows.iter();
+            let rows = own.rows.iter().enumerate();
             self.places
-                .extend(rows.map(|r| coupled(r).map(|_| place(r.bodies))));
+                .extend(rows.map(|(i, r)| couples((i, r)).map(|_| place(r.bodies))));
         }
     }
 
-    /// The system of some rows and gains, factorised; `None` if it is singular or too large.
-    pub fn factored(bodies: usize, rows: Vec<Rows>, gains: Vec<Mat2>) -> Option<Factored> {
+    /// The system of some rows and gains, factorised; `None` if it is singular or too large. A
+    /// `lean` one leaves out the pairs of bodies that no gain couples, which it then never can.
+    pub fn factored(
+        bodies: usize,
+        rows: Vec<Rows>,
+        gains: Vec<Mat2>,
+        lean: bool,
+    ) -> Option<Factored> {
         let mut response = Response::default();
         (response.factored.bodies, response.factored.rows) = (bodies, rows);
+        response.make_ready(|i| !lean || gains[i] != Mat2::zeros());
         let made = response.factorise_bodies(&gains);
         response.factored.gains = gains;
         made.then_some(response.factored)
@@ -207,7 +216,7 @@ impl Response {
     }
 
     fn factorise_bodies(&mut self, gains: &[Mat2]) -> bool {
-        self.make_ready();
+        self.make_ready(|_| true);
         if !self.fits {
             return false;
         }

@@ -208,6 +208,9 @@ impl StatusNewton {
             let residual = judge.natural_map(problem, &self.current);
             let merit = residual.merit();
             best.offer(&self.current, residual);
+            if best.solved() {
+                newton.serve_again();
+            }
             if best.solved() || merit.is_nan() || merit > SLOW * merit_before {
                 return;
             }
@@ -225,6 +228,7 @@ impl StatusNewton {
         let newton = carried.0.get_or_insert_default();
         response.exchange(&mut newton.factored);
         newton.factored.gains.clone_from(&self.gains);
+        newton.lean = false;
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();
     }
