@@ -59,11 +59,12 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     if stepping.iter().any(|f| f.is_some())
         || flags.steps.is_some()
         || flags.events
+        || !flags.threads.is_empty()
         || !flags.set.is_empty()
     {
         return Err(RunError::Unfit(
             "bench --solvers: nothing is stepped, so that --dt, --time, --steps, --set, --scheme, \
-             --events and --solver have no effect"
+             --events, --solver and --threads have no effect"
                 .to_owned(),
         ));
     }

@@ -69,8 +69,18 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
             engines.push(engine);
         }
     }
+    let mut threads: Vec<usize> = Vec::new();
+    for &count in &flags.threads {
+        if !threads.contains(&(count as usize)) {
+            threads.push(count as usize);
+        }
+    }
+    if threads.is_empty() {
+        threads.push(1);
+    }
     let throughput = Throughput {
         engines,
+        threads,
         steps: flags.steps.unwrap_or(steps) as usize,
     };
     let target = flags.out.clone();
@@ -90,6 +100,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let more = json!({
         "settings": {
             "steps": throughput.steps,
+            "threads": throughput.threads,
             "settle": works.iter().map(|work| work.settle).collect::<Vec<_>>(),
         },
         "rows": rows.len(),
@@ -114,7 +125,7 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
         let mut flags = args.flags.clone();
         // the size first, so that what the user sets has the last word
         flags.set.splice(0..0, size.iter().map(|s| (*s).to_owned()));
-        let scene = flags.load(name)?;
+        let scene = flags.load_on_one_thread(name)?;
         if scene.study.is_some() || scene.thresher.is_some() {
             return Err(RunError::Unfit(format!(
                 "scene {}: a wear scene is stepped in load cycles, `run` says what they cost",
@@ -152,6 +163,7 @@ fn table(rows: &[ResultRow]) -> String {
     let mut table = Table::new([
         ("scene", Align::Left),
         ("engine", Align::Left),
+        ("threads", Align::Right),
         ("contacts", Align::Right),
         ("step", Align::Right),
         ("ratio", Align::Right),
@@ -166,21 +178,22 @@ fn table(rows: &[ResultRow]) -> String {
     ]);
     let steps = rows.iter().filter(|r| r.measure == "step-time");
     for step in steps {
-        let value = |measure: &str, engine: &str| {
+        let value = |measure: &str, engine: &str, threads: usize| {
             let same = |r: &&ResultRow| {
                 (&r.scene, &r.rung, r.engine.as_str()) == (&step.scene, &step.rung, engine)
-                    && r.measure == measure
+                    && (r.measure.as_str(), r.threads) == (measure, threads)
             };
             rows.iter().find(same).map(|r| r.value)
         };
-        let own = |measure: &str| value(measure, &step.engine);
+        let own = |measure: &str| value(measure, &step.engine, step.threads);
         let cell = |measure: &str, unit: &str| {
             own(measure).map_or("-".to_owned(), |v| quantity(v, unit, 3))
         };
-        let ratio = value("step-time", Engine::Rapier.name()).map(|r| step.value / r);
+        let ratio = value("step-time", Engine::Rapier.name(), 1).map(|r| step.value / r);
         table.push([
             step.scene.clone(),
             step.engine.clone(),
+            step.threads.to_string(),
             own("contacts").map_or("-".to_owned(), |n| format!("{n:.0}")),
             quantity(step.value, "s", 3),
             ratio.map_or("-".to_owned(), |r| number(r, 3)),
@@ -198,9 +211,13 @@ fn table(rows: &[ResultRow]) -> String {
     let growths = rows.iter().filter(|r| r.measure == "growth");
     for row in growths {
         out.push_str(&format!(
-            "{} {}: time grows as contacts^{} from {}\n",
+            "{} {}{}: time grows as contacts^{} from {}\n",
             row.scene,
             row.engine,
+            match row.threads {
+                1 => String::new(),
+                n => format!(" on {n} threads"),
+            },
             number(row.value, 3),
             row.rung
         ));

@@ -42,7 +42,7 @@ pub(super) struct ChartArgs {
     soft: Option<String>,
     /// Draw again what results.csv of an earlier chart holds, and run nothing.
     #[arg(long, value_name = "FILE",
-          conflicts_with_all = ["scenes", "quick", "repeats", "engine"])]
+          conflicts_with_all = ["scenes", "quick", "repeats", "engine", "threads"])]
     from: Option<PathBuf>,
 }
 
@@ -111,6 +111,14 @@ fn count(text: &str) -> Option<usize> {
 pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = args.flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
+    if let Some(peer) = args.engine.filter(|e| *e != Engine::Moreau)
+        && !args.flags.threads.is_empty()
+    {
+        return Err(RunError::Unfit(format!(
+            "--threads: has no effect on --engine {}, only on moreau",
+            peer.name()
+        )));
+    }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());
@@ -256,6 +264,9 @@ impl Work {
                     (_, true) => words.push("--events".to_owned()),
                     (true, false) => words.push("--set step.events=false".to_owned()),
                     (false, false) => {}
+                }
+                if step.threads > 1 {
+                    words.push(format!("--threads {}", step.threads));
                 }
             }
             preset if *preset == setting.engine.baseline() => {}

@@ -93,10 +93,11 @@ struct Flags {
     /// Relative natural-map residual at which an island counts as solved.
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     tolerance: Option<String>,
-    /// Threads to use; results do not depend on it. One is used so far.
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u32).range(1..))]
-    threads: u32,
+    /// Threads of ours, 1 to 1024, over which islands are shared out; nothing but the time depends
+    /// on it. Of bench several, with commas between [default: 1].
+    #[arg(long, value_name = "N", value_delimiter = ',',
+          value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Vec<u32>,
     /// No progress bar, no tables.
     #[arg(long)]
     quiet: bool,
@@ -163,7 +164,22 @@ impl Flags {
     }
 
     /// The scene `name` with all flags applied; warnings about it go to standard error.
-    fn load(&self, name: &str) -> Result<Scene, SceneError> {
+    fn load(&self, name: &str) -> Result<Scene, RunError> {
+        let mut scene = self.load_on_one_thread(name)?;
+        scene.step.threads = match self.threads[..] {
+            [] => 1,
+            [one] => one as usize,
+            _ => {
+                return Err(RunError::Unfit(
+                    "--threads: several numbers are for `bench` alone".to_owned(),
+                ));
+            }
+        };
+        Ok(scene)
+    }
+
+    /// The same without `--threads`.
+    fn load_on_one_thread(&self, name: &str) -> Result<Scene, SceneError> {
         let mut flags = self.set.clone();
         let named = [
             ("step.dt", &self.dt),
@@ -211,7 +227,7 @@ impl Flags {
 
 impl Common {
     /// See [`Flags::load`].
-    fn load(&self) -> Result<Scene, SceneError> {
+    fn load(&self) -> Result<Scene, RunError> {
         self.flags.load(&self.scene)
     }
 

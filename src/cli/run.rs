@@ -110,6 +110,7 @@ fn ours_only(args: &RunArgs) -> Result<(), RunError> {
         ("--events", c.flags.events),
         ("--solver", c.flags.solver.is_some()),
         ("--tolerance", c.flags.tolerance.is_some()),
+        ("--threads", !c.flags.threads.is_empty()),
     ];
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) if args.engine != Engine::Moreau => Err(RunError::Unfit(format!(

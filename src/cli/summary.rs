@@ -98,6 +98,7 @@ pub(super) fn header(command: &str, scene: &Scene) -> Value {
             "shares": scene.step.shares.name(),
             "solver": scene.step.solver,
             "tolerance": float(scene.step.tolerance),
+            "threads": scene.step.threads,
         },
         "warnings": scene.step_warnings(),
     });

@@ -1,8 +1,8 @@
 //! Joints that give no energy, however far bodies turn in a step.
 
 use super::cap::{is_rigid, largest_share};
+use super::island::hopeless;
 use super::outcome::kinetic_of;
-use super::solve::hopeless;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, NO_BODY, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, SolveReport};
@@ -26,8 +26,12 @@ pub(crate) struct Account {
 /// What became of an island's joints.
 pub(super) struct JointCap {
     pub report: SolveReport,
-    /// Whether gaps were closed by less than asked.
+    /// Whether gaps were closed by less than asked: what the blocks ask for is in the problem then.
     pub capped: bool,
+    /// Blocks of pins and locked axes, each with its new account.
+    pub accounts: Vec<(u32, Account)>,
+    /// Their joints, where gaps were closed by less than asked.
+    pub loose: Vec<usize>,
 }
 
 /// Bounds the energy that pins and locked axes add,
@@ -55,7 +59,7 @@ pub(super) struct JointCap {
 pub(super) fn cap_joints(
     solver: &mut dyn ImpulseSolver,
     problem: &mut ContactProblem,
-    stage: &mut Stage,
+    stage: &Stage,
     members: &[u32],
     inverse_mass: &[Vec3],
     impulses: &mut [Vec2],
@@ -65,6 +69,8 @@ pub(super) fn cap_joints(
     let mut result = JointCap {
         report,
         capped: false,
+        accounts: Vec::new(),
+        loose: Vec::new(),
     };
     let held: Vec<usize> = (0..members.len())
         .filter(|&k| stage.blocks[members[k] as usize].held)
@@ -129,15 +135,14 @@ pub(super) fn cap_joints(
             0.0
         };
         let (p, b) = blend(share);
-        for (k, &i) in members.iter().enumerate() {
-            problem.free[k] = calm_free[k].lerp(&first_free[k], share);
-            stage.blocks[i as usize].free = problem.free[k];
+        for (k, b) in problem.free.iter_mut().enumerate() {
+            *b = calm_free[k].lerp(&first_free[k], share);
         }
         added = work(&p, &b);
         impulses.copy_from_slice(&p);
         for &k in &held {
             if let Source::Joint(index) = stage.blocks[members[k] as usize].source {
-                stage.loose.push(index);
+                result.loose.push(index);
             }
         }
         // as good as the worse of the two
@@ -149,12 +154,11 @@ pub(super) fn cap_joints(
         result.capped = true;
     }
     let share = 1.0 / held.len() as f64;
-    for &k in &held {
-        stage.blocks[members[k] as usize].account = Account {
-            added: share * (account + added).clamp(-limit, limit),
-            scale: share * scale,
-        };
-    }
+    let account = Account {
+        added: share * (account + added).clamp(-limit, limit),
+        scale: share * scale,
+    };
+    result.accounts = held.iter().map(|&k| (members[k], account)).collect();
     result
 }
 

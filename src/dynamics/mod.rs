@@ -20,7 +20,9 @@
 
 mod cap;
 mod cluster;
+mod crew;
 mod events;
+mod island;
 mod islands;
 mod joint;
 mod joint_cap;
@@ -46,6 +48,7 @@ mod standing;
 mod stepper;
 mod visco_elastic;
 
+pub use island::SolvedProblem;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
@@ -60,7 +63,6 @@ pub use planar_shape::PlanarShape;
 pub use pose::Pose64;
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
-pub use solve::SolvedProblem;
 pub use standing::{Standing, Sweep};
 pub(crate) use stepper::StepperState;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};

@@ -1,9 +1,9 @@
 //! The blocks of a stage that its contact problem is made of: who is far away is left out, and
 //! taken in where the solution shows that it was needed.
 
+use super::island::{IslandOutcome, SolvedProblem};
 use super::islands::Islands;
 use super::joint_cap::Account;
-use super::solve::{IslandOutcome, SolvedProblem};
 use super::stage::{Source, Stage};
 use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;

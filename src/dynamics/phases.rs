@@ -54,14 +54,42 @@ impl PhaseClock {
         }
     }
 
+    /// A clock for another thread, which runs where this one does.
+    pub fn another(&self) -> PhaseClock {
+        let mut clock = PhaseClock::default();
+        clock.switch(self.on);
+        clock
+    }
+
+    /// Books the time since the last call on assembly and solve, in the shares in which `threads`
+    /// have booked theirs.
+    pub fn lap_as<'a>(&mut self, threads: impl Iterator<Item = &'a PhaseClock>) {
+        let spent = threads.fold([0.0, 0.0], |[a, s], clock| {
+            [a + clock.phases.assembly, s + clock.phases.solve]
+        });
+        let whole = spent[0] + spent[1];
+        if let Some(elapsed) = self.elapsed()
+            && whole > 0.0
+        {
+            self.phases.assembly += elapsed * spent[0] / whole;
+            self.phases.solve += elapsed * spent[1] / whole;
+        }
+    }
+
     /// Books the time since the last call on a phase.
     pub fn lap(&mut self, phase: impl FnOnce(&mut Phases) -> &mut f64) {
-        if self.on {
-            let now = Instant::now();
-            if let Some(last) = self.last {
-                *phase(&mut self.phases) += (now - last).as_secs_f64();
-            }
-            self.last = Some(now);
+        if let Some(elapsed) = self.elapsed() {
+            *phase(&mut self.phases) += elapsed;
         }
+    }
+
+    /// Time since the last call \[s\], where there was one.
+    fn elapsed(&mut self) -> Option<f64> {
+        if !self.on {
+            return None;
+        }
+        let now = Instant::now();
+        let before = self.last.replace(now)?;
+        Some((now - before).as_secs_f64())
     }
 }

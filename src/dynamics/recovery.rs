@@ -177,6 +177,7 @@ pub(super) fn displacements(
         let mut push = vec![Vec2::zeros(); members.len()];
         // walls that contradict each other leave no solution: nothing is moved then
         if solver
+            .own
             .solver
             .solve(&problem, &mut push, solver.tolerance)
             .solved()

@@ -91,8 +91,13 @@ pub(super) struct Stage {
     pub excused: BTreeSet<u64>,
     /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
     pub crowded: Vec<bool>,
-    pub local_of: Vec<u32>,
-    pub touched: Vec<u32>,
+}
+
+/// Numbers of bodies in an island, filled for one after the other.
+#[derive(Default)]
+pub(super) struct LocalBodies {
+    number: Vec<u32>,
+    touched: Vec<u32>,
 }
 
 impl Stage {
@@ -416,12 +421,14 @@ impl Stage {
 
     /// Writes the contact problem of one island, over its own bodies.
     pub fn island_problem(
-        &mut self,
+        &self,
         members: &[u32],
         inverse_mass: &[Vec3],
+        local: &mut LocalBodies,
         problem: &mut ContactProblem,
     ) {
-        self.local_of.resize(inverse_mass.len(), NO_BODY);
+        let LocalBodies { number, touched } = local;
+        number.resize(inverse_mass.len(), NO_BODY);
         let ContactProblem {
             operator,
             free,
@@ -435,7 +442,7 @@ impl Stage {
         op.rows.clear();
         free.clear();
         laws.clear();
-        self.touched.clear();
+        touched.clear();
         for &i in members {
             let block = &self.blocks[i as usize];
             let mut rows = self.rows[i as usize];
@@ -443,11 +450,11 @@ impl Stage {
                 if *body == NO_BODY {
                     continue;
                 }
-                let local = &mut self.local_of[*body as usize];
+                let local = &mut number[*body as usize];
                 if *local == NO_BODY {
                     *local = op.inverse_mass.len() as u32;
                     op.inverse_mass.push(inverse_mass[*body as usize]);
-                    self.touched.push(*body);
+                    touched.push(*body);
                 }
                 *body = *local;
             }
@@ -455,8 +462,8 @@ impl Stage {
             free.push(block.free);
             laws.push(block.law);
         }
-        for &body in &self.touched {
-            self.local_of[body as usize] = NO_BODY;
+        for &body in &*touched {
+            number[body as usize] = NO_BODY;
         }
         *operator = Delassus::Bodies(op);
     }

@@ -1,5 +1,7 @@
 use super::cluster::Context;
+use super::crew::{Crew, MOST_THREADS};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
+use super::island::SolvedProblem;
 use super::joint_recovery::close_joints;
 use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
@@ -8,7 +10,7 @@ use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::solve::{IslandSolver, SolvedProblem};
+use super::solve::IslandSolver;
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
@@ -32,6 +34,17 @@ pub struct StepperSettings {
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
     pub tolerance: f64,
+    /// Threads that islands are shared out among, 1 to 1024; nothing that is computed depends on it.
+    ///
+    /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
+    /// and so are islands with dominance, impacts that are located in time, and all that a solver of
+    /// the user's own solves.
+    #[serde(default = "one")]
+    pub threads: usize,
+}
+
+fn one() -> usize {
+    1
 }
 
 impl Default for StepperSettings {
@@ -44,6 +57,7 @@ impl Default for StepperSettings {
             shares: Shares::Found,
             solver: "auto".to_owned(),
             tolerance: 1e-8,
+            threads: one(),
         }
     }
 }
@@ -76,6 +90,12 @@ pub enum StepError {
     /// The tolerance is not a positive finite number.
     #[error("solver tolerance is {0}, must be finite and above 0")]
     Tolerance(f64),
+    /// No number of threads.
+    #[error("threads are {0}, must be 1 to {MOST_THREADS}")]
+    Threads(usize),
+    /// The system does not give so many threads.
+    #[error("{threads} threads cannot be started: {why}")]
+    Spawn { threads: usize, why: String },
     /// Event location with a scheme that ignores gaps.
     #[error("event location needs the scheme 'staggered'; 'moreau' ignores gaps")]
     Events,
@@ -99,6 +119,8 @@ pub struct MoreauStepper {
     inverse_mass: Vec<Vec3>,
     /// Whether contacts have been met that hardly rebound.
     lands: bool,
+    /// Whether the solver is the one that the settings name.
+    named: bool,
 }
 
 /// What a stepper takes from one step to the next.
@@ -116,7 +138,8 @@ impl MoreauStepper {
     /// A stepper at t = 0 with no memory.
     ///
     /// # Errors
-    /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`].
+    /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`],
+    /// [`StepError::Threads`], [`StepError::Spawn`].
     pub fn new(settings: StepperSettings) -> Result<Self, StepError> {
         let solver = solver_by_name(&settings.solver)
             .ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
@@ -126,8 +149,10 @@ impl MoreauStepper {
         if settings.events && settings.scheme == Scheme::Moreau {
             return Err(StepError::Events);
         }
+        let mut solver = IslandSolver::new(solver, settings.tolerance);
+        solver.crew = Crew::new(settings.threads, &settings.solver)?;
         Ok(MoreauStepper {
-            solver: IslandSolver::new(solver, settings.tolerance),
+            solver,
             settings,
             time: 0.0,
             memory: Memories::default(),
@@ -140,6 +165,7 @@ impl MoreauStepper {
             origin: Vec::new(),
             inverse_mass: Vec::new(),
             lands: false,
+            named: true,
         })
     }
 
@@ -154,9 +180,24 @@ impl MoreauStepper {
     }
 
     /// Takes a solver of the user's own in place of the one that the settings name, from the next
-    /// step on. What it returns is judged here: its own word does not count.
+    /// step on. What it returns is judged here: its own word does not count. There is one of it, so
+    /// that all islands are solved on the caller's thread.
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
-        self.solver.solver = Box::new(Judged(solver));
+        self.solver.own.solver = Box::new(Judged(solver));
+        self.solver.crew = None;
+        self.named = false;
+    }
+
+    /// Other threads in place of those of the settings, see [`StepperSettings::threads`]: after a
+    /// state is resumed on another machine, say.
+    ///
+    /// # Errors
+    /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
+        let crew = Crew::new(threads, &self.settings.solver)?;
+        self.solver.crew = crew.filter(|_| self.named);
+        self.settings.threads = threads;
+        Ok(())
     }
 
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.

@@ -340,7 +340,7 @@ pub(super) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
         solver: setting.solver().to_owned(),
         setting: setting.label(),
         dt_s: setting.step.dt,
-        threads: 1,
+        threads: setting.threads(),
         precision: setting.precision().to_owned(),
         measure: String::new(),
         value: f64::NAN,

@@ -7,7 +7,7 @@ use crate::solver::Shares;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     pub engine: Engine,
-    /// Step length and simulated time \[s\]; of ours scheme, solver and tolerance as well.
+    /// Step length and simulated time \[s\]; of ours scheme, solver, tolerance and threads as well.
     pub step: Step,
     /// A peer's solver settings where a peer steps.
     pub baseline: Option<Baseline>,
@@ -76,6 +76,14 @@ impl Setting {
         match self.engine {
             Engine::Moreau => &self.step.solver,
             Engine::Rapier | Engine::RapierStiff | Engine::Box2d => "soft",
+        }
+    }
+
+    /// Threads that step: one of a peer, built as it is here.
+    pub fn threads(&self) -> usize {
+        match self.engine {
+            Engine::Moreau => self.step.threads,
+            _ => 1,
         }
     }
 

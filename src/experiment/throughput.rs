@@ -19,6 +19,8 @@ pub struct Workload {
 #[derive(Debug, Clone)]
 pub struct Throughput {
     pub engines: Vec<Engine>,
+    /// Numbers of threads that ours runs with, each in turn; rapier, built as it is here, has one.
+    pub threads: Vec<usize>,
     /// Steps that are timed, 1 at least.
     pub steps: usize,
 }
@@ -45,7 +47,18 @@ struct Point {
 impl Throughput {
     /// Steps of all engines in one workload, for a progress bar.
     pub fn count(&self, work: &Workload) -> usize {
-        self.engines.len() * (work.settle + self.steps)
+        self.points().count() * (work.settle + self.steps)
+    }
+
+    /// Engines, each with its number of threads.
+    fn points(&self) -> impl Iterator<Item = (Engine, usize)> + '_ {
+        self.engines.iter().flat_map(|&engine| {
+            let threads = match engine {
+                Engine::Moreau => self.threads.as_slice(),
+                _ => &[1],
+            };
+            threads.iter().map(move |&n| (engine, n))
+        })
     }
 
     /// Times the steps of a workload, each engine in its own copy of the world.
@@ -54,7 +67,7 @@ impl Throughput {
     /// All but the times is deterministic.
     ///
     /// # Returns
-    /// For each engine `step-time` \[s\], the median of the timed steps, with half the range of
+    /// For each engine, of ours for each number of threads, `step-time` \[s\], the median of the timed steps, with half the range of
     /// their middle half over it in `spread`; `contacts`, the mean number of a step;
     /// `penetration` \[m\], the worst of the timed steps; and of ours in the same way the time of
     /// each phase of a step ([`Phases`]), `residual` and `unsolved-islands`. Where contacts
@@ -71,10 +84,12 @@ impl Throughput {
         progress: &Progress,
     ) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
         let mut points = Vec::new();
-        for &engine in &self.engines {
+        for (engine, threads) in self.points() {
             engine.fits(&work.scene)?;
-            let mut built = work.scene.build()?;
-            let mut setting = Setting::new(engine, &work.scene.step);
+            let mut scene = work.scene.clone();
+            scene.step.threads = threads;
+            let mut built = scene.build()?;
+            let mut setting = Setting::new(engine, &scene.step);
             if let Some(settings) = &mut setting.baseline {
                 // no gap is read
                 *settings = settings.recycling();
@@ -96,7 +111,8 @@ impl Throughput {
         }
         let failed = points.iter().filter_map(|p| {
             let reason = p.failed.as_ref()?;
-            Some(format!("{} {}: {reason}", p.setting.name(), work.rung))
+            let (name, threads) = (p.setting.name(), p.setting.threads());
+            Some(format!("{name} {}, threads {threads}: {reason}", work.rung))
         });
         let notes = failed.collect();
         let rows = points.iter_mut().flat_map(|p| p.rows(work)).collect();
@@ -229,28 +245,24 @@ fn middle(times: &mut [f64]) -> (f64, f64) {
 }
 
 /// Exponent p of `time ∝ contacts^p` through several rungs, by least squares over logarithms, one
-/// row for each scene and engine that has at least two; its `rung` names the smallest and the
+/// row for each scene, engine and number of threads that has at least two; its `rung` names the smallest and the
 /// largest number of contacts.
 pub fn growth(rows: &[ResultRow]) -> Vec<ResultRow> {
+    fn engine(r: &ResultRow) -> (&str, &str, usize) {
+        (&r.scene, &r.engine, r.threads)
+    }
     let value = |of: &ResultRow, measure: &str| {
-        let same = |r: &&ResultRow| {
-            (&r.scene, &r.rung, &r.engine) == (&of.scene, &of.rung, &of.engine)
-                && r.measure == measure
-        };
+        let same =
+            |r: &&ResultRow| (&r.rung, engine(r)) == (&of.rung, engine(of)) && r.measure == measure;
         rows.iter().find(same).map(|r| r.value)
     };
     let mut found: Vec<ResultRow> = Vec::new();
     let times = rows.iter().filter(|r| r.measure == "step-time");
     for first in times.clone() {
-        if found
-            .iter()
-            .any(|r| (&r.scene, &r.engine) == (&first.scene, &first.engine))
-        {
+        if found.iter().any(|r| engine(r) == engine(first)) {
             continue;
         }
-        let own = times
-            .clone()
-            .filter(|r| (&r.scene, &r.engine) == (&first.scene, &first.engine));
+        let own = times.clone().filter(|r| engine(r) == engine(first));
         let points: Vec<(f64, f64)> = own
             .filter_map(|r| Some((value(r, "contacts")?, r.value)))
             .filter(|(n, t)| *n > 0.0 && *t > 0.0)

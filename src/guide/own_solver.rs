@@ -112,7 +112,8 @@
 //! # In a step
 //! [`MoreauPipeline::set_solver`] (or [`MoreauStepper::set_solver`] for a model of one's own) takes
 //! it in place of the one named in the settings. A state saved does not hold it: set it again after
-//! resuming.
+//! resuming. It is one object, so that all islands are solved on the caller's thread, whatever the
+//! number of threads.
 //!
 //! ```
 //! use moreau2d::contact::{ContactProblem, Vec2};

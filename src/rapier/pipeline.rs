@@ -270,6 +270,16 @@ impl MoreauPipeline {
         self.stepper.set_solver(solver);
     }
 
+    /// See [`MoreauStepper::set_threads`].
+    ///
+    /// # Errors
+    /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
+        self.stepper.set_threads(threads)?;
+        self.settings.stepper.threads = threads;
+        Ok(())
+    }
+
     /// See [`MoreauStepper::keep_problems`].
     pub fn keep_problems(&mut self, keep: bool) {
         self.stepper.keep_problems(keep);

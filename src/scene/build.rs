@@ -21,6 +21,7 @@ impl Step {
             shares: self.shares,
             solver: self.solver.clone(),
             tolerance: self.tolerance,
+            threads: self.threads,
         }
     }
 }

@@ -105,6 +105,9 @@ pub struct Step {
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
     pub tolerance: f64,
+    /// Threads that islands are shared out among: of a run, no key of a file.
+    #[serde(skip)]
+    pub threads: usize,
 }
 
 impl Default for Step {
@@ -119,6 +122,7 @@ impl Default for Step {
             shares: Shares::default(),
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
+            threads: 1,
         }
     }
 }

@@ -45,7 +45,7 @@ impl ImpulseSolver for Auto {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        self.solve_on(problem, impulses, tolerance, &mut Carried::default())
+        self.run(problem, impulses, tolerance, None)
     }
 
     fn solve_on(
@@ -54,6 +54,18 @@ impl ImpulseSolver for Auto {
         impulses: &mut [Vec2],
         tolerance: f64,
         carried: &mut Carried,
+    ) -> SolveReport {
+        self.run(problem, impulses, tolerance, Some(carried))
+    }
+}
+
+impl Auto {
+    fn run(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        carried: Option<&mut Carried>,
     ) -> SolveReport {
         let few = problem.len() <= ENUMERATED
             && Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
@@ -65,7 +77,7 @@ impl ImpulseSolver for Auto {
             let again = self.direct.solve(problem, impulses, tolerance);
             again.after(&report)
         } else {
-            (self.direct).solve_on(problem, impulses, tolerance, carried)
+            self.direct.run(problem, impulses, tolerance, carried)
         };
         if !report.solved() && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();

@@ -69,7 +69,7 @@ impl ImpulseSolver for Direct {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        self.solve_on(problem, impulses, tolerance, &mut Carried::default())
+        self.run(problem, impulses, tolerance, None)
     }
 
     fn solve_on(
@@ -79,6 +79,19 @@ impl ImpulseSolver for Direct {
         tolerance: f64,
         carried: &mut Carried,
     ) -> SolveReport {
+        self.run(problem, impulses, tolerance, Some(carried))
+    }
+}
+
+impl Direct {
+    /// Both of the trait's solves.
+    pub(super) fn run(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        mut carried: Option<&mut Carried>,
+    ) -> SolveReport {
         drop_unless_finite(impulses);
         self.judge.prepare(problem);
         let residual = self.judge.natural_map(problem, impulses);
@@ -87,7 +100,7 @@ impl ImpulseSolver for Direct {
             return report;
         }
         self.best.start(impulses, residual, tolerance);
-        if let Some(newton) = carried.of(problem) {
+        if let Some(newton) = carried.as_mut().and_then(|c| c.of(problem)) {
             let (judge, best) = (&mut self.judge, &mut self.best);
             self.newton.chord(problem, judge, impulses, newton, best);
             if self.best.solved() {
@@ -124,12 +137,12 @@ impl ImpulseSolver for Direct {
         for sweeps in SWEEPS_LAST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
-        self.newton.hand_over(&mut self.response, carried);
+        if let Some(carried) = carried {
+            self.newton.hand_over(&mut self.response, carried);
+        }
         self.found(impulses, report)
     }
-}
 
-impl Direct {
     /// The best impulses met, with what was done.
     fn found(&self, impulses: &mut [Vec2], mut report: SolveReport) -> SolveReport {
         impulses.copy_from_slice(&self.best.impulses);

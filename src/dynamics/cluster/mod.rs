@@ -5,12 +5,13 @@ mod search;
 
 use super::StepError;
 use super::events::{release_lone, see_from_the_start};
+use super::island::SolvedProblem;
 use super::memory::Memories;
 use super::model::{Configuration, ContactKey, MultibodyModel};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
 use super::rules::Rules;
-use super::solve::{IslandSolver, SolvedProblem};
+use super::solve::IslandSolver;
 use super::stage::{Source, Span, Stage, belongs};
 use super::stepper::check_finite;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};

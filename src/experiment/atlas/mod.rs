@@ -179,7 +179,7 @@ impl Rung {
             solver: setting.solver().to_owned(),
             setting: preset(engine).to_owned(),
             dt_s: self.scene.step.dt,
-            threads: 1,
+            threads: setting.threads(),
             precision: setting.precision().to_owned(),
             measure: measure.to_owned(),
             value,

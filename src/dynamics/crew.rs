@@ -1,0 +1,223 @@
+//! Islands of a stage shared out among threads.
+
+use super::island::Worker;
+use super::phases::PhaseClock;
+use super::stepper::StepError;
+use crate::solver::solver_by_name;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+/// Most threads of a stepper.
+pub(super) const MOST_THREADS: usize = 1024;
+
+/// Blocks of a batch, which one thread takes at a time: some 10 to 100 µs of work, so that handing
+/// it out costs next to nothing.
+const BATCH: usize = 64;
+
+/// Threads besides the caller's, each with a solver of its own.
+///
+/// Which thread solves an island is left to chance, and nothing depends on it: a solve reads the
+/// stage, which stands still meanwhile, and a solver takes nothing from one problem to the next.
+pub(super) struct Crew {
+    pool: ThreadPool,
+    others: Vec<Hand>,
+    /// Islands of the stage at hand, the largest first, and batches of them.
+    order: Vec<usize>,
+    batches: Vec<Range<usize>>,
+}
+
+/// One of the threads.
+struct Hand {
+    worker: Worker,
+    clock: PhaseClock,
+}
+
+impl Crew {
+    /// `threads` in all, the caller's among them, with the solver of that name; `None` for one.
+    ///
+    /// # Errors
+    /// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] where the
+    /// system has not so many; [`StepError::Solver`].
+    pub fn new(threads: usize, solver: &str) -> Result<Option<Crew>, StepError> {
+        if !(1..=MOST_THREADS).contains(&threads) {
+            return Err(StepError::Threads(threads));
+        }
+        if threads == 1 {
+            return Ok(None);
+        }
+        let others = (1..threads).map(|_| {
+            let solver = solver_by_name(solver);
+            Some(Hand {
+                worker: Worker::new(solver?),
+                clock: PhaseClock::default(),
+            })
+        });
+        let others: Option<Vec<Hand>> = others.collect();
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(threads - 1)
+            .thread_name(|k| format!("moreau2d {}", k + 1))
+            .build()
+            .map_err(|error| StepError::Spawn {
+                threads,
+                why: error.to_string(),
+            })?;
+        Ok(Some(Crew {
+            pool,
+            others: others.ok_or_else(|| StepError::Solver(solver.to_owned()))?,
+            order: Vec::new(),
+            batches: Vec::new(),
+        }))
+    }
+
+    /// Makes batches of islands with so many blocks each. Whether there is more than one: a single
+    /// one is sooner solved than shared out.
+    pub fn shares(&mut self, sizes: impl Iterator<Item = usize>) -> bool {
+        let sizes: Vec<usize> = sizes.collect();
+        self.order.clear();
+        self.order.extend(0..sizes.len());
+        // what takes longest must not come last
+        self.order
+            .sort_unstable_by_key(|&k| (std::cmp::Reverse(sizes[k]), k));
+        self.batches.clear();
+        let (mut first, mut blocks) = (0, 0);
+        for (place, &k) in self.order.iter().enumerate() {
+            blocks += sizes[k];
+            if blocks >= BATCH || place + 1 == sizes.len() {
+                self.batches.push(first..place + 1);
+                (first, blocks) = (place + 1, 0);
+            }
+        }
+        self.batches.len() > 1
+    }
+
+    /// Calls `one` on every job, an island each of which [`Crew::shares`] was told, and returns the
+    /// results in the order of the jobs.
+    ///
+    /// The wall time goes to the phases in the shares in which all threads spent theirs.
+    pub fn solve<J: Send, R: Send>(
+        &mut self,
+        worker: &mut Worker,
+        clock: &mut PhaseClock,
+        jobs: Vec<J>,
+        one: impl Fn(&mut Worker, &mut PhaseClock, J) -> R + Sync,
+    ) -> Vec<R> {
+        let count = jobs.len();
+        let mut jobs: Vec<Option<J>> = jobs.into_iter().map(Some).collect();
+        let mut take = |&k: &usize| Some((k, jobs[k].take()?));
+        let batches = self.batches.drain(..);
+        let batches = batches.map(|b| self.order[b].iter().filter_map(&mut take).collect());
+        let batches: Vec<Vec<(usize, J)>> = batches.collect();
+        let helpers = self.others.len().min(batches.len().saturating_sub(1));
+        let queue = Mutex::new(batches.into_iter());
+        // nothing panics with the queue in its hands
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let work = |worker: &mut Worker, clock: &mut PhaseClock, done: &mut Vec<(usize, R)>| {
+            clock.start();
+            while let Some(batch) = next() {
+                for (k, job) in batch {
+                    done.push((k, one(worker, clock, job)));
+                    clock.lap(|t| &mut t.solve);
+                }
+            }
+        };
+        let others = &mut self.others[..helpers];
+        let (mut own_clock, mut own) = (clock.another(), Vec::new());
+        let mut done: Vec<Vec<(usize, R)>> = others.iter().map(|_| Vec::new()).collect();
+        self.pool.in_place_scope(|scope| {
+            for (hand, done) in others.iter_mut().zip(&mut done) {
+                hand.clock = clock.another();
+                let work = &work;
+                scope.spawn(move |_| work(&mut hand.worker, &mut hand.clock, done));
+            }
+            work(worker, &mut own_clock, &mut own);
+        });
+        let clocks = others.iter().map(|hand| &hand.clock);
+        clock.lap_as(clocks.chain(std::iter::once(&own_clock)));
+        let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
+        for (k, result) in done.into_iter().flatten().chain(own) {
+            results[k] = Some(result);
+        }
+        // each was in one batch
+        results.into_iter().flatten().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Barrier;
+
+    fn crew(threads: usize) -> (Crew, Worker) {
+        let solver = solver_by_name("auto").unwrap();
+        let crew = Crew::new(threads, "auto").unwrap().unwrap();
+        (crew, Worker::new(solver))
+    }
+
+    /// Every island once, and the results in order, however many threads there are.
+    #[test]
+    fn results_come_in_the_order_of_the_islands() {
+        let sizes = || (0..500).map(|k| 1 + (k * 37) % 90);
+        for threads in [2, 3, 8] {
+            let (mut crew, mut worker) = crew(threads);
+            for _ in 0..20 {
+                assert!(crew.shares(sizes()));
+                let clock = &mut PhaseClock::default();
+                let found = crew.solve(&mut worker, clock, (0..500).collect(), |_, _, k| k);
+                assert_eq!(found, (0..500).collect::<Vec<usize>>());
+            }
+        }
+    }
+
+    /// Each island waits until another thread is at the other one.
+    #[test]
+    fn threads_work_at_the_same_time() {
+        let (mut crew, mut worker) = crew(2);
+        let both = Barrier::new(2);
+        assert!(crew.shares([BATCH, BATCH].into_iter()));
+        let clock = &mut PhaseClock::default();
+        let found = crew.solve(&mut worker, clock, vec![(); 2], |_, _, ()| {
+            both.wait();
+            std::thread::current().id()
+        });
+        assert_ne!(found[0], found[1]);
+    }
+
+    #[test]
+    fn what_is_one_batch_is_not_shared_out() {
+        let (mut crew, _) = crew(2);
+        let shared = [
+            (vec![], false),
+            (vec![10_000], false),
+            (vec![1; BATCH], false),
+            (vec![1; BATCH + 1], true),
+            (vec![1, 10_000], true),
+        ];
+        for (sizes, expected) in shared {
+            assert_eq!(crew.shares(sizes.iter().copied()), expected, "{sizes:?}");
+        }
+    }
+
+    /// The phases share the wall time out, however many threads spent theirs.
+    #[test]
+    fn phases_add_up_to_the_wall_time() {
+        let (mut crew, mut worker) = crew(4);
+        let mut clock = PhaseClock::default();
+        clock.switch(true);
+        let start = std::time::Instant::now();
+        clock.start();
+        assert!(crew.shares([BATCH; 12].into_iter()));
+        let pause = || std::thread::sleep(std::time::Duration::from_millis(2));
+        crew.solve(&mut worker, &mut clock, vec![(); 12], |_, clock, ()| {
+            pause();
+            clock.lap(|t| &mut t.assembly);
+            pause();
+        });
+        let wall = start.elapsed().as_secs_f64();
+        let booked = clock.phases;
+        assert!(booked.assembly > 0.0 && booked.solve > 0.0, "{booked:?}");
+        // twelve islands of 4 ms on four threads take 12 ms at least
+        let sum = booked.assembly + booked.solve;
+        assert!((0.012..=wall).contains(&sum), "{booked:?} of {wall} s");
+    }
+}

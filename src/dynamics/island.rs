@@ -1,0 +1,345 @@
+//! One island of a stage: its contact problem posed, solved, capped and judged.
+
+use super::cap::{CapBlock, cap, is_rigid, work};
+use super::joint_cap::{Account, cap_joints};
+use super::outcome::redundant;
+use super::phases::PhaseClock;
+use super::record::StepRecord;
+use super::rules::{ImpactLaw, Rules, Scheme};
+use super::stage::{Block, LocalBodies, Stage};
+use crate::contact::{ContactProblem, Law, Vec2, Vec3, natural_map};
+use crate::solver::{Carried, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+
+/// How one island was solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct IslandOutcome {
+    pub report: SolveReport,
+    capped: bool,
+    relaxed: bool,
+    joints_capped: bool,
+    redundant: bool,
+    /// Energy that an impact added \[J\], 0 or more.
+    gain: f64,
+}
+
+impl IslandOutcome {
+    /// Adds the work, whether the result is used or not.
+    pub fn count_work(&self, record: &mut StepRecord) {
+        record.sweeps += self.report.sweeps;
+        record.factorisations += self.report.factorisations;
+        record.pivots += self.report.pivots;
+    }
+
+    /// Adds what can be said of a result that is used.
+    pub fn count(&self, record: &mut StepRecord) {
+        record.unsolved += usize::from(!self.report.solved());
+        record.residual = record.residual.max(self.report.residual.relative);
+        record.residual_velocity = record.residual_velocity.max(self.report.residual.velocity);
+        record.islands += 1;
+        record.capped += usize::from(self.capped);
+        record.relaxed += usize::from(self.relaxed);
+        record.joints_capped += usize::from(self.joints_capped);
+        record.redundant += usize::from(self.redundant);
+        record.impact_gain += self.gain;
+    }
+}
+
+/// The contact problem of an island as a step posed it, and what the solver made of it.
+#[derive(Debug, Clone)]
+pub struct SolvedProblem {
+    pub problem: ContactProblem,
+    /// A pair a block [N s], before any cap on what an impact returns.
+    pub impulses: Vec<Vec2>,
+    pub report: SolveReport,
+}
+
+/// What islands are solved with, one for each thread. Nothing of an island is left in it that
+/// another would notice.
+pub(super) struct Worker {
+    pub solver: Box<dyn ImpulseSolver>,
+    sharing: Sharing,
+    local: LocalBodies,
+    work: Work,
+}
+
+impl Worker {
+    pub fn new(solver: Box<dyn ImpulseSolver>) -> Worker {
+        Worker {
+            solver,
+            sharing: Sharing::default(),
+            local: LocalBodies::default(),
+            work: Work::default(),
+        }
+    }
+}
+
+/// What the islands of a stage have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub inverse_mass: &'a [Vec3],
+    pub rules: &'a Rules,
+    pub tolerance: f64,
+    /// Whether problems are kept.
+    pub keep: bool,
+}
+
+/// What the solve of an island makes of it, beside impulses: nothing in the stage is changed by it.
+pub(super) struct Solved {
+    outcome: IslandOutcome,
+    kept: Option<SolvedProblem>,
+    resolution: f64,
+    /// `b` of all blocks, where a cap on joints changed it.
+    free: Option<Vec<Vec2>>,
+    accounts: Vec<(u32, Account)>,
+    loose: Vec<usize>,
+}
+
+impl Solved {
+    /// Writes the results of an island of these blocks into its stage.
+    pub fn settle(
+        self,
+        members: &[u32],
+        impulses: &[Vec2],
+        stage: &mut Stage,
+    ) -> (IslandOutcome, Option<SolvedProblem>) {
+        for (&i, &p) in members.iter().zip(impulses) {
+            stage.impulses[i as usize] = p;
+            stage.resolution[i as usize] = self.resolution;
+        }
+        for (&i, &b) in members.iter().zip(self.free.iter().flatten()) {
+            stage.blocks[i as usize].free = b;
+        }
+        for (i, account) in self.accounts {
+            stage.blocks[i as usize].account = account;
+        }
+        stage.loose.extend(self.loose);
+        (self.outcome, self.kept)
+    }
+}
+
+/// What the solve of an island fills, kept for the next one.
+#[derive(Default)]
+struct Work {
+    problem: ContactProblem,
+    warm: Vec<Vec2>,
+    impulses: Vec<Vec2>,
+    /// `G P + b`.
+    velocities: Vec<Vec2>,
+    blocks: Vec<CapBlock>,
+}
+
+impl Worker {
+    /// Impulses of the island solved last.
+    pub fn impulses(&mut self) -> &mut Vec<Vec2> {
+        &mut self.work.impulses
+    }
+
+    /// Solves, caps and judges the island of these blocks; its impulses are in
+    /// [`Worker::impulses`] then.
+    pub fn solve_island(
+        &mut self,
+        members: &[u32],
+        carried: Option<&mut Carried>,
+        stage: &Stage,
+        task: Task,
+        clock: &mut PhaseClock,
+    ) -> Solved {
+        let Task {
+            inverse_mass,
+            rules,
+            tolerance,
+            keep,
+        } = task;
+        let Work {
+            mut problem,
+            mut warm,
+            mut impulses,
+            mut velocities,
+            mut blocks,
+        } = std::mem::take(&mut self.work);
+        stage.island_problem(members, inverse_mass, &mut self.local, &mut problem);
+        warm.clear();
+        warm.extend(members.iter().map(|&i| stage.impulses[i as usize]));
+        impulses.clone_from(&warm);
+        clock.lap(|t| &mut t.assembly);
+        let mut report = match carried {
+            Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
+            None => self.solver.solve(&problem, &mut impulses, tolerance),
+        };
+        let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
+        if rules.corrects_gaps() {
+            let held = cap_joints(
+                self.solver.as_mut(),
+                &mut problem,
+                stage,
+                members,
+                inverse_mass,
+                &mut impulses,
+                report,
+                tolerance,
+            );
+            (report, joints_capped) = (held.report, held.capped);
+            (accounts, loose) = (held.accounts, held.loose);
+        }
+        // what the stage is to hold of it: pushes may be dropped from the problem yet
+        let free = joints_capped.then(|| problem.free.clone());
+        let kept = keep.then(|| SolvedProblem {
+            problem: problem.clone(),
+            impulses: impulses.clone(),
+            report,
+        });
+        blocks.clear();
+        blocks.extend(
+            members
+                .iter()
+                .zip(&problem.free)
+                .map(|(&i, b)| cap_block(&stage.blocks[i as usize], b)),
+        );
+        let mut outcome = IslandOutcome {
+            report,
+            capped: false,
+            relaxed: false,
+            joints_capped,
+            redundant: false,
+            gain: 0.0,
+        };
+        let mut known = false;
+        let staggered = rules.scheme == Scheme::Staggered;
+        if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
+            drop_pushes(&mut problem, &mut blocks);
+            let again = self.solver.solve(&problem, &mut warm, tolerance);
+            if again.residual.velocity < report.residual.velocity {
+                impulses.copy_from_slice(&warm);
+                outcome.report = again.after(&report);
+                outcome.relaxed = true;
+            } else {
+                outcome.report = report.after(&again);
+            }
+            // a solve that is almost there is better than one that gives way
+            if !again.solved() && hopeless(&outcome.report) {
+                self.give_way(&problem, &mut impulses, tolerance, &mut outcome);
+            }
+        } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
+            let solver = self.solver.as_mut();
+            problem.velocities(&impulses, &mut velocities);
+            let capped = cap(
+                solver,
+                &problem,
+                &blocks,
+                (&mut impulses, &velocities),
+                report,
+                tolerance,
+            );
+            outcome.report = capped.report;
+            outcome.capped = capped.capped;
+            known = !capped.capped;
+        }
+        if !known {
+            problem.velocities(&impulses, &mut velocities);
+        }
+        if blocks.iter().any(|b| b.impact) {
+            outcome.gain = work(&blocks, &impulses, &velocities).max(0.0);
+        }
+        let residual = &outcome.report.residual;
+        let resolution = 10.0 * (tolerance * residual.velocity_scale).max(residual.velocity);
+        outcome.redundant = redundant(&problem, &impulses, &velocities, resolution);
+        if outcome.redundant && rules.shares == Shares::MinimumNorm {
+            let (changed, work) = self.sharing.least(&problem, &mut impulses, tolerance);
+            outcome.report.factorisations += work;
+            if changed {
+                outcome.report.residual = natural_map(&problem, &impulses);
+            }
+        }
+        self.work = Work {
+            problem,
+            warm,
+            impulses,
+            velocities,
+            blocks,
+        };
+        Solved {
+            outcome,
+            kept,
+            resolution,
+            free,
+            accounts,
+            loose,
+        }
+    }
+
+    /// Lets the contacts of a problem that has no solution give way, as of a body between two
+    /// plates that are driven together: what a solver has tried last may be of any size there.
+    ///
+    /// With `ξ_N + R P_N`, `R = SOFTNESS G_NN`, there is a solution whatever is asked (the operator
+    /// is strictly copositive), and it is bounded. The island still counts as unsolved.
+    fn give_way(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        outcome: &mut IslandOutcome,
+    ) {
+        let mut soft = problem.clone();
+        for (i, law) in soft.laws.iter_mut().enumerate() {
+            if let Law::Contact { compliance, .. } = law
+                && *compliance == 0.0
+            {
+                *compliance = SOFTNESS * problem.operator.diagonal(i)[(0, 0)];
+            }
+        }
+        let mut found = vec![Vec2::zeros(); impulses.len()];
+        let report = self.solver.solve(&soft, &mut found, tolerance);
+        let worse = outcome.report;
+        if report.solved() {
+            impulses.copy_from_slice(&found);
+            outcome.report = SolveReport::judged(problem, impulses, tolerance).after(&report);
+            outcome.relaxed = true;
+        }
+        outcome.report = outcome.report.after(&worse);
+        outcome.report.status = SolveStatus::Unsolved;
+    }
+}
+
+/// Share of the island's own velocities beyond which the best impulses leave a problem unsolved that
+/// may have no solution: one without leaves about all of them.
+const HOPELESS: f64 = 0.01;
+
+/// Whether an island may have no solution at all.
+pub(super) fn hopeless(report: &SolveReport) -> bool {
+    let left = &report.residual;
+    !report.solved() && left.velocity > HOPELESS * left.velocity_scale
+}
+
+/// Whether a rule added anything that no motion of the bodies may be able to undo.
+fn pushes(blocks: &[CapBlock]) -> bool {
+    blocks
+        .iter()
+        .any(|b| b.rigid && (b.free.x < 0.0 || b.free.y != 0.0))
+}
+
+/// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
+/// a body at rest then sinks by a hundredth of what it would fall.
+const SOFTNESS: f64 = 0.01;
+
+/// Push-outs that contradict each other, as of a block that overlaps walls on both sides, go, and
+/// with them what else a rule added that no motion of the bodies can undo.
+fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
+    for (b, block) in problem.free.iter_mut().zip(blocks) {
+        if block.rigid {
+            let push = Vec2::new(block.free.x.min(0.0), block.free.y);
+            *b -= push;
+            block.free -= push;
+        }
+    }
+}
+
+/// A block, for which its problem has `b`.
+fn cap_block(block: &Block, b: &Vec2) -> CapBlock {
+    CapBlock {
+        gamma_a: block.gamma_a,
+        free: b - block.gamma_f,
+        rigid: is_rigid(&block.law),
+        held: block.held,
+        impact: block.impact,
+    }
+}
