@@ -13,6 +13,10 @@ use std::collections::BTreeSet;
 /// Share of an overlap that is undone in a step.
 const SHARE: f64 = 0.2;
 
+/// Relative residual at which the displacements of a step count as found: a micrometre of a metre
+/// that is moved, where a share of the overlap is left for the next step anyway.
+const ENOUGH: f64 = 1e-6;
+
 /// Share of its own size by which a body is moved in a step at most: (1) is linear in `d`.
 const STRIDE: f64 = 0.1;
 
@@ -135,17 +139,19 @@ impl OverlapRecovery {
                 laws.push(law);
             }
         }
-        displacements(&rows, &free, &laws, inverse_mass, solver, STRIDE)
+        let tolerance = solver.tolerance.max(ENOUGH);
+        displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, STRIDE)
     }
 }
 
-/// Solves (1) on every island that has something to move, see [`within`] for `stride`.
+/// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`.
 pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
     laws: &[Law],
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
+    tolerance: f64,
     stride: f64,
 ) -> Vec<(u32, Vec3)> {
     let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
@@ -171,11 +177,7 @@ pub(super) fn displacements(
         };
         let mut push = vec![Vec2::zeros(); members.len()];
         // walls that contradict each other leave no solution: nothing is moved then
-        if solver
-            .solver
-            .solve(&problem, &mut push, solver.tolerance)
-            .solved()
-        {
+        if solver.solver.solve(&problem, &mut push, tolerance).solved() {
             let mut own = vec![Vec3::zeros(); inverse_mass.len()];
             for (i, p) in members.iter().zip(&push) {
                 rows[of(i)].push(*p, inverse_mass, &mut own);
