@@ -124,6 +124,19 @@ pub struct SweepState {
     local: Vec<Vec2>,
 }
 
+impl SweepState {
+    pub(super) fn bodies(&self) -> &[Vec3] {
+        &self.bodies
+    }
+}
+
+impl Default for Delassus {
+    /// No bodies and no blocks.
+    fn default() -> Self {
+        Delassus::Bodies(BodyOperator::default())
+    }
+}
+
 impl Delassus {
     /// An explicit operator from all its numbers, 2n × 2n.
     ///

@@ -44,7 +44,7 @@ impl Law {
 /// One frictional contact problem: find `P` with equations (1) and (2) of [`crate::contact`].
 ///
 /// A plain value: it knows no engine, can be stored, and any solver can take it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactProblem {
     /// Delassus operator `G` [1/kg], n blocks by n blocks.
     pub operator: Delassus,
@@ -169,12 +169,20 @@ impl ContactProblem {
         Ok(())
     }
 
+    /// `G P + b` \[m/s\] of every block, into `out`.
+    pub(crate) fn velocities(&self, impulses: &[Vec2], out: &mut Vec<Vec2>) {
+        let state = self.operator.start(impulses);
+        let read = |(i, b): (usize, &Vec2)| self.operator.read(i, &state) + b;
+        out.clear();
+        out.extend(self.free.iter().enumerate().map(read));
+    }
+
     /// `ξ = G P + b + (R P_N, 0)` \[m/s\] of every block; the tangential number of a one-row block
     /// is 0.
     pub fn local_velocity(&self, impulses: &[Vec2]) -> Vec<Vec2> {
-        let mut xi = self.operator.apply(impulses);
+        let mut xi = Vec::new();
+        self.velocities(impulses, &mut xi);
         for (i, x) in xi.iter_mut().enumerate() {
-            *x += self.free[i];
             x.x += self.laws[i].compliance() * impulses[i].x;
             if self.laws[i].rows() == 1 {
                 x.y = 0.0;

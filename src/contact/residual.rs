@@ -1,4 +1,4 @@
-use super::{ContactProblem, Law, Mat2, SweepState, Vec2, project_onto_cone};
+use super::{ContactProblem, Law, Mat2, SweepState, Vec2, Vec3, project_onto_cone};
 
 /// How far impulses are from solving a contact problem: the only judge of every solver.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -77,6 +77,7 @@ pub fn natural_map(problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
 pub struct Judge {
     diagonal: Vec<Mat2>,
     state: SweepState,
+    velocities: Vec<Vec2>,
 }
 
 impl Judge {
@@ -99,16 +100,28 @@ impl Judge {
         &self.diagonal
     }
 
+    /// `G P + b` \[m/s\] of every block at the impulses last judged.
+    pub(crate) fn velocities(&self) -> &[Vec2] {
+        &self.velocities
+    }
+
+    /// Velocities `M⁻¹ Jᵀ P` of the bodies at the impulses last judged; none of an explicit operator.
+    pub(crate) fn bodies(&self) -> &[Vec3] {
+        self.state.bodies()
+    }
+
     /// See [`natural_map`]; `problem` is the one last prepared (its free term may differ).
     pub fn natural_map(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         let operator = &problem.operator;
         operator.restart(impulses, &mut self.state);
         let mut result = Residual::default();
         let mut scale: f64 = 0.0;
+        self.velocities.clear();
         for (i, law) in problem.laws.iter().enumerate() {
             let block = &self.diagonal[i];
             let (p, b) = (impulses[i], problem.free[i]);
             let mut xi = operator.read(i, &self.state) + b;
+            self.velocities.push(xi);
             xi.x += law.compliance() * p.x;
             let mut driven = 0.0;
             let (f, rho, p, b) = match *law {

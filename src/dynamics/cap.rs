@@ -34,7 +34,7 @@ pub(super) struct CapBlock {
 /// Where a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`) it
 /// is solved again without restitution and push-out, and the two answers are blended with the
 /// largest share of the first that keeps (1). Both lie in the cone and keep the bodies apart, and
-/// so does the blend, by convexity.
+/// so does the blend, by convexity. `velocities` is `G P + b` \[m/s\] at the first answer.
 ///
 /// # Source
 /// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
@@ -43,7 +43,7 @@ pub(super) fn cap(
     solver: &mut dyn ImpulseSolver,
     problem: &ContactProblem,
     blocks: &[CapBlock],
-    impulses: &mut [Vec2],
+    (impulses, velocities): (&mut [Vec2], &[Vec2]),
     report: SolveReport,
     tolerance: f64,
 ) -> Capped {
@@ -55,23 +55,24 @@ pub(super) fn cap(
             capped: false,
         };
     }
-    let first = impulses.to_vec();
-    let gamma_1 = end_velocity(problem, &first, |i| blocks[i].free);
-    let rigid = (0..first.len()).filter(|&i| blocks[i].rigid);
+    let gamma_1 = |i: usize| velocities[i] - blocks[i].free;
+    let rigid = (0..impulses.len()).filter(|&i| blocks[i].rigid);
     // impulses of a wedge can be huge beside what they change: round-off goes with the products
     let allowed: f64 = if impact {
-        let product = |i: usize| first[i].norm() * (blocks[i].gamma_a.norm() + gamma_1[i].norm());
+        let product =
+            |i: usize| impulses[i].norm() * (blocks[i].gamma_a.norm() + gamma_1(i).norm());
         1e-13 * rigid.map(product).sum::<f64>()
     } else {
-        let change = |i: usize| first[i].norm_squared() * problem.operator.diagonal(i).trace();
+        let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
         0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
     };
-    if work_of(blocks, &first, &gamma_1) <= allowed {
+    if work_of(blocks, impulses, gamma_1) <= allowed {
         return Capped {
             report,
             capped: false,
         };
     }
+    let first = impulses.to_vec();
     let mut plain = problem.clone();
     let calm = |i: usize| {
         if blocks[i].rigid {
@@ -87,15 +88,13 @@ pub(super) fn cap(
     }
     let mut zero = vec![Vec2::zeros(); first.len()];
     let second = solver.solve(&plain, &mut zero, tolerance);
-    let gamma_0 = end_velocity(&plain, &zero, calm);
+    let mut plain_velocities = Vec::new();
+    plain.velocities(&zero, &mut plain_velocities);
+    let gamma_0 = |i: usize| plain_velocities[i] - calm(i);
     let at = |s: f64| {
         let p: Vec<Vec2> = zero.iter().zip(&first).map(|(a, b)| a.lerp(b, s)).collect();
-        let g: Vec<Vec2> = gamma_0
-            .iter()
-            .zip(&gamma_1)
-            .map(|(a, b)| a.lerp(b, s))
-            .collect();
-        (work_of(blocks, &p, &g), p)
+        let g = |i: usize| gamma_0(i).lerp(&gamma_1(i), s);
+        (work_of(blocks, &p, g), p)
     };
     let share = largest_share([at(0.0).0, at(0.5).0, at(1.0).0]);
     impulses.copy_from_slice(&at(share).1);
@@ -111,31 +110,17 @@ pub(super) fn cap(
     }
 }
 
-/// `γ_E = G P + b − free` of every block.
-fn end_velocity(
-    problem: &ContactProblem,
-    impulses: &[Vec2],
-    free: impl Fn(usize) -> Vec2,
-) -> Vec<Vec2> {
-    let mut gamma = problem.operator.apply(impulses);
-    for (i, g) in gamma.iter_mut().enumerate() {
-        *g += problem.free[i] - free(i);
-    }
-    gamma
-}
-
 /// `W` of equation (1) of [`cap`] \[J\].
-fn work_of(blocks: &[CapBlock], impulses: &[Vec2], gamma_end: &[Vec2]) -> f64 {
+fn work_of(blocks: &[CapBlock], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2) -> f64 {
     (0..impulses.len())
         .filter(|&i| blocks[i].rigid)
-        .map(|i| 0.5 * impulses[i].dot(&(blocks[i].gamma_a + gamma_end[i])))
+        .map(|i| 0.5 * impulses[i].dot(&(blocks[i].gamma_a + gamma_end(i))))
         .sum()
 }
 
-/// Energy \[J\] that the rigid contacts of an island add by these impulses.
-pub(super) fn work(problem: &ContactProblem, blocks: &[CapBlock], impulses: &[Vec2]) -> f64 {
-    let gamma = end_velocity(problem, impulses, |i| blocks[i].free);
-    work_of(blocks, impulses, &gamma)
+/// Energy \[J\] that the rigid contacts of an island add by impulses that lead to `G P + b`.
+pub(super) fn work(blocks: &[CapBlock], impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
+    work_of(blocks, impulses, |i| velocities[i] - blocks[i].free)
 }
 
 /// Largest `s` in [0, 1] with `w(s) ≤ 0`, `w` the parabola through (0, ½, 1).

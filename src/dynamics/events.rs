@@ -254,7 +254,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
                     }
                 }
         })
-        .map(|i| movable(&main.blocks[i].rows, context.inverse_mass))
+        .map(|i| movable(&main.all_rows(i), context.inverse_mass))
         .collect();
     let mut runner = Runner::default();
     let mut done: Vec<Cluster> = Vec::new();

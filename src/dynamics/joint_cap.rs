@@ -79,7 +79,7 @@ pub(super) fn cap_joints(
     // γ_E of a bilateral row is what was added to γ_F, the other way
     let asked: Vec<Vec2> = held
         .iter()
-        .map(|&k| problem.free[k] - stage.gamma_free(members[k] as usize))
+        .map(|&k| problem.free[k] - stage.blocks[members[k] as usize].gamma_f)
         .collect();
     let work = |p: &[Vec2], added: &[Vec2]| -> f64 {
         let of = |(j, &k): (usize, &usize)| 0.5 * p[k].dot(&(gamma_a[j] - added[j]));
@@ -99,14 +99,15 @@ pub(super) fn cap_joints(
     if added > room || hopeless(&report) {
         let first_free = problem.free.clone();
         for (k, &i) in members.iter().enumerate() {
-            let (block, gamma) = (&stage.blocks[i as usize], stage.gamma_free(i as usize));
+            let block = &stage.blocks[i as usize];
+            let gamma = block.gamma_f;
             if is_rigid(&block.law) {
                 let push = block.free - gamma;
                 problem.free[k] = gamma + Vec2::new(push.x.max(0.0), 0.0);
             }
         }
         for &k in &held {
-            problem.free[k] = stage.gamma_free(members[k] as usize);
+            problem.free[k] = stage.blocks[members[k] as usize].gamma_f;
         }
         let calm_free = problem.free.clone();
         let mut calm = impulses.to_vec();

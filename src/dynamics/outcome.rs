@@ -16,7 +16,11 @@ pub(super) fn record_stage(
     record: &mut StepRecord,
     memory: &mut Memories,
 ) {
-    let mean = |k: usize| 0.5 * (stage.start[k] + stage.end[k]);
+    // impulses do no work on what moves on its own
+    let velocities = stage.start.iter().zip(&stage.end).zip(inverse_mass);
+    let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
+    let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
+    let mean: Vec<Vec3> = mean.collect();
     record.contacts.reserve(stage.blocks.len());
     for (i, (block, &p)) in stage.blocks.iter().zip(&stage.impulses).enumerate() {
         if !used(i) {
@@ -24,18 +28,13 @@ pub(super) fn record_stage(
         }
         // no work where no impulse arrives
         let takes = |rows: &Rows| {
-            let mut rows = *rows;
-            for (body, own) in rows.bodies.iter_mut().zip(&stage.rows[i].bodies) {
-                if *own == NO_BODY {
-                    *body = NO_BODY;
-                }
-            }
-            mobile_velocity(&rows, mean, inverse_mass)
+            let (bodies, jacobian) = (stage.rows[i].bodies, rows.jacobian);
+            Rows { bodies, jacobian }.velocity(&mean)
         };
         match block.source {
             Source::Joint(index) => {
                 let joint = &stage.detection.joints[index];
-                let own = takes(&block.rows);
+                let own = takes(&joint.rows);
                 let work = p.dot(&own);
                 record.joint_gap = record.joint_gap.max(joint.distance());
                 match joint.kind {
@@ -93,7 +92,7 @@ fn record_contact(
     let gamma_mean = 0.5 * (contact.rows.velocity(&stage.start) + surface + gamma_e);
     // the velocity that the friction law sees, within what the solve resolves: on the border of
     // the cone a contact may stick, inside it it must
-    let added = block.free - stage.gamma_free(i);
+    let added = block.free - block.gamma_f;
     let added = match contact.law {
         NormalLaw::Load { .. } => added.x,
         _ => added.y,
@@ -149,8 +148,13 @@ fn record_contact(
 /// against each other: their shares are then not unique. A cheap test, which can miss self-stress
 /// that takes more bodies to see; [`crate::solver::Uniqueness`] does not.
 ///
-/// Closed is what the velocity says, `|ξ| ≤ resolution`, not which rows a solver chose to load.
-pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution: f64) -> bool {
+/// Closed is what the `velocities` `G P + b` say, `|ξ| ≤ resolution`, not which rows a solver chose to load.
+pub(super) fn redundant(
+    problem: &ContactProblem,
+    impulses: &[Vec2],
+    velocities: &[Vec2],
+    resolution: f64,
+) -> bool {
     let Delassus::Bodies(op) = &problem.operator else {
         return false;
     };
@@ -158,11 +162,11 @@ pub(super) fn redundant(problem: &ContactProblem, impulses: &[Vec2], resolution:
         Some(w) => w.iter().filter(|x| **x > 0.0).count(),
         None => 0,
     };
-    let velocities = problem.local_velocity(impulses);
     // rows of the island, and of the pair of bodies that the last blocks join
     let (mut rows, mut pair, mut of_pair) = (0, [NO_BODY; 2], 0);
     for (i, (law, p)) in problem.laws.iter().zip(impulses).enumerate() {
-        let xi = velocities[i];
+        let mut xi = velocities[i];
+        xi.x += law.compliance() * p.x;
         let closed = match *law {
             Law::Contact {
                 compliance,
@@ -220,21 +224,6 @@ pub(super) fn forces_work(stage: &Stage, inverse_mass: &[Vec3], of: impl Fn(usiz
                 .sum::<f64>()
         })
         .sum()
-}
-
-/// `W ū` over the coordinates that can move: impulses do no work on what moves on its own.
-fn mobile_velocity(rows: &Rows, mean: impl Fn(usize) -> Vec3, inverse_mass: &[Vec3]) -> Vec2 {
-    let mut gamma = Vec2::zeros();
-    for side in 0..2 {
-        if rows.bodies[side] == NO_BODY {
-            continue;
-        }
-        let body = rows.bodies[side] as usize;
-        let u = mean(body).zip_map(&inverse_mass[body], |v, w| if w > 0.0 { v } else { 0.0 });
-        gamma.x += rows.jacobian[side][0].dot(&u);
-        gamma.y += rows.jacobian[side][1].dot(&u);
-    }
-    gamma
 }
 
 fn status(impulse_n: f64, impact: bool, sticks: bool, end_velocity: f64) -> ContactStatus {

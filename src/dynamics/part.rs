@@ -7,6 +7,7 @@ use super::solve::{IslandOutcome, SolvedProblem};
 use super::stage::{Source, Stage};
 use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;
+use std::collections::BTreeMap;
 
 /// Some blocks of a stage, and what is known of their islands.
 ///
@@ -23,8 +24,8 @@ use crate::solver::SolveReport;
 pub(super) struct Part {
     pub taken: Vec<bool>,
     pub round: usize,
-    /// Of each island, at the place of its first block.
-    pub solved: Vec<Option<(IslandOutcome, Option<SolvedProblem>)>>,
+    /// Of each island its first block, and what became of it.
+    solved: BTreeMap<u32, (IslandOutcome, Option<SolvedProblem>)>,
     added: Vec<bool>,
     /// Of each block as it was asked: a cap on joints changes it.
     asked: Vec<(Vec2, Account)>,
@@ -57,14 +58,21 @@ impl Part {
                 taken[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
-        Part {
+        let mut part = Part {
             round: 0,
-            solved: vec![None; count],
-            added: vec![false; count],
-            asked: stage.blocks.iter().map(|b| (b.free, b.account)).collect(),
-            loose: stage.loose.clone(),
+            solved: BTreeMap::new(),
+            added: Vec::new(),
+            asked: Vec::new(),
+            loose: Vec::new(),
             taken,
+        };
+        if part.taken.contains(&false) {
+            part.added.resize(count, false);
+            let asked = stage.blocks.iter().map(|b| (b.free, b.account));
+            part.asked.extend(asked);
+            part.loose.clone_from(&stage.loose);
         }
+        part
     }
 
     /// Readies an island for its solve, unless it stands as it was solved.
@@ -85,9 +93,19 @@ impl Part {
             {
                 stage.loose.retain(|j| *j != index);
             }
-            spent.extend(self.solved[i as usize].take().map(|(o, _)| o.report));
+            spent.extend(self.solved.remove(&i).map(|(o, _)| o.report));
         }
         Begin::Anew(spent)
+    }
+
+    /// Notes what became of the island with this first block.
+    pub fn keep(&mut self, first: u32, outcome: IslandOutcome, kept: Option<SolvedProblem>) {
+        self.solved.insert(first, (outcome, kept));
+    }
+
+    /// What became of all islands, in the order of their first blocks.
+    pub fn into_solved(self) -> impl Iterator<Item = (IslandOutcome, Option<SolvedProblem>)> {
+        self.solved.into_values()
     }
 
     /// Takes in who would be closed at the end velocities. Whether there was nobody.

@@ -2,10 +2,10 @@
 
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
-use super::model::{JointKind, NormalLaw};
+use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable};
+use super::stage::{Stage, diagonal, movable, movable_sides};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -37,7 +37,7 @@ const STRIDE: f64 = 0.1;
 /// gaps would make them creep.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct OverlapRecovery {
-    /// Pairs of surfaces seen in the last step, ascending, and those that overlapped at first.
+    /// Pairs of surfaces seen in the last step, in its order, and those that overlapped at first.
     seen: Vec<u64>,
     overlapped: BTreeSet<u64>,
 }
@@ -45,25 +45,39 @@ pub(super) struct OverlapRecovery {
 impl OverlapRecovery {
     /// What is known with the contacts of a step, before it is solved.
     pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
-        let mut pairs = Vec::new();
-        let mut overlapped = self.overlapped.clone();
-        for contact in &stage.detection.contacts {
-            let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-            if !rigid || movable(&contact.rows, inverse_mass).bodies == [NO_BODY; 2] {
-                continue;
-            }
-            let pair = contact.key.pair;
-            pairs.push(pair);
-            let opening = contact.rows.velocity(&stage.start).x;
-            let at_start = contact.gap - 0.5 * stage.length * opening;
-            if at_start < -slop(contact, stage) && self.seen.binary_search(&pair).is_err() {
-                overlapped.insert(pair);
+        let rigid = |c: &&ContactPoint| {
+            matches!(c.law, NormalLaw::Rigid { .. })
+                && movable_sides(&c.rows, inverse_mass) != [NO_BODY; 2]
+        };
+        let mut pairs = Vec::with_capacity(self.seen.len());
+        for contact in stage.detection.contacts.iter().filter(rigid) {
+            if pairs.last() != Some(&contact.key.pair) {
+                pairs.push(contact.key.pair);
             }
         }
-        pairs.sort_unstable();
-        pairs.dedup();
-        // who is gone is forgotten
-        overlapped.retain(|pair| pairs.binary_search(pair).is_ok());
+        let mut overlapped = self.overlapped.clone();
+        // mostly nobody comes or goes
+        if pairs != self.seen {
+            let sorted = |all: &[u64]| {
+                let mut all = all.to_vec();
+                all.sort_unstable();
+                all
+            };
+            let (seen, now) = (sorted(&self.seen), sorted(&pairs));
+            for contact in stage.detection.contacts.iter().filter(rigid) {
+                let pair = contact.key.pair;
+                if seen.binary_search(&pair).is_ok() {
+                    continue;
+                }
+                let opening = contact.rows.velocity(&stage.start).x;
+                let at_start = contact.gap - 0.5 * stage.length * opening;
+                if at_start < -slop(contact, stage) {
+                    overlapped.insert(pair);
+                }
+            }
+            // who is gone is forgotten
+            overlapped.retain(|pair| now.binary_search(pair).is_ok());
+        }
         stage.excused.clone_from(&overlapped);
         OverlapRecovery {
             seen: pairs,
@@ -74,8 +88,6 @@ impl OverlapRecovery {
     /// Pairs that come back as they went: seen before.
     pub fn take_back(&mut self, pairs: impl Iterator<Item = u64>) {
         self.seen.extend(pairs);
-        self.seen.sort_unstable();
-        self.seen.dedup();
     }
 
     /// Pairs that are still overlapped.
@@ -219,7 +231,7 @@ fn within(stride: f64, members: &[u32], rows: &[Rows], moved: &[Vec3]) -> f64 {
 
 /// Overlap \[m\] that is left alone: noise, or a hundredth of what the reference acceleration
 /// makes in a step.
-fn slop(contact: &super::model::ContactPoint, stage: &Stage) -> f64 {
+fn slop(contact: &ContactPoint, stage: &Stage) -> f64 {
     let acceleration = reference_acceleration(contact, &stage.start, &stage.accelerations);
     let fall = rest_velocity(acceleration, stage.length) * stage.length;
     (2.0 * contact.gap_noise).max(0.01 * fall)

@@ -3,6 +3,7 @@
 use super::cap::{CapBlock, cap, is_rigid, work};
 use super::islands::Islands;
 use super::joint_cap::cap_joints;
+use super::model::ContactKey;
 use super::outcome::redundant;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
@@ -10,7 +11,10 @@ use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
 use crate::contact::{ContactProblem, Law, NO_BODY, Vec2, Vec3, natural_map};
-use crate::solver::{ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+use crate::solver::{
+    Carried, CarriedState, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus,
+};
+use rustc_hash::FxHashMap;
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +69,26 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
+    /// What islands of the last step carry, by the key of their first block, and those of this one.
+    carried: FxHashMap<ContactKey, Carried>,
+    carried_next: FxHashMap<ContactKey, Carried>,
+    work: Work,
     pub clock: PhaseClock,
 }
+
+/// What the solve of an island fills, kept for the next one.
+#[derive(Default)]
+struct Work {
+    problem: ContactProblem,
+    warm: Vec<Vec2>,
+    impulses: Vec<Vec2>,
+    /// `G P + b`.
+    velocities: Vec<Vec2>,
+    blocks: Vec<CapBlock>,
+}
+
+/// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
+const CARRIES: usize = 32;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
@@ -77,8 +99,39 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
+            carried: FxHashMap::default(),
+            carried_next: FxHashMap::default(),
+            work: Work::default(),
             clock: PhaseClock::default(),
         }
+    }
+
+    /// Begins a step: what one that failed has left is not carried.
+    pub fn begin(&mut self) {
+        self.carried_next.clear();
+        if let Some(kept) = &mut self.kept {
+            kept.clear();
+        }
+    }
+
+    /// Ends a step: what its islands carry is for the next one.
+    pub fn carry_on(&mut self) {
+        self.carried = std::mem::take(&mut self.carried_next);
+    }
+
+    /// What islands carry, in the order of their keys.
+    pub fn carried_state(&self) -> Vec<(ContactKey, CarriedState)> {
+        let all = self.carried.iter();
+        let states = all.filter_map(|(key, carried)| Some((*key, carried.state()?)));
+        let mut states: Vec<_> = states.collect();
+        states.sort_by_key(|(key, _)| (key.pair, key.feature));
+        states
+    }
+
+    /// Goes on with what [`IslandSolver::carried_state`] gave.
+    pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
+        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
+        self.carried = states.iter().map(restored).collect();
     }
 
     /// Number of problems kept so far.
@@ -100,7 +153,7 @@ impl IslandSolver {
         if stage.standing.dominance.is_empty() {
             let mut part = Part::near(stage, &self.islands);
             while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
-            for (outcome, kept) in part.solved.into_iter().flatten() {
+            for (outcome, kept) in part.into_solved() {
                 self.outcomes.push(outcome);
                 if let Some(all) = &mut self.kept {
                     all.extend(kept);
@@ -156,12 +209,12 @@ impl IslandSolver {
                 Begin::Stands => continue,
                 Begin::Anew(spent) => spent,
             };
-            let first = members[0] as usize;
+            let first = members[0];
             let (mut outcome, kept) = self.solve_island(k, stage, inverse_mass, rules);
             for earlier in spent {
                 outcome.report = outcome.report.after(&earlier);
             }
-            part.solved[first] = Some((outcome, kept));
+            part.keep(first, outcome, kept);
         }
         if taken.len() == stage.blocks.len() {
             return true;
@@ -178,14 +231,19 @@ impl IslandSolver {
         rules: &Rules,
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = &self.islands.blocks(k).to_vec();
-        let mut problem = stage.island_problem(members, inverse_mass);
-        let warm: Vec<Vec2> = members
-            .iter()
-            .map(|&i| stage.impulses[i as usize])
-            .collect();
-        let mut impulses = warm.clone();
+        let Work {
+            mut problem,
+            mut warm,
+            mut impulses,
+            mut velocities,
+            mut blocks,
+        } = std::mem::take(&mut self.work);
+        stage.island_problem(members, inverse_mass, &mut problem);
+        warm.clear();
+        warm.extend(members.iter().map(|&i| stage.impulses[i as usize]));
+        impulses.clone_from(&warm);
         self.clock.lap(|t| &mut t.assembly);
-        let mut report = self.solver.solve(&problem, &mut impulses, self.tolerance);
+        let mut report = self.solve_on(stage, members, &problem, &mut impulses);
         let mut joints_capped = false;
         if rules.corrects_gaps() {
             let held = cap_joints(
@@ -205,10 +263,12 @@ impl IslandSolver {
             impulses: impulses.clone(),
             report,
         });
-        let mut blocks: Vec<CapBlock> = members
-            .iter()
-            .map(|&i| cap_block(&stage.blocks[i as usize], stage.gamma_free(i as usize)))
-            .collect();
+        blocks.clear();
+        blocks.extend(
+            members
+                .iter()
+                .map(|&i| cap_block(&stage.blocks[i as usize])),
+        );
         let mut outcome = IslandOutcome {
             report,
             capped: false,
@@ -217,13 +277,13 @@ impl IslandSolver {
             redundant: false,
             gain: 0.0,
         };
+        let mut known = false;
         let staggered = rules.scheme == Scheme::Staggered;
         if staggered && !report.solved() && (contradicts(&blocks, &report) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
-            let mut relaxed = warm;
-            let again = self.solver.solve(&problem, &mut relaxed, self.tolerance);
+            let again = self.solver.solve(&problem, &mut warm, self.tolerance);
             if again.residual.velocity < report.residual.velocity {
-                impulses = relaxed;
+                impulses.copy_from_slice(&warm);
                 outcome.report = again.after(&report);
                 outcome.relaxed = true;
             } else {
@@ -235,23 +295,28 @@ impl IslandSolver {
             }
         } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
+            problem.velocities(&impulses, &mut velocities);
             let capped = cap(
                 solver,
                 &problem,
                 &blocks,
-                &mut impulses,
+                (&mut impulses, &velocities),
                 report,
                 self.tolerance,
             );
             outcome.report = capped.report;
             outcome.capped = capped.capped;
+            known = !capped.capped;
+        }
+        if !known {
+            problem.velocities(&impulses, &mut velocities);
         }
         if blocks.iter().any(|b| b.impact) {
-            outcome.gain = work(&problem, &blocks, &impulses).max(0.0);
+            outcome.gain = work(&blocks, &impulses, &velocities).max(0.0);
         }
         let residual = &outcome.report.residual;
         let resolution = 10.0 * (self.tolerance * residual.velocity_scale).max(residual.velocity);
-        outcome.redundant = redundant(&problem, &impulses, resolution);
+        outcome.redundant = redundant(&problem, &impulses, &velocities, resolution);
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
             let (changed, work) = self.sharing.least(&problem, &mut impulses, self.tolerance);
             outcome.report.factorisations += work;
@@ -263,8 +328,37 @@ impl IslandSolver {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = resolution;
         }
+        self.work = Work {
+            problem,
+            warm,
+            impulses,
+            velocities,
+            blocks,
+        };
         self.clock.lap(|t| &mut t.solve);
         (outcome, kept)
+    }
+
+    /// Solves the problem of an island of a step with what it carried from the last one.
+    fn solve_on(
+        &mut self,
+        stage: &Stage,
+        members: &[u32],
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+    ) -> SolveReport {
+        if members.len() < CARRIES || !stage.whole {
+            return self.solver.solve(problem, impulses, self.tolerance);
+        }
+        let key = stage.key(members[0] as usize);
+        let earlier = self.carried_next.remove(&key);
+        let earlier = earlier.or_else(|| self.carried.remove(&key));
+        let mut carried = earlier.unwrap_or_default();
+        let report = (self.solver).solve_on(problem, impulses, self.tolerance, &mut carried);
+        if !carried.is_empty() {
+            self.carried_next.insert(key, carried);
+        }
+        report
     }
 
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
@@ -337,10 +431,10 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
     }
 }
 
-fn cap_block(block: &Block, gamma_free: Vec2) -> CapBlock {
+fn cap_block(block: &Block) -> CapBlock {
     CapBlock {
         gamma_a: block.gamma_a,
-        free: block.free - gamma_free,
+        free: block.free - block.gamma_f,
         rigid: is_rigid(&block.law),
         held: block.held,
         impact: block.impact,

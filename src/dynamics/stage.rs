@@ -40,11 +40,13 @@ impl Span {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     pub source: Source,
-    /// All rows, those of bodies that move on their own included.
-    pub rows: Rows,
+    /// Of all sides, those that move on their own included.
+    pub bodies: [u32; 2],
     pub law: Law,
     pub free: Vec2,
     pub gamma_a: Vec2,
+    /// `γ_F`, with what the step gave to a body above.
+    pub gamma_f: Vec2,
     pub impact: bool,
     /// A pin or locked axis.
     pub held: bool,
@@ -53,8 +55,6 @@ pub(super) struct Block {
     /// Carried an impulse, and stuck, in the interval before.
     pub carried_before: bool,
     pub stuck_before: bool,
-    /// What the step gave to the body above: `γ_F` holds it as well.
-    pub given: Vec2,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +67,8 @@ pub(super) enum Source {
 #[derive(Default)]
 pub(super) struct Stage {
     pub length: f64,
+    /// Whether it is a whole step of all bodies.
+    pub whole: bool,
     pub standing: Standing,
     pub start: Vec<Vec3>,
     pub forces: Vec<Vec3>,
@@ -90,6 +92,7 @@ pub(super) struct Stage {
     /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
     pub crowded: Vec<bool>,
     pub local_of: Vec<u32>,
+    pub touched: Vec<u32>,
 }
 
 impl Stage {
@@ -178,17 +181,25 @@ impl Stage {
                     .standing
                     .swept(contact, gamma_a, span.step, inverse_mass);
             let known = memory.get(&contact.key);
-            let applied = applied_acceleration(contact, &self.accelerations);
+            let located = rules.events || swept;
+            // what neither rebounds nor waits is told from nothing by how fast it is
+            let bounces =
+                matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
+            let (mut applied, mut acceleration) = (0.0, 0.0);
+            if located || bounces {
+                applied = applied_acceleration(contact, &self.accelerations);
+                acceleration = centripetal(contact, &self.start).max(applied);
+            }
             let now = Situation {
                 span,
                 gamma_a,
                 gamma_f: contact.rows.velocity(&self.free) + surface,
-                acceleration: centripetal(contact, &self.start).max(applied),
+                acceleration,
                 applied,
                 carried: known.is_some_and(|m| m.impulse.x > 0.0),
                 stuck: known.and_then(|m| m.stuck),
                 rebounded: known.is_some_and(|m| m.rebounded),
-                located: rules.events || swept,
+                located,
                 crowded: !swept
                     && contact
                         .rows
@@ -218,24 +229,24 @@ impl Stage {
                     Vec2::new(gamma_a.y, 0.0),
                 );
             }
-            self.blocks.push(Block {
+            let block = Block {
                 source: Source::Contact(index),
-                rows,
+                bodies: rows.bodies,
                 law,
                 free: gamma_f + free,
                 gamma_a,
+                gamma_f,
                 impact,
                 held: false,
                 account: Account::default(),
                 carried_before: now.carried,
                 stuck_before: now.stuck.is_some(),
-                given: Vec2::zeros(),
-            });
-            self.impulses.push(warm);
+            };
+            let rows = self.standing.receiving(&rows, inverse_mass);
+            self.push(block, rows, warm);
         }
         self.detection.contacts = contacts;
         self.collect_joints(rules, memory, members, inverse_mass, span);
-        self.close_blocks(inverse_mass);
     }
 
     /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
@@ -251,7 +262,8 @@ impl Stage {
         self.length = 0.0;
         self.free.clone_from(&self.start);
         self.clear_blocks();
-        for (index, contact) in self.detection.contacts.iter().enumerate() {
+        let found = std::mem::take(&mut self.detection);
+        for (index, contact) in found.contacts.iter().enumerate() {
             let (NormalLaw::Rigid { .. }, Some(in_force)) = (contact.law, restitution(index))
             else {
                 continue;
@@ -264,21 +276,23 @@ impl Stage {
             let surface = Vec2::new(0.0, contact.surface_velocity);
             let gamma = contact.rows.velocity(&self.start) + surface;
             let Rule { free, law, impact } = impact_rule(rules, contact, gamma, in_force);
-            self.blocks.push(Block {
+            let block = Block {
                 source: Source::Contact(index),
-                rows: contact.rows,
+                bodies: contact.rows.bodies,
                 law,
                 free: gamma + free,
                 gamma_a: gamma,
+                gamma_f: gamma,
                 impact,
                 held: false,
                 account: Account::default(),
                 carried_before: false,
                 stuck_before: false,
-                given: Vec2::zeros(),
-            });
+            };
+            let rows = self.standing.receiving(&contact.rows, inverse_mass);
+            self.push(block, rows, Vec2::zeros());
         }
-        for (index, joint) in self.detection.joints.iter().enumerate() {
+        for (index, joint) in found.joints.iter().enumerate() {
             if !belongs(&joint.rows, Some(members), inverse_mass)
                 || diagonal(joint, inverse_mass) <= 0.0
             {
@@ -286,12 +300,11 @@ impl Stage {
             }
             if let Some((free, law)) = joint_impact_rule(joint, carried(&joint.key)) {
                 let gamma = joint.rows.velocity(&self.start);
-                self.blocks
-                    .push(joint_block(index, joint, law, gamma + free, gamma));
+                let block = joint_block(index, joint, law, free, [gamma; 2]);
+                self.push(block, movable(&joint.rows, inverse_mass), Vec2::zeros());
             }
         }
-        self.impulses.resize(self.blocks.len(), Vec2::zeros());
-        self.close_blocks(inverse_mass);
+        self.detection = found;
     }
 
     fn collect_joints(
@@ -302,7 +315,8 @@ impl Stage {
         inverse_mass: &[Vec3],
         span: Span,
     ) {
-        for (index, joint) in self.detection.joints.iter().enumerate() {
+        let joints = std::mem::take(&mut self.detection.joints);
+        for (index, joint) in joints.iter().enumerate() {
             let diagonal = diagonal(joint, inverse_mass);
             // a row that nothing can move is none
             if !belongs(&joint.rows, members, inverse_mass) || diagonal <= 0.0 {
@@ -327,11 +341,19 @@ impl Stage {
             }
             let known = memory.get(&joint.key);
             let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            let mut block = joint_block(index, joint, law, now.gamma_f + free, now.gamma_a);
+            let gamma = [now.gamma_a, now.gamma_f];
+            let mut block = joint_block(index, joint, law, free, gamma);
             block.account = known.map_or(Account::default(), |m| m.account);
-            self.blocks.push(block);
-            self.impulses.push(warm);
+            self.push(block, movable(&joint.rows, inverse_mass), warm);
         }
+        self.detection.joints = joints;
+    }
+
+    fn push(&mut self, block: Block, rows: Rows, impulse: Vec2) {
+        self.blocks.push(block);
+        self.rows.push(rows);
+        self.impulses.push(impulse);
+        self.resolution.push(0.0);
     }
 
     /// Takes out everything that was collected.
@@ -339,18 +361,9 @@ impl Stage {
         self.blocks.clear();
         self.rows.clear();
         self.impulses.clear();
+        self.resolution.clear();
         self.waiting.clear();
         self.loose.clear();
-    }
-
-    fn close_blocks(&mut self, inverse_mass: &[Vec3]) {
-        let standing = &self.standing;
-        self.rows.extend(self.blocks.iter().map(|b| match b.source {
-            Source::Contact(_) => standing.receiving(&b.rows, inverse_mass),
-            Source::Joint(_) => movable(&b.rows, inverse_mass),
-        }));
-        self.resolution.clear();
-        self.resolution.resize(self.blocks.len(), 0.0);
     }
 
     /// `u_E = u_F + M⁻¹ W P` from the impulses alone, so that the energy balance closes to
@@ -367,7 +380,7 @@ impl Stage {
     /// solved, and [`Stage::end_velocities`] up to date.
     pub fn look_up(&mut self, members: &[u32]) {
         for &i in members {
-            let mut above = self.blocks[i as usize].rows;
+            let mut above = self.all_rows(i as usize);
             for (side, own) in self.rows[i as usize].bodies.iter().enumerate() {
                 if *own != NO_BODY {
                     above.bodies[side] = NO_BODY;
@@ -375,8 +388,16 @@ impl Stage {
             }
             let given = above.velocity(&self.end) - above.velocity(&self.free);
             let block = &mut self.blocks[i as usize];
-            block.given = given;
+            block.gamma_f += given;
             block.free += given;
+        }
+    }
+
+    /// What tells a block from step to step.
+    pub fn key(&self, block: usize) -> ContactKey {
+        match self.blocks[block].source {
+            Source::Contact(index) => self.detection.contacts[index].key,
+            Source::Joint(index) => self.detection.joints[index].key,
         }
     }
 
@@ -385,28 +406,36 @@ impl Stage {
             || self.standing.receiving(&contact.rows, inverse_mass).bodies != [NO_BODY; 2]
     }
 
-    /// `γ_F` of block `i`, without what its rule added.
-    pub fn gamma_free(&self, i: usize) -> Vec2 {
-        let block = &self.blocks[i];
-        let gamma = block.rows.velocity(&self.free) + block.given;
-        match block.source {
-            Source::Contact(c) => match self.detection.contacts[c].law {
-                NormalLaw::Load { .. } => {
-                    gamma + Vec2::new(self.detection.contacts[c].surface_velocity, 0.0)
-                }
-                _ => gamma + Vec2::new(0.0, self.detection.contacts[c].surface_velocity),
-            },
-            Source::Joint(_) => gamma,
+    /// The rows of a block with all sides, those that move on their own included.
+    pub fn all_rows(&self, block: usize) -> Rows {
+        Rows {
+            bodies: self.blocks[block].bodies,
+            jacobian: self.rows[block].jacobian,
         }
     }
 
-    /// The contact problem of one island, over its own bodies.
-    pub fn island_problem(&mut self, members: &[u32], inverse_mass: &[Vec3]) -> ContactProblem {
+    /// Writes the contact problem of one island, over its own bodies.
+    pub fn island_problem(
+        &mut self,
+        members: &[u32],
+        inverse_mass: &[Vec3],
+        problem: &mut ContactProblem,
+    ) {
         self.local_of.resize(inverse_mass.len(), NO_BODY);
-        let mut touched = Vec::new();
-        let mut operator = BodyOperator::default();
-        let mut problem_free = Vec::with_capacity(members.len());
-        let mut laws = Vec::with_capacity(members.len());
+        let ContactProblem {
+            operator,
+            free,
+            laws,
+        } = problem;
+        let mut op = match std::mem::take(operator) {
+            Delassus::Bodies(op) => op,
+            Delassus::Blocks(_) => BodyOperator::default(),
+        };
+        op.inverse_mass.clear();
+        op.rows.clear();
+        free.clear();
+        laws.clear();
+        self.touched.clear();
         for &i in members {
             let block = &self.blocks[i as usize];
             let mut rows = self.rows[i as usize];
@@ -416,24 +445,20 @@ impl Stage {
                 }
                 let local = &mut self.local_of[*body as usize];
                 if *local == NO_BODY {
-                    *local = operator.inverse_mass.len() as u32;
-                    operator.inverse_mass.push(inverse_mass[*body as usize]);
-                    touched.push(*body as usize);
+                    *local = op.inverse_mass.len() as u32;
+                    op.inverse_mass.push(inverse_mass[*body as usize]);
+                    self.touched.push(*body);
                 }
                 *body = *local;
             }
-            operator.rows.push(rows);
-            problem_free.push(block.free);
+            op.rows.push(rows);
+            free.push(block.free);
             laws.push(block.law);
         }
-        for body in touched {
-            self.local_of[body] = NO_BODY;
+        for &body in &self.touched {
+            self.local_of[body as usize] = NO_BODY;
         }
-        ContactProblem {
-            operator: Delassus::Bodies(operator),
-            free: problem_free,
-            laws,
-        }
+        *operator = Delassus::Bodies(op);
     }
 }
 
@@ -441,19 +466,25 @@ impl Stage {
 /// position.
 const LOOSE: f64 = 1e-9;
 
-fn joint_block(index: usize, joint: &JointRow, law: Law, free: Vec2, gamma_a: Vec2) -> Block {
+fn joint_block(
+    index: usize,
+    joint: &JointRow,
+    law: Law,
+    added: Vec2,
+    [gamma_a, gamma_f]: [Vec2; 2],
+) -> Block {
     Block {
         source: Source::Joint(index),
-        rows: joint.rows,
+        bodies: joint.rows.bodies,
         law,
-        free,
+        free: gamma_f + added,
         gamma_a,
+        gamma_f,
         impact: false,
         held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
         account: Account::default(),
         carried_before: false,
         stuck_before: false,
-        given: Vec2::zeros(),
     }
 }
 
@@ -474,18 +505,24 @@ pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
 
 /// `rows` without the sides that move on their own: they join no islands and take no impulse.
 pub(super) fn movable(rows: &Rows, inverse_mass: &[Vec3]) -> Rows {
-    let mut rows = *rows;
-    for body in &mut rows.bodies {
-        if *body != NO_BODY && inverse_mass[*body as usize] == Vec3::zeros() {
-            *body = NO_BODY;
-        }
+    Rows {
+        bodies: movable_sides(rows, inverse_mass),
+        jacobian: rows.jacobian,
     }
-    rows
+}
+
+/// The bodies of [`movable`].
+pub(super) fn movable_sides(rows: &Rows, inverse_mass: &[Vec3]) -> [u32; 2] {
+    rows.bodies
+        .map(|body| match inverse_mass.get(body as usize) {
+            Some(w) if *w != Vec3::zeros() => body,
+            _ => NO_BODY,
+        })
 }
 
 /// Whether something movable is on `rows`, and all that is movable is among `members`.
 pub(super) fn belongs(rows: &Rows, members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
-    let sides = movable(rows, inverse_mass).bodies;
+    let sides = movable_sides(rows, inverse_mass);
     let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
     real.peek().is_some() && real.all(|b| members.is_none_or(|m| m[*b as usize]))
 }

@@ -12,7 +12,7 @@ use super::solve::{IslandSolver, SolvedProblem};
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
+use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -107,6 +107,8 @@ pub(crate) struct StepperState {
     time: f64,
     lands: bool,
     memory: Vec<(ContactKey, Memory)>,
+    #[serde(default)]
+    carried: Vec<(ContactKey, CarriedState)>,
     recovery: OverlapRecovery,
 }
 
@@ -130,7 +132,10 @@ impl MoreauStepper {
             time: 0.0,
             memory: Memories::default(),
             memory_next: Memories::default(),
-            stage: Stage::default(),
+            stage: Stage {
+                whole: true,
+                ..Stage::default()
+            },
             recovery: OverlapRecovery::default(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
@@ -165,6 +170,7 @@ impl MoreauStepper {
             time: self.time,
             lands: self.lands,
             memory: self.memory.entries().to_vec(),
+            carried: self.solver.carried_state(),
             recovery: self.recovery.clone(),
         }
     }
@@ -173,6 +179,7 @@ impl MoreauStepper {
     pub(crate) fn restore(&mut self, state: &StepperState) {
         (self.time, self.lands) = (state.time, state.lands);
         self.memory = state.memory.iter().copied().collect();
+        self.solver.restore_carried(&state.carried);
         self.recovery = state.recovery.clone();
     }
 
@@ -244,9 +251,7 @@ impl MoreauStepper {
         }
         self.solver.clock.start();
         model.begin_step(dt)?;
-        if let Some(kept) = &mut self.solver.kept {
-            kept.clear();
-        }
+        self.solver.begin();
         let start = &mut self.stage.start;
         start.clear();
         start.extend_from_slice(model.velocities());
@@ -404,6 +409,7 @@ impl MoreauStepper {
             }
         }
         std::mem::swap(&mut self.memory, &mut self.memory_next);
+        self.solver.carry_on();
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();

@@ -1,4 +1,4 @@
-use super::{Direct, Enumeration, ImpulseSolver, SolveReport};
+use super::{Carried, Direct, Enumeration, ImpulseSolver, SolveReport};
 use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
@@ -45,6 +45,16 @@ impl ImpulseSolver for Auto {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
+        self.solve_on(problem, impulses, tolerance, &mut Carried::default())
+    }
+
+    fn solve_on(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        carried: &mut Carried,
+    ) -> SolveReport {
         let few = problem.len() <= ENUMERATED
             && Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
         let mut report = if few {
@@ -55,7 +65,7 @@ impl ImpulseSolver for Auto {
             let again = self.direct.solve(problem, impulses, tolerance);
             again.after(&report)
         } else {
-            self.direct.solve(problem, impulses, tolerance)
+            (self.direct).solve_on(problem, impulses, tolerance, carried)
         };
         if !report.solved() && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();

@@ -1,4 +1,5 @@
 use super::best::Best;
+use super::carried::Carried;
 use super::continuation::{Continuation, Path, Tools};
 use super::interior_point::InteriorPoint;
 use super::response::Response;
@@ -10,7 +11,8 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 ///
 /// Each stage runs only if the ones before it did not solve the problem:
 ///
-/// 1. Certify the impulses given.
+/// 1. Certify the impulses given; failing that, up to four chord steps with the factors of the
+///    island's last Newton step, where its statuses are still the same ([`Carried`]).
 /// 2. Up to four status-Newton steps from them, unless all are zero, or so many statuses have
 ///    changed since (the residual times the number of blocks says it) that these hardly ever help.
 /// 3. Twenty Gauss-Seidel sweeps from them, up to eight Newton steps, and the interior point from
@@ -67,6 +69,16 @@ impl ImpulseSolver for Direct {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
+        self.solve_on(problem, impulses, tolerance, &mut Carried::default())
+    }
+
+    fn solve_on(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        carried: &mut Carried,
+    ) -> SolveReport {
         drop_unless_finite(impulses);
         self.judge.prepare(problem);
         let residual = self.judge.natural_map(problem, impulses);
@@ -75,6 +87,13 @@ impl ImpulseSolver for Direct {
             return report;
         }
         self.best.start(impulses, residual, tolerance);
+        if let Some(newton) = carried.of(problem) {
+            let (judge, best) = (&mut self.judge, &mut self.best);
+            self.newton.chord(problem, judge, impulses, newton, best);
+            if self.best.solved() {
+                return self.found(impulses, report);
+            }
+        }
         self.response.prepare(problem);
         let warm = impulses.iter().any(|p| *p != Vec2::zeros());
         if warm && residual.merit() * problem.len() as f64 <= FAR {
@@ -105,14 +124,20 @@ impl ImpulseSolver for Direct {
         for sweeps in SWEEPS_LAST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
+        self.newton.hand_over(&mut self.response, carried);
+        self.found(impulses, report)
+    }
+}
+
+impl Direct {
+    /// The best impulses met, with what was done.
+    fn found(&self, impulses: &mut [Vec2], mut report: SolveReport) -> SolveReport {
         impulses.copy_from_slice(&self.best.impulses);
         report.status = self.best.status();
         report.residual = self.best.residual;
         report
     }
-}
 
-impl Direct {
     /// Stage 3.
     fn approach(
         &mut self,

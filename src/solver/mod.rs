@@ -37,6 +37,7 @@
 
 mod auto;
 mod best;
+mod carried;
 mod continuation;
 mod direct;
 mod enumeration;
@@ -56,6 +57,8 @@ mod direct_tests;
 mod explicit_tests;
 
 pub use auto::Auto;
+pub use carried::Carried;
+pub(crate) use carried::CarriedState;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
 pub(crate) use judged::Judged;
@@ -148,6 +151,20 @@ pub trait ImpulseSolver: Send {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport;
+
+    /// The same for the next problem of an island, with what was carried from the ones before.
+    ///
+    /// A step calls this one, for every island with its own `carried`; who carries nothing has
+    /// nothing to do here.
+    fn solve_on(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        _carried: &mut Carried,
+    ) -> SolveReport {
+        self.solve(problem, impulses, tolerance)
+    }
 }
 
 /// A start that is not finite is no start.

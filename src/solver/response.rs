@@ -20,18 +20,65 @@ use nalgebra::Matrix3;
 /// contacts that share a body. Neither seeks pivots: with symmetric gains `G + A⁻¹` needs none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Response {
-    bodies: usize,
-    /// Whether the factors can be held.
+    /// Whether the factors have their places, and can be held.
+    ready: bool,
     fits: bool,
-    factor: BlockLdu<3>,
+    /// Rows of the problem, and the factors last made.
+    factored: Factored,
+    /// Factorisations so far.
+    count: usize,
+    /// `M^−½` of every body.
+    roots: Vec<Vec3>,
     pairs: Vec<(u32, u32)>,
-    /// Rows scaled by `M^−½`, and where their coupling lies in the factor.
-    rows: Vec<Rows>,
+    /// Where the coupling of each block lies in the factor.
     places: Vec<Option<Place>>,
     velocity: Vec<Vec3>,
     change: Vec<Vec3>,
     kept: Vec<Vec3>,
     explicit: Explicit,
+}
+
+/// A factorised system over bodies.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Factored {
+    pub bodies: usize,
+    /// Scaled by `M^−½`.
+    pub rows: Vec<Rows>,
+    /// `A` \[kg\], one a block, as far as its user keeps them.
+    pub gains: Vec<Mat2>,
+    factor: BlockLdu<3>,
+}
+
+impl Factored {
+    /// Solves (1) of another problem, which is nearly the factorised one: nearly.
+    ///
+    /// `velocities` is its `v`, not scaled; `change` becomes its `dv`, not scaled.
+    pub fn solve(
+        &mut self,
+        op: &BodyOperator,
+        velocities: &[Vec3],
+        targets: &[Vec2],
+        change: &mut Vec<Vec3>,
+    ) {
+        change.clear();
+        change.resize(velocities.len(), Vec3::zeros());
+        for (rows, &p) in op.rows.iter().zip(targets) {
+            if p != Vec2::zeros() {
+                push(rows, p, change);
+            }
+        }
+        for ((x, v), w) in change.iter_mut().zip(velocities).zip(&op.inverse_mass) {
+            let scaled = |k: usize| match w[k].sqrt() {
+                0.0 => 0.0,
+                root => root * x[k] - v[k] / root,
+            };
+            *x = Vec3::new(scaled(0), scaled(1), scaled(2));
+        }
+        self.factor.solve(change);
+        for (x, w) in change.iter_mut().zip(&op.inverse_mass) {
+            *x = x.zip_map(w, |x, w| w.sqrt() * x);
+        }
+    }
 }
 
 /// The part of an explicit operator.
@@ -46,33 +93,72 @@ struct Explicit {
 }
 
 impl Response {
-    /// Turns to another problem. The symbolic factorisation is kept while the same bodies couple.
+    /// Turns to another problem.
     pub fn prepare(&mut self, problem: &ContactProblem) {
-        self.rows.clear();
-        let op = match &problem.operator {
-            Delassus::Bodies(op) => op,
-            Delassus::Blocks(matrix) => {
-                self.bodies = 0;
-                self.fits = self.explicit.prepare(matrix);
-                return;
-            }
-        };
-        self.bodies = op.inverse_mass.len();
-        self.rows.extend(op.rows.iter().map(|r| scaled(r, op)));
-        self.pairs.clear();
-        self.pairs.extend(op.rows.iter().filter_map(coupled));
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
-        self.fits = self.factor.prepare(self.bodies, &self.pairs).is_ok();
-        self.places.clear();
-        if !self.fits {
+        let own = &mut self.factored;
+        own.rows.clear();
+        own.bodies = 0;
+        self.ready = false;
+        if let Delassus::Bodies(op) = &problem.operator {
+            own.bodies = op.inverse_mass.len();
+            self.roots.clear();
+            let roots = op.inverse_mass.iter().map(|w| w.map(f64::sqrt));
+            self.roots.extend(roots);
+            own.rows
+                .extend(op.rows.iter().map(|r| scaled(r, &self.roots)));
+        }
+    }
+
+    /// Finds the places of a problem's numbers in its factors, unless they are known. The symbolic
+    /// factorisation is kept while the same bodies couple; where `holds` says no, a block never will.
+    fn make_ready(&mut self, holds: impl Fn(usize) -> bool) {
+        if self.ready {
             return;
         }
-        for rows in &op.rows {
-            let [a, b] = rows.bodies;
+        self.ready = true;
+        let own = &mut self.factored;
+        let couples = |(i, rows): (usize, &Rows)| coupled(rows).filter(|_| holds(i));
+        self.pairs.clear();
+        self.pairs
+            .extend(own.rows.iter().enumerate().filter_map(couples));
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.fits = own.factor.prepare(own.bodies, &self.pairs).is_ok();
+        self.places.clear();
+        if self.fits {
+            let factor = &own.factor;
+            let place = |[a, b]: [u32; 2]| factor.place(a as usize, b as usize);
+            let rows = own.rows.iter().enumerate();
             self.places
-                .push(coupled(rows).map(|_| self.factor.place(a as usize, b as usize)));
+                .extend(rows.map(|(i, r)| couples((i, r)).map(|_| place(r.bodies))));
         }
+    }
+
+    /// The system of some rows and gains, factorised; `None` if it is singular or too large. A
+    /// `lean` one leaves out the pairs of bodies that no gain couples, which it then never can.
+    pub fn factored(
+        bodies: usize,
+        rows: Vec<Rows>,
+        gains: Vec<Mat2>,
+        lean: bool,
+    ) -> Option<Factored> {
+        let mut response = Response::default();
+        (response.factored.bodies, response.factored.rows) = (bodies, rows);
+        response.make_ready(|i| !lean || gains[i] != Mat2::zeros());
+        let made = response.factorise_bodies(&gains);
+        response.factored.gains = gains;
+        made.then_some(response.factored)
+    }
+
+    /// Exchanges the factors, and with them the rows: another problem must be prepared next.
+    pub fn exchange(&mut self, other: &mut Factored) {
+        std::mem::swap(&mut self.factored, other);
+        self.ready = false;
+    }
+
+    /// Number of factorisations so far: who remembers it knows whether the factors are still its own.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// Sets `M v = Jᵀ r`.
@@ -80,8 +166,8 @@ impl Response {
         match &problem.operator {
             Delassus::Bodies(_) => {
                 self.velocity.clear();
-                self.velocity.resize(self.bodies, Vec3::zeros());
-                for (rows, &p) in self.rows.iter().zip(impulses) {
+                self.velocity.resize(self.factored.bodies, Vec3::zeros());
+                for (rows, &p) in self.factored.rows.iter().zip(impulses) {
                     if p != Vec2::zeros() {
                         push(rows, p, &mut self.velocity);
                     }
@@ -105,7 +191,7 @@ impl Response {
 
     /// `(J v)_i` \[m/s\].
     pub fn velocity(&self, i: usize) -> Vec2 {
-        match self.rows.get(i) {
+        match self.factored.rows.get(i) {
             Some(rows) => rows.velocity(&self.velocity),
             None => self.explicit.velocity[i],
         }
@@ -114,18 +200,38 @@ impl Response {
     /// Factorises for the gains `A` \[kg\], one a block. `false` if the system is singular or its
     /// factors are too many to be held.
     pub fn factorise(&mut self, problem: &ContactProblem, gains: &[Mat2]) -> bool {
+        self.count += 1;
+        match &problem.operator {
+            Delassus::Blocks(matrix) => self.factorise_explicit(matrix, gains),
+            Delassus::Bodies(_) => self.factorise_bodies(gains),
+        }
+    }
+
+    fn factorise_explicit(&mut self, matrix: &BlockMatrix, gains: &[Mat2]) -> bool {
+        if !self.ready {
+            self.fits = self.explicit.prepare(matrix);
+            self.ready = true;
+        }
+        self.fits && self.explicit.factorise(matrix, gains)
+    }
+
+    fn factorise_bodies(&mut self, gains: &[Mat2]) -> bool {
+        self.make_ready(|_| true);
         if !self.fits {
             return false;
         }
-        if let Delassus::Blocks(matrix) = &problem.operator {
-            return self.explicit.factorise(matrix, gains);
-        }
         let symmetric = gains.iter().all(|a| a[(0, 1)] == a[(1, 0)]);
-        self.factor.clear(symmetric);
-        for body in 0..self.bodies {
-            self.factor.add_diagonal(body, &Matrix3::identity());
+        let Factored {
+            bodies,
+            rows,
+            factor,
+            ..
+        } = &mut self.factored;
+        factor.clear(symmetric);
+        for body in 0..*bodies {
+            factor.add_diagonal(body, &Matrix3::identity());
         }
-        for ((rows, gain), place) in self.rows.iter().zip(gains).zip(&self.places) {
+        for ((rows, gain), place) in rows.iter().zip(gains).zip(&self.places) {
             if *gain == Mat2::zeros() {
                 continue;
             }
@@ -139,8 +245,7 @@ impl Response {
             };
             for side in 0..2 {
                 if rows.bodies[side] != NO_BODY {
-                    self.factor
-                        .add_diagonal(rows.bodies[side] as usize, &block(side, side));
+                    factor.add_diagonal(rows.bodies[side] as usize, &block(side, side));
                 }
             }
             if let Some(place) = place {
@@ -150,13 +255,13 @@ impl Response {
                 } else {
                     block(1, 0)
                 };
-                self.factor.add_coupling(*place, &ab, &ba);
+                factor.add_coupling(*place, &ab, &ba);
             } else if rows.bodies[0] == rows.bodies[1] && rows.bodies[0] != NO_BODY {
                 let both = block(0, 1) + block(1, 0);
-                self.factor.add_diagonal(rows.bodies[0] as usize, &both);
+                factor.add_diagonal(rows.bodies[0] as usize, &both);
             }
         }
-        self.factor.factorise()
+        factor.factorise()
     }
 
     /// Solves (1) for `targets = r + g` [N s].
@@ -165,10 +270,10 @@ impl Response {
             Delassus::Bodies(_) => {
                 self.change.clear();
                 self.change.extend(self.velocity.iter().map(|v| -v));
-                for (rows, &p) in self.rows.iter().zip(targets) {
+                for (rows, &p) in self.factored.rows.iter().zip(targets) {
                     push(rows, p, &mut self.change);
                 }
-                self.factor.solve(&mut self.change);
+                self.factored.factor.solve(&mut self.change);
             }
             Delassus::Blocks(matrix) => {
                 let explicit = &mut self.explicit;
@@ -183,7 +288,7 @@ impl Response {
 
     /// `h_i` \[m/s\] of the last solve.
     pub fn change(&self, i: usize) -> Vec2 {
-        match self.rows.get(i) {
+        match self.factored.rows.get(i) {
             Some(rows) => rows.velocity(&self.change),
             None => self.explicit.change[i],
         }
@@ -194,7 +299,7 @@ impl Response {
         for (v, dv) in self.velocity.iter_mut().zip(&self.change) {
             *v += dv * step;
         }
-        if self.rows.is_empty() {
+        if self.factored.rows.is_empty() {
             let explicit = &mut self.explicit;
             for (v, dv) in explicit.velocity.iter_mut().zip(&explicit.change) {
                 *v += dv * step;
@@ -242,12 +347,11 @@ fn coupled(rows: &Rows) -> Option<(u32, u32)> {
     (a != NO_BODY && b != NO_BODY && a != b).then_some((a.min(b), a.max(b)))
 }
 
-fn scaled(rows: &Rows, op: &BodyOperator) -> Rows {
+fn scaled(rows: &Rows, roots: &[Vec3]) -> Rows {
     let mut rows = *rows;
     for (side, &body) in rows.jacobian.iter_mut().zip(&rows.bodies) {
         if body != NO_BODY {
-            let root = op.inverse_mass[body as usize].map(f64::sqrt);
-            *side = side.map(|row| row.component_mul(&root));
+            *side = side.map(|row| row.component_mul(&roots[body as usize]));
         }
     }
     rows

@@ -1,6 +1,8 @@
 use super::best::Best;
+use super::carried::{Carried, Newton};
 use super::response::Response;
-use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, project_onto_cone};
+use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, project_onto_cone};
+use serde::{Deserialize, Serialize};
 
 /// Newton's method on the natural map, by the status of every block.
 ///
@@ -24,10 +26,18 @@ pub(super) struct StatusNewton {
     gains: Vec<Mat2>,
     offsets: Vec<Vec2>,
     targets: Vec<Vec2>,
+    /// Of the bodies, in a chord step.
+    change: Vec<Vec3>,
     proximal: f64,
     /// All status vectors met, one after the other.
     history: Vec<Status>,
+    /// What the factors last made are of, and the count of factorisations then.
+    statuses: Vec<Status>,
+    made: usize,
 }
+
+/// Chord steps tried with factors of another problem.
+const CHORDS: usize = 4;
 
 /// First weight of the proximal term: a smaller one loses digits in the stiff system.
 const PROXIMAL: f64 = 1e-6;
@@ -38,7 +48,7 @@ const LIGHTER: f64 = 1e-2;
 const LIGHTEST: f64 = 0.9e-10;
 
 /// Which rows of a block are active.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Status {
     /// No impulse.
     Open,
@@ -109,7 +119,8 @@ impl StatusNewton {
         loop {
             response.start(problem, &self.current);
             let guess = guess.filter(|_| step == 0);
-            self.linearise(problem, judge, response, guess);
+            let velocity = |i: usize| response.velocity(i) + problem.free[i];
+            self.linearise(problem, judge, velocity, guess);
             let (seen, now) = self.history.split_at(self.history.len() - n);
             let changed = match seen.chunks_exact(n).next_back() {
                 Some(last) => last.iter().zip(now).filter(|(a, b)| a != b).count(),
@@ -126,14 +137,18 @@ impl StatusNewton {
                     return step;
                 }
                 step += 1;
+                self.statuses.clear();
                 if !response.factorise(problem, &self.gains) {
                     return step;
                 }
+                if self.proximal == PROXIMAL {
+                    self.statuses
+                        .extend_from_slice(&self.history[self.history.len() - n..]);
+                    self.made = response.count();
+                }
                 changed_before = changed;
             }
-            self.targets.clear();
-            self.targets
-                .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
+            self.aim();
             response.solve(problem, &self.targets);
             for i in 0..n {
                 self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
@@ -159,19 +174,85 @@ impl StatusNewton {
         }
     }
 
-    /// Statuses, gains and offsets of (1) at the current impulses.
+    /// Chord steps with the factors of `newton` from the impulses that the judge saw last, a few
+    /// as long as the statuses are its own and each leaves a tenth of the residual; every iterate
+    /// is offered to `best`.
+    pub fn chord(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &mut Judge,
+        start: &[Vec2],
+        newton: &mut Newton,
+        best: &mut Best,
+    ) {
+        let Delassus::Bodies(op) = &problem.operator else {
+            return;
+        };
+        self.current.clear();
+        self.current.extend_from_slice(start);
+        self.proximal = PROXIMAL;
+        let mut merit_before = f64::INFINITY;
+        for _ in 0..CHORDS {
+            self.history.clear();
+            self.linearise(problem, judge, |i| judge.velocities()[i], None);
+            if self.history != newton.statuses {
+                return;
+            }
+            self.aim();
+            let (targets, change) = (&self.targets, &mut self.change);
+            (newton.factored).solve(op, judge.bodies(), targets, change);
+            for (i, law) in problem.laws.iter().enumerate() {
+                let p = self.targets[i] - self.gains[i] * op.rows[i].velocity(&self.change);
+                self.current[i] = inside(p, law);
+            }
+            let residual = judge.natural_map(problem, &self.current);
+            let merit = residual.merit();
+            best.offer(&self.current, residual);
+            if best.solved() {
+                newton.serve_again();
+            }
+            if best.solved() || merit.is_nan() || merit > SLOW * merit_before {
+                return;
+            }
+            merit_before = merit;
+        }
+    }
+
+    /// Puts the factors last made into `carried`; empties it if they are no longer there, or of no
+    /// use to another problem.
+    pub fn hand_over(&mut self, response: &mut Response, carried: &mut Carried) {
+        if self.statuses.is_empty() || self.made != response.count() {
+            *carried = Carried::default();
+            return;
+        }
+        let newton = carried.0.get_or_insert_default();
+        response.exchange(&mut newton.factored);
+        newton.factored.gains.clone_from(&self.gains);
+        newton.lean = false;
+        std::mem::swap(&mut newton.statuses, &mut self.statuses);
+        self.statuses.clear();
+    }
+
+    /// `r + g` of (1).
+    fn aim(&mut self) {
+        self.targets.clear();
+        self.targets
+            .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
+    }
+
+    /// Statuses, gains and offsets of (1) at the current impulses, of which `velocity` is `G P + b`.
     fn linearise(
         &mut self,
         problem: &ContactProblem,
         judge: &Judge,
-        response: &Response,
+        velocity: impl Fn(usize) -> Vec2,
         guess: Option<&[Status]>,
     ) {
         self.gains.clear();
         self.offsets.clear();
         for (i, law) in problem.laws.iter().enumerate() {
             let (p, compliance) = (self.current[i], law.compliance());
-            let mut xi = response.velocity(i) + problem.free[i];
+            let mut xi = velocity(i);
             xi.x += compliance * p.x;
             let two = law.rows() == 2;
             let half = half(law, judge, i);

@@ -1,0 +1,129 @@
+//! What is carried from one contact problem of an island to its next one.
+
+use super::response::{Factored, Response};
+use super::status_newton::Status;
+use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// The factors of an island's last Newton step, for [`ImpulseSolver::solve_on`].
+///
+/// Where nothing but round-off has moved since, statuses and factors are still those of the next
+/// problem, and a chord step of Newton's method solves it without a factorisation: at rest a large
+/// island costs two triangular solves a step. Constant impulses would not do there: a pile is
+/// unstable under them, and under a hundred rows errors grow 2.5 times a step.
+///
+/// Empty at first. Part of what a run depends on: who goes on from a saved state must save it.
+///
+/// [`ImpulseSolver::solve_on`]: super::ImpulseSolver::solve_on
+#[derive(Debug, Clone, Default)]
+pub struct Carried(pub(super) Option<Box<Newton>>);
+
+/// A system of Newton's method, factorised.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Newton {
+    pub factored: Factored,
+    pub statuses: Vec<Status>,
+    /// Whether pairs of bodies that only open contacts couple are left out.
+    pub lean: bool,
+}
+
+/// Share of open contacts from which on they are left out of what serves more than once.
+const OPEN: f64 = 0.1;
+
+impl Newton {
+    /// Leaves out what is open, if it is much: triangular solves are the cheaper for it.
+    pub fn serve_again(&mut self) {
+        let open = self.statuses.iter().filter(|s| **s == Status::Open).count();
+        if self.lean || (open as f64) < OPEN * self.statuses.len() as f64 {
+            return;
+        }
+        let own = &mut self.factored;
+        let (rows, gains) = (
+            std::mem::take(&mut own.rows),
+            std::mem::take(&mut own.gains),
+        );
+        let lean = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
+        self.lean = true;
+        match lean {
+            Some(factored) => self.factored = factored,
+            None => (own.rows, own.gains) = (rows, gains),
+        }
+    }
+}
+
+impl Carried {
+    /// Whether there is anything.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_none()
+    }
+
+    /// The system, if it is over the bodies of `problem`, block by block.
+    pub(super) fn of(&mut self, problem: &ContactProblem) -> Option<&mut Newton> {
+        let Delassus::Bodies(op) = &problem.operator else {
+            return None;
+        };
+        let same = |(own, other): (&Rows, &Rows)| own.bodies == other.bodies;
+        self.0.as_deref_mut().filter(|n| {
+            let own = &n.factored;
+            own.bodies == op.inverse_mass.len()
+                && own.rows.len() == op.rows.len()
+                && own.rows.iter().zip(&op.rows).all(same)
+        })
+    }
+
+    /// All numbers that it depends on.
+    pub(crate) fn state(&self) -> Option<CarriedState> {
+        let newton = self.0.as_deref()?;
+        let rows = newton.factored.rows.iter();
+        Some(CarriedState {
+            bodies: rows.clone().map(|r| r.bodies).collect(),
+            rows: rows.map(numbers).collect(),
+            gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
+            statuses: newton.statuses.clone(),
+            lean: newton.lean,
+        })
+    }
+
+    /// The same again; empty if `state` is none that [`Carried::state`] gave.
+    pub(crate) fn restored(state: &CarriedState) -> Carried {
+        let rows = state.bodies.iter().zip(&state.rows).map(|(&bodies, n)| {
+            let row = |k: usize| Vec3::new(n[k], n[k + 1], n[k + 2]);
+            Rows {
+                bodies,
+                jacobian: [[row(0), row(3)], [row(6), row(9)]],
+            }
+        });
+        let rows: Vec<Rows> = rows.collect();
+        let gains: Vec<Mat2> = state.gains.iter().map(|a| Mat2::from(*a)).collect();
+        let bodies = rows.iter().flat_map(|r| r.bodies);
+        let last = bodies.filter(|b| *b != NO_BODY).max();
+        let bodies = last.map_or(0, |b| b as usize + 1);
+        let alike = [state.bodies.len(), gains.len(), state.statuses.len()] == [rows.len(); 3];
+        let factored = (alike && bodies <= 2 * rows.len())
+            .then(|| Response::factored(bodies, rows, gains, state.lean))
+            .flatten();
+        Carried(factored.map(|factored| {
+            Box::new(Newton {
+                factored,
+                statuses: state.statuses.clone(),
+                lean: state.lean,
+            })
+        }))
+    }
+}
+
+/// [`Carried`] as a saved state has it: what was factorised.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct CarriedState {
+    bodies: Vec<[u32; 2]>,
+    rows: Vec<[f64; 12]>,
+    gains: Vec<[[f64; 2]; 2]>,
+    statuses: Vec<Status>,
+    lean: bool,
+}
+
+fn numbers(rows: &Rows) -> [f64; 12] {
+    let [[an, at], [bn, bt]] = rows.jacobian;
+    let all = [an, at, bn, bt];
+    std::array::from_fn(|k| all[k / 3][k % 3])
+}

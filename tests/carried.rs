@@ -1,0 +1,128 @@
+//! What an island carries from step to step: it saves factorisations, and nothing depends on it
+//! that a saved state does not hold.
+
+use moreau2d::contact::{ContactProblem, Vec2};
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings, PipelineState};
+use moreau2d::solver::{Direct, ImpulseSolver, SolveReport};
+use serde_json::Value;
+
+const ROWS: usize = 12;
+
+/// A pyramid that never sleeps, at a tolerance that the impulses of the last step do not meet.
+fn pyramid() -> (PhysicsWorld, MoreauPipeline) {
+    let mut world = PhysicsWorld::new();
+    world.insert(
+        RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5)),
+        ColliderBuilder::cuboid(30.0, 0.5),
+    );
+    for row in 0..ROWS {
+        for k in 0..ROWS - row {
+            let x = 1.05 * (k as Real + 0.5 * row as Real);
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 0.5 + row as Real));
+            world.insert(body.can_sleep(false), ColliderBuilder::cuboid(0.5, 0.5));
+        }
+    }
+    let mut settings = MoreauSettings::default();
+    settings.stepper.tolerance = 1e-11;
+    (world, MoreauPipeline::new(settings).unwrap())
+}
+
+/// The same method without anything carried.
+struct Forgetful(Direct);
+
+impl ImpulseSolver for Forgetful {
+    fn name(&self) -> &'static str {
+        "forgetful"
+    }
+
+    fn solve(&mut self, p: &ContactProblem, impulses: &mut [Vec2], tolerance: f64) -> SolveReport {
+        self.0.solve(p, impulses, tolerance)
+    }
+}
+
+/// Factorisations of 60 steps after 30, and the highest speed in them \[m/s\].
+fn at_rest(forgetful: bool) -> (usize, f64) {
+    let (mut world, mut p) = pyramid();
+    if forgetful {
+        p.set_solver(Box::new(Forgetful(Direct::default())));
+    }
+    let (mut factorisations, mut fastest) = (0, 0.0_f64);
+    for step in 0..90 {
+        let record = p.step(&mut world).unwrap();
+        assert_eq!(record.unsolved, 0, "step {step}");
+        if step >= 30 {
+            factorisations += record.factorisations;
+            for (handle, _) in world.bodies.iter() {
+                fastest = p
+                    .velocity(handle)
+                    .map_or(fastest, |u| fastest.max(u.norm()));
+            }
+        }
+    }
+    (factorisations, fastest)
+}
+
+#[test]
+fn at_rest_nothing_is_factorised() {
+    let ((carried, fast), (anew, fast_anew)) = (at_rest(false), at_rest(true));
+    println!("{carried} factorisations against {anew}; {fast:e} and {fast_anew:e} m/s");
+    assert!(carried <= 2, "{carried}");
+    assert!(anew >= 20, "{anew}");
+    assert!(fast < 1e-9 && fast_anew < 1e-9, "{fast:e} {fast_anew:e}");
+}
+
+fn text(p: &MoreauPipeline) -> Value {
+    serde_json::to_value(p.state()).unwrap()
+}
+
+fn carried(state: &mut Value) -> &mut Vec<Value> {
+    state["stepper"]["carried"].as_array_mut().unwrap()
+}
+
+/// The poses and velocities of 20 steps from `state`, which needs the world as it was then.
+fn goes_on(state: &Value) -> Vec<u64> {
+    let (mut world, _) = pyramid();
+    let state: PipelineState = serde_json::from_value(state.clone()).unwrap();
+    let mut p = MoreauPipeline::resume(&state, &mut world).unwrap();
+    let mut bits = Vec::new();
+    for _ in 0..20 {
+        assert_eq!(p.step(&mut world).unwrap().unsolved, 0);
+        for (handle, _) in world.bodies.iter() {
+            bits.extend(
+                p.velocity(handle)
+                    .iter()
+                    .flat_map(|u| u.iter().map(|x| x.to_bits())),
+            );
+        }
+    }
+    bits
+}
+
+#[test]
+fn a_state_holds_what_is_carried_and_a_broken_one_does_no_harm() {
+    let (mut world, mut p) = pyramid();
+    for _ in 0..40 {
+        p.step(&mut world).unwrap();
+    }
+    let state = text(&p);
+    let whole = goes_on(&state);
+    assert_eq!(whole, goes_on(&state));
+    let island = carried(&mut state.clone())[0][1].clone();
+    assert!(island["rows"].as_array().unwrap().len() > 100);
+    // without it the run is another one in its last bits
+    let mut without = state.clone();
+    carried(&mut without).clear();
+    assert_ne!(whole, goes_on(&without));
+    for key in ["bodies", "rows", "gains", "statuses"] {
+        let mut broken = state.clone();
+        carried(&mut broken)[0][1][key]
+            .as_array_mut()
+            .unwrap()
+            .pop();
+        assert_eq!(goes_on(&broken), goes_on(&without), "{key}");
+    }
+    let mut broken = state.clone();
+    carried(&mut broken)[0][1]["bodies"][0] = serde_json::json!([7, 4_000_000_000u32]);
+    assert_eq!(goes_on(&broken), goes_on(&without));
+}
