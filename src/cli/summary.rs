@@ -145,6 +145,7 @@ pub(super) fn totals(t: &Totals) -> Value {
         "work_contact_t_j": float(t.work_contact_t),
         "work_joints_j": float(t.work_joints),
         "work_motors_j": float(t.work_motors),
+        "work_recovery_j": float(t.work_recovery),
         "friction_work_j": float(t.friction_work),
     })
 }

@@ -205,7 +205,7 @@ impl Worker {
         };
         let mut known = false;
         let staggered = rules.scheme == Scheme::Staggered;
-        if staggered && !report.solved() && (pushes(&blocks) || hopeless(&report)) {
+        if staggered && !report.solved() && (contradicts(&blocks, &report) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
             let again = self.solver.solve(&problem, &mut warm, tolerance);
             if again.residual.velocity < report.residual.velocity {
@@ -310,11 +310,16 @@ pub(super) fn hopeless(report: &SolveReport) -> bool {
     !report.solved() && left.velocity > HOPELESS * left.velocity_scale
 }
 
-/// Whether a rule added anything that no motion of the bodies may be able to undo.
-fn pushes(blocks: &[CapBlock]) -> bool {
-    blocks
-        .iter()
-        .any(|b| b.rigid && (b.free.x < 0.0 || b.free.y != 0.0))
+/// Share of the largest push that the best impulses leave unsolved at least where pushes contradict
+/// each other: much less is a solver's trouble, which another problem as large does not end.
+const CONTRADICTION: f64 = 1e-3;
+
+/// Whether rules may have added what no motion of the bodies is able to undo.
+fn contradicts(blocks: &[CapBlock], report: &SolveReport) -> bool {
+    let push = |b: &CapBlock| b.free.y.abs().max(-b.free.x);
+    let pushes = blocks.iter().filter(|b| b.rigid).map(push);
+    let largest = pushes.fold(0.0, f64::max);
+    largest > 0.0 && report.residual.velocity > CONTRADICTION * largest
 }
 
 /// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:

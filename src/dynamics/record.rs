@@ -86,7 +86,7 @@ pub struct JointRecord {
 /// Energy that the impulses of a step gave to the bodies, by source \[J\].
 ///
 /// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is the change of kinetic energy
-/// exactly (see [`StepEnergy::imbalance`]).
+/// exactly (see [`StepEnergy::imbalance`]); `recovery` alone is no part of it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepEnergy {
     /// Kinetic energy at the start and at the end of the step.
@@ -104,6 +104,9 @@ pub struct StepEnergy {
     pub joints: f64,
     /// Motors, springs and dampers of joints.
     pub motors: f64,
+    /// Potential energy that moves of positions alone gave, as of bodies that start overlapped and
+    /// are lifted off each other: no impulse does this work, and none of it is kinetic.
+    pub recovery: f64,
 }
 
 impl StepEnergy {

@@ -13,6 +13,13 @@ use std::collections::BTreeSet;
 /// Share of an overlap that is undone in a step.
 const SHARE: f64 = 0.2;
 
+/// Relative residual at which the displacements of a step count as found: a micrometre of a metre
+/// that is moved, where a share of the overlap is left for the next step anyway.
+const ENOUGH: f64 = 1e-6;
+
+/// Share of its own size by which a body is moved in a step at most: (1) is linear in `d`.
+const STRIDE: f64 = 0.1;
+
 /// Position correction for pairs that were overlapped when they were first seen.
 ///
 /// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
@@ -23,8 +30,11 @@ const SHARE: f64 = 0.2;
 /// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
 /// ```
 ///
-/// a frictionless contact problem of its own. Velocities and kinetic energy stay as they are. Pairs
-/// that touch later are never corrected: noise of their gaps would make them creep.
+/// a frictionless contact problem of its own. Bodies that are wedged in escape along their surfaces
+/// only, and (1) then asks for many times the overlap: of an island all displacements are cut alike
+/// until no body goes farther than a tenth of its size, which keeps the two lower lines. Velocities
+/// and kinetic energy stay as they are. Pairs that touch later are never corrected: noise of their
+/// gaps would make them creep.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct OverlapRecovery {
     /// Pairs of surfaces seen in the last step, in its order, and those that overlapped at first.
@@ -141,17 +151,20 @@ impl OverlapRecovery {
                 laws.push(law);
             }
         }
-        displacements(&rows, &free, &laws, inverse_mass, solver)
+        let tolerance = solver.tolerance.max(ENOUGH);
+        displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, STRIDE)
     }
 }
 
-/// Solves (1) on every island that has something to move.
+/// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`.
 pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
     laws: &[Law],
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
+    tolerance: f64,
+    stride: f64,
 ) -> Vec<(u32, Vec3)> {
     let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
     let mut islands = Islands::default();
@@ -166,29 +179,65 @@ pub(super) fn displacements(
             continue;
         }
         let of = |i: &u32| *i as usize;
+        let mut bodies: Vec<u32> = members.iter().flat_map(|i| rows[of(i)].bodies).collect();
+        bodies.retain(|b| *b != NO_BODY);
+        bodies.sort_unstable();
+        bodies.dedup();
+        let local = |b: u32| bodies.binary_search(&b).map_or(NO_BODY, |k| k as u32);
+        let own = |i: &u32| Rows {
+            bodies: rows[of(i)].bodies.map(local),
+            jacobian: rows[of(i)].jacobian,
+        };
+        let op = BodyOperator {
+            inverse_mass: bodies.iter().map(|b| inverse_mass[*b as usize]).collect(),
+            rows: members.iter().map(own).collect(),
+        };
         let problem = ContactProblem {
-            operator: Delassus::Bodies(BodyOperator {
-                inverse_mass: inverse_mass.to_vec(),
-                rows: members.iter().map(|i| rows[of(i)]).collect(),
-            }),
+            operator: Delassus::Bodies(op),
             free: members.iter().map(|i| free[of(i)]).collect(),
             laws: members.iter().map(|i| laws[of(i)]).collect(),
         };
         let mut push = vec![Vec2::zeros(); members.len()];
         // walls that contradict each other leave no solution: nothing is moved then
-        if solver
-            .own
-            .solver
-            .solve(&problem, &mut push, solver.tolerance)
-            .solved()
+        let own = solver.own.solver.as_mut();
+        if own.solve(&problem, &mut push, tolerance).solved()
+            && let Delassus::Bodies(op) = &problem.operator
         {
-            for (i, p) in members.iter().zip(&push) {
-                rows[of(i)].push(*p, inverse_mass, &mut moved);
+            let mut d = vec![Vec3::zeros(); bodies.len()];
+            for (rows, p) in op.rows.iter().zip(&push) {
+                rows.push(*p, &op.inverse_mass, &mut d);
+            }
+            let share = within(stride, &op.rows, &d);
+            for (body, d) in bodies.iter().zip(&d) {
+                moved[*body as usize] = d * share;
             }
         }
     }
     let some = |(_, d): &(u32, Vec3)| *d != Vec3::zeros();
     (0..).zip(moved).filter(some).collect()
+}
+
+/// Share, 1 at most, of an island's displacements `moved` with which no body goes farther than
+/// `stride` times its own size: the distance of its farthest contact from its centre.
+fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
+    let mut size = vec![0.0f64; moved.len()];
+    for Rows { bodies, jacobian } in rows {
+        for (body, [n, t]) in bodies.iter().zip(jacobian) {
+            if let Some(size) = size.get_mut(*body as usize) {
+                *size = size.max(n.z.hypot(t.z));
+            }
+        }
+    }
+    let share = |(size, d): (&f64, &Vec3)| {
+        let way = d.xy().norm() + d.z.abs() * size;
+        // what has no lever, as a coordinate, has no size
+        if size * way > 0.0 {
+            stride * size / way
+        } else {
+            1.0
+        }
+    };
+    size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
 /// Overlap \[m\] that is left alone: noise, or a hundredth of what the reference acceleration

@@ -436,6 +436,8 @@ impl MoreauStepper {
                 model.set_configuration(body as usize, place);
             }
         }
+        let moves = !stage.loose.is_empty() || recovery.as_ref().is_some_and(|r| r.pairs() > 0);
+        let potential = moves.then(|| model.potential_energy());
         if !stage.loose.is_empty() {
             close_joints(model, stage, w, &mut self.solver)?;
         }
@@ -452,6 +454,9 @@ impl MoreauStepper {
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();
+        if let Some(before) = potential {
+            record.energy.recovery = record.energy.potential_end - before;
+        }
         self.solver.clock.lap(|t| &mut t.record);
         self.time += dt;
         Ok(record)

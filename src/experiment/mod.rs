@@ -54,7 +54,9 @@
 //! converges to another motion shows there as an error that does not fall with its step.
 //!
 //! The energy of a scene with a motor, a belt or a body that moves as it is told rises as it
-//! should, so that `energy-rise` is no error there and left out.
+//! should, so that `energy-rise` is no error there and left out. Bodies that start in each other, as
+//! the cards of `card-house` do by rapier's dimensions, must be lifted off each other: `energy-rise`
+//! holds that too, of every engine, and `energy-recovery` says how much of ours it is.
 //!
 //! The chart of a wear scene is about the mission: the wear depth per cell of one load cycle.
 //! `wear-per-cell` is `Σ|h − h'|/Σ h'` over the cells, `wear-deepest` and `wear-total` the relative

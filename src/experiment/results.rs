@@ -45,7 +45,9 @@ enum Point {
 /// largest distance of a body from where `reference` has it; `penetration` \[m\], and for ours
 /// `penetration-impact`, the depth at which impacts were noticed; `joint-gap` \[m\] of joints that
 /// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start
-/// (0 below 1e-12 of it), where nothing drives the scene; for ours `residual` and `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
+/// (0 below 1e-12 of it), where nothing drives the scene, and for ours `energy-recovery`, what of
+/// it came from bodies that start overlapped and were lifted off each other; for ours `residual` and
+/// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
 /// solve certified has `unsolved`. A measure that others show and this one does not, such as the
@@ -299,6 +301,11 @@ impl<'a> Shown<'a> {
         }
         if !self.driven {
             figures.push(Figure("energy-rise", of(energy_rise), "J", "0"));
+            // rapier lifts bodies off each other too, but does not say by how much
+            if engine == Engine::Moreau {
+                let lifted = of(|t| t.work_recovery);
+                figures.push(Figure("energy-recovery", lifted, "J", "0"));
+            }
         }
         // rapier certifies nothing
         if engine == Engine::Moreau {
@@ -438,6 +445,7 @@ mod tests {
             "penetration",
             "penetration-impact",
             "energy-rise",
+            "energy-recovery",
             "residual",
             "unsolved-islands",
         ];

@@ -236,6 +236,8 @@ pub struct Totals {
     pub work_contact_t: f64,
     pub work_joints: f64,
     pub work_motors: f64,
+    /// What moves of positions alone gave \[J\], see [`crate::dynamics::record::StepEnergy`].
+    pub work_recovery: f64,
     pub friction_work: f64,
     /// Wall-clock time of the steps alone \[s\].
     pub wall: f64,
@@ -280,6 +282,7 @@ impl Totals {
         self.work_contact_t += energy.contact_t;
         self.work_joints += energy.joints;
         self.work_motors += energy.motors;
+        self.work_recovery += energy.recovery;
         self.friction_work += record.friction_work();
     }
 }

@@ -98,6 +98,7 @@ row! {
         work_contact_t_j: f64,
         work_joints_j: f64,
         work_motors_j: f64,
+        work_recovery_j: f64,
         imbalance_j: f64,
         penetration_m: f64,
         penetration_impact_m: f64,
@@ -300,6 +301,7 @@ impl From<&StepRecord> for StepRow {
             work_contact_t_j: step.energy.contact_t,
             work_joints_j: step.energy.joints,
             work_motors_j: step.energy.motors,
+            work_recovery_j: step.energy.recovery,
             imbalance_j: step.energy.imbalance(),
             penetration_m: step.penetration,
             penetration_impact_m: step.penetration_impact,
@@ -421,7 +423,7 @@ mod tests {
              residual_velocity_m_s,unsolved,redundant,capped,relaxed,joints_capped,events,recovering,\
              impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
-             imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
+             work_recovery_j,imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
         );
         assert_eq!(
             header::<WearRow>(),
@@ -559,6 +561,7 @@ mod tests {
                 contact_t: 16.0,
                 joints: 17.0,
                 motors: 18.0,
+                recovery: 19.0,
             },
             penetration: 20.0,
             penetration_impact: 21.0,
@@ -569,7 +572,7 @@ mod tests {
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,-168.0,20.0,21.0,26.0"
+            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
         );
     }
 
