@@ -72,6 +72,9 @@ pub(super) fn cap_joints(
         accounts: Vec::new(),
         loose: Vec::new(),
     };
+    if stage.detection.joints.is_empty() {
+        return result;
+    }
     let held: Vec<usize> = (0..members.len())
         .filter(|&k| stage.blocks[members[k] as usize].held)
         .collect();
