@@ -313,13 +313,16 @@ pub(super) fn hopeless(report: &SolveReport) -> bool {
 /// Share of the largest push that the best impulses leave unsolved at least where pushes contradict
 /// each other: much less is a solver's trouble, which another problem as large does not end.
 const CONTRADICTION: f64 = 1e-3;
+/// Blocks up to which the other problem costs little: it is tried anyhow.
+const SMALL: usize = 130;
 
 /// Whether rules may have added what no motion of the bodies is able to undo.
 fn contradicts(blocks: &[CapBlock], report: &SolveReport) -> bool {
     let push = |b: &CapBlock| b.free.y.abs().max(-b.free.x);
     let pushes = blocks.iter().filter(|b| b.rigid).map(push);
     let largest = pushes.fold(0.0, f64::max);
-    largest > 0.0 && report.residual.velocity > CONTRADICTION * largest
+    let small = blocks.len() <= SMALL;
+    largest > 0.0 && (small || report.residual.velocity > CONTRADICTION * largest)
 }
 
 /// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
