@@ -5,7 +5,7 @@ use super::joint_rules::joint_impact_rule;
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable, movable_sides};
+use super::stage::{LocalBodies, Stage, diagonal, movable, movable_sides};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -169,6 +169,7 @@ pub(super) fn displacements(
     let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
     let mut islands = Islands::default();
     islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
+    let mut local = LocalBodies::default();
     for k in 0..islands.len() {
         let members = islands.blocks(k);
         let asks = |i: &u32| match laws[*i as usize] {
@@ -179,19 +180,8 @@ pub(super) fn displacements(
             continue;
         }
         let of = |i: &u32| *i as usize;
-        let mut bodies: Vec<u32> = members.iter().flat_map(|i| rows[of(i)].bodies).collect();
-        bodies.retain(|b| *b != NO_BODY);
-        bodies.sort_unstable();
-        bodies.dedup();
-        let local = |b: u32| bodies.binary_search(&b).map_or(NO_BODY, |k| k as u32);
-        let own = |i: &u32| Rows {
-            bodies: rows[of(i)].bodies.map(local),
-            jacobian: rows[of(i)].jacobian,
-        };
-        let op = BodyOperator {
-            inverse_mass: bodies.iter().map(|b| inverse_mass[*b as usize]).collect(),
-            rows: members.iter().map(own).collect(),
-        };
+        let mut op = BodyOperator::default();
+        local.operator(members, rows, inverse_mass, &mut op);
         let problem = ContactProblem {
             operator: Delassus::Bodies(op),
             free: members.iter().map(|i| free[of(i)]).collect(),
@@ -203,12 +193,12 @@ pub(super) fn displacements(
         if own.solve(&problem, &mut push, tolerance).solved()
             && let Delassus::Bodies(op) = &problem.operator
         {
-            let mut d = vec![Vec3::zeros(); bodies.len()];
+            let mut d = vec![Vec3::zeros(); op.inverse_mass.len()];
             for (rows, p) in op.rows.iter().zip(&push) {
                 rows.push(*p, &op.inverse_mass, &mut d);
             }
             let share = within(stride, &op.rows, &d);
-            for (body, d) in bodies.iter().zip(&d) {
+            for (body, d) in local.bodies.iter().zip(&d) {
                 moved[*body as usize] = d * share;
             }
         }

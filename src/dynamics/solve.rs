@@ -55,9 +55,14 @@ impl IslandSolver {
         }
     }
 
-    /// Begins a step: what one that failed has left is not carried.
-    pub fn begin(&mut self) {
+    /// Carries nothing any more.
+    pub fn forget_carried(&mut self) {
+        self.carried.clear();
         self.carried_next.clear();
+    }
+
+    /// Begins a step.
+    pub fn begin(&mut self) {
         if let Some(kept) = &mut self.kept {
             kept.clear();
         }

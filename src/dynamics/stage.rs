@@ -97,7 +97,42 @@ pub(super) struct Stage {
 #[derive(Default)]
 pub(super) struct LocalBodies {
     number: Vec<u32>,
-    touched: Vec<u32>,
+    /// The bodies by their numbers.
+    pub bodies: Vec<u32>,
+}
+
+impl LocalBodies {
+    /// Writes the rows of some blocks over their own bodies, which come in the order in which they
+    /// are met.
+    pub fn operator(
+        &mut self,
+        members: &[u32],
+        rows: &[Rows],
+        inverse_mass: &[Vec3],
+        op: &mut BodyOperator,
+    ) {
+        let LocalBodies { number, bodies } = self;
+        number.resize(inverse_mass.len(), NO_BODY);
+        op.inverse_mass.clear();
+        op.rows.clear();
+        bodies.clear();
+        for &i in members {
+            let mut rows = rows[i as usize];
+            for body in rows.bodies.iter_mut().filter(|b| **b != NO_BODY) {
+                let own = &mut number[*body as usize];
+                if *own == NO_BODY {
+                    *own = bodies.len() as u32;
+                    op.inverse_mass.push(inverse_mass[*body as usize]);
+                    bodies.push(*body);
+                }
+                *body = *own;
+            }
+            op.rows.push(rows);
+        }
+        for &body in &*bodies {
+            number[body as usize] = NO_BODY;
+        }
+    }
 }
 
 impl Stage {
@@ -427,8 +462,6 @@ impl Stage {
         local: &mut LocalBodies,
         problem: &mut ContactProblem,
     ) {
-        let LocalBodies { number, touched } = local;
-        number.resize(inverse_mass.len(), NO_BODY);
         let ContactProblem {
             operator,
             free,
@@ -438,33 +471,12 @@ impl Stage {
             Delassus::Bodies(op) => op,
             Delassus::Blocks(_) => BodyOperator::default(),
         };
-        op.inverse_mass.clear();
-        op.rows.clear();
+        local.operator(members, &self.rows, inverse_mass, &mut op);
+        let blocks = members.iter().map(|&i| &self.blocks[i as usize]);
         free.clear();
+        free.extend(blocks.clone().map(|b| b.free));
         laws.clear();
-        touched.clear();
-        for &i in members {
-            let block = &self.blocks[i as usize];
-            let mut rows = self.rows[i as usize];
-            for body in &mut rows.bodies {
-                if *body == NO_BODY {
-                    continue;
-                }
-                let local = &mut number[*body as usize];
-                if *local == NO_BODY {
-                    *local = op.inverse_mass.len() as u32;
-                    op.inverse_mass.push(inverse_mass[*body as usize]);
-                    touched.push(*body);
-                }
-                *body = *local;
-            }
-            op.rows.push(rows);
-            free.push(block.free);
-            laws.push(block.law);
-        }
-        for &body in &*touched {
-            number[body as usize] = NO_BODY;
-        }
+        laws.extend(blocks.map(|b| b.law));
         *operator = Delassus::Bodies(op);
     }
 }

@@ -37,8 +37,7 @@ pub struct StepperSettings {
     /// Threads that islands are shared out among, 1 to 1024; nothing that is computed depends on it.
     ///
     /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
-    /// and so are islands with dominance, impacts that are located in time, and all that a solver of
-    /// the user's own solves.
+    /// and so are islands with dominance and all that a solver of the user's own solves.
     #[serde(default = "one")]
     pub threads: usize,
 }
@@ -185,6 +184,7 @@ impl MoreauStepper {
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
         self.solver.own.solver = Box::new(Judged(solver));
         self.solver.crew = None;
+        self.solver.forget_carried();
         self.named = false;
     }
 
@@ -203,6 +203,7 @@ impl MoreauStepper {
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
     pub fn forget_contacts(&mut self) {
         self.memory.clear();
+        self.solver.forget_carried();
     }
 
     /// What the next step depends on.
@@ -305,6 +306,7 @@ impl MoreauStepper {
             .extend((0..bodies).map(|body| model.configuration(body)));
         let result = self.step_from_start(model, dt);
         if result.is_err() {
+            self.solver.forget_carried();
             model.set_velocities(&self.stage.start);
             for (body, place) in self.origin.iter().enumerate() {
                 model.set_configuration(body, place);

@@ -46,7 +46,8 @@ enum Point {
 /// `penetration-impact`, the depth at which impacts were noticed; `joint-gap` \[m\] of joints that
 /// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start
 /// (0 below 1e-12 of it), where nothing drives the scene, and for ours `energy-recovery`, what of
-/// it came from bodies that start overlapped and were lifted off each other; for ours `residual` and
+/// it came from bodies that start overlapped and were lifted off each other, and from gaps of joints
+/// closed by position; for ours `residual` and
 /// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
 /// their range over it, empty for a single run. A point that fails in a step, or whose energy is
 /// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no

@@ -3,9 +3,9 @@ use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
 ///
-/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From nothing it costs up to twice what `direct` does, a
-///    microsecond or two; but it says which of several solutions it takes, and from the statuses of
-///    the last step it is one linear system.
+/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From nothing it costs
+///    up to twice what `direct` does, a microsecond or two; but it says which of several solutions it
+///    takes, and from the statuses of the last step it is one linear system.
 /// 2. Larger, or not solved by it: [`Direct`], whose own stages go by how far the last step's
 ///    impulses still fit: a certificate of them costs next to nothing at rest. From five blocks on
 ///    no other method is cheaper (`moreau2d bench --solvers`).

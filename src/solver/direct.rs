@@ -26,8 +26,9 @@ use crate::contact::{ContactProblem, Judge, Vec2};
 /// Of more than 500 blocks, 6 is left out, and where impulses were given the second interior point of
 /// 3 and all of 4 and 5: in heaps of 700 to 1700 contacts 6 and the second ones solved 5 of 344
 /// problems, at two thirds of all the work; in jammed heaps of 9000 the interior point ends where it
-/// did at first, whatever it starts from, and the rest gets as near in a quarter of the time. A large pyramid that is met for the first time is solved by it, with loads shared out so
-/// that the next steps have less to do than after 4.
+/// did at first, whatever it starts from, and the rest gets as near in a quarter of the time. A large
+/// pyramid that is met for the first time is solved by the second interior point of 3, with loads
+/// shared out so that the next steps have less to do than after 4.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
@@ -94,6 +95,7 @@ impl Direct {
         mut carried: Option<&mut Carried>,
     ) -> SolveReport {
         drop_unless_finite(impulses);
+        self.newton.begin();
         self.judge.prepare(problem);
         let residual = self.judge.natural_map(problem, impulses);
         let mut report = SolveReport::of(residual, tolerance);

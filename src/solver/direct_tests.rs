@@ -1,8 +1,8 @@
 //! [`Direct`] on the problems it is for, judged by the natural map alone.
 
-use super::{Direct, ImpulseSolver, solve_cold};
+use super::{Carried, Direct, ImpulseSolver, solve_cold};
 use crate::contact::examples::{Lcg, heap, pyramid, tower};
-use crate::contact::{ContactProblem, Delassus, Law, Vec2, Vec3};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use proptest::prelude::*;
 
 const TOLERANCE: f64 = 1e-8;
@@ -196,4 +196,43 @@ proptest! {
             prop_assert!((x - y).norm() < 1e-5 * scale, "{x} {y}");
         }
     }
+}
+
+/// Bug: factors of a problem solved before, by the same object, were carried as if they were those of
+/// one that needed none, so that it mattered which thread had solved what.
+#[test]
+fn factors_of_another_problem_are_not_carried() {
+    let mut solver = Direct::default();
+    let other = pyramid(5, 0.5).problem();
+    let report = solver.solve(&other, &mut vec![Vec2::zeros(); other.len()], TOLERANCE);
+    assert!(report.solved() && report.factorisations > 0);
+    // each on its own: one sweep solves them
+    let balls = 40;
+    let rows = (0..balls).map(|k| Rows {
+        bodies: [NO_BODY, k],
+        jacobian: [
+            [Vec3::zeros(); 2],
+            [Vec3::new(0.0, 1.0, 0.0), Vec3::new(-1.0, 0.0, 0.5)],
+        ],
+    });
+    let problem = ContactProblem {
+        operator: Delassus::Bodies(BodyOperator {
+            inverse_mass: vec![Vec3::new(1.0, 1.0, 8.0); balls as usize],
+            rows: rows.collect(),
+        }),
+        free: vec![Vec2::new(-1.0, 0.1); balls as usize],
+        laws: vec![
+            Law::Contact {
+                friction: 0.5,
+                compliance: 0.0
+            };
+            balls as usize
+        ],
+    };
+    let mut carried = Carried::default();
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let report = solver.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+    assert!(report.solved());
+    assert_eq!(report.factorisations, 0);
+    assert!(carried.is_empty());
 }

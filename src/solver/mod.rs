@@ -154,8 +154,8 @@ pub trait ImpulseSolver: Send {
 
     /// The same for the next problem of an island, with what was carried from the ones before.
     ///
-    /// A step calls this one, for every island with its own `carried`; who carries nothing has
-    /// nothing to do here.
+    /// A step calls this one for islands of 32 blocks and more, each with its own `carried`, and
+    /// [`ImpulseSolver::solve`] for all else; who carries nothing has nothing to do here.
     fn solve_on(
         &mut self,
         problem: &ContactProblem,

@@ -33,6 +33,7 @@ pub(super) struct StatusNewton {
     history: Vec<Status>,
     /// What the factors last made are of, and the count of factorisations then.
     statuses: Vec<Status>,
+    made_gains: Vec<Mat2>,
     made: usize,
 }
 
@@ -144,6 +145,7 @@ impl StatusNewton {
                 if self.proximal == PROXIMAL {
                     self.statuses
                         .extend_from_slice(&self.history[self.history.len() - n..]);
+                    self.made_gains.clone_from(&self.gains);
                     self.made = response.count();
                 }
                 changed_before = changed;
@@ -218,6 +220,11 @@ impl StatusNewton {
         }
     }
 
+    /// Forgets whose factors were made: those of another problem are not handed over.
+    pub fn begin(&mut self) {
+        self.statuses.clear();
+    }
+
     /// Puts the factors last made into `carried`; empties it if they are no longer there, or of no
     /// use to another problem.
     pub fn hand_over(&mut self, response: &mut Response, carried: &mut Carried) {
@@ -227,7 +234,7 @@ impl StatusNewton {
         }
         let newton = carried.0.get_or_insert_default();
         response.exchange(&mut newton.factored);
-        newton.factored.gains.clone_from(&self.gains);
+        std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
         newton.lean = false;
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();

@@ -33,7 +33,7 @@ pub const BOX2D_MISSING: &str =
 /// world whoever stepped it. What is changed in the rapier world later than the copy is not seen.
 ///
 /// The same: poses, velocities, mass and inertia, gravity and its scale, damping, collision groups,
-/// friction, restitution and the rules that combine them (through Box2D's callbacks where its own
+/// which bodies are swept against moving ones too, friction, restitution and the rules that combine them (through Box2D's callbacks where its own
 /// rules, the root of the product and the larger, give another number), belts, length of step.
 /// Nothing sleeps, as in all comparisons.
 ///

@@ -46,6 +46,9 @@ impl Box2d {
             .enable_sleep(false);
         let define = || foundation.create_world(builder.build()?);
         let mut world = define().map_err(told("world"))?;
+        if rapier.colliders.iter().any(|(_, c)| c.parent().is_none()) {
+            return Err(lacks("colliders without a body"));
+        }
         let rules = shapes::Rules::of(rapier);
         rules.install(&mut world)?;
         let mut bodies = FxHashMap::default();
@@ -218,7 +221,8 @@ fn body_like(world: &mut World, body: &RigidBody, name: &str) -> Result<BodyId, 
         .angle(narrow(body.rotation().angle()))
         .gravity_scale(narrow(body.gravity_scale()))
         .linear_damping(narrow(body.linear_damping()))
-        .angular_damping(narrow(body.angular_damping()));
+        .angular_damping(narrow(body.angular_damping()))
+        .bullet(body.is_ccd_enabled());
     let made = builder.build().and_then(|body| world.create_body(body));
     made.map_err(told(name))
 }
