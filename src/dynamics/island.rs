@@ -2,11 +2,12 @@
 
 use super::cap::{CapBlock, cap, is_rigid, work};
 use super::joint_cap::{Account, cap_joints};
+use super::local_bodies::LocalBodies;
 use super::outcome::redundant;
 use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::stage::{Block, LocalBodies, Stage};
+use super::stage::{Block, Stage};
 use crate::contact::{ContactProblem, Law, Vec2, Vec3, natural_map};
 use crate::solver::{Carried, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 

@@ -29,6 +29,7 @@ mod joint_cap;
 mod joint_recovery;
 mod joint_rules;
 mod linear;
+mod local_bodies;
 mod memory;
 mod model;
 mod outcome;

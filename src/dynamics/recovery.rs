@@ -2,10 +2,11 @@
 
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
+use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{LocalBodies, Stage, diagonal, movable, movable_sides};
+use super::stage::{Stage, diagonal, movable, movable_sides};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;

@@ -176,6 +176,8 @@
 //! drums of 470, then say how far it can be trusted.
 //!
 //! [`ContactProblem`]: crate::contact::ContactProblem
+//! [`Direct`]: crate::solver::Direct
+//! [`ImpulseSolver::solve_on`]: crate::solver::ImpulseSolver::solve_on
 //! [`Law`]: crate::contact::Law
 //! [`SweepState`]: crate::contact::SweepState
 //! [`SolveReport::judged`]: crate::solver::SolveReport::judged
