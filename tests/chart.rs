@@ -290,6 +290,8 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["--quik"], "--quick"),
         (&["--from", "none.csv"], "none.csv"),
         (&["tower", "--from", "none.csv"], "--from"),
+        (&["--from", "none.csv", "--dt", "0.5"], "--dt"),
+        (&["--from", "none.csv", "--set", "foo=1"], "--set"),
     ] {
         let c = charted(args);
         assert_eq!(c.code, Some(1), "{args:?}: {}", c.out);

@@ -42,7 +42,8 @@ pub(super) struct ChartArgs {
     soft: Option<String>,
     /// Draw again what results.csv of an earlier chart holds, and run nothing.
     #[arg(long, value_name = "FILE",
-          conflicts_with_all = ["scenes", "quick", "repeats", "engine", "threads"])]
+          conflicts_with_all = ["scenes", "quick", "repeats", "engine", "dt", "time", "steps", "set",
+                                "scheme", "events", "solver", "tolerance", "threads"])]
     from: Option<PathBuf>,
 }
 

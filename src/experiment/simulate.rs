@@ -134,7 +134,7 @@ impl Engine {
     /// One step.
     ///
     /// # Errors
-    /// [`StepError`]; rapier has none of its own.
+    /// [`StepError`]; rapier has none of its own, Box2D those of its start and step.
     pub fn step(self, built: &mut Built) -> Result<StepRecord, StepError> {
         match self {
             Engine::Moreau => built.step(),
