@@ -400,8 +400,7 @@ fn contacts_that_cannot_be_read_do_not_end_a_run() {
     );
 }
 
-const PRESET: &str = "30 Hz up to 1/8 of the substeps' rate, x2 at fixed bodies, 4 substeps, \
-                      recycling on";
+const PRESET: &str = "30 Hz up to 1/8 of the substeps' rate, x2 at fixed bodies, 4 substeps";
 
 #[test]
 fn every_view_has_a_row_for_it_with_all_its_settings() {

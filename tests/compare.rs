@@ -120,11 +120,11 @@ fn settings_of_a_peer_are_spelled_in_full() {
         let of = rows.iter().filter(|r| r.engine == engine);
         of.map(|r| r.setting.clone()).collect()
     };
-    let default = "30 Hz, x2 at fixed bodies, 4 substeps, 1 PGS, recycling off";
+    let default = "30 Hz, x2 at fixed bodies, 4 substeps, 1 PGS";
     assert_eq!(settings("rapier"), BTreeSet::from([default.to_owned()]));
     let stiff = settings("rapier-stiff");
     assert_eq!(stiff.len(), 16);
-    assert!(stiff.contains("500 Hz, x2 at fixed bodies, 40 substeps, 1 PGS, recycling off"));
+    assert!(stiff.contains("500 Hz, x2 at fixed bodies, 40 substeps, 1 PGS"));
     assert_eq!(
         settings("moreau"),
         BTreeSet::from(["tolerance 1e-8", "tolerance 1e-8, events"].map(str::to_owned))

@@ -86,7 +86,6 @@ fn rapier_settings(parts: &[&str]) -> Option<BaselineSettings> {
         contact_frequency: frequency(hertz)?,
         substeps: count(substeps)?,
         iterations: count(iterations)?,
-        recycling: false,
     })
 }
 

@@ -38,7 +38,7 @@ pub(super) struct IslandSolver {
 }
 
 /// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
-const CARRIES: usize = 32;
+const CARRIES: usize = 16;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {

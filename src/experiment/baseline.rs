@@ -24,17 +24,6 @@ impl Baseline {
         Ok(())
     }
 
-    /// The same where no gap is read and the engine need not hold it up to date: as it comes.
-    pub fn recycling(self) -> Baseline {
-        match self {
-            Baseline::Rapier(settings) => Baseline::Rapier(BaselineSettings {
-                recycling: true,
-                ..settings
-            }),
-            Baseline::Box2d(_) => self,
-        }
-    }
-
     /// Sweeps over all contacts in a step, those of Box2D without its second ones, which do not
     /// push.
     pub fn sweeps(&self) -> usize {

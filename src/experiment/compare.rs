@@ -137,7 +137,6 @@ fn sweep(dt: f64) -> Vec<(Engine, Baseline)> {
                     contact_frequency,
                     substeps,
                     iterations,
-                    recycling: false,
                 };
                 all.push((Engine::RapierStiff, Baseline::Rapier(settings)));
             }

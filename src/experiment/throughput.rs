@@ -89,10 +89,8 @@ impl Throughput {
             let mut scene = work.scene.clone();
             scene.step.threads = threads;
             let mut built = scene.build()?;
-            let mut setting = Setting::new(engine, &scene.step);
-            if let Some(settings) = &mut setting.baseline {
-                // no gap is read
-                *settings = settings.recycling();
+            let setting = Setting::new(engine, &scene.step);
+            if let Some(settings) = &setting.baseline {
                 engine.prepare_with(settings, &mut built)?;
             }
             // what overlaps before the first step is no fault of a step

@@ -1,7 +1,8 @@
 //! rapier's own solver on the same world, told in the same record.
 
+use super::engine::parry::utils::PoseOpt;
 use super::engine::prelude::*;
-use super::peer::{self, PeerContact, wide};
+use super::peer::{self, PeerContact, Surface};
 use super::simulation::{BodyId, Simulation};
 use super::widen;
 use crate::contact::Vec3;
@@ -33,27 +34,22 @@ pub struct BaselineSettings {
     pub substeps: usize,
     /// Sweeps of projected Gauss-Seidel in a substep.
     pub iterations: usize,
-    /// Whether contacts of pairs that hardly move are kept from step to step, as rapier does by itself: faster,
-    /// but gaps that are read are then of an earlier step.
-    pub recycling: bool,
 }
 
 impl BaselineSettings {
     /// Natural frequency of a contact at a fixed body over that of one between moving bodies.
     pub const FIXED_RATIO: f64 = 2.0;
-    /// rapier as it comes, but for [`BaselineSettings::recycling`].
+    /// rapier as it comes.
     pub const DEFAULT: BaselineSettings = BaselineSettings {
         contact_frequency: 30.0,
         substeps: 4,
         iterations: 1,
-        recycling: false,
     };
     /// The stiff preset of all comparisons: never tuned to a scene.
     pub const STIFF: BaselineSettings = BaselineSettings {
         contact_frequency: 500.0,
         substeps: 40,
         iterations: 1,
-        recycling: false,
     };
 }
 
@@ -68,12 +64,11 @@ impl fmt::Display for BaselineSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} Hz, x{} at fixed bodies, {} substeps, {} PGS, recycling {}",
+            "{} Hz, x{} at fixed bodies, {} substeps, {} PGS",
             self.contact_frequency,
             BaselineSettings::FIXED_RATIO,
             self.substeps,
-            self.iterations,
-            if self.recycling { "on" } else { "off" }
+            self.iterations
         )
     }
 }
@@ -82,7 +77,6 @@ impl Simulation {
     /// Applies rapier's solver settings to the world.
     pub fn set_baseline(&mut self, settings: &BaselineSettings) {
         let parameters = &mut self.world.integration_parameters;
-        parameters.contact_recycling = settings.recycling;
         let fixed = settings.contact_frequency * BaselineSettings::FIXED_RATIO;
         parameters.contact_softness.natural_frequency = settings.contact_frequency as Real;
         parameters.static_contact_softness.natural_frequency = fixed as Real;
@@ -98,8 +92,10 @@ impl Simulation {
 
     /// One step of rapier's own solver.
     ///
-    /// Contacts carry rapier's impulses; their slip is `Δt γ_T` at the end of the step, for want
-    /// of the velocity at its start.
+    /// Contacts carry rapier's impulses; their place and gap are of the end of the step, carried
+    /// there with the bodies from where rapier found them, be that in an earlier step (contact
+    /// recycling); their slip is `Δt γ_T` at the end of the step, for want of the velocity at its
+    /// start.
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
         let start_energy = peer::energies(&self.world);
@@ -142,14 +138,29 @@ fn contacts(
     manifold: &super::engine::geometry::ContactManifold,
     record: &mut StepRecord,
 ) {
-    let place = world.colliders[pair.collider1].position();
+    let colliders = [pair.collider1, pair.collider2];
+    let parts = [manifold.subshape1, manifold.subshape2];
+    let poses = [
+        (manifold.subshape_pos1()).prepend_to(&peer::pose(world, colliders[0])),
+        (manifold.subshape_pos2()).prepend_to(&peer::pose(world, colliders[1])),
+    ];
+    let normals = [manifold.local_n1, manifold.local_n2];
     for point in &manifold.points {
+        let locals = [point.local_p1, point.local_p2];
+        let touch = peer::touch(
+            world,
+            colliders,
+            std::array::from_fn(|k| Surface {
+                pose: poses[k],
+                part: parts[k],
+                point: locals[k],
+                normal: normals[k],
+            }),
+        );
         let mut contact = PeerContact {
-            colliders: [pair.collider1, pair.collider2],
-            cell: manifold.subshape1.max(manifold.subshape2),
-            place: place * point.local_p1,
-            normal: wide(manifold.data.normal),
-            gap: f64::from(point.dist),
+            colliders,
+            cell: parts[0].max(parts[1]),
+            touch,
             impulse_n: f64::from(point.data.impulse),
             impulse_t: 0.0,
             friction: f64::from(manifold.data.friction),
@@ -169,10 +180,7 @@ mod tests {
     /// "Default" must stay what rapier ships, whatever release that is.
     #[test]
     fn the_default_is_rapiers_own() {
-        let mut expected = IntegrationParameters {
-            contact_recycling: false,
-            ..IntegrationParameters::default()
-        };
+        let mut expected = IntegrationParameters::default();
         let mut simulation =
             Simulation::new(Default::default(), Vec2::new(0.0, -9.81), 0.01).unwrap();
         simulation.set_baseline(&BaselineSettings::DEFAULT);
@@ -180,5 +188,55 @@ mod tests {
         // of the scene, not of the solver
         expected.dt = found.dt;
         assert_eq!(found, expected);
+    }
+
+    /// A body of a ball or a compound of two boxes, pressed 1 mm into a floor and spun or slid:
+    /// gaps are those of its pose at the end of every step, though rapier keeps its manifolds.
+    #[test]
+    fn gaps_and_places_are_of_the_end_of_the_step() {
+        let feet = || {
+            let foot = |x| (Pose::translation(x, 0.0), SharedShape::cuboid(0.1, 0.5));
+            SharedShape::compound(vec![foot(-0.4), foot(0.4)])
+        };
+        for (shape, spin, speed) in [
+            (SharedShape::ball(0.5), 20.0, 0.0),
+            (SharedShape::ball(0.5), -3.0, 2.0),
+            (feet(), 0.0, 0.7),
+            (SharedShape::round_cuboid(0.3, 0.4, 0.1), 0.0, -0.7),
+        ] {
+            let kind = shape.shape_type();
+            let mut simulation =
+                Simulation::new(Default::default(), Vec2::new(0.0, -9.81), 0.01).unwrap();
+            simulation.set_baseline(&BaselineSettings::DEFAULT);
+            let world = &mut simulation.world;
+            let floor = ColliderBuilder::cuboid(10.0, 1.0).translation(Vector::new(0.0, -1.0));
+            world.colliders.insert(floor);
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.499));
+            let body = world
+                .bodies
+                .insert(body.linvel(Vector::new(speed, 0.0)).angvel(spin));
+            let collider = ColliderBuilder::new(shape).friction(0.1);
+            (world.colliders).insert_with_parent(collider, body, &mut world.bodies);
+            let mut seen = 0;
+            for _ in 0..30 {
+                let record = simulation.step_with_rapier();
+                let place = simulation.world.bodies[body].translation();
+                for contact in &record.contacts {
+                    seen += 1;
+                    let gap = f64::from(place.y) - 0.5;
+                    assert!(
+                        (contact.gap - gap).abs() < 2e-6,
+                        "{kind:?}: {} {gap}",
+                        contact.gap
+                    );
+                    let side = (contact.position.x - f64::from(place.x)).abs();
+                    assert!(side < 0.51, "{kind:?}: {side}");
+                    let foot = matches!(kind, ShapeType::Compound);
+                    assert!(!foot || side > 0.29, "{kind:?}: {side}");
+                    assert!(contact.position.y.abs() < 2e-3, "{kind:?}");
+                }
+            }
+            assert!(seen >= 30, "{kind:?}: {seen}");
+        }
     }
 }

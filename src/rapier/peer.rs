@@ -38,16 +38,98 @@ pub(super) fn energies(world: &PhysicsWorld) -> [f64; 2] {
     })
 }
 
-/// What a peer tells of a contact point.
-pub(super) struct PeerContact {
-    pub colliders: [ColliderHandle; 2],
-    pub cell: u32,
-    /// In the world \[m\].
+/// Where a contact point is in the world.
+#[derive(Clone, Copy)]
+pub(super) struct Touch {
+    /// \[m\]
     pub place: Vector,
     /// From the first collider to the second.
     pub normal: Vec2,
     /// \[m\]
     pub gap: f64,
+}
+
+/// One side of a contact point, as a peer found it at whatever time.
+pub(super) struct Surface {
+    /// Of the shape, now.
+    pub pose: Pose,
+    /// Index of the shape among the parts of its collider.
+    pub part: u32,
+    /// On the shape, in its frame \[m\].
+    pub point: Vector,
+    /// Outward normal of the shape there, in its frame.
+    pub normal: Vector,
+}
+
+/// A contact point carried with both shapes to where they are now.
+///
+/// What is round about a core (ball, capsule, round corners) touches where it is now, however it
+/// has turned since: the gap is that of the cores `c` along the normal, less both radii `r` and
+/// the contact skins `s`,
+/// ```text
+/// g = (c₂ − c₁) · n − r₁ − r₂ − s₁ − s₂
+/// ```
+/// with the normal of a side that has a face, and of the cores where both are round.
+pub(super) fn touch(
+    world: &PhysicsWorld,
+    colliders: [ColliderHandle; 2],
+    sides: [Surface; 2],
+) -> Touch {
+    let shapes = colliders.map(|handle| &world.colliders[handle]);
+    let radii = [0, 1].map(|k| rounding(shapes[k], sides[k].part));
+    let cores = [0, 1].map(|k| {
+        let side = &sides[k];
+        side.pose * (side.point - side.normal * radii[k] as Real)
+    });
+    let [first, second] = [0, 1].map(|k| sides[k].pose.rotation * sides[k].normal);
+    let between = wide(cores[1]) - wide(cores[0]);
+    let normal = match radii {
+        [r, _] if r == 0.0 => wide(first),
+        [_, r] if r == 0.0 => -wide(second),
+        // cores that cross keep what was found
+        _ if between.dot(&wide(first)) > 0.0 => between.normalize(),
+        _ => wide(first),
+    };
+    let skins = shapes.map(|c| f64::from(c.contact_skin()));
+    Touch {
+        place: cores[0] + Vector::new(normal.x as Real, normal.y as Real) * radii[0] as Real,
+        normal,
+        gap: between.dot(&normal) - radii[0] - radii[1] - skins[0] - skins[1],
+    }
+}
+
+/// What a part of a collider is round about its core by \[m\].
+fn rounding(collider: &Collider, part: u32) -> f64 {
+    let whole = collider.shape();
+    let part = whole
+        .as_compound()
+        .and_then(|c| c.shapes().get(part as usize));
+    let shape = part.map_or(whole, |(_, shape)| &**shape);
+    f64::from(match shape.as_typed_shape() {
+        TypedShape::Ball(ball) => ball.radius,
+        TypedShape::Capsule(capsule) => capsule.radius,
+        TypedShape::RoundCuboid(round) => round.border_radius,
+        TypedShape::RoundTriangle(round) => round.border_radius,
+        TypedShape::RoundConvexPolygon(round) => round.border_radius,
+        _ => 0.0,
+    })
+}
+
+/// Pose of a collider as its body has it now.
+pub(super) fn pose(world: &PhysicsWorld, handle: ColliderHandle) -> Pose {
+    let collider = &world.colliders[handle];
+    let body = collider.parent().and_then(|h| world.bodies.get(h));
+    match (body, collider.position_wrt_parent()) {
+        (Some(body), Some(within)) => body.position() * within,
+        _ => *collider.position(),
+    }
+}
+
+/// What a peer tells of a contact point.
+pub(super) struct PeerContact {
+    pub colliders: [ColliderHandle; 2],
+    pub cell: u32,
+    pub touch: Touch,
     /// On the second collider \[N s\].
     pub impulse_n: f64,
     pub impulse_t: f64,
@@ -60,14 +142,14 @@ impl PeerContact {
         let of = |side: usize| {
             let parent = world.colliders[self.colliders[side]].parent();
             parent.map_or(Vec2::zeros(), |handle| {
-                wide(world.bodies[handle].velocity_at_point(self.place))
+                wide(world.bodies[handle].velocity_at_point(self.touch.place))
             })
         };
         of(1) - of(0)
     }
 
     fn tangent(&self) -> Vec2 {
-        Vec2::new(-self.normal.y, self.normal.x)
+        Vec2::new(-self.touch.normal.y, self.touch.normal.x)
     }
 
     /// Tangential velocity of the second body's point relative to the first's \[m/s\].
@@ -77,18 +159,18 @@ impl PeerContact {
 
     /// Puts it into the record, unless it is open and carries nothing.
     pub fn add(self, world: &PhysicsWorld, record: &mut StepRecord) {
-        record.penetration = record.penetration.max(-self.gap);
+        record.penetration = record.penetration.max(-self.touch.gap);
         let (impulse_n, impulse_t) = (self.impulse_n, self.impulse_t);
-        if impulse_n <= 0.0 && self.gap > 0.0 {
+        if impulse_n <= 0.0 && self.touch.gap > 0.0 {
             return;
         }
         let slip_velocity = self.slip_velocity(world);
-        let impulse = self.normal * impulse_n + self.tangent() * impulse_t;
+        let impulse = self.touch.normal * impulse_n + self.tangent() * impulse_t;
         let colliders = self.colliders.map(|handle| &world.colliders[handle]);
         let moment = |c: &Collider, sign: f64| {
             let body = c.parent().and_then(|h| world.bodies.get(h));
             let body = body.filter(|b| b.is_dynamic())?;
-            let arm = wide(self.place) - wide(body.center_of_mass());
+            let arm = wide(self.touch.place) - wide(body.center_of_mass());
             Some(sign * arm.perp(&impulse))
         };
         let number = |c: &Collider| c.parent().map_or(NO_BODY, |h| h.into_raw_parts().0);
@@ -97,16 +179,16 @@ impl PeerContact {
             bodies: colliders.map(number),
             surfaces: self.colliders.map(|h| h.into_raw_parts().0),
             cell: self.cell,
-            position: wide(self.place),
-            normal: self.normal,
-            gap: self.gap,
+            position: wide(self.touch.place),
+            normal: self.touch.normal,
+            gap: self.touch.gap,
             impulse_n,
             impulse_t,
             moments: [moment(colliders[0], -1.0), moment(colliders[1], 1.0)],
             slip: record.dt * slip_velocity,
             load_slip: impulse_n * slip_velocity.abs(),
             friction_work: -impulse_t * slip_velocity,
-            normal_work: impulse_n * self.velocity(world).dot(&self.normal),
+            normal_work: impulse_n * self.velocity(world).dot(&self.touch.normal),
             status: if impulse_n <= 0.0 {
                 ContactStatus::Open
             } else if impulse_t.abs() < 0.999 * self.friction * impulse_n {

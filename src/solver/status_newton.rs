@@ -39,6 +39,8 @@ pub(super) struct StatusNewton {
 
 /// Chord steps tried with factors of another problem.
 const CHORDS: usize = 4;
+/// See [`StatusNewton::chord`].
+const CHANGED: usize = 10;
 
 /// First weight of the proximal term: a smaller one loses digits in the stiff system.
 const PROXIMAL: f64 = 1e-6;
@@ -176,9 +178,14 @@ impl StatusNewton {
         }
     }
 
-    /// Chord steps with the factors of `newton` from the impulses that the judge saw last, a few
-    /// as long as the statuses are its own and each leaves a tenth of the residual; every iterate
-    /// is offered to `best`.
+    /// Chord steps with the factors of `newton`, and the statuses they are of, from the impulses
+    /// that the judge saw last, as long as each leaves a tenth of the residual; every iterate is
+    /// offered to `best`.
+    ///
+    /// A contact on the border of two statuses, as the feet of an arch are, has either: the
+    /// solution of the other's system serves as well, and which one round-off asks for costs
+    /// nothing. Where more than one in [`CHANGED`] blocks asks for another status the factors are
+    /// of another time.
     pub fn chord(
         &mut self,
         problem: &ContactProblem,
@@ -193,11 +200,12 @@ impl StatusNewton {
         self.current.clear();
         self.current.extend_from_slice(start);
         self.proximal = PROXIMAL;
-        let mut merit_before = f64::INFINITY;
+        let mut merit_before = best.residual.merit();
         for _ in 0..CHORDS {
             self.history.clear();
-            self.linearise(problem, judge, |i| judge.velocities()[i], None);
-            if self.history != newton.statuses {
+            let velocity = |i: usize| judge.velocities()[i];
+            let changed = self.linearise(problem, judge, velocity, Some(&newton.statuses));
+            if CHANGED * changed > problem.len() {
                 return;
             }
             self.aim();
@@ -247,14 +255,16 @@ impl StatusNewton {
             .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
     }
 
-    /// Statuses, gains and offsets of (1) at the current impulses, of which `velocity` is `G P + b`.
+    /// Statuses, gains and offsets of (1) at the current impulses, of which `velocity` is `G P + b`;
+    /// `guess` in place of the statuses. Returns how many of it are not theirs.
     fn linearise(
         &mut self,
         problem: &ContactProblem,
         judge: &Judge,
         velocity: impl Fn(usize) -> Vec2,
         guess: Option<&[Status]>,
-    ) {
+    ) -> usize {
+        let mut changed = 0;
         self.gains.clear();
         self.offsets.clear();
         for (i, law) in problem.laws.iter().enumerate() {
@@ -263,10 +273,9 @@ impl StatusNewton {
             xi.x += compliance * p.x;
             let two = law.rows() == 2;
             let half = half(law, judge, i);
-            let status = match guess {
-                Some(guess) => guess[i],
-                None => Status::of(law, p - xi / (half + compliance)),
-            };
+            let own = Status::of(law, p - xi / (half + compliance));
+            let status = guess.map_or(own, |guess| guess[i]);
+            changed += usize::from(status != own);
             self.history.push(status);
             let epsilon = self.proximal * half;
             let rate = 1.0 / (compliance + epsilon);
@@ -294,6 +303,7 @@ impl StatusNewton {
             self.gains.push(gain);
             self.offsets.push(offset);
         }
+        changed
     }
 }
 

@@ -57,10 +57,7 @@ impl Trace {
         let mut sums = vec![Vec3::zeros(); most];
         let (mut step, from) = (0, steps - steps.div_ceil(10));
         let mut time = 0.0;
-        if let Some(settings) = engine.baseline() {
-            // where gaps are read it is off, here all is taken from poses
-            engine.prepare_with(&settings.recycling(), &mut built)?;
-        }
+        engine.prepare(&mut built)?;
         let totals = advance(&mut built, engine, steps, |record, built| {
             step += 1;
             if step % every == 0 || step == steps {

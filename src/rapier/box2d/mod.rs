@@ -84,7 +84,7 @@ impl fmt::Display for Box2dSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} Hz up to 1/8 of the substeps' rate, x2 at fixed bodies, {} substeps, recycling on",
+            "{} Hz up to 1/8 of the substeps' rate, x2 at fixed bodies, {} substeps",
             self.contact_frequency, self.substeps
         )
     }

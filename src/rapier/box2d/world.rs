@@ -1,5 +1,5 @@
 use super::super::engine::prelude::*;
-use super::super::peer::{self, PeerContact};
+use super::super::peer::{self, PeerContact, Touch};
 use super::super::simulation::Simulation;
 use super::super::widen;
 use super::{Box2dSettings, joints, shapes};
@@ -171,9 +171,11 @@ impl Box2d {
                     let contact = PeerContact {
                         colliders,
                         cell: a.cell.max(b.cell),
-                        place: centre + vector(arm.x, arm.y),
-                        normal: Vec2::new(normal.x.into(), normal.y.into()),
-                        gap: point.separation.into(),
+                        touch: Touch {
+                            place: centre + vector(arm.x, arm.y),
+                            normal: Vec2::new(normal.x.into(), normal.y.into()),
+                            gap: point.separation.into(),
+                        },
                         impulse_n: total,
                         // Box2D's tangent is the normal turned by -90 degrees
                         impulse_t: match last > 0.0 {
