@@ -67,6 +67,24 @@ impl Rows {
         }
         block
     }
+
+    /// The coupling of the block with itself [1/kg].
+    #[inline]
+    pub fn diagonal(&self, inverse_mass: &[Vec3]) -> Mat2 {
+        if self.bodies[0] == self.bodies[1] {
+            return self.coupling(self, inverse_mass);
+        }
+        let [mut nn, mut nt, mut tt] = [0.0; 3];
+        for (&body, [n, t]) in self.bodies.iter().zip(&self.jacobian) {
+            if body != NO_BODY {
+                let weighted = n.component_mul(&inverse_mass[body as usize]);
+                nn += weighted.dot(n);
+                nt += weighted.dot(t);
+                tt += t.component_mul(&inverse_mass[body as usize]).dot(t);
+            }
+        }
+        Mat2::new(nn, nt, nt, tt)
+    }
 }
 
 /// `G = J M⁻¹ Jᵀ` kept as bodies and rows: one sweep over it is linear in the number of contacts.
@@ -156,7 +174,10 @@ impl Delassus {
 
     /// `G_ii`.
     pub fn diagonal(&self, i: usize) -> Mat2 {
-        self.block(i, i)
+        match self {
+            Delassus::Bodies(op) => op.rows[i].diagonal(&op.inverse_mass),
+            Delassus::Blocks(m) => m.block(i, i),
+        }
     }
 
     /// `G_ij`.

@@ -114,8 +114,7 @@ impl Judge {
     pub fn natural_map(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         let operator = &problem.operator;
         operator.restart(impulses, &mut self.state);
-        let mut result = Residual::default();
-        let mut scale: f64 = 0.0;
+        let mut squares = Squares::default();
         self.velocities.clear();
         for (i, law) in problem.laws.iter().enumerate() {
             let block = &self.diagonal[i];
@@ -123,62 +122,80 @@ impl Judge {
             let mut xi = operator.read(i, &self.state) + b;
             self.velocities.push(xi);
             xi.x += law.compliance() * p.x;
+            // 1 / ρ
+            let stiff = match law.rows() {
+                2 => block.trace() / 2.0,
+                _ => block[(0, 0)],
+            } + law.compliance();
+            let rho = stiff.recip();
             let mut driven = 0.0;
-            let (f, rho, p, b) = match *law {
-                Law::Contact {
-                    friction,
-                    compliance,
-                } if friction > 0.0 => {
-                    let rho = 2.0 / (block.trace() + 2.0 * compliance);
+            let f = match *law {
+                Law::Contact { friction, .. } if friction > 0.0 => {
                     let shifted = Vec2::new(xi.x + friction * xi.y.abs(), xi.y);
-                    let f = p - project_onto_cone(p - rho * shifted, friction);
-                    (f.norm(), rho, p.norm(), b.norm())
+                    p - project_onto_cone(p - rho * shifted, friction)
                 }
-                Law::Contact { compliance, .. } => {
-                    let rho = 1.0 / (block[(0, 0)] + compliance);
+                Law::Contact { .. } => {
                     let z = p.x - rho * xi.x;
                     // not `max`, which would drop NaN
                     let f = p.x - if z < 0.0 { 0.0 } else { z };
-                    (worse(f.abs(), p.y.abs()), rho, p.x.abs(), b.x.abs())
+                    Vec2::new(worse(f.abs(), p.y.abs()), 0.0)
                 }
-                Law::Pin => {
-                    let rho = 2.0 / block.trace();
-                    (rho * xi.norm(), rho, p.norm(), b.norm())
-                }
-                Law::Bounded {
-                    lower,
-                    upper,
-                    compliance,
-                } => {
-                    let rho = 1.0 / (block[(0, 0)] + compliance);
+                Law::Pin => rho * xi,
+                Law::Bounded { lower, upper, .. } => {
                     let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
                     // at a bound that the velocity does not ask for it drives nothing
                     if f == 0.0 && (p.x == lower || p.x == upper) {
-                        driven = p.x.abs() / rho;
+                        driven = (p.x * stiff).powi(2);
                     }
-                    (worse(f.abs(), p.y.abs()), rho, p.x.abs(), b.x.abs())
+                    Vec2::new(worse(f.abs(), p.y.abs()), 0.0)
                 }
             };
-            result.absolute = worse(result.absolute, f);
-            result.velocity = worse(result.velocity, f / rho);
-            scale = scale.max(p).max(rho * b);
-            let own = if law.rows() == 2 {
-                xi.norm()
-            } else {
-                xi.x.abs()
+            let [p, b, own] = match law.rows() {
+                2 => [p, b, xi].map(|v| v.norm_squared()),
+                _ => [p, b, xi].map(|v| v.x * v.x),
             };
-            result.velocity_scale = result.velocity_scale.max(b).max(own).max(driven);
-            result.round_off = result.round_off.max(ROUNDINGS * p / rho);
+            squares.add(f.norm_squared(), p, b, own.max(driven), stiff * stiff);
         }
-        result.relative = if !(scale.is_finite() && result.velocity_scale.is_finite()) {
-            // every residual is small beside an overflow
-            f64::NAN
-        } else if result.absolute == 0.0 {
-            0.0
-        } else {
-            result.absolute / scale
-        };
-        result
+        squares.residual()
+    }
+}
+
+/// The largest squares of a residual: maxima are taken of them, so that a block costs no root.
+#[derive(Default)]
+struct Squares {
+    absolute: f64,
+    velocity: f64,
+    scale: f64,
+    velocity_scale: f64,
+    round_off: f64,
+}
+
+impl Squares {
+    /// Of a block: `|F|²`, `|P|²`, `|b|²`, the velocity that it resolves, `1/ρ²`.
+    fn add(&mut self, f: f64, p: f64, b: f64, own: f64, stiff: f64) {
+        self.absolute = worse(self.absolute, f);
+        self.velocity = worse(self.velocity, f * stiff);
+        self.scale = self.scale.max(p).max(b / stiff);
+        self.velocity_scale = self.velocity_scale.max(b).max(own);
+        self.round_off = self.round_off.max(p * stiff);
+    }
+
+    fn residual(self) -> Residual {
+        let absolute = self.absolute.sqrt();
+        Residual {
+            absolute,
+            relative: if !(self.scale.is_finite() && self.velocity_scale.is_finite()) {
+                // every residual is small beside an overflow
+                f64::NAN
+            } else if absolute == 0.0 {
+                0.0
+            } else {
+                absolute / self.scale.sqrt()
+            },
+            velocity: self.velocity.sqrt(),
+            velocity_scale: self.velocity_scale.sqrt(),
+            round_off: ROUNDINGS * self.round_off.sqrt(),
+        }
     }
 }
 

@@ -57,6 +57,13 @@ pub(super) fn cap(
     }
     let gamma_1 = |i: usize| velocities[i] - blocks[i].free;
     let rigid = (0..impulses.len()).filter(|&i| blocks[i].rigid);
+    let work = work_of(blocks, impulses, gamma_1);
+    if work <= 0.0 {
+        return Capped {
+            report,
+            capped: false,
+        };
+    }
     // impulses of a wedge can be huge beside what they change: round-off goes with the products
     let allowed: f64 = if impact {
         let product =
@@ -66,7 +73,7 @@ pub(super) fn cap(
         let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
         0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
     };
-    if work_of(blocks, impulses, gamma_1) <= allowed {
+    if work <= allowed {
         return Capped {
             report,
             capped: false,

@@ -167,6 +167,12 @@ impl Worker {
             Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
             None => self.solver.solve(&problem, &mut impulses, tolerance),
         };
+        let mut known = report.solved() && {
+            let found = self.solver.velocities();
+            velocities.clear();
+            velocities.extend_from_slice(found.unwrap_or_default());
+            found.is_some()
+        };
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
         if rules.corrects_gaps() {
             let held = cap_joints(
@@ -180,6 +186,7 @@ impl Worker {
                 tolerance,
             );
             (report, joints_capped) = (held.report, held.capped);
+            known &= !joints_capped;
             (accounts, loose) = (held.accounts, held.loose);
         }
         // what the stage is to hold of it: pushes may be dropped from the problem yet
@@ -204,7 +211,6 @@ impl Worker {
             redundant: false,
             gain: 0.0,
         };
-        let mut known = false;
         let staggered = rules.scheme == Scheme::Staggered;
         if staggered && !report.solved() && (contradicts(&blocks, &report) || hopeless(&report)) {
             drop_pushes(&mut problem, &mut blocks);
@@ -222,7 +228,9 @@ impl Worker {
             }
         } else if staggered && report.solved() && rules.law == ImpactLaw::Capped {
             let solver = self.solver.as_mut();
-            problem.velocities(&impulses, &mut velocities);
+            if !known {
+                problem.velocities(&impulses, &mut velocities);
+            }
             let capped = cap(
                 solver,
                 &problem,

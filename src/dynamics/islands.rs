@@ -9,13 +9,39 @@ pub(crate) struct Islands {
     /// Blocks grouped by island: `blocks[start\[k\]..start[k + 1]]`, ascending within an island.
     blocks: Vec<u32>,
     start: Vec<u32>,
+    /// What they were last built of: the bodies of each block, and its number where not all are in.
+    pairs: Vec<[u32; 2]>,
+    some: Vec<u32>,
 }
 
 impl Islands {
     /// Groups blocks by the two bodies of each, over `bodies` bodies; islands come in the order of
     /// their first block.
     pub fn build(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
+        if !self.stand(bodies, &[], rows.clone()) {
+            self.find_all(bodies, rows);
+            self.some.clear();
+        }
+    }
+
+    /// Whether they are of these blocks already, as they mostly are from step to step.
+    fn stand(
+        &self,
+        bodies: usize,
+        some: &[u32],
+        rows: impl ExactSizeIterator<Item = [u32; 2]>,
+    ) -> bool {
+        !self.start.is_empty()
+            && self.parent.len() == bodies
+            && self.some == some
+            && self.pairs.len() == rows.len()
+            && rows.eq(self.pairs.iter().copied())
+    }
+
+    fn find_all(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
         let count_of_blocks = rows.len();
+        self.pairs.clear();
+        self.pairs.extend(rows.clone());
         self.parent.clear();
         self.parent.extend(0..bodies as u32);
         for [a, b] in rows.clone() {
@@ -53,10 +79,16 @@ impl Islands {
 
     /// The same of some blocks only, by their numbers.
     pub fn build_of(&mut self, bodies: usize, some: &[u32], rows: &[Rows]) {
-        self.build(bodies, some.iter().map(|&i| rows[i as usize].bodies));
+        let rows = some.iter().map(|&i| rows[i as usize].bodies);
+        if self.stand(bodies, some, rows.clone()) {
+            return;
+        }
+        self.find_all(bodies, rows);
         for block in &mut self.blocks {
             *block = some[*block as usize];
         }
+        self.some.clear();
+        self.some.extend_from_slice(some);
     }
 
     /// Number of islands.
@@ -91,5 +123,43 @@ mod tests {
         assert_eq!(islands.len(), 2);
         assert_eq!(islands.blocks(0), &[0, 3]);
         assert_eq!(islands.blocks(1), &[1, 2]);
+    }
+
+    /// Who asks again, for the same, some or others, is told what a new one is.
+    #[test]
+    fn what_was_built_before_does_not_matter() {
+        let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3], [0, 2]];
+        let rows = all.map(|bodies| Rows {
+            bodies,
+            jacobian: Default::default(),
+        });
+        let mut kept = Islands::default();
+        let told = |islands: &Islands| -> Vec<Vec<u32>> {
+            (0..islands.len())
+                .map(|k| islands.blocks(k).to_vec())
+                .collect()
+        };
+        let asked: [&[u32]; 8] = [
+            &[],
+            &[0, 1, 3],
+            &[0, 1, 3],
+            &[],
+            &[1, 2, 4],
+            &[1, 2, 3],
+            &[0],
+            &[0, 1, 2, 3, 4],
+        ];
+        for some in asked {
+            let mut fresh = Islands::default();
+            for islands in [&mut kept, &mut fresh] {
+                match some {
+                    [] => islands.build(4, all.into_iter()),
+                    _ => islands.build_of(4, some, &rows),
+                }
+            }
+            assert_eq!(told(&kept), told(&fresh), "{some:?}");
+        }
+        kept.build(5, [].into_iter());
+        assert_eq!(kept.len(), 0);
     }
 }

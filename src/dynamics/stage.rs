@@ -468,7 +468,7 @@ fn joint_block(
 
 /// `G_nn` of one row, the trace of both of a pin [1/kg].
 pub(super) fn diagonal(joint: &JointRow, inverse_mass: &[Vec3]) -> f64 {
-    let block = joint.rows.coupling(&joint.rows, inverse_mass);
+    let block = joint.rows.diagonal(inverse_mass);
     match joint.kind {
         JointKind::Pin { .. } => block.trace(),
         _ => block[(0, 0)],

@@ -212,9 +212,12 @@ mod tests {
             let floor = ColliderBuilder::cuboid(10.0, 1.0).translation(Vector::new(0.0, -1.0));
             world.colliders.insert(floor);
             let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.499));
-            let body = world
-                .bodies
-                .insert(body.linvel(Vector::new(speed, 0.0)).angvel(spin));
+            // what has faces must not tilt, or its feet differ
+            let upright = match spin == 0.0 {
+                true => body.lock_rotations(),
+                false => body.angvel(spin),
+            };
+            let body = (world.bodies).insert(upright.linvel(Vector::new(speed, 0.0)));
             let collider = ColliderBuilder::new(shape).friction(0.1);
             (world.colliders).insert_with_parent(collider, body, &mut world.bodies);
             let mut seen = 0;

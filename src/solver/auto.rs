@@ -19,6 +19,8 @@ pub struct Auto {
     pub lemke_limit: usize,
     enumeration: Enumeration,
     direct: Direct,
+    /// Whether the impulses returned are those of `direct`.
+    direct_last: bool,
 }
 
 /// Blocks up to which enumeration comes first: its systems are dense, and pins add no combination.
@@ -30,6 +32,7 @@ impl Default for Auto {
             lemke_limit: 130,
             enumeration: Enumeration::default(),
             direct: Direct::default(),
+            direct_last: false,
         }
     }
 }
@@ -57,6 +60,10 @@ impl ImpulseSolver for Auto {
     ) -> SolveReport {
         self.run(problem, impulses, tolerance, Some(carried))
     }
+
+    fn velocities(&self) -> Option<&[Vec2]> {
+        self.direct.velocities().filter(|_| self.direct_last)
+    }
 }
 
 impl Auto {
@@ -67,6 +74,7 @@ impl Auto {
         tolerance: f64,
         carried: Option<&mut Carried>,
     ) -> SolveReport {
+        self.direct_last = false;
         let few = problem.len() <= ENUMERATED
             && Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
         let mut report = if few {
@@ -79,6 +87,7 @@ impl Auto {
         } else {
             self.direct.run(problem, impulses, tolerance, carried)
         };
+        self.direct_last = !few && report.solved();
         if !report.solved() && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();
             let lemke = super::Lemke::default().solve(problem, &mut trial, tolerance);

@@ -48,6 +48,8 @@ pub struct Direct {
     interior: InteriorPoint,
     continuation: Continuation,
     best: Best,
+    /// Whether the judge's last word is of the impulses returned.
+    judged_last: bool,
 }
 
 const WARM_STEPS: usize = 4;
@@ -83,6 +85,10 @@ impl ImpulseSolver for Direct {
     ) -> SolveReport {
         self.run(problem, impulses, tolerance, Some(carried))
     }
+
+    fn velocities(&self) -> Option<&[Vec2]> {
+        self.judged_last.then(|| self.judge.velocities())
+    }
 }
 
 impl Direct {
@@ -99,6 +105,7 @@ impl Direct {
         self.judge.prepare(problem);
         let residual = self.judge.natural_map(problem, impulses);
         let mut report = SolveReport::of(residual, tolerance);
+        self.judged_last = report.solved();
         if report.solved() {
             return report;
         }
@@ -107,6 +114,8 @@ impl Direct {
             let (judge, best) = (&mut self.judge, &mut self.best);
             self.newton.chord(problem, judge, impulses, newton, best);
             if self.best.solved() {
+                // the chord stops at what it solves
+                self.judged_last = true;
                 return self.found(impulses, report);
             }
         }

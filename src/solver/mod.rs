@@ -154,7 +154,7 @@ pub trait ImpulseSolver: Send {
 
     /// The same for the next problem of an island, with what was carried from the ones before.
     ///
-    /// A step calls this one for islands of 32 blocks and more, each with its own `carried`, and
+    /// A step calls this one for islands of 16 blocks and more, each with its own `carried`, and
     /// [`ImpulseSolver::solve`] for all else; who carries nothing has nothing to do here.
     fn solve_on(
         &mut self,
@@ -164,6 +164,12 @@ pub trait ImpulseSolver: Send {
         _carried: &mut Carried,
     ) -> SolveReport {
         self.solve(problem, impulses, tolerance)
+    }
+
+    /// `G P + b` \[m/s\] of every block of the problem last solved, at the impulses returned, where the method has them
+    /// at hand: nobody need find them again then.
+    fn velocities(&self) -> Option<&[Vec2]> {
+        None
     }
 }
 
