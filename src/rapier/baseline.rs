@@ -233,9 +233,10 @@ mod tests {
                         contact.gap
                     );
                     let side = (contact.position.x - f64::from(place.x)).abs();
-                    assert!(side < 0.51, "{kind:?}: {side}");
+                    // rapier keeps a point of the floor until the body has slid by 5 cm
+                    assert!(side < 0.55, "{kind:?}: {side}");
                     let foot = matches!(kind, ShapeType::Compound);
-                    assert!(!foot || side > 0.29, "{kind:?}: {side}");
+                    assert!(!foot || side > 0.25, "{kind:?}: {side}");
                     assert!(contact.position.y.abs() < 2e-3, "{kind:?}");
                 }
             }

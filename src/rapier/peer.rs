@@ -69,7 +69,8 @@ pub(super) struct Surface {
 /// ```text
 /// g = (c₂ − c₁) · n − r₁ − r₂ − s₁ − s₂
 /// ```
-/// with the normal of a side that has a face, and of the cores where both are round.
+/// with the normal of a side that has a face, and of the cores where both are round. The place is
+/// that of the first side's point, which the second may have slid past meanwhile.
 pub(super) fn touch(
     world: &PhysicsWorld,
     colliders: [ColliderHandle; 2],

@@ -236,3 +236,29 @@ fn factors_of_another_problem_are_not_carried() {
     assert_eq!(report.factorisations, 0);
     assert!(carried.is_empty());
 }
+
+/// By the impulses given, by a chord step, and with Newton's: what is handed out is `G P + b`.
+#[test]
+fn velocities_handed_out_are_those_of_the_impulses_returned() {
+    let mut problem = pyramid(12, 0.5).problem();
+    let (mut direct, mut carried) = (Direct::default(), Carried::default());
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let mut handed = 0;
+    for weight in [1.0, 1.0, 1.001, 1.001, 0.5, 1.1] {
+        problem.free.iter_mut().for_each(|b| *b *= weight);
+        let report = direct.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+        assert!(report.solved(), "{report:?}");
+        let Some(found) = direct.velocities() else {
+            continue;
+        };
+        handed += 1;
+        let mut expected = Vec::new();
+        problem.velocities(&impulses, &mut expected);
+        let scale = report.residual.velocity_scale;
+        for (a, b) in found.iter().zip(&expected) {
+            assert!((a - b).norm() <= 1e-12 * scale, "{a} {b}");
+        }
+        assert_eq!(found.len(), expected.len());
+    }
+    assert!(handed >= 3, "{handed}");
+}
