@@ -128,8 +128,9 @@ impl Runner {
                 model.shift(b as usize, &at(b, 0.5 * share), time);
             }
         }
-        self.instant
-            .detect_pairs(model, &[contact.surfaces], context.dt)?;
+        let found = &mut self.instant.detection;
+        found.clear();
+        model.detect_pairs(&[contact.surfaces], context.dt, found)?;
         // a corner that rests is as near as it can be, and closes by round-off
         let held = |c: &&ContactPoint| !self.held.contains(&c.key);
         let all = self.instant.detection.contacts.iter().filter(held);
