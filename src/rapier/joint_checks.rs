@@ -1,35 +1,34 @@
 //! What makes a joint of a rapier world one that can be stepped.
 
-use super::bodies::body_id;
+use super::bodies::{FIRM, body_id};
 use super::engine::prelude::*;
 use super::joint_rows::{AXES, softness};
 use crate::dynamics::ModelError;
 
-/// Refuses joints between bodies that are not there, or that dominate one another.
-///
-/// Bodies change without their joints: this is looked at in every step.
+/// Refuses a joint with a body that is not in the world; that one is switched off may pass.
 pub(super) fn check_bodies(
     id: u32,
-    joint: &ImpulseJoint,
-    bodies: &RigidBodySet,
+    ends: [RigidBodyHandle; 2],
+    world: &PhysicsWorld,
 ) -> Result<(), ModelError> {
-    let ends = [joint.body1(), joint.body2()];
-    let found = ends.map(|handle| bodies.get(handle));
-    let [Some(a), Some(b)] = found else {
-        let gone = ends.into_iter().find(|handle| !bodies.contains(*handle));
-        return Err(ModelError::Invalid(format!(
+    match ends.into_iter().find(|end| !world.bodies.contains(*end)) {
+        Some(gone) => Err(ModelError::Invalid(format!(
             "joint {id}: body (handle {:?}) is not in the world",
-            gone.map(body_id).unwrap_or_default()
-        )));
-    };
-    if a.is_dynamic() && b.is_dynamic() && a.dominance_group() != b.dominance_group() {
-        return Err(ModelError::Unsupported(format!(
-            "joint {id}: it ties bodies of dominance {} and {}, which is not supported",
-            a.dominance_group(),
-            b.dominance_group()
-        )));
+            body_id(gone)
+        ))),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// Refuses a joint between bodies of which one dominates the other.
+pub(super) fn check_dominance(id: u32, [a, b]: [i16; 2]) -> Result<(), ModelError> {
+    // what nothing moves is above all, and may hold any
+    if a == b || a == FIRM || b == FIRM {
+        return Ok(());
+    }
+    Err(ModelError::Unsupported(format!(
+        "joint {id}: it ties bodies of dominance {a} and {b}, which is not supported"
+    )))
 }
 
 /// Whether the joint is one that can be stepped.

@@ -36,13 +36,13 @@ pub(super) struct Form {
     frames: [Pose64; 2],
     /// Both linear axes locked and rigid: one block of two rows.
     pinned: bool,
-    axes: [Axis; 3],
+    /// What else has rows: nothing of a mere pin.
+    axes: Vec<Axis>,
 }
 
 /// What a joint does along one axis beside being a pin.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
-    Nothing,
     Locked(JointCoordinate),
     /// Locked by a spring of stiffness and damping per mass.
     Soft(JointCoordinate, [f64; 2]),
@@ -71,26 +71,26 @@ impl Form {
         let soft = softness(&data.softness);
         let locked = |axis: JointAxis| data.locked_axes.contains(axis.into());
         let pinned = locked(JointAxis::LinX) && locked(JointAxis::LinY) && soft.is_none();
-        let axes = AXES.map(|(axis, which)| {
+        let of = |(axis, which): (JointAxis, JointCoordinate)| {
             if locked(axis) {
                 match soft {
-                    Some(gains) => Axis::Soft(which, gains),
-                    None if pinned && which != JointCoordinate::Angle => Axis::Nothing,
-                    None => Axis::Locked(which),
+                    Some(gains) => Some(Axis::Soft(which, gains)),
+                    None if pinned && which != JointCoordinate::Angle => None,
+                    None => Some(Axis::Locked(which)),
                 }
             } else if !data.coupled_axes.contains(axis.into()) {
                 free(data, axis, which)
             } else if axis == JointAxis::LinX {
                 free(data, axis, JointCoordinate::Distance)
             } else {
-                Axis::Nothing
+                None
             }
-        });
+        };
         Form {
             id,
             frames: [&data.local_frame1, &data.local_frame2].map(Pose64::from_rapier),
             pinned,
-            axes,
+            axes: AXES.into_iter().filter_map(of).collect(),
         }
     }
 
@@ -119,7 +119,6 @@ impl Form {
         }
         for axis in &self.axes {
             match *axis {
-                Axis::Nothing => {}
                 Axis::Locked(which) => {
                     let name = placed.name(JointPart::Lock(which));
                     out.push(placed.coordinate(which).lock(name, 0.0));
@@ -139,9 +138,11 @@ impl Form {
     }
 }
 
-/// Limits and motor of an axis that is not locked.
-fn free(data: &GenericJoint, axis: JointAxis, which: JointCoordinate) -> Axis {
+/// Limits and motor of an axis that is not locked, if it has any.
+fn free(data: &GenericJoint, axis: JointAxis, which: JointCoordinate) -> Option<Axis> {
     let range = data.limits(axis).map(|l| [bound(l.min), bound(l.max)]);
+    // a whole turn is no limit, in rapier either
+    let range = range.filter(|[low, high]| axis != JointAxis::AngX || high - low < TAU);
     let motor = data.motor(axis).map(|motor| Motor {
         target: widen(motor.target_pos),
         speed: widen(motor.target_vel),
@@ -150,12 +151,12 @@ fn free(data: &GenericJoint, axis: JointAxis, which: JointCoordinate) -> Axis {
         max_force: bound(motor.max_force),
         per_mass: motor.model == MotorModel::AccelerationBased,
     });
-    Axis::Free {
+    let some = range.is_some() || motor.is_some();
+    some.then_some(Axis::Free {
         which,
-        // a whole turn is no limit, in rapier either
-        range: range.filter(|[low, high]| axis != JointAxis::AngX || high - low < TAU),
+        range,
         motor,
-    }
+    })
 }
 
 /// A joint at the present poses.
@@ -214,9 +215,6 @@ impl Placed {
         dt: f64,
         out: &mut Vec<JointRow>,
     ) {
-        if range.is_none() && motor.is_none() {
-            return;
-        }
         let coordinate = self.coordinate(which);
         let angular = which == JointCoordinate::Angle;
         // what is left of the range in a step bounds the speed of a motor: it does not drive

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
-use super::joint_checks::{check, check_bodies};
+use super::joint_checks::{check, check_bodies, check_dominance};
 use super::joint_rows::Form;
 use crate::contact::NO_BODY;
 use crate::dynamics::{JointRow, ModelError};
@@ -13,30 +13,31 @@ use crate::dynamics::{JointRow, ModelError};
 /// rows are made from what is kept, as often as a step asks for them.
 #[derive(Default)]
 pub(super) struct Joints {
-    known: Vec<Known>,
-    /// Of the bodies' numbers that are kept; `None` until they are looked up.
+    seen: Vec<Seen>,
+    /// Of each; `None` where it is switched off.
+    forms: Vec<Option<Form>>,
+    /// Of each the numbers of its bodies; `None` where one is switched off.
+    pairs: Vec<Option<[u32; 2]>>,
+    /// Of the bodies that `pairs` is of; `None` until they are looked up.
     numbering: Option<u64>,
 }
 
-/// A joint as it was read.
-struct Known {
+/// A joint as it was found.
+#[derive(PartialEq)]
+struct Seen {
     handle: ImpulseJointHandle,
     ends: [RigidBodyHandle; 2],
     traits: Traits,
-    /// `None` where it is switched off.
-    form: Option<Form>,
-    /// Numbers of its bodies, if both are enabled.
-    pair: Option<[u32; 2]>,
 }
 
 impl Joints {
-    /// Takes over what the user changed since the last call.
+    /// Takes over what the user changed since the last call, and the numbers of the bodies.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for multibody joints and couplings that are no distance,
-    /// [`ModelError::Invalid`] for bodies that are not there and for numbers that make no joint; all
-    /// name the joint. What is bad is not taken over.
-    pub fn refresh(&mut self, world: &PhysicsWorld) -> Result<(), ModelError> {
+    /// [`ModelError::Unsupported`] for multibody joints, couplings that are no distance and bodies
+    /// that dominate one another, [`ModelError::Invalid`] for bodies that are not there and for
+    /// numbers that make no joint; all name the joint. What is bad is not taken over.
+    pub fn refresh(&mut self, world: &PhysicsWorld, bodies: &Bodies) -> Result<(), ModelError> {
         if world.multibody_joints.multibodies().next().is_some() {
             return Err(ModelError::Unsupported(
                 "multibody joints are not supported: use impulse joints".to_owned(),
@@ -44,57 +45,77 @@ impl Joints {
         }
         let mut count = 0;
         for (handle, joint) in world.impulse_joints.iter() {
-            let id = handle.into_raw_parts().0;
-            check_bodies(id, joint, &world.bodies)?;
-            let ends = [joint.body1(), joint.body2()];
-            let traits = Traits::of(&joint.data);
-            let old = self.known.get_mut(count);
-            count += 1;
-            if let Some(old) = &old
-                && (old.handle, old.ends) == (handle, ends)
-                && old.traits == traits
-            {
-                continue;
-            }
-            let on = joint.data.is_enabled();
-            if on {
-                check(id, joint)?;
-            }
-            let new = Known {
+            let seen = Seen {
                 handle,
-                ends,
-                traits,
-                form: on.then(|| Form::read(id, &joint.data)),
-                pair: None,
+                ends: [joint.body1(), joint.body2()],
+                traits: Traits::of(&joint.data),
             };
-            self.numbering = None;
-            match old {
-                Some(old) => *old = new,
-                None => self.known.push(new),
+            if self.seen.get(count) != Some(&seen) {
+                self.read(count, seen, joint)?;
             }
+            count += 1;
         }
-        self.known.truncate(count);
+        self.seen.truncate(count);
+        self.forms.truncate(count);
+        if self.numbering != Some(bodies.numbering) {
+            self.number(world, bodies)?;
+        }
+        self.check_dominance(bodies)
+    }
+
+    /// Reads the joint that comes after `count` others.
+    fn read(&mut self, count: usize, seen: Seen, joint: &ImpulseJoint) -> Result<(), ModelError> {
+        let id = seen.handle.into_raw_parts().0;
+        let mut form = None;
+        if joint.data.is_enabled() {
+            check(id, joint)?;
+            form = Some(Form::read(id, &joint.data));
+        }
+        self.numbering = None;
+        if count < self.seen.len() {
+            (self.seen[count], self.forms[count]) = (seen, form);
+        } else {
+            self.seen.push(seen);
+            self.forms.push(form);
+        }
         Ok(())
     }
 
-    /// Looks up the numbers of the bodies, where they or the joints are new.
-    pub fn number(&mut self, bodies: &Bodies) {
-        if self.numbering == Some(bodies.numbering) {
-            return;
+    /// Looks up the numbers of the bodies.
+    fn number(&mut self, world: &PhysicsWorld, bodies: &Bodies) -> Result<(), ModelError> {
+        self.numbering = None;
+        self.pairs.clear();
+        for joint in &self.seen {
+            check_bodies(joint.handle.into_raw_parts().0, joint.ends, world)?;
+            self.pairs
+                .push(match joint.ends.map(|handle| bodies.index_of(handle)) {
+                    [Some(a), Some(b)] => Some([a, b]),
+                    _ => None,
+                });
         }
         self.numbering = Some(bodies.numbering);
-        for joint in &mut self.known {
-            joint.pair = match joint.ends.map(|handle| bodies.index_of(handle)) {
-                [Some(a), Some(b)] => Some([a, b]),
-                _ => None,
-            };
+        Ok(())
+    }
+
+    /// Bodies change without their joints: this is looked at in every step.
+    fn check_dominance(&self, bodies: &Bodies) -> Result<(), ModelError> {
+        let levels = &bodies.standing.dominance;
+        if levels.is_empty() {
+            return Ok(());
         }
+        for (k, joint) in self.seen.iter().enumerate() {
+            if let (Some(_), Some(pair)) = (&self.forms[k], self.pairs[k]) {
+                let id = joint.handle.into_raw_parts().0;
+                check_dominance(id, pair.map(|body| levels[body as usize]))?;
+            }
+        }
+        Ok(())
     }
 
     /// Adds the rows of all enabled joints at the bodies' present poses, for a step of `dt` \[s\].
     pub fn rows(&self, bodies: &Bodies, dt: f64, out: &mut Vec<JointRow>) {
-        for joint in &self.known {
-            if let (Some(form), Some(pair)) = (&joint.form, joint.pair) {
+        for (form, pair) in self.forms.iter().zip(&self.pairs) {
+            if let (Some(form), Some(pair)) = (form, *pair) {
                 form.push(bodies, pair, dt, out);
             }
         }
@@ -103,81 +124,70 @@ impl Joints {
 
 /// All that a user can change about a joint and that matters, bit for bit; not what rapier writes
 /// into it.
-#[derive(Clone, PartialEq)]
+#[derive(PartialEq)]
 struct Traits {
-    frames: [u64; 8],
-    limits: [[u64; 2]; 3],
-    motors: [[u64; 5]; 3],
+    frames: [[Bits; 4]; 2],
+    limits: [[Bits; 2]; 3],
+    motors: [[Bits; 5]; 3],
+    softness: [Bits; 2],
     models: [MotorModel; 3],
-    softness: [u64; 2],
     axes: [JointAxesMask; 4],
-    switches: [bool; 2],
+    on: bool,
 }
+
+/// What rapier's numbers are made of.
+#[cfg(not(feature = "f64"))]
+type Bits = u32;
+#[cfg(feature = "f64")]
+type Bits = u64;
 
 impl Traits {
     fn of(joint: &GenericJoint) -> Traits {
-        let bits = |x: Real| f64::from(x).to_bits();
-        let [a, b] = [&joint.local_frame1, &joint.local_frame2];
+        let (motors, soft) = (&joint.motors, &joint.softness);
         Traits {
-            frames: [
-                a.translation.x,
-                a.translation.y,
-                a.rotation.re,
-                a.rotation.im,
-                b.translation.x,
-                b.translation.y,
-                b.rotation.re,
-                b.rotation.im,
-            ]
-            .map(bits),
-            limits: joint.limits.map(|l| [l.min, l.max].map(bits)),
-            motors: joint.motors.map(|m| {
-                let numbers = [
-                    m.target_vel,
-                    m.target_pos,
-                    m.stiffness,
-                    m.damping,
-                    m.max_force,
-                ];
-                numbers.map(bits)
+            frames: [&joint.local_frame1, &joint.local_frame2].map(|frame| {
+                let (at, turn) = (frame.translation, frame.rotation);
+                [at.x, at.y, turn.re, turn.im].map(Real::to_bits)
             }),
-            models: joint.motors.map(|m| m.model),
-            softness: [
-                joint.softness.natural_frequency,
-                joint.softness.damping_ratio,
-            ]
-            .map(bits),
+            limits: joint.limits.map(|l| [l.min, l.max].map(Real::to_bits)),
+            motors: [0, 1, 2].map(|k| {
+                let JointMotor {
+                    target_vel,
+                    target_pos,
+                    stiffness,
+                    damping,
+                    max_force,
+                    ..
+                } = motors[k];
+                [target_vel, target_pos, stiffness, damping, max_force].map(Real::to_bits)
+            }),
+            softness: [soft.natural_frequency, soft.damping_ratio].map(Real::to_bits),
+            models: [0, 1, 2].map(|k| motors[k].model),
             axes: [
                 joint.locked_axes,
                 joint.limit_axes,
                 joint.motor_axes,
                 joint.coupled_axes,
             ],
-            switches: [joint.contacts_enabled, joint.is_enabled()],
+            on: joint.is_enabled(),
         }
-    }
-
-    /// A number that tells it from others.
-    fn fingerprint(&self) -> u64 {
-        let numbers = self.frames.iter().chain(self.limits.as_flattened());
-        let numbers = numbers.chain(self.motors.as_flattened());
-        let numbers = numbers.chain(&self.softness).copied();
-        let models = self.models.iter().map(|m| *m as u64);
-        let axes = self.axes.iter().map(|a| u64::from(a.bits()));
-        let switches = self.switches.iter().map(|s| u64::from(*s));
-        numbers
-            .chain(models)
-            .chain(axes)
-            .chain(switches)
-            .fold(0xcbf2_9ce4_8422_2325, |hash, word| {
-                (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)
-            })
     }
 }
 
-/// Tells apart what a user can change about a joint.
+/// A number that tells apart what a user can change about joints.
 pub(super) fn fingerprint(joint: &GenericJoint) -> u64 {
-    Traits::of(joint).fingerprint()
+    let own = Traits::of(joint);
+    let numbers = own.frames.as_flattened().iter();
+    let numbers = numbers.chain(own.limits.as_flattened());
+    let numbers = numbers.chain(own.motors.as_flattened());
+    let numbers = numbers.chain(&own.softness).map(|bits| u64::from(*bits));
+    let models = own.models.iter().map(|model| *model as u64);
+    let axes = own.axes.iter().map(|axes| u64::from(axes.bits()));
+    let switches = [own.on, joint.contacts_enabled].map(u64::from);
+    let all = numbers.chain(models).chain(axes).chain(switches);
+    all.fold(0xcbf2_9ce4_8422_2325, |hash, word| {
+        (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }
 
 /// A side of a contact that belongs to no body of the model.

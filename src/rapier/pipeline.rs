@@ -158,7 +158,6 @@ impl MoreauPipeline {
     /// Takes over what the user changed.
     fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
         refuse_world(world, gravity(&self.settings, world))?;
-        self.joints.refresh(world)?;
         let mut woken = Vec::new();
         let stay_awake = self.settings.stay_awake;
         let synced = self.bodies.sync(world, dt, stay_awake, &mut woken);
@@ -167,7 +166,7 @@ impl MoreauPipeline {
             self.detector.forget_surface(*handle);
         }
         synced?;
-        self.joints.number(&self.bodies);
+        self.joints.refresh(world, &self.bodies)?;
         if self.stepper.settings().scheme == Scheme::Moreau
             && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
         {
