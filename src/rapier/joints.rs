@@ -71,12 +71,18 @@ impl Joints {
             check(id, joint)?;
             form = Some(Form::read(id, &joint.data));
         }
-        self.numbering = None;
-        if count < self.seen.len() {
-            (self.seen[count], self.forms[count]) = (seen, form);
-        } else {
-            self.seen.push(seen);
-            self.forms.push(form);
+        match self.seen.get_mut(count) {
+            Some(old) => {
+                if (old.handle, old.ends) != (seen.handle, seen.ends) {
+                    self.numbering = None;
+                }
+                (*old, self.forms[count]) = (seen, form);
+            }
+            None => {
+                self.numbering = None;
+                self.seen.push(seen);
+                self.forms.push(form);
+            }
         }
         Ok(())
     }

@@ -154,8 +154,8 @@ impl Bodies {
         for (handle, joint) in world.impulse_joints.iter() {
             let group = |h| self.index_of(h).map_or(0, |k| self.list[k as usize].group);
             let groups = [group(joint.body1()), group(joint.body2())];
-            let both = groups.into_iter().collect::<BTreeSet<u32>>();
-            for group in both.into_iter().filter(|g| *g != 0) {
+            let apart = 1 + usize::from(groups[0] != groups[1]);
+            for &group in groups[..apart].iter().filter(|g| **g != 0) {
                 *met.entry(group).or_default() += 1;
                 let known = self.sleepers.groups.get(&group);
                 let known = known.and_then(|g| g.joints.get(&handle.into_raw_parts().0));

@@ -1,6 +1,6 @@
 //! When and where the next pair of a cluster closes.
 
-use super::{Context, Rest, Runner};
+use super::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
 use crate::dynamics::StepError;
 use crate::dynamics::events::{crossing, touch_tolerance};
@@ -122,9 +122,9 @@ impl Runner {
             let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
             a + share * (e - a)
         };
-        for (&b, place) in self.moved.iter().zip(&self.here) {
-            if contact.rows.bodies.contains(&b) {
-                model.set_configuration(b as usize, place);
+        for b in contact.rows.bodies {
+            if let Some(place) = start_of(&self.place, &self.here, b) {
+                model.set_configuration(b as usize, &place);
                 model.shift(b as usize, &at(b, 0.5 * share), time);
             }
         }
