@@ -8,8 +8,9 @@ use common::{LADDER, Random, Run, load, order, parse, rms, run, run_steps};
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::ContactStatus;
 use moreau2d::dynamics::{
-    Detection, JointKind, Linear, LinearContact, LinearSystem, MultibodyModel, Oscillation, Pivot,
-    Planar, PlanarBody, PlanarShape, Pose64, RotorMotor,
+    Configuration, Detection, JointKind, Linear, LinearContact, LinearSystem, ModelError,
+    MoreauStepper, MultibodyModel, Oscillation, Pivot, Planar, PlanarBody, PlanarShape, Pose64,
+    RotorMotor, StepperSettings,
 };
 use moreau2d::scene::Scene;
 use nalgebra::Matrix3;
@@ -436,6 +437,70 @@ fn detected(model: &mut Planar) -> Detection {
     // a step so long that nothing is out of reach
     model.detect(10.0, &mut out).unwrap();
     out
+}
+
+/// A model that says no more than it must: no short cut of its own.
+struct Plain(Planar);
+
+impl MultibodyModel for Plain {
+    fn begin_step(&mut self, dt: f64) -> Result<(), ModelError> {
+        self.0.begin_step(dt)
+    }
+    fn velocities(&self) -> &[Vec3] {
+        self.0.velocities()
+    }
+    fn set_velocities(&mut self, velocities: &[Vec3]) {
+        self.0.set_velocities(velocities);
+    }
+    fn inverse_mass(&self) -> &[Vec3] {
+        self.0.inverse_mass()
+    }
+    fn forces(&self, time: f64, out: &mut [Vec3]) {
+        self.0.forces(time, out);
+    }
+    fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {
+        self.0.shift(body, velocity, dt);
+    }
+    fn configuration(&self, body: usize) -> Configuration {
+        self.0.configuration(body)
+    }
+    fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
+        self.0.set_configuration(body, configuration);
+    }
+    fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
+        self.0.detect(dt, out)
+    }
+    fn potential_energy(&self) -> f64 {
+        self.0.potential_energy()
+    }
+    fn end_step(&mut self) {
+        self.0.end_step();
+    }
+}
+
+/// Impacts are located, and pivots that start apart are closed: both look at parts of a detection.
+#[test]
+fn short_cuts_of_a_model_change_nothing() {
+    let settings = StepperSettings {
+        events: true,
+        ..StepperSettings::default()
+    };
+    let mut random = Random(11);
+    let mut events = 0;
+    for _ in 0..10 {
+        let short = menagerie(&mut random);
+        let (mut plain, mut short) = (Plain(short.clone()), short);
+        let mut steppers = [0, 1].map(|_| MoreauStepper::new(settings.clone()).unwrap());
+        for step in 0..40 {
+            let own = steppers[0].step(&mut short, 0.01).unwrap();
+            let full = steppers[1].step(&mut plain, 0.01).unwrap();
+            assert_eq!(format!("{own:?}"), format!("{full:?}"), "step {step}");
+            assert!(own.joints.len() >= 4);
+            events += own.events;
+        }
+        assert_eq!(short.velocities(), plain.velocities());
+    }
+    assert!(events > 0);
 }
 
 /// Normals, levers and pivots in one: the rows are the derivative of the gap.

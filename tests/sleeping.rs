@@ -366,6 +366,11 @@ fn joints_wake_who_they_hold() {
     data.set_motor_velocity(JointAxis::AngX, 1.0, 1e6);
     p.step(&mut world).unwrap();
     assert!(p.velocity(weight).unwrap().z != 0.0);
+    let (mut world, mut p, _, weight, joint) = build();
+    let data = &mut world.impulse_joints.get_mut(joint, false).unwrap().data;
+    data.softness.natural_frequency = 5.0;
+    p.step(&mut world).unwrap();
+    assert!(p.velocity(weight).unwrap().y < 0.0);
     let (mut world, mut p, hook, weight, _) = build();
     let joint = RevoluteJointBuilder::new().local_anchor2(Vector::new(0.0, 2.0));
     world.insert_impulse_joint(hook, weight, joint);

@@ -1,7 +1,7 @@
 //! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
 
 use super::joint_rules::joint_impact_rule;
-use super::model::{Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
+use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
 use super::solve::IslandSolver;
 use super::stage::{Stage, diagonal, movable};
@@ -47,12 +47,12 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
         })
         .filter(|(rows, _)| rows.bodies != [NO_BODY; 2])
         .collect();
-    let mut found = Detection::default();
+    let mut found = Vec::new();
     for _ in 0..STEPS {
         found.clear();
-        model.detect_pairs(&[], stage.length, &mut found)?;
+        model.detect_joints(stage.length, &mut found)?;
         let loose = |k: usize| stage.loose.binary_search(&k).is_ok();
-        let joints = found.joints.iter().enumerate();
+        let joints = found.iter().enumerate();
         let worst = joints
             .filter(|(k, _)| loose(*k))
             .map(|(_, joint)| match joint.kind {
@@ -72,7 +72,7 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
                 compliance: 0.0,
             });
         }
-        for (k, joint) in found.joints.iter().enumerate() {
+        for (k, joint) in found.iter().enumerate() {
             let own = movable(&joint.rows, inverse_mass);
             let Some((_, law)) = joint_impact_rule(joint, true) else {
                 continue;

@@ -1,5 +1,6 @@
 use super::model::{
-    Configuration, ContactKey, ContactPoint, Detection, ModelError, MultibodyModel, NormalLaw,
+    Configuration, ContactKey, ContactPoint, Detection, JointRow, ModelError, MultibodyModel,
+    NormalLaw,
 };
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use nalgebra::Matrix3;
@@ -208,6 +209,10 @@ impl MultibodyModel for Linear {
                 surface_velocity: 0.0,
             });
         }
+        Ok(())
+    }
+
+    fn detect_joints(&mut self, _dt: f64, _out: &mut Vec<JointRow>) -> Result<(), ModelError> {
         Ok(())
     }
 

@@ -214,7 +214,7 @@ pub trait MultibodyModel {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError>;
 
     /// Contacts between these pairs of surfaces, as [`MultibodyModel::detect`] numbers and orders
-    /// them, and all joint rows. Event location asks often: worth a short cut where one exists.
+    /// them, without joints. Event location asks often: worth a short cut where one exists.
     ///
     /// # Errors
     /// [`ModelError`].
@@ -226,6 +226,19 @@ pub trait MultibodyModel {
     ) -> Result<(), ModelError> {
         self.detect(dt, out)?;
         out.contacts.retain(|c| pairs.contains(&c.surfaces));
+        out.joints.clear();
+        Ok(())
+    }
+
+    /// Adds all joint rows at the present configuration, as [`MultibodyModel::detect`] orders them.
+    /// What closes gaps by position asks often: worth a short cut where one exists.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    fn detect_joints(&mut self, dt: f64, out: &mut Vec<JointRow>) -> Result<(), ModelError> {
+        let mut found = Detection::default();
+        self.detect(dt, &mut found)?;
+        out.append(&mut found.joints);
         Ok(())
     }
 

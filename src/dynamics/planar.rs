@@ -1,7 +1,7 @@
 use super::joint::{JointFrames, RowName};
 use super::model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    ModelError, MultibodyModel, NormalLaw,
+    JointRow, ModelError, MultibodyModel, NormalLaw,
 };
 use super::planar_shape::{PlanarShape, Tip};
 use super::{Pose64, RotorMotor};
@@ -346,6 +346,10 @@ impl MultibodyModel for Planar {
             out.contacts
                 .extend(tips.filter_map(|feature| self.contact(pair, feature, dt)));
         }
+        self.detect_joints(dt, &mut out.joints)
+    }
+
+    fn detect_joints(&mut self, _dt: f64, out: &mut Vec<JointRow>) -> Result<(), ModelError> {
         for (k, pivot) in self.pivots.iter().enumerate() {
             let key = |feature| ContactKey {
                 pair: u64::MAX - k as u64,
@@ -367,16 +371,14 @@ impl MultibodyModel for Planar {
                 joint: k as u32,
                 part,
             };
-            out.joints
-                .push(frames.point().lock(name(JointPart::Pin, 0), 0.0));
+            out.push(frames.point().lock(name(JointPart::Pin, 0), 0.0));
             if let Some(motor) = pivot.motor {
                 let kind = JointKind::Motor {
                     speed: motor.speed,
                     max_force: motor.max_torque,
                 };
                 let part = JointPart::Drive(JointCoordinate::Angle);
-                out.joints
-                    .push(frames.angle(0.0).driven(name(part, 1), kind));
+                out.push(frames.angle(0.0).driven(name(part, 1), kind));
             }
         }
         Ok(())

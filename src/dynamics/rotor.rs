@@ -135,7 +135,7 @@ impl MultibodyModel for Rotor {
         self.angle = configuration[0];
     }
 
-    fn detect(&mut self, _dt: f64, out: &mut Detection) -> Result<(), ModelError> {
+    fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         let turned = self.angle - self.reference_angle;
         for (i, c) in self.contacts.iter().enumerate() {
             out.contacts.push(ContactPoint {
@@ -157,8 +157,12 @@ impl MultibodyModel for Rotor {
                 surface_velocity: 0.0,
             });
         }
+        self.detect_joints(dt, &mut out.joints)
+    }
+
+    fn detect_joints(&mut self, _dt: f64, out: &mut Vec<JointRow>) -> Result<(), ModelError> {
         if let Some(motor) = self.motor {
-            out.joints.push(JointRow {
+            out.push(JointRow {
                 key: ContactKey {
                     pair: 1,
                     feature: 0,

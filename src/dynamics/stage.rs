@@ -108,7 +108,7 @@ impl Stage {
         model.detect(dt, &mut self.detection)
     }
 
-    /// The same for some pairs of surfaces only.
+    /// Finds the contacts of some pairs of surfaces only, and all joints.
     ///
     /// # Errors
     /// Those of the model.
@@ -119,7 +119,8 @@ impl Stage {
         dt: f64,
     ) -> Result<(), ModelError> {
         self.detection.clear();
-        model.detect_pairs(pairs, dt, &mut self.detection)
+        model.detect_pairs(pairs, dt, &mut self.detection)?;
+        model.detect_joints(dt, &mut self.detection.joints)
     }
 
     /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the normal impulses that are given.

@@ -577,7 +577,7 @@ fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
 }
 
 /// Dominance of what nothing moves: above that of any dynamic body.
-const FIRM: i16 = i8::MAX as i16 + 1;
+pub(super) const FIRM: i16 = i8::MAX as i16 + 1;
 
 /// Thinnest extent \[m\] of a shape; of a mesh none, as rapier does not follow those either.
 fn thickness(shape: &dyn Shape) -> f64 {

@@ -15,6 +15,8 @@ mod bodies;
 mod box2d;
 mod changes;
 mod detection;
+mod joint_checks;
+mod joint_rows;
 mod joint_spec;
 mod joints;
 mod kernels;

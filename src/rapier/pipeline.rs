@@ -1,14 +1,14 @@
 use super::bodies::{Bodies, ExactBody, body_id};
 use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
-use super::joints::joint_rows;
+use super::joints::Joints;
 use super::reporter::Reporter;
 use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64, Scheme,
-    SolvedProblem, Standing, StepError, StepperSettings,
+    Configuration, Detection, JointRow, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64,
+    Scheme, SolvedProblem, Standing, StepError, StepperSettings,
 };
 use crate::solver::ImpulseSolver;
 use serde::{Deserialize, Serialize};
@@ -84,6 +84,7 @@ pub struct MoreauPipeline {
     pub(super) settings: MoreauSettings,
     pub(super) bodies: Bodies,
     pub(super) detector: Detector,
+    joints: Joints,
     pub(super) reporter: Reporter,
 }
 
@@ -103,6 +104,7 @@ impl MoreauPipeline {
             detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
+            joints: Joints::default(),
             reporter: Reporter::default(),
         })
     }
@@ -134,6 +136,7 @@ impl MoreauPipeline {
             sleeps: !self.settings.stay_awake,
             bodies: &mut self.bodies,
             detector: &mut self.detector,
+            joints: &self.joints,
             dt,
         }
     }
@@ -163,6 +166,7 @@ impl MoreauPipeline {
             self.detector.forget_surface(*handle);
         }
         synced?;
+        self.joints.refresh(world, &self.bodies)?;
         if self.stepper.settings().scheme == Scheme::Moreau
             && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
         {
@@ -204,6 +208,7 @@ impl MoreauPipeline {
                 sleeps: !self.settings.stay_awake,
                 bodies: &mut self.bodies,
                 detector: &mut self.detector,
+                joints: &self.joints,
                 dt,
             };
             let result = self.stepper.step(&mut model, dt);
@@ -396,6 +401,7 @@ struct RapierModel<'a> {
     hooks: &'a dyn PhysicsHooks,
     bodies: &'a mut Bodies,
     detector: &'a mut Detector,
+    joints: &'a Joints,
     gravity: Vec2,
     /// Of the whole step \[s\].
     dt: f64,
@@ -507,7 +513,7 @@ impl MultibodyModel for RapierModel<'_> {
         };
         self.detector
             .detect(hooks, self.bodies, acceleration, dt, out)?;
-        joint_rows(self.world, self.bodies, self.dt, out)?;
+        self.joints.rows(self.bodies, self.dt, &mut out.joints);
         self.feel(out)
     }
 
@@ -523,7 +529,12 @@ impl MultibodyModel for RapierModel<'_> {
         };
         self.detector
             .detect_pairs(hooks, self.bodies, pairs, dt, out);
-        joint_rows(self.world, self.bodies, self.dt, out)
+        Ok(())
+    }
+
+    fn detect_joints(&mut self, _dt: f64, out: &mut Vec<JointRow>) -> Result<(), ModelError> {
+        self.joints.rows(self.bodies, self.dt, out);
+        Ok(())
     }
 
     fn potential_energy(&self) -> f64 {
@@ -555,7 +566,7 @@ fn gravity(settings: &MoreauSettings, world: &PhysicsWorld) -> Vec2 {
     settings.gravity.unwrap_or_else(own)
 }
 
-/// What cannot be stepped whatever the bodies are: joints must hold bodies that are there.
+/// What cannot be stepped whatever the bodies are.
 fn refuse_world(world: &PhysicsWorld, gravity: Vec2) -> Result<(), ModelError> {
     if world.soft_bodies.iter().next().is_some() {
         return Err(ModelError::Unsupported(
@@ -567,28 +578,6 @@ fn refuse_world(world: &PhysicsWorld, gravity: Vec2) -> Result<(), ModelError> {
             "gravity is ({}, {}) m/s2, must be finite",
             gravity.x, gravity.y
         )));
-    }
-    for (handle, joint) in world.impulse_joints.iter() {
-        let number = handle.into_raw_parts().0;
-        let groups =
-            [joint.body1(), joint.body2()].map(|h| world.bodies.get(h).filter(|b| b.is_dynamic()));
-        if let [Some(a), Some(b)] = groups
-            && a.dominance_group() != b.dominance_group()
-        {
-            return Err(ModelError::Unsupported(format!(
-                "joint {number}: it ties bodies of dominance {} and {}, which is not supported",
-                a.dominance_group(),
-                b.dominance_group()
-            )));
-        }
-        for body in [joint.body1(), joint.body2()] {
-            if !world.bodies.contains(body) {
-                return Err(ModelError::Invalid(format!(
-                    "joint {number}: body (handle {:?}) is not in the world",
-                    body_id(body)
-                )));
-            }
-        }
     }
     Ok(())
 }

@@ -7,6 +7,7 @@
 
 use super::bodies::{Bodies, Shadow};
 use super::engine::prelude::*;
+use super::joints::fingerprint;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::{ContactKey, Detection, Islands, Memory, ModelError};
 use serde::{Deserialize, Serialize};
@@ -153,8 +154,8 @@ impl Bodies {
         for (handle, joint) in world.impulse_joints.iter() {
             let group = |h| self.index_of(h).map_or(0, |k| self.list[k as usize].group);
             let groups = [group(joint.body1()), group(joint.body2())];
-            let both = groups.into_iter().collect::<BTreeSet<u32>>();
-            for group in both.into_iter().filter(|g| *g != 0) {
+            let apart = 1 + usize::from(groups[0] != groups[1]);
+            for &group in groups[..apart].iter().filter(|g| **g != 0) {
                 *met.entry(group).or_default() += 1;
                 let known = self.sleepers.groups.get(&group);
                 let known = known.and_then(|g| g.joints.get(&handle.into_raw_parts().0));
@@ -378,39 +379,4 @@ fn is_still(
     let moved: Vec2 = shadow.pose.apply(shadow.center) - last.apply(shadow.center);
     let turned = (shadow.pose.cos - last.cos).hypot(shadow.pose.sin - last.sin);
     spin.abs() < turns && 0.5 * (moved.norm() + extent * turned) < linear * unit * dt
-}
-
-/// Tells apart what a user can change about a joint; not what rapier writes into it.
-fn fingerprint(joint: &GenericJoint) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut mix = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-    let mut number = |x: Real| mix(f64::from(x).to_bits());
-    for frame in [&joint.local_frame1, &joint.local_frame2] {
-        number(frame.translation.x);
-        number(frame.translation.y);
-        number(frame.rotation.re);
-        number(frame.rotation.im);
-    }
-    for limits in &joint.limits {
-        number(limits.min);
-        number(limits.max);
-    }
-    for motor in &joint.motors {
-        number(motor.target_vel);
-        number(motor.target_pos);
-        number(motor.stiffness);
-        number(motor.damping);
-        number(motor.max_force);
-        number(motor.model as u8 as Real);
-    }
-    for axes in [
-        joint.locked_axes,
-        joint.limit_axes,
-        joint.motor_axes,
-        joint.coupled_axes,
-    ] {
-        mix(u64::from(axes.bits()));
-    }
-    mix(u64::from(joint.contacts_enabled) << 1 | u64::from(joint.is_enabled()));
-    hash
 }

@@ -58,6 +58,8 @@ pub(super) struct Runner {
     pairs: Vec<[u32; 2]>,
     /// Bodies of the cluster, and those that move on their own beside it.
     moved: Vec<u32>,
+    /// Of each body its place among these, or [`NO_BODY`].
+    place: Vec<u32>,
     /// Where they are at the start of the interval.
     here: Vec<Configuration>,
     /// Contacts that take part in the interval: they are kept from closing, not about to.
@@ -205,7 +207,12 @@ impl Runner {
         }
         self.pairs.clear();
         self.moved.clear();
-        self.moved.extend_from_slice(bodies);
+        self.place.clear();
+        self.place.resize(context.inverse_mass.len(), NO_BODY);
+        for &b in bodies {
+            self.place[b as usize] = self.moved.len() as u32;
+            self.moved.push(b);
+        }
         let found = &context.main.detection;
         let contacts = found.contacts.iter().map(|c| (&c.rows, Some(c.surfaces)));
         let joints = found.joints.iter().map(|j| (&j.rows, None));
@@ -215,7 +222,8 @@ impl Runner {
             }
             self.pairs.extend(surfaces);
             for b in rows.bodies {
-                if b != NO_BODY && !self.moved.contains(&b) {
+                if b != NO_BODY && self.place[b as usize] == NO_BODY {
+                    self.place[b as usize] = self.moved.len() as u32;
                     self.moved.push(b);
                 }
             }
@@ -303,8 +311,8 @@ impl Runner {
         flow.detect_pairs(model, &self.pairs, context.dt)?;
         let memory = self.remembered.as_ref().unwrap_or(context.memory);
         if rules.locates() {
-            let (moved, here) = (&self.moved, &self.here);
-            let place = |b: u32| moved.iter().position(|m| *m == b).map(|k| here[k]);
+            let (places, here) = (&self.place, &self.here);
+            let place = |b: u32| start_of(places, here, b);
             see_from_the_start(model, flow, memory, rules, place, span.length, span.step)?;
         }
         flow.free_velocities(model, at + 0.5 * span.length, span.length);
@@ -355,6 +363,12 @@ impl Runner {
             *d += 0.5 * flow.length * (flow.start[b as usize] + flow.end[b as usize]);
         }
     }
+}
+
+/// Where a body is at the start of the interval, if it moves in it.
+fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configuration> {
+    let place = *places.get(body as usize)?;
+    here.get(place as usize).copied()
 }
 
 /// The contact of block `i`, unless it waits.

@@ -1,6 +1,6 @@
 //! When and where the next pair of a cluster closes.
 
-use super::{Context, Rest, Runner};
+use super::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
 use crate::dynamics::StepError;
 use crate::dynamics::events::{crossing, touch_tolerance};
@@ -122,14 +122,15 @@ impl Runner {
             let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
             a + share * (e - a)
         };
-        for (&b, place) in self.moved.iter().zip(&self.here) {
-            if contact.rows.bodies.contains(&b) {
-                model.set_configuration(b as usize, place);
+        for b in contact.rows.bodies {
+            if let Some(place) = start_of(&self.place, &self.here, b) {
+                model.set_configuration(b as usize, &place);
                 model.shift(b as usize, &at(b, 0.5 * share), time);
             }
         }
-        self.instant
-            .detect_pairs(model, &[contact.surfaces], context.dt)?;
+        let found = &mut self.instant.detection;
+        found.clear();
+        model.detect_pairs(&[contact.surfaces], context.dt, found)?;
         // a corner that rests is as near as it can be, and closes by round-off
         let held = |c: &&ContactPoint| !self.held.contains(&c.key);
         let all = self.instant.detection.contacts.iter().filter(held);
