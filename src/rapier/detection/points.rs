@@ -4,7 +4,7 @@ use super::super::engine::geometry::ContactManifold;
 use super::super::engine::parry::query::TrackedContact;
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
-use super::{Present, present};
+use super::Present;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
 
@@ -34,7 +34,7 @@ impl Pair {
     #[inline]
     pub fn point(
         &self,
-        bodies: &[Present],
+        sides: [&Present; 2],
         touch: &Touch,
         segments: [u32; 2],
         feature: u64,
@@ -42,7 +42,6 @@ impl Pair {
     ) -> ContactPoint {
         let n = touch.normal;
         let t = Vec2::new(-n.y, n.x);
-        let sides = self.numbers.map(|k| present(bodies, k));
         let movable = sides.map(|body| !body.firm);
         // across an open gap both impulses act half way, to keep the angular momentum of the two;
         // where only one body feels them, on its own surface, to give friction its right lever
