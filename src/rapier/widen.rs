@@ -12,17 +12,18 @@ pub fn widen(value: Real) -> f64 {
 
 /// The same of a number that is read again and again, and hardly ever typed: decimals of more than
 /// some six digits are not looked for.
+#[inline]
 pub(super) fn widen_state(value: Real) -> f64 {
     shortest(value, 6)
 }
 
 /// The shortest decimal of at most `digits` digits, or one more, that rounds to `value`; what has
 /// none as it is.
-#[inline]
+#[inline(always)]
 fn shortest(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
     // nearly all of what nobody typed, and what nobody changed: both are their own answer
-    if cfg!(feature = "f64") || f64::from(wide as i32) == wide {
+    if cfg!(feature = "f64") || nearest(wide) == wide {
         return wide;
     }
     let scaled = wide * POWERS[places(wide, digits)];
@@ -43,14 +44,17 @@ fn places(wide: f64, digits: i32) -> usize {
     (digits - 2 - leading).clamp(0, POWERS.len() as i32 - 1) as usize
 }
 
-/// The nearest integer to a number below 2⁵¹: the last place of the sum is 1.
-#[inline]
+/// The nearest integer to a number below 2⁵¹: the last place of the sum is 1. Of larger ones, which
+/// as single-precision numbers are integers, an integer.
+#[inline(always)]
 fn nearest(x: f64) -> f64 {
     const LAST_PLACE_ONE: f64 = 6_755_399_441_055_744.0;
     (x + LAST_PLACE_ONE) - LAST_PLACE_ONE
 }
 
 /// [`shortest`] of a number that one of `digits` digits may round to.
+#[cold]
+#[inline(never)]
 fn typed(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
     // dyadic fractions are exact already, and have no shorter decimal;
