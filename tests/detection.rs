@@ -156,6 +156,54 @@ fn the_tree_finds_what_trying_all_pairs_finds() {
     assert!(met > 20_000, "{met}");
 }
 
+/// Some drift, some jump, some change their speed and with it how far ahead is looked: their boxes
+/// part and meet over and over, and no pair may be lost or found twice.
+#[test]
+fn pairs_that_part_and_meet_again_are_found_once() {
+    let mut world = PhysicsWorld::new();
+    let mut series = Series(3);
+    let balls: Vec<RigidBodyHandle> = (0..14)
+        .map(|i| {
+            let body = RigidBodyBuilder::dynamic().can_sleep(false);
+            let ball = ColliderBuilder::ball(0.2 + 0.02 * i as Real);
+            world.insert(body, ball).0
+        })
+        .collect();
+    let (mut tree, mut all) = (
+        pipeline(DetectionDrive::Tree),
+        pipeline(DetectionDrive::Exhaustive),
+    );
+    let (mut least, mut most) = (usize::MAX, 0);
+    for call in 0..400 {
+        for ball in &balls {
+            let body = &mut world.bodies[*ball];
+            let jumps = call == 0 || series.next() < 0.1;
+            let reach = if jumps { 2.5 } else { 0.03 };
+            let here = if jumps {
+                at(0.0, 0.0)
+            } else {
+                body.translation()
+            };
+            let way = at(series.within(-reach, reach), series.within(-reach, reach));
+            body.set_translation(here + way, true);
+            if series.next() < 0.1 {
+                body.set_linvel(at(series.within(-20.0, 20.0), 0.0), true);
+            }
+        }
+        let contacts = found(&mut tree, &mut world);
+        assert_eq!(contacts, found(&mut all, &mut world), "call {call}");
+        let mut pairs: Vec<[u32; 2]> = contacts.iter().map(|c| c.surfaces).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        assert_eq!(pairs.len(), contacts.len(), "call {call}: one pair twice");
+        (least, most) = (least.min(pairs.len()), most.max(pairs.len()));
+    }
+    assert!(
+        least + 10 < most,
+        "{least} to {most} pairs: none came or went"
+    );
+}
+
 /// The least gap of two shapes.
 fn least_gap(one: &SharedShape, at_one: Pose, two: &SharedShape, at_two: Pose) -> Option<f64> {
     let mut world = PhysicsWorld::new();

@@ -111,8 +111,16 @@ impl Bodies {
                 return Err(not_there(handle));
             }
         }
-        self.know(world);
+        let usual = self.read_usual(world, dt, stay_awake);
+        if !usual {
+            self.know(world);
+        }
         let told = self.watch.scan(&world.colliders);
+        if usual && self.watch.changed.is_empty() && self.watch.gone.is_empty() {
+            self.drop_notes(world);
+            self.level();
+            return told;
+        }
         // rapier computes masses only when it steps
         for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
             if let Some(body) = parent.and_then(|h| world.bodies.get_mut(h)) {
@@ -128,26 +136,60 @@ impl Bodies {
         told?;
         self.heed(world, dt, stay_awake)?;
         self.wake_stirred(world, woken);
+        self.begin_reading();
+        for k in 0..self.list.len() {
+            self.sync_one(world, k, dt)?;
+            self.stand(&world.bodies[self.list[k].handle], &world.colliders, k, dt);
+        }
+        self.level();
+        Ok(())
+    }
+
+    fn begin_reading(&mut self) {
         self.damping = false;
         self.standing.dominance.clear();
         self.standing.sweeps.clear();
-        for k in 0..self.list.len() {
-            self.sync_one(world, k, dt)?;
-            self.stand(world, k, dt);
+    }
+
+    /// Reads all bodies in one go over rapier's memory, where none came, went, sleeps, changed its
+    /// mass or kind, or is bad. Where one did, the answer is no, and all is to be read by
+    /// [`Bodies::sync_one`], in the order that these things ask for.
+    fn read_usual(&mut self, world: &PhysicsWorld, dt: f64, stay_awake: bool) -> bool {
+        if !self.sleepers.is_empty() {
+            return false;
         }
-        // equals are as if none had any
+        self.slept.clear();
+        self.begin_reading();
+        let mut k = 0;
+        for (handle, body) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
+            let usual = self.list.get(k).is_some_and(|shadow| {
+                shadow.handle == handle
+                    && shadow.seen
+                    && shadow.has_kind_and_mass_of(body)
+                    && (stay_awake || !(body.is_sleeping() && body.is_dynamic()))
+            });
+            if !usual || self.read(body, k, dt).is_err() {
+                return false;
+            }
+            self.stand(body, &world.colliders, k, dt);
+            k += 1;
+        }
+        k == self.list.len()
+    }
+
+    /// Equal dominances are as if none had any.
+    fn level(&mut self) {
         let mut levels = self.standing.dominance.iter().filter(|l| **l != FIRM);
         let first = levels.next();
         if levels.all(|l| Some(l) == first) {
             self.standing.dominance.clear();
         }
-        Ok(())
     }
 
     /// Dominance of a body, and whether it is followed within the step.
-    fn stand(&mut self, world: &PhysicsWorld, k: usize, dt: f64) {
-        let (shadow, count) = (&mut self.list[k], self.velocities.len());
-        let body = &world.bodies[shadow.handle];
+    #[inline]
+    fn stand(&mut self, body: &RigidBody, colliders: &ColliderSet, k: usize, dt: f64) {
+        let count = self.velocities.len();
         if !body.is_dynamic() {
             // above all others, as if it had the highest dominance
             if let Some(level) = self.standing.dominance.get_mut(k) {
@@ -174,7 +216,7 @@ impl Bodies {
         let shadow = &mut self.list[k];
         let thickness = *shadow.thickness.get_or_insert_with(|| {
             let own = body.colliders().iter();
-            own.filter_map(|h| world.colliders.get(*h))
+            own.filter_map(|h| colliders.get(*h))
                 .filter(|c| c.is_enabled() && !c.is_sensor())
                 .map(|c| thickness(c.shape()))
                 .fold(f64::INFINITY, f64::min)
@@ -290,19 +332,18 @@ impl Bodies {
             shadow.added_mass = added.copied();
             world.bodies[shadow.handle].recompute_mass_properties_from_colliders(&world.colliders);
         }
-        let body = &world.bodies[shadow.handle];
+        self.read(&world.bodies[self.list[k].handle], k, dt)
+    }
+
+    /// Takes over what the user set on one body.
+    fn read(&mut self, body: &RigidBody, k: usize, dt: f64) -> Result<(), ModelError> {
+        let shadow = &mut self.list[k];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
         refuse_bad(body, name)?;
         let pose = *body.position();
         let first = !shadow.seen;
         let velocity = (body.linvel(), body.angvel());
-        let local = &body.mass_properties().local_mprops;
-        let seen = (
-            local.inv_mass,
-            local.inv_principal_inertia,
-            local.local_com,
-            body.locked_axes(),
-        );
+        let seen = mass_of(body);
         if shadow.mass_seen != Some(seen) || shadow.kind != body.body_type() {
             self.numbering += 1;
             shadow.inverse_mass = match self.exact.get(&shadow.handle) {
@@ -528,6 +569,14 @@ impl Shadow {
                 .is_none_or(|seen| seen.3 != body.locked_axes())
     }
 
+    /// Whether its mass and kind are as they were read.
+    fn has_kind_and_mass_of(&self, body: &RigidBody) -> bool {
+        let added = body.mass_properties().additional_local_mprops.as_deref();
+        self.mass_seen == Some(mass_of(body))
+            && self.kind == body.body_type()
+            && self.added_mass.as_ref() == added
+    }
+
     /// What rapier was given last.
     pub fn written(&self) -> (Pose, (Vector, Real)) {
         (self.written_pose, self.written_velocity)
@@ -560,6 +609,17 @@ impl Shadow {
         };
         (shadow, Vec3::zeros(), Vec3::zeros())
     }
+}
+
+/// Inverses of mass and inertia, centre of mass and what is locked, as rapier has them.
+fn mass_of(body: &RigidBody) -> (Real, Real, Vector, LockedAxes) {
+    let local = &body.mass_properties().local_mprops;
+    (
+        local.inv_mass,
+        local.inv_principal_inertia,
+        local.local_com,
+        body.locked_axes(),
+    )
 }
 
 /// Index and generation of a handle, for messages.

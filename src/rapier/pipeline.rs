@@ -410,12 +410,16 @@ struct RapierModel<'a> {
 impl RapierModel<'_> {
     /// Largest acceleration \[m/s²\] of any body by gravity and the user's forces.
     fn acceleration(&self) -> f64 {
-        (0..self.bodies.list.len())
-            .filter(|&k| self.bodies.inverse_mass[k] != Vec3::zeros())
-            .map(|k| {
-                let load = &self.bodies.list[k].load;
-                let w = self.bodies.inverse_mass[k].xy().amax();
-                self.gravity.norm() * load.scale.abs() + load.force.norm() * w
+        let gravity = self.gravity.norm();
+        let all = self.bodies.list.iter().zip(&self.bodies.inverse_mass);
+        all.filter(|(_, w)| **w != Vec3::zeros())
+            .map(|(shadow, w)| {
+                let load = &shadow.load;
+                let pushed = match load.force == Vec2::zeros() {
+                    true => 0.0,
+                    false => load.force.norm() * w.xy().amax(),
+                };
+                gravity * load.scale.abs() + pushed
             })
             .fold(0.0, f64::max)
     }

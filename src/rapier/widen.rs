@@ -1,5 +1,4 @@
 use super::engine::math::Real;
-use std::f64::consts::LOG10_2;
 
 /// The `f64` that a person meant by an `f32`: the shortest decimal that rounds to it.
 ///
@@ -13,34 +12,68 @@ pub fn widen(value: Real) -> f64 {
 
 /// The same of a number that is read again and again, and hardly ever typed: decimals of more than
 /// some six digits are not looked for.
+#[inline]
 pub(super) fn widen_state(value: Real) -> f64 {
     shortest(value, 6)
 }
 
 /// The shortest decimal of at most `digits` digits, or one more, that rounds to `value`; what has
 /// none as it is.
+#[inline(always)]
 fn shortest(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
-    // integers and dyadic fractions are exact already, and have no shorter decimal;
+    // nearly all of what nobody typed, and what nobody changed: both are their own answer
+    if cfg!(feature = "f64") || nearest(wide) == wide {
+        return wide;
+    }
+    let scaled = wide * POWERS[places(wide, digits)];
+    let off = scaled - nearest(scaled);
+    // no decimal lies within half a unit of its last place
+    if off.abs() > scaled.abs() * HALF_PLACE {
+        return wide;
+    }
+    typed(value, digits)
+}
+
+/// Which of [`POWERS`] makes `digits` digits of `wide`.
+#[inline]
+fn places(wide: f64, digits: i32) -> usize {
+    let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    // the integer below exponent · log10 2, exact for all exponents
+    let leading = (exponent * 1_262_611) >> 22;
+    (digits - 2 - leading).clamp(0, POWERS.len() as i32 - 1) as usize
+}
+
+/// The nearest integer to a number below 2⁵¹: the last place of the sum is 1. Of larger ones, which
+/// as single-precision numbers are integers, an integer.
+#[inline(always)]
+fn nearest(x: f64) -> f64 {
+    const LAST_PLACE_ONE: f64 = 6_755_399_441_055_744.0;
+    (x + LAST_PLACE_ONE) - LAST_PLACE_ONE
+}
+
+/// [`shortest`] of a number that one of `digits` digits may round to.
+#[cold]
+#[inline(never)]
+fn typed(value: Real, digits: i32) -> f64 {
+    let wide = f64::from(value);
+    // dyadic fractions are exact already, and have no shorter decimal;
     // not `fract`, which is a call where the processor is not known to have it
     let whole = |x: f64| x as i64 as f64 == x;
     let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
-    if cfg!(feature = "f64") || !value.is_finite() || dyadic {
+    if !value.is_finite() || dyadic {
         return wide;
     }
     // of both numbers of the quotient nothing is lost
     let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
-    // decimals that make that many digits
-    let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    let leading = (f64::from(exponent) * LOG10_2).floor() as i32;
-    let most = (digits - 1 - leading).clamp(1, 22) as usize;
-    let power = POWERS[most - 1];
-    // nearly all numbers that nobody typed: no decimal lies within half a unit of their last place
-    let scaled = wide * power;
-    let off = scaled - (scaled + 0.5f64.copysign(wide)) as i64 as f64;
-    if off.abs() > scaled.abs() * HALF_PLACE || !meant(&power) {
+    let most = places(wide, digits);
+    if !meant(&POWERS[most]) {
         return wide;
+    }
+    // nearly always the only one
+    if most == 0 || !meant(&POWERS[most - 1]) {
+        return decimal(POWERS[most]);
     }
     let fewest = POWERS[..most].partition_point(|power| !meant(power));
     decimal(POWERS[fewest])
@@ -88,6 +121,16 @@ mod tests {
             let typed: f64 = format!("{digits}e{scale}").parse().unwrap();
             prop_assert_eq!(widen(typed as f32), typed);
             prop_assert_eq!(widen_state(typed as f32), typed);
+        }
+    }
+
+    #[test]
+    fn as_many_digits_as_asked_for() {
+        for exponent in -150..=127 {
+            let wide = 1.5 * 2f64.powi(exponent);
+            let leading = (f64::from(exponent) * std::f64::consts::LOG10_2).floor();
+            let power = 10f64.powi((5.0 - leading).clamp(1.0, 22.0) as i32);
+            assert_eq!(POWERS[places(wide, 6)], power, "2^{exponent}");
         }
     }
 

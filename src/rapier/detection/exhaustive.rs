@@ -9,10 +9,11 @@ impl Detector {
         // no two reach farther, see `Span::reach`
         let reach = 1.1 * self.span.prediction;
         let leaves = &self.leaves;
-        let boxes = leaves.list.iter().zip(&leaves.pose).enumerate();
+        let boxes = leaves.list.iter().enumerate();
         let boxes: Vec<(u32, [f64; 4])> = boxes
-            .filter_map(|(k, (leaf, pose))| {
-                Some((k as u32, shapes::extent(&leaf.as_ref()?.part, pose)))
+            .filter_map(|(k, leaf)| {
+                let leaf = leaf.as_ref()?;
+                Some((k as u32, shapes::extent(&leaf.part, &leaf.pose)))
             })
             .collect();
         for (i, &(a, one)) in boxes.iter().enumerate() {

@@ -8,15 +8,13 @@ use super::shapes;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
-/// One part of a collider.
+/// One part of a collider: what every look at a pair asks, and no more, to be close in memory.
 pub(super) struct Leaf {
+    /// Where it is.
+    pub pose: Pose64,
     pub part: Part,
     /// Of its collider.
     pub surface: Surface,
-    /// In the body's frame, or the world's where it has no body.
-    local: Pose64,
-    /// Farthest point from the origin of that frame \[m\].
-    radius: f64,
     /// Index of the collider, and of the part in it.
     pub slot: u32,
     pub sub: u32,
@@ -26,16 +24,23 @@ pub(super) struct Leaf {
     pub body: u32,
 }
 
+/// How a part is fixed to its body.
+struct Seat {
+    /// In the body's frame, or the world's where it has no body.
+    local: Pose64,
+    /// Farthest point from the origin of that frame \[m\].
+    radius: f64,
+    /// Where the body was when the part was last moved.
+    old: Pose64,
+}
+
 /// The parts, under numbers that last as long as their colliders.
 #[derive(Default)]
 pub(super) struct Leaves {
     pub list: Vec<Option<Leaf>>,
     /// Of each leaf, a bound of the way \[m\] that any of its points has gone so far.
     pub way: Vec<f64>,
-    /// Of each leaf, where it is.
-    pub pose: Vec<Pose64>,
-    /// Of each leaf, where its body was at the last call.
-    old: Vec<Pose64>,
+    seats: Vec<Seat>,
     free: Vec<u32>,
     /// Of each collider, its leaves.
     of_slot: Vec<Vec<u32>>,
@@ -72,28 +77,35 @@ impl Leaves {
         }
         for piece in &known.pieces {
             let local = known.local.compose(&piece.local);
-            let leaf = Leaf {
+            let body = colliders.body(slot, bodies);
+            let old = self.body_pose(body, bodies);
+            let seat = Seat {
                 radius: shapes::radius(&piece.part, &local),
-                part: piece.part.clone(),
                 local,
+                old,
+            };
+            let leaf = Leaf {
+                pose: old.compose(&local),
+                part: piece.part.clone(),
                 surface: known.surface,
                 slot,
                 sub: piece.sub,
                 lone: known.pieces.len() == 1,
-                body: colliders.body(slot, bodies),
+                body,
             };
-            let at = self.body_pose(leaf.body, bodies);
-            let id = self.free.pop().unwrap_or(self.list.len() as u32);
-            let k = id as usize;
-            if k == self.list.len() {
-                self.list.push(None);
-                self.way.push(0.0);
-                self.pose.push(at);
-                self.old.push(at);
-            }
-            (self.way[k], self.old[k]) = (0.0, at);
-            self.pose[k] = at.compose(&leaf.local);
-            self.list[k] = Some(leaf);
+            let id = match self.free.pop() {
+                Some(id) => {
+                    let k = id as usize;
+                    (self.list[k], self.way[k], self.seats[k]) = (Some(leaf), 0.0, seat);
+                    id
+                }
+                None => {
+                    self.list.push(Some(leaf));
+                    self.way.push(0.0);
+                    self.seats.push(seat);
+                    self.list.len() as u32 - 1
+                }
+            };
             self.of_slot[slot as usize].push(id);
         }
     }
@@ -126,25 +138,31 @@ impl Leaves {
     }
 
     /// Moves every leaf to where its body is.
+    pub fn follow(&mut self, bodies: &Bodies) {
+        for k in 0..self.list.len() {
+            self.follow_one(k, bodies);
+        }
+    }
+
+    /// Moves a leaf to where its body is, if there is such a leaf.
     ///
     /// No point of a part can have gone farther than `|Δp| + R |Δ(cos, sin)|`, its chord.
-    pub fn follow(&mut self, bodies: &Bodies) {
-        for (k, leaf) in self.list.iter().enumerate() {
-            let Some(leaf) = leaf else { continue };
-            if leaf.body == OUTSIDE {
-                continue;
-            }
+    #[inline]
+    pub fn follow_one(&mut self, k: usize, bodies: &Bodies) -> Option<&Leaf> {
+        let leaf = self.list[k].as_mut()?;
+        if leaf.body != OUTSIDE {
             let now = &bodies.list[leaf.body as usize].pose;
-            let old = &self.old[k];
-            if now == old {
-                continue;
+            let seat = &mut self.seats[k];
+            let old = &seat.old;
+            if now != old {
+                let turned = Vec2::new(now.cos - old.cos, now.sin - old.sin).norm();
+                let gone = (now.translation - old.translation).norm() + seat.radius * turned;
+                // a rounding of it, so that sums of roundings stay a bound
+                self.way[k] += gone * (1.0 + 1e-12);
+                leaf.pose = now.compose(&seat.local);
+                seat.old = *now;
             }
-            let turned = Vec2::new(now.cos - old.cos, now.sin - old.sin).norm();
-            let gone = (now.translation - old.translation).norm() + leaf.radius * turned;
-            // a rounding of it, so that sums of roundings stay a bound
-            self.way[k] += gone * (1.0 + 1e-12);
-            self.old[k] = *now;
-            self.pose[k] = now.compose(&leaf.local);
         }
+        Some(leaf)
     }
 }

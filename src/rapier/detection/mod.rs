@@ -118,14 +118,16 @@ impl Detector {
     ) -> Result<(), ModelError> {
         let world = hooks.world;
         self.take_over(world, bodies)?;
-        self.leaves.follow(bodies);
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
         self.span = Span::new(&self.present, acceleration, dt);
         match self.drive {
             DetectionDrive::Tree => self.find_near(bodies),
-            DetectionDrive::Exhaustive => self.try_all(),
+            DetectionDrive::Exhaustive => {
+                self.leaves.follow(bodies);
+                self.try_all();
+            }
         }
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -226,22 +228,26 @@ impl Detector {
         told
     }
 
-    /// Brings the tree and the pairs up to date.
+    /// Moves all leaves, and brings the tree and the pairs up to date.
     fn find_near(&mut self, bodies: &Bodies) {
-        let (span, leaves) = (self.span, &self.leaves);
-        for (k, leaf) in leaves.list.iter().enumerate() {
-            let Some(leaf) = leaf else { continue };
-            let growth = span.growth(present(&self.present, leaf.body).speed, leaf.surface.size);
-            self.pairs.set_growth(k, growth);
-            let way = leaves.way[k];
-            if self.tree.holds(k, way, growth) {
+        let (span, leaves) = (self.span, &mut self.leaves);
+        for k in 0..leaves.list.len() {
+            let Some(leaf) = leaves.follow_one(k, bodies) else {
                 continue;
+            };
+            let body = leaf.body;
+            let growth = span.growth(present(&self.present, body).speed, leaf.surface.size);
+            let way = leaves.way[k];
+            if !self.tree.holds(k, way, growth) {
+                let leaf = leaves.get(k as u32);
+                let tight = shapes::extent(&leaf.part, &leaf.pose);
+                let ahead = span.ahead(bodies, body);
+                self.tree.place(k, tight, way, growth, ahead);
             }
-            let tight = shapes::extent(&leaf.part, &leaves.pose[k]);
-            let ahead = span.ahead(bodies, leaf.body);
-            self.tree.place(k, tight, way, growth, ahead);
+            let new = self.tree.moved(k as u32);
+            self.pairs.set_reached(k, way + growth, new);
         }
-        let pairs = &mut self.pairs;
+        let (pairs, leaves) = (&mut self.pairs, &self.leaves);
         self.tree.pairs(|a, b| pairs.add(a, b, leaves));
         self.pairs.sort();
     }
@@ -308,7 +314,7 @@ struct Present {
 }
 
 /// The world outside of all bodies.
-const OUTER: Present = Present {
+static OUTER: Present = Present {
     speed: 0.0,
     center: Vec2::new(0.0, 0.0),
     coordinate: 0.0,
@@ -333,9 +339,7 @@ impl Present {
     }
 }
 
-fn present(list: &[Present], body: u32) -> Present {
-    match body {
-        OUTSIDE => OUTER,
-        body => list[body as usize],
-    }
+fn present(list: &[Present], body: u32) -> &Present {
+    // no body has the number of the world outside
+    list.get(body as usize).unwrap_or(&OUTER)
 }

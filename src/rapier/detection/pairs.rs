@@ -31,9 +31,10 @@ struct Row {
 #[derive(Default)]
 pub(super) struct Pairs {
     rows: Vec<Row>,
-    known: FxHashSet<u64>,
-    /// Of each leaf, its share of the reach \[m\].
-    growth: Vec<f64>,
+    /// Of each leaf, the way it has gone and its share of the reach \[m\].
+    reached: Vec<f64>,
+    /// The same, but without end for a leaf whose fat box is new.
+    looked: Vec<f64>,
     scratch: Scratch,
     added: bool,
 }
@@ -78,19 +79,18 @@ impl Marks {
     }
 }
 
-fn name([a, b]: [u32; 2]) -> u64 {
-    u64::from(a) << 32 | u64::from(b)
-}
-
 impl Pairs {
-    pub fn set_growth(&mut self, leaf: usize, growth: f64) {
-        if self.growth.len() <= leaf {
-            self.growth.resize(leaf + 1, 0.0);
+    /// What a leaf, whose fat box is `new` or not, has gone and looks ahead \[m\].
+    pub fn set_reached(&mut self, leaf: usize, reached: f64, new: bool) {
+        if self.reached.len() <= leaf {
+            self.reached.resize(leaf + 1, 0.0);
+            self.looked.resize(leaf + 1, 0.0);
         }
-        self.growth[leaf] = growth;
+        self.reached[leaf] = reached;
+        self.looked[leaf] = if new { f64::INFINITY } else { reached };
     }
 
-    /// Notes that two leaves are near, unless that is known or they can never meet.
+    /// Notes that two leaves have come near, unless they can never meet.
     pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
         let (la, lb) = (leaves.get(a), leaves.get(b));
         if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
@@ -98,15 +98,13 @@ impl Pairs {
         }
         // the lower collider first, as in rapier
         let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
-        if self.known.insert(name(pair)) {
-            let [first, second] = pair.map(|leaf| leaves.get(leaf));
-            self.rows.push(Row {
-                order: [first.slot, second.slot, first.sub, second.sub],
-                leaves: pair,
-                budget: f64::NEG_INFINITY,
-            });
-            self.added = true;
-        }
+        let [first, second] = pair.map(|leaf| leaves.get(leaf));
+        self.rows.push(Row {
+            order: [first.slot, second.slot, first.sub, second.sub],
+            leaves: pair,
+            budget: f64::NEG_INFINITY,
+        });
+        self.added = true;
     }
 
     pub fn sort(&mut self) {
@@ -118,16 +116,14 @@ impl Pairs {
 
     pub fn clear(&mut self) {
         self.rows.clear();
-        self.known.clear();
     }
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let (known, marks) = (&mut self.known, &mut self.scratch.marks.now);
+        let marks = &mut self.scratch.marks.now;
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
-                known.remove(&name(row.leaves));
                 marks.remove(&row.order);
             }
             stays
@@ -152,7 +148,7 @@ impl Pairs {
             if (one.is_sensor() || two.is_sensor())
                 && found.last() != Some(&handles)
                 && finder.may_cross(sides, [one, two])
-                && finder.overlap(row, sides, &mut self.scratch.touches)
+                && finder.overlap(sides, &mut self.scratch.touches)
             {
                 found.push(handles);
             }
@@ -162,30 +158,35 @@ impl Pairs {
 
     /// Contacts of all pairs; those whose boxes parted are dropped.
     pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
-        let (known, growth, scratch) = (&mut self.known, &self.growth, &mut self.scratch);
+        let (reached, looked, scratch) = (&self.reached, &self.looked, &mut self.scratch);
         let mut from = Group::default();
         scratch.told.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
         let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
+            let (i, j) = (a as usize, b as usize);
+            let far = tree.is_some() && looked[i] + looked[j] < row.budget;
+            if far && !any_asleep {
+                return true;
+            }
+            // a row stands for two boxes that overlap: the tree tells of those that come to
+            if let Some(tree) = tree
+                && (tree.moved(a) || tree.moved(b))
+                && !tree.overlap(a, b)
+            {
+                return false;
+            }
             if any_asleep && finder.asleep([a, b]) {
                 let mark = scratch.marks.get(&row.order);
                 scratch.marks.set(row.order, mark);
                 return true;
             }
-            let way = finder.leaves.way[a as usize] + finder.leaves.way[b as usize];
-            if let Some(tree) = tree {
-                if way + growth[a as usize] + growth[b as usize] < row.budget {
-                    return true;
-                }
-                if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
-                    known.remove(&name(row.leaves));
-                    return false;
-                }
+            if tree.is_some() && reached[i] + reached[j] < row.budget {
+                return true;
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
-                row.budget = way + bound;
+                row.budget = finder.leaves.way[i] + finder.leaves.way[j] + bound;
             }
             true
         });
@@ -292,7 +293,6 @@ impl Finder<'_> {
         scratch: &mut Scratch,
         out: &mut Detection,
     ) -> Option<f64> {
-        let found = &mut scratch.touches;
         let sides = row.leaves.map(|leaf| self.leaves.get(leaf));
         let bodies = sides.map(|leaf| self.present(leaf));
         let plain = sides.iter().all(|leaf| leaf.surface.plain) && self.apart.is_empty();
@@ -300,14 +300,41 @@ impl Finder<'_> {
             .iter()
             .any(|body| body.kind == RigidBodyType::Dynamic);
         let held = bodies.iter().all(|body| body.firm && !body.asleep);
-        let terms = if plain && moving && !held {
-            Terms::default()
-        } else {
-            self.terms(sides)?
-        };
         let speeds = bodies.map(|body| body.speed);
         let reach = self.span.reach(speeds, sides.map(|leaf| leaf.surface.size));
-        let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
+        if !(plain && moving && !held) {
+            let terms = self.terms(sides)?;
+            return self.contacts_on(&terms, row, sides, reach, from, scratch, out);
+        }
+        let found = &mut scratch.touches;
+        let [one, two] = sides;
+        found.clear();
+        let bound = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
+        if bound.is_none() {
+            return self.contacts_on(&Terms::default(), row, sides, reach, from, scratch, out);
+        }
+        if !found.is_empty() {
+            let setting = self.plain_setting(sides);
+            self.give(setting, sides, &Terms::default(), from, found, out);
+        }
+        bound
+    }
+
+    /// [`Finder::contacts`] of two parts on any terms, by any means.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(never)]
+    fn contacts_on(
+        &self,
+        terms: &Terms,
+        row: &Row,
+        sides: [&Leaf; 2],
+        reach: f64,
+        from: usize,
+        scratch: &mut Scratch,
+        out: &mut Detection,
+    ) -> Option<f64> {
+        let found = &mut scratch.touches;
+        let poses = sides.map(|leaf| &leaf.pose);
         found.clear();
         if let Some(bound) = touches(
             poses[0],
@@ -336,7 +363,7 @@ impl Finder<'_> {
                 if none && mark == 0 {
                     return Some(bound);
                 }
-                let mut setting = self.setting(sides, &terms, covered);
+                let mut setting = self.setting(sides, terms, covered);
                 let subs = sides.map(|leaf| leaf.sub);
                 let hooks = self.hooks;
                 let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
@@ -345,11 +372,11 @@ impl Finder<'_> {
                     found.clear();
                     found.push(touch);
                     let belt = setting.belt - speed;
-                    self.give(Pair { belt, ..setting }, sides, &terms, from, found, out);
+                    self.give(Pair { belt, ..setting }, sides, terms, from, found, out);
                 }
             } else if !found.is_empty() {
-                let setting = self.setting(sides, &terms, covered);
-                self.give(setting, sides, &terms, from, found, out);
+                let setting = self.setting(sides, terms, covered);
+                self.give(setting, sides, terms, from, found, out);
             }
             return Some(bound);
         }
@@ -357,8 +384,8 @@ impl Finder<'_> {
             return None;
         }
         // hooks that change contacts need one of our kernels: a shape of the user's own has none
-        let setting = self.setting(sides, &terms, None);
-        self.ask_parry(row, sides, setting, reach, from, terms.deepest, out);
+        let setting = self.setting(sides, terms, None);
+        self.ask_parry(sides, setting, reach, from, terms.deepest, out);
         Some(f64::NEG_INFINITY)
     }
 
@@ -387,7 +414,7 @@ impl Finder<'_> {
         Some([a?, b?])
     }
 
-    fn present(&self, leaf: &Leaf) -> Present {
+    fn present(&self, leaf: &Leaf) -> &Present {
         present(self.present, leaf.body)
     }
 
@@ -426,8 +453,8 @@ impl Finder<'_> {
         known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
     }
 
-    fn overlap(&self, row: &Row, sides: [&Leaf; 2], found: &mut Vec<Touch>) -> bool {
-        let poses = row.leaves.map(|leaf| &self.leaves.pose[leaf as usize]);
+    fn overlap(&self, sides: [&Leaf; 2], found: &mut Vec<Touch>) -> bool {
+        let poses = sides.map(|leaf| &leaf.pose);
         let parts = sides.map(|leaf| &leaf.part);
         found.clear();
         match touches(poses[0], parts[0], poses[1], parts[1], 0.0, found) {
@@ -466,9 +493,10 @@ impl Finder<'_> {
         width(&both)
     }
 
-    fn setting(&self, sides: [&Leaf; 2], terms: &Terms, covered: Option<f64>) -> Pair {
+    /// What all contacts of two parts share that have no law of their own.
+    fn plain_setting(&self, sides: [&Leaf; 2]) -> Pair {
         let [one, two] = sides.map(|leaf| &leaf.surface);
-        let setting = Pair {
+        Pair {
             numbers: sides.map(|leaf| leaf.body),
             surfaces: sides.map(|leaf| leaf.slot),
             key: pair_key([one.handle, two.handle]),
@@ -478,7 +506,11 @@ impl Finder<'_> {
             friction: one.friction_with(two),
             belt: 0.0,
             size: one.size.min(two.size),
-        };
+        }
+    }
+
+    fn setting(&self, sides: [&Leaf; 2], terms: &Terms, covered: Option<f64>) -> Pair {
+        let setting = self.plain_setting(sides);
         let known = if terms.own_law {
             self.known(sides)
         } else {
@@ -525,10 +557,11 @@ impl Finder<'_> {
             }
         }
         let sub = sides.map(|leaf| leaf.sub);
+        let bodies = sides.map(|leaf| self.present(leaf));
         if sides.iter().all(|leaf| leaf.lone) {
             let points = found
                 .iter()
-                .map(|t| setting.point(self.present, t, [0, 0], t.feature.into(), true));
+                .map(|t| setting.point(bodies, t, [0, 0], t.feature.into(), true));
             out.contacts.extend(points);
             return;
         }
@@ -536,16 +569,14 @@ impl Finder<'_> {
             let old = &out.contacts[from..];
             if !old.iter().any(|p| same_place(p, touch, setting.size)) {
                 let feature = mix([sub[0], sub[1], touch.feature, 0]);
-                let point = setting.point(self.present, touch, sub, feature, true);
+                let point = setting.point(bodies, touch, sub, feature, true);
                 out.contacts.push(point);
             }
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn ask_parry(
         &self,
-        row: &Row,
         sides: [&Leaf; 2],
         setting: Pair,
         reach: f64,
@@ -553,7 +584,8 @@ impl Finder<'_> {
         one: bool,
         out: &mut Detection,
     ) {
-        let poses = row.leaves.map(|leaf| self.leaves.pose[leaf as usize]);
+        let poses = sides.map(|leaf| leaf.pose);
+        let bodies = sides.map(|leaf| self.present(leaf));
         let shapes = sides.map(|leaf| shapes::for_parry(&leaf.part.core));
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
         let mut manifolds: Vec<ContactManifold> = Vec::new();
@@ -578,7 +610,7 @@ impl Finder<'_> {
                 }
                 let sub = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
                 let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
-                let point = setting.point(self.present, &touch, sub, feature, false);
+                let point = setting.point(bodies, &touch, sub, feature, false);
                 out.contacts.push(point);
             });
         }

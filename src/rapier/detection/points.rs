@@ -4,7 +4,7 @@ use super::super::engine::geometry::ContactManifold;
 use super::super::engine::parry::query::TrackedContact;
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
-use super::{Present, present};
+use super::Present;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
 
@@ -34,7 +34,7 @@ impl Pair {
     #[inline]
     pub fn point(
         &self,
-        bodies: &[Present],
+        sides: [&Present; 2],
         touch: &Touch,
         segments: [u32; 2],
         feature: u64,
@@ -42,7 +42,6 @@ impl Pair {
     ) -> ContactPoint {
         let n = touch.normal;
         let t = Vec2::new(-n.y, n.x);
-        let sides = self.numbers.map(|k| present(bodies, k));
         let movable = sides.map(|body| !body.firm);
         // across an open gap both impulses act half way, to keep the angular momentum of the two;
         // where only one body feels them, on its own surface, to give friction its right lever
@@ -51,18 +50,18 @@ impl Pair {
             [false, true] => touch.point + 0.5 * touch.gap * n,
             _ => touch.point,
         };
-        let mut coordinate = p.amax();
-        let mut jacobian = [[Vec3::zeros(); 2]; 2];
-        for (side, sign) in [(0, -1.0), (1, 1.0)] {
-            let number = self.numbers[side];
-            if number == NO_BODY {
-                continue;
+        // a body's largest coordinate, and its rows; not in a loop, which would keep them in memory
+        let rows = |side: usize, sign: f64| {
+            if self.numbers[side] == NO_BODY {
+                return (0.0, [Vec3::zeros(); 2]);
             }
-            coordinate = coordinate.max(sides[side].coordinate);
             let r = p - sides[side].center;
             let row = |d: Vec2| Vec3::new(sign * d.x, sign * d.y, sign * (r.x * d.y - r.y * d.x));
-            jacobian[side] = [row(n), row(t)];
-        }
+            (sides[side].coordinate, [row(n), row(t)])
+        };
+        let ((far1, rows1), (far2, rows2)) = (rows(0, -1.0), rows(1, 1.0));
+        let jacobian = [rows1, rows2];
+        let coordinate = p.amax().max(far1).max(far2);
         // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
         let (relative, ulp) = if exact || cfg!(feature = "f64") {
             (1e-12, f64::EPSILON)

@@ -11,11 +11,25 @@ use super::super::engine::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorksp
 /// Low x, low y, high x, high y \[m\].
 type Box4 = [f64; 4];
 
+/// A box that overlaps none.
+const NOWHERE: Box4 = [
+    f64::INFINITY,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NEG_INFINITY,
+];
+
+fn overlap(a: &Box4, b: &Box4) -> bool {
+    a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3]
+}
+
 #[derive(Default)]
 pub(super) struct Tree {
     bvh: Bvh,
     workspace: BvhWorkspace,
     fat: Vec<Box4>,
+    /// Of each leaf whose fat box is of this call, the one before.
+    before: Vec<Box4>,
     /// Way \[m\] up to which the fat box of a leaf holds it.
     limit: Vec<f64>,
     /// Leaves of this call and of the last one whose fat boxes are new.
@@ -39,6 +53,7 @@ impl Tree {
             self.rebuilt = true;
         }
         self.limit[leaf as usize] = f64::NEG_INFINITY;
+        self.fat[leaf as usize] = NOWHERE;
     }
 
     /// Starts a call over leaves numbered below `count`.
@@ -46,7 +61,8 @@ impl Tree {
         self.call = self.call.wrapping_add(1);
         self.changed.clear();
         self.limit.resize(count, f64::NEG_INFINITY);
-        self.fat.resize(count, [0.0; 4]);
+        self.fat.resize(count, NOWHERE);
+        self.before.resize(count, NOWHERE);
         self.stamp.resize(count, 0);
     }
 
@@ -80,6 +96,7 @@ impl Tree {
         // 0 would leave the change unmarked
         self.bvh
             .insert_or_update_partially(aabb, leaf as u32, Real::MIN_POSITIVE);
+        self.before[leaf] = fat;
         self.fat[leaf] = [aabb.mins.x, aabb.mins.y, aabb.maxs.x, aabb.maxs.y].map(f64::from);
         self.limit[leaf] = way + margin;
         self.stamp[leaf] = self.call;
@@ -97,17 +114,26 @@ impl Tree {
 
     /// Whether two fat boxes overlap.
     pub fn overlap(&self, a: u32, b: u32) -> bool {
-        let (a, b) = (&self.fat[a as usize], &self.fat[b as usize]);
-        a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3]
+        overlap(&self.fat[a as usize], &self.fat[b as usize])
     }
 
-    /// Calls `found` for all pairs of leaves whose fat boxes overlap and of which one is of this
-    /// call; others may come as well.
+    /// Calls `found` once for every pair of leaves whose fat boxes overlap in this call and did not
+    /// in the last.
     pub fn pairs(&mut self, mut found: impl FnMut(u32, u32)) {
         if self.changed.is_empty() && !self.rebuilt {
             return;
         }
         self.debt += self.changed.len();
+        let (fat, before, stamp, call) = (&self.fat, &self.before, &self.stamp, self.call);
+        let last = |leaf: u32| match stamp[leaf as usize] == call {
+            true => &before[leaf as usize],
+            false => &fat[leaf as usize],
+        };
+        let mut found = |a: u32, b: u32| {
+            if !overlap(last(a), last(b)) {
+                found(a, b);
+            }
+        };
         if self.rebuilt && 2 * self.changed.len() > self.leaves {
             self.bvh
                 .rebuild(&mut self.workspace, BvhBuildStrategy::Binned);
