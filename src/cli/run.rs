@@ -22,7 +22,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         only_moreau(args, &scene)?;
         return run_threshing::run(args, &scene);
     }
-    args.engine.fits(&scene)?;
+    args.engine.has_model(&scene)?;
     ours_only(args)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let mut dump = Dump::create(args, &scene)?;
@@ -78,7 +78,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         print_out(&text);
     } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&summary::describe(&totals, args.engine));
+        out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
         for note in &notes {
             out.push_str(&format!("note: {note}\n"));
         }
@@ -102,7 +102,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// rapier has a method of its own: flags of ours would do nothing.
+/// A peer has a method of its own: flags of ours would do nothing.
 fn ours_only(args: &RunArgs) -> Result<(), RunError> {
     let c = &args.common;
     let flags = [

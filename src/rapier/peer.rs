@@ -4,7 +4,8 @@ use super::engine::prelude::*;
 use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 
-/// A record without contacts.
+/// A record without contacts, in which all that a peer does not tell is NaN
+/// ([`StepRecord::accounted`]).
 ///
 /// # Arguments
 /// - `time`, `dt`: end and length of the step \[s\].
@@ -19,11 +20,19 @@ pub(super) fn record(world: &PhysicsWorld, time: f64, dt: f64, start: [f64; 2]) 
             kinetic_end: end[0],
             potential_start: start[1],
             potential_end: end[1],
-            ..StepEnergy::default()
+            forces: f64::NAN,
+            contact_n: f64::NAN,
+            contact_t: f64::NAN,
+            joints: f64::NAN,
+            motors: f64::NAN,
+            recovery: f64::NAN,
         },
-        // a peer certifies nothing
         residual: f64::NAN,
         residual_velocity: f64::NAN,
+        joint_gap: f64::NAN,
+        impact_gain: f64::NAN,
+        penetration_impact: f64::NAN,
+        accounted: false,
         ..StepRecord::default()
     }
 }

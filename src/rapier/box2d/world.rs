@@ -7,7 +7,7 @@ use crate::contact::Vec2;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
 use boxdd::{BodyId, BodyType, Foundation, MassData, ShapeId, World};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::fmt::Display;
 use std::time::Instant;
 
@@ -108,8 +108,15 @@ impl Box2d {
     /// Only Box2D's own step counts in [`Simulation::peer_seconds`]. Contacts carry the normal
     /// impulse of the whole step; of friction Box2D keeps that of the last substep alone, and the
     /// whole step is taken to have had the same share of the normal impulse. Slip is `Δt γ_T` at
-    /// the end of the step. A body with a contact whose normal is no unit vector, which Box2D makes
-    /// of plain polylines at times, leaves its contacts out of the record.
+    /// the end of the step. Gaps and places, which Box2D finds at its start, are carried to the end
+    /// with the bodies, along the normal of the start, as its own substeps do:
+    /// ```text
+    /// gap = separation + n·(Δx_B − Δx_A + (R_B − 1) r_B − (R_A − 1) r_A)         (1)
+    /// ```
+    /// r the arms of the contact point, Δx and R what the centres of mass moved and the bodies
+    /// turned in the step. Bodies with a contact whose normal is no unit vector, which Box2D makes of
+    /// plain polylines at times, cannot be read: what touches them tells of their contacts where it
+    /// can, and [`StepRecord::unread`] counts them.
     ///
     /// # Errors
     /// [`StepError::Model`] where Box2D fails, or a body has left the rapier world.
@@ -117,9 +124,14 @@ impl Box2d {
         let rapier = &mut simulation.world;
         let dt = widen(rapier.integration_parameters.dt);
         let before = peer::energies(rapier);
-        let start = Instant::now();
+        let start = |&(handle, _): &(RigidBodyHandle, BodyId)| {
+            let body = rapier.bodies.get(handle)?;
+            Some((handle, (body.center_of_mass(), *body.rotation())))
+        };
+        let starts: Starts = self.moving.iter().filter_map(start).collect();
+        let clock = Instant::now();
         let done = self.world.step(dt as f32, self.substeps);
-        simulation.peer_seconds = start.elapsed().as_secs_f64();
+        simulation.peer_seconds = clock.elapsed().as_secs_f64();
         simulation.peer_time += dt;
         done.and_then(|done| done.into_result().map(drop))
             .map_err(told("step"))?;
@@ -130,20 +142,29 @@ impl Box2d {
             read_motion(&mut self.world, id, body).map_err(told("pose"))?;
         }
         let mut record = peer::record(rapier, simulation.peer_time, dt, before);
-        self.contacts(rapier, &mut record)
+        self.contacts(rapier, &starts, &mut record)
             .map_err(told("contacts"))?;
         Ok(record)
     }
 
-    fn contacts(&mut self, rapier: &PhysicsWorld, record: &mut StepRecord) -> boxdd::Result<()> {
+    fn contacts(
+        &mut self,
+        rapier: &PhysicsWorld,
+        starts: &Starts,
+        record: &mut StepRecord,
+    ) -> boxdd::Result<()> {
+        let mut read = Vec::with_capacity(self.moving.len());
         for &(handle, id) in &self.moving {
-            let found = match self.world.body(id)?.contact_data() {
+            match self.world.body(id)?.contact_data() {
                 // Box2D at times makes a normal that is no unit vector, and steps on
                 Err(boxdd::Error::InvalidNativeOutput {
                     output: "manifold", ..
-                }) => continue,
-                found => found?,
-            };
+                }) => record.unread += 1,
+                found => read.push((handle, found?)),
+            }
+        }
+        let readable: FxHashSet<RigidBodyHandle> = read.iter().map(|(handle, _)| *handle).collect();
+        for (handle, found) in read {
             for contact in found {
                 let shapes = [contact.shape_id_a, contact.shape_id_b];
                 let [Some(a), Some(b)] = shapes.map(|s| self.surfaces.get(&s)) else {
@@ -151,29 +172,34 @@ impl Box2d {
                 };
                 let colliders = [a.collider, b.collider];
                 let parents = colliders.map(|c| rapier.colliders[c].parent());
-                // both bodies tell of a contact: the first that can move has the word
+                // both bodies tell of a contact: the first that could be read has the word
                 let first = parents
                     .into_iter()
                     .flatten()
-                    .filter(|h| !rapier.bodies[*h].is_fixed())
+                    .filter(|h| readable.contains(h))
                     .min_by_key(|h| h.into_raw_parts().0);
                 if first != Some(handle) {
                     continue;
                 }
-                let Some(centre) = parents[0].map(|h| rapier.bodies[h].center_of_mass()) else {
+                let [Some(a_moves), Some(b_moves)] = parents.map(|h| Moves::of(rapier, starts, h?))
+                else {
                     continue;
                 };
                 let normal = contact.manifold.normal;
+                let normal = Vec2::new(normal.x.into(), normal.y.into());
                 for point in contact.manifold.points() {
                     let total = f64::from(point.total_normal_impulse);
                     let last = f64::from(point.normal_impulse);
-                    let arm = point.anchor_a;
+                    let arms = [point.anchor_a, point.anchor_b].map(|arm| vector(arm.x, arm.y));
+                    let ends = [a_moves.carry(arms[0]), b_moves.carry(arms[1])];
+                    let opened = ends[1].1 - ends[0].1;
                     let contact = PeerContact {
                         colliders,
                         cell: a.cell.max(b.cell),
-                        place: centre + vector(arm.x, arm.y),
-                        normal: Vec2::new(normal.x.into(), normal.y.into()),
-                        gap: point.separation.into(),
+                        // half way between where the point came with the one body and the other
+                        place: (ends[0].0 + ends[1].0) * 0.5,
+                        normal,
+                        gap: f64::from(point.separation) + normal.dot(&peer::wide(opened)),
                         impulse_n: total,
                         // Box2D's tangent is the normal turned by -90 degrees
                         impulse_t: match last > 0.0 {
@@ -187,6 +213,38 @@ impl Box2d {
             }
         }
         Ok(())
+    }
+}
+
+/// Centre of mass and rotation of every body that can move, at the start of a step.
+type Starts = FxHashMap<RigidBodyHandle, (Vector, Rotation)>;
+
+/// What a body did in a step.
+struct Moves {
+    centre: Vector,
+    shift: Vector,
+    turn: Rotation,
+}
+
+impl Moves {
+    fn of(world: &PhysicsWorld, starts: &Starts, body: RigidBodyHandle) -> Option<Moves> {
+        let now = world.bodies.get(body)?;
+        let centre = now.center_of_mass();
+        let (start, rotation) = starts
+            .get(&body)
+            .copied()
+            .unwrap_or((centre, *now.rotation()));
+        Some(Moves {
+            centre,
+            shift: centre - start,
+            turn: *now.rotation() * rotation.inverse(),
+        })
+    }
+
+    /// Where a point at `arm` from the centre of mass at the start is at the end, and its way there.
+    fn carry(&self, arm: Vector) -> (Vector, Vector) {
+        let turned = self.turn * arm;
+        (self.centre + turned, self.shift + turned - arm)
     }
 }
 
