@@ -309,7 +309,7 @@ fn what_box2d_has_not_is_refused_by_name() {
         ),
         (
             format!("{hung}kind = \"revolute\"\nat = [0, 0]\nlimits = [-1, 3.13]\n"),
-            "limits beyond 178 degrees",
+            "limits beyond 178 degrees (joint world-b)",
         ),
     ] {
         let scene = scene(&text);

@@ -67,6 +67,10 @@ fn what_a_peer_does_not_tell_is_empty_in_every_file() {
         ] {
             assert!(totals[key].is_null(), "{engine} {key}: {}", totals[key]);
         }
+        // nor does it go by our settings
+        let settings = &place.json("r/summary.json")["settings"];
+        assert!(settings["solver"].is_null() && settings["tolerance"].is_null());
+        assert!(settings["setting"].as_str().unwrap().contains("substeps"));
         assert!(totals["worst_penetration_m"].as_f64().unwrap() > 0.0);
         assert!(totals["contacts"].as_u64().unwrap() > 0);
         let (_, out, _) = place.run(&args[..4]);

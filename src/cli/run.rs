@@ -1,13 +1,25 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
 use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
-use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
+use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
 use serde_json::json;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
 const BODY_ROWS: usize = 100_000;
+
+/// Settings of a scene that ours alone goes by.
+const OURS_ALONE: [&str; 8] = [
+    "scheme",
+    "events",
+    "impact_law",
+    "recovery",
+    "shares",
+    "solver",
+    "tolerance",
+    "threads",
+];
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let scene = args.common.load()?;
@@ -63,6 +75,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     head["settings"]["model"] = json!(scene.model().word());
     head["settings"]["engine"] = json!(args.engine.name());
     head["settings"]["every"] = json!(every);
+    if args.engine != Engine::Moreau {
+        // a peer has its own
+        for key in OURS_ALONE {
+            head["settings"][key] = json!(null);
+        }
+        head["settings"]["setting"] = json!(Setting::new(args.engine, &scene.step).label());
+    }
     let text = summary::write(
         &folder,
         head,

@@ -80,8 +80,13 @@ impl Scene {
             _ => self.build_on_rapier()?,
         };
         let rapier = matches!(world, World::Rapier { .. });
+        let names = match rapier {
+            true => self.bodies.iter().map(|body| body.name.clone()).collect(),
+            false => Vec::new(),
+        };
         Ok(Built {
             world,
+            names,
             overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
             box2d: None,
         })

@@ -1,6 +1,6 @@
 use super::super::engine::prelude::*;
 use super::super::peer::{self, PeerContact};
-use super::super::simulation::Simulation;
+use super::super::simulation::{BodyId as Named, Simulation};
 use super::super::widen;
 use super::{Box2dSettings, joints, shapes};
 use crate::contact::Vec2;
@@ -30,10 +30,24 @@ struct Face {
 impl Box2d {
     /// Copies the world as it is now.
     ///
+    /// # Arguments
+    /// - `names`: what errors call bodies; without any they go by their numbers.
+    ///
     /// # Errors
     /// [`ModelError::Unsupported`] for what Box2D has not, named; [`ModelError::Invalid`] for
     /// numbers that it cannot take.
-    pub fn copy(simulation: &Simulation, settings: &Box2dSettings) -> Result<Box2d, ModelError> {
+    pub fn copy(
+        simulation: &Simulation,
+        settings: &Box2dSettings,
+        names: &[(Named, String)],
+    ) -> Result<Box2d, ModelError> {
+        let names: FxHashMap<_, _> = names.iter().map(|(body, name)| (body.0, name)).collect();
+        let called = |handle: &RigidBodyHandle| match names.get(handle) {
+            Some(name) => (*name).clone(),
+            None if names.is_empty() => handle.into_raw_parts().0.to_string(),
+            // what a scene has not named is the ground that joints are fixed to
+            None => "world".to_owned(),
+        };
         let rapier = &simulation.world;
         if rapier.multibody_joints.multibodies().next().is_some() {
             return Err(lacks("multibody joints"));
@@ -55,11 +69,10 @@ impl Box2d {
         let (mut moving, mut surfaces) = (Vec::new(), FxHashMap::default());
         let laws: FxHashMap<_, _> = simulation.pipeline.surfaces().collect();
         for (handle, body) in rapier.bodies.iter() {
-            let name = format!("body {}", handle.into_raw_parts().0);
+            let name = format!("body {}", called(&handle));
             let id = body_like(&mut world, body, &name)?;
             for &handle in body.colliders() {
                 let collider = &rapier.colliders[handle];
-                let name = format!("collider {} of {name}", handle.into_raw_parts().0);
                 if simulation.hooks.one_way.contains_key(&handle) {
                     return Err(lacks(&format!("one-way surfaces ({name})")));
                 }
@@ -83,9 +96,10 @@ impl Box2d {
             }
             bodies.insert(handle, id);
         }
-        for (handle, joint) in rapier.impulse_joints.iter() {
-            let name = format!("joint {}", handle.into_raw_parts().0);
+        for (_, joint) in rapier.impulse_joints.iter() {
             let ends = [joint.body1(), joint.body2()];
+            let [a, b] = [&ends[0], &ends[1]].map(called);
+            let name = format!("joint {a}-{b}");
             let ids = ends.map(|h| bodies.get(&h).copied());
             let [Some(a), Some(b)] = ids else {
                 return Err(ModelError::Invalid(format!(
