@@ -453,10 +453,9 @@ fn gaps_and_places_are_of_the_end_of_the_step() {
                 record.time,
                 c.gap
             );
-            assert!(
-                (c.position.x - pose.translation.x).abs() < 1e-2,
-                "{c:?} {pose:?}"
-            );
+            // half of the way of a step: the one surface moved, the other did not
+            let off = (c.position.x - pose.translation.x).abs();
+            assert!(off < 0.5 * 2.0 * record.dt + 1e-3, "{c:?} {pose:?}");
             if !last.is_nan() {
                 moved = moved.max((c.gap - last).abs());
             }

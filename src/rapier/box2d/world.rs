@@ -123,12 +123,14 @@ impl Box2d {
     /// impulse of the whole step; of friction Box2D keeps that of the last substep alone, and the
     /// whole step is taken to have had the same share of the normal impulse. Slip is `Δt γ_T` at
     /// the end of the step. Gaps and places, which Box2D finds at its start, are carried to the end
-    /// with the bodies, along the normal of the start, as its own substeps do:
+    /// with the bodies, along the normal n of the start:
     /// ```text
-    /// gap = separation + n·(Δx_B − Δx_A + (R_B − 1) r_B − (R_A − 1) r_A)         (1)
+    /// gap = n·(c_B − c_A) − ρ_A − ρ_B                                            (1)
     /// ```
-    /// r the arms of the contact point, Δx and R what the centres of mass moved and the bodies
-    /// turned in the step. Bodies with a contact whose normal is no unit vector, which Box2D makes of
+    /// ρ the radius of a ball or capsule, else 0, and c the point of the body, where the end of the
+    /// step has taken it, that lies ρ beneath its surface: what is round may turn without its gap
+    /// changing. The place is half way between the two surfaces, and so off by half of what the one
+    /// slid along the other. Bodies with a contact whose normal is no unit vector, which Box2D makes of
     /// plain polylines at times, cannot be read: what touches them tells of their contacts where it
     /// can, and [`StepRecord::unread`] counts them.
     ///
@@ -140,7 +142,7 @@ impl Box2d {
         let before = peer::energies(rapier);
         let start = |&(handle, _): &(RigidBodyHandle, BodyId)| {
             let body = rapier.bodies.get(handle)?;
-            Some((handle, (body.center_of_mass(), *body.rotation())))
+            Some((handle, *body.rotation()))
         };
         let starts: Starts = self.moving.iter().filter_map(start).collect();
         let clock = Instant::now();
@@ -199,21 +201,22 @@ impl Box2d {
                 else {
                     continue;
                 };
-                let normal = contact.manifold.normal;
-                let normal = Vec2::new(normal.x.into(), normal.y.into());
+                let radii = colliders.map(|c| radius(&rapier.colliders[c]));
+                let n = vector(contact.manifold.normal.x, contact.manifold.normal.y);
                 for point in contact.manifold.points() {
                     let total = f64::from(point.total_normal_impulse);
                     let last = f64::from(point.normal_impulse);
+                    let half = 0.5 * widened(point.separation);
+                    // the point itself lies half way between the surfaces
                     let arms = [point.anchor_a, point.anchor_b].map(|arm| vector(arm.x, arm.y));
-                    let ends = [a_moves.carry(arms[0]), b_moves.carry(arms[1])];
-                    let opened = ends[1].1 - ends[0].1;
+                    let first = a_moves.carry(arms[0] - n * (half + radii[0]));
+                    let second = b_moves.carry(arms[1] + n * (half + radii[1]));
                     let contact = PeerContact {
                         colliders,
                         cell: a.cell.max(b.cell),
-                        // half way between where the point came with the one body and the other
-                        place: (ends[0].0 + ends[1].0) * 0.5,
-                        normal,
-                        gap: f64::from(point.separation) + normal.dot(&peer::wide(opened)),
+                        place: (first + second + n * (radii[0] - radii[1])) * 0.5,
+                        normal: peer::wide(n),
+                        gap: f64::from(n.dot(second - first) - radii[0] - radii[1]),
                         impulse_n: total,
                         // Box2D's tangent is the normal turned by -90 degrees
                         impulse_t: match last > 0.0 {
@@ -230,35 +233,37 @@ impl Box2d {
     }
 }
 
-/// Centre of mass and rotation of every body that can move, at the start of a step.
-type Starts = FxHashMap<RigidBodyHandle, (Vector, Rotation)>;
+/// Rotation of every body that can move, at the start of a step.
+type Starts = FxHashMap<RigidBodyHandle, Rotation>;
 
-/// What a body did in a step.
+/// Where a body ended, and how far it turned in the step.
 struct Moves {
     centre: Vector,
-    shift: Vector,
     turn: Rotation,
 }
 
 impl Moves {
     fn of(world: &PhysicsWorld, starts: &Starts, body: RigidBodyHandle) -> Option<Moves> {
         let now = world.bodies.get(body)?;
-        let centre = now.center_of_mass();
-        let (start, rotation) = starts
-            .get(&body)
-            .copied()
-            .unwrap_or((centre, *now.rotation()));
+        let start = starts.get(&body).copied().unwrap_or(*now.rotation());
         Some(Moves {
-            centre,
-            shift: centre - start,
-            turn: *now.rotation() * rotation.inverse(),
+            centre: now.center_of_mass(),
+            turn: *now.rotation() * start.inverse(),
         })
     }
 
-    /// Where a point at `arm` from the centre of mass at the start is at the end, and its way there.
-    fn carry(&self, arm: Vector) -> (Vector, Vector) {
-        let turned = self.turn * arm;
-        (self.centre + turned, self.shift + turned - arm)
+    /// Where a point at `arm` from the centre of mass at the start is at the end.
+    fn carry(&self, arm: Vector) -> Vector {
+        self.centre + self.turn * arm
+    }
+}
+
+/// How far beneath its surface a round shape has its core \[m\].
+fn radius(collider: &Collider) -> Real {
+    match collider.shape().as_typed_shape() {
+        TypedShape::Ball(ball) => ball.radius,
+        TypedShape::Capsule(capsule) => capsule.radius,
+        _ => 0.0,
     }
 }
 
