@@ -3,8 +3,9 @@
 mod common;
 
 use common::program::Place;
-use moreau2d::experiment::{Atlas, ENTRIES, Engine};
+use moreau2d::experiment::{Atlas, ENTRIES, Engine, Entry};
 use moreau2d::report::{Progress, ResultRow, read_rows};
+use std::collections::BTreeSet;
 use std::fs;
 
 /// Entry, rung, verdict and mode of ours. A change here is a change of what we can do: deliberate,
@@ -59,6 +60,11 @@ fn our_verdicts_on_the_quick_rungs() {
         );
         assert_eq!(found, expected, "in another order");
     }
+    // a figure says what it is in: SI, or what it is a part of or counts
+    for row in &rows {
+        let bare = row.unit.is_empty() || row.unit == "1";
+        assert!(!bare || row.measure == "verdict", "{row:?}");
+    }
     // nothing that explodes, and what is not passed is explained
     for row in rows
         .iter()
@@ -108,6 +114,27 @@ fn the_committed_atlas_is_explained() {
             row.scene,
             row.rung
         );
+    }
+}
+
+/// A cause is of its own scene: a sentence with the figures of another explains nothing.
+#[test]
+fn no_two_entries_share_a_cause() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/benches/charts/atlas-results.csv"
+    );
+    let rows: Vec<ResultRow> = read_rows(path.as_ref()).unwrap();
+    let causes = |entry: &Entry| -> BTreeSet<&'static str> {
+        let rungs = rows.iter().filter(|r| r.scene == entry.name);
+        rungs.filter_map(|r| entry.explanation(&r.rung)).collect()
+    };
+    let all: Vec<(&str, BTreeSet<&str>)> = ENTRIES.iter().map(|e| (e.name, causes(e))).collect();
+    assert!(all.iter().map(|(_, own)| own.len()).sum::<usize>() > 5);
+    for (k, (name, own)) in all.iter().enumerate() {
+        for (other, theirs) in &all[..k] {
+            assert!(own.is_disjoint(theirs), "{name} and {other} share {own:?}");
+        }
     }
 }
 
@@ -204,6 +231,8 @@ fn a_failure_of_ours_is_said() {
     assert_eq!(code, 2, "{err}");
     let entry = ENTRIES.iter().find(|e| e.name == "ball-and-chain").unwrap();
     assert!(out.contains(entry.explanation("1/60 s").unwrap()), "{out}");
+    // the figure in the table has its unit
+    assert!(out.contains("of the length)"), "{out}");
     let summary = place.json("a/summary.json");
     assert_eq!(summary["not_passed"][0]["verdict"], "fail");
     let (code, out, _) = place.run(&["atlas", "ball-and-chain", "--quick", "--json", "--out", "b"]);

@@ -281,6 +281,31 @@ fn throughput_has_phases_quality_and_sizes() {
     assert_eq!(summary["settings"]["steps"], 4);
 }
 
+/// A quick bench times contacts, not free fall: every scene has settled so far.
+#[test]
+fn a_quick_bench_has_contacts_everywhere() {
+    let place = Place::new();
+    let (code, out, err) = place.run(&["bench", "--quick", "--out", "r"]);
+    assert_eq!(code, 0, "{err}");
+    let rows = rows(&place);
+    let scenes: BTreeSet<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
+    assert_eq!(
+        scenes,
+        BTreeSet::from(["drum", "many-pyramids", "tower", "wall"]),
+        "{out}"
+    );
+    for scene in scenes {
+        for engine in ["moreau", "rapier"] {
+            let own = |r: &&ResultRow| (&*r.scene, &*r.engine) == (scene, engine);
+            let contacts = rows.iter().filter(own).find(|r| r.measure == "contacts");
+            let contacts = contacts.unwrap().value;
+            // of the drum's two hundred discs each lies on something
+            let least = if scene == "drum" { 150.0 } else { 10.0 };
+            assert!(contacts > least, "{scene} {engine}: {contacts}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_measured_is_said() {
     let place = Place::new();

@@ -457,6 +457,39 @@ fn help_and_version_are_no_errors() {
     for command in ["scenes", "run", "compare"] {
         assert!(help.out.contains(command), "{command}");
     }
+    // what an exit code means stands where a user looks
+    for command in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["compare", "--help"],
+        &["chart", "--help"],
+        &["atlas", "--help"],
+        &["bench", "--help"],
+        &["solve", "--help"],
+    ] {
+        let help = place.run(command).out;
+        let codes = help
+            .split_once("Exit codes:")
+            .unwrap_or_else(|| panic!("{command:?}"))
+            .1;
+        let two = !["compare", "chart", "bench"].contains(&command[0]);
+        assert!(codes.contains("wrong input"), "{command:?}: {codes}");
+        assert_eq!(codes.contains('2'), two, "{command:?}: {codes}");
+    }
+    let help = place.run(&["atlas", "--help"]).out;
+    assert!(
+        help.contains("known to fail") && help.contains("--quick"),
+        "{help}"
+    );
+    let help = place.run(&["run", "--help"]).out;
+    let most = moreau2d::dynamics::MOST_THREADS;
+    assert!(help.contains(&format!("1 to {most}")), "{help}");
+    let refused = place.run(&["run", "beam", "--threads", &(most + 1).to_string()]);
+    assert!(
+        refused.err.contains(&format!("1..={most}")),
+        "{}",
+        refused.err
+    );
     let version = place.run(&["--version"]);
     assert_eq!(
         version.out.trim(),
@@ -664,6 +697,59 @@ fn numbers_out_of_range_are_refused_with_the_range() {
     }
 }
 
+/// Errors say what the user typed, and name things as the scene does.
+#[test]
+fn errors_name_what_was_typed() {
+    let place = Place::new();
+    let cases: [(&[&str], &str); 12] = [
+        (&["tower", "--dt", "0"], "with --dt 0: step.dt"),
+        (&["tower", "--time", "-1"], "with --time -1: step.time"),
+        (&["tower", "--tolerance", "7"], "with --tolerance 7: "),
+        (&["tower", "--scheme", "eulr"], "with --scheme eulr: "),
+        (&["tower", "--solver", "eulr"], "with --solver eulr: "),
+        (
+            &["tower", "--events", "--set", "step.scheme=moreau"],
+            "with --events: ",
+        ),
+        (
+            &["tower", "--set", "repeat.box.count=[0,3]"],
+            "with --set repeat.box.count=[0,3]: repeat.box.count.0 = 0",
+        ),
+        (
+            &["tower", "--set", "repeat.0.count=[0,3]"],
+            "repeat.box.count.0 = 0",
+        ),
+        (
+            &["pendulum", "--set", "joint.0.at=[nan, 0]"],
+            "joint.world-bob.at.0 = NaN",
+        ),
+        (
+            &[
+                "double-pendulum",
+                "--set",
+                "joint.upper-lower.limits=[2, 1]",
+            ],
+            "joint.upper-lower.limits: the lower limit",
+        ),
+        (
+            &["tower", "--set", "joint.x.at=[0, 0]"],
+            "the scene has no [[joint]] that could be changed",
+        ),
+        (
+            &["tower.toml"],
+            "tower.toml: no such file; did you mean `tower`?",
+        ),
+    ];
+    for (args, words) in cases {
+        let args = [&["run"], args].concat();
+        assert_refused(&place, &args, &[words]);
+        assert_refused(&place, &[&["compare"], &args[1..]].concat(), &[words]);
+    }
+    // a file of that name is read
+    place.write("tower.toml", BALL);
+    assert_eq!(place.run(&["run", "tower.toml", "--steps", "1"]).code, 0);
+}
+
 #[test]
 fn broken_files_are_refused_with_line_and_key() {
     let cases = [
@@ -788,8 +874,11 @@ fn a_folder_that_cannot_be_written_is_refused_before_the_run() {
         assert_refused(
             &place,
             &["run", "beam", "--out", "/proc/moreau2d"],
-            &["/proc/moreau2d"],
+            &["/proc/moreau2d: "],
         );
+        // not the folder that is made first
+        let err = place.run(&["run", "beam", "--out", "/proc/moreau2d"]).err;
+        assert!(!err.contains("/.moreau2d-"), "{err}");
     }
 }
 

@@ -132,12 +132,13 @@ fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
         .filter(|r| r.scene == row.scene && r.rung == row.rung && r.engine == row.engine);
     let broken = own
         .filter(|r| limit(r).is_some_and(|limit| r.value.is_nan() || r.value > limit))
-        .map(|r| {
-            let unit = if r.unit == "1" { "" } else { &r.unit };
-            format!(" ({} {} {unit}", r.measure, number(r.value, 2))
+        .map(|r| match r.value.is_nan() {
+            // of what never came there is no figure
+            true => String::new(),
+            false => format!(" ({} {} {})", r.measure, number(r.value, 2), r.unit),
         })
         .next();
-    let broken = broken.map_or(String::new(), |b| format!("{})", b.trim_end()));
+    let broken = broken.unwrap_or_default();
     format!("{verdict} {}{broken}", row.mode)
 }
 

@@ -3,7 +3,7 @@ use super::bench_table::{CLASSES, class_name, tables};
 use super::{Flags, Outcome, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
-use crate::report::{CsvFile, OutputFolder, Performance, Progress, ReportError, Score};
+use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
 use crate::solver::SOLVERS;
 use clap::Args;
 use serde_json::{Value, json};
@@ -24,7 +24,7 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "rapier",
           value_parser = Engine::named, conflicts_with = "solvers")]
     pub against: Vec<Engine>,
-    /// Steps before any is timed [default: 60, of the drum 1000; quick: 5].
+    /// Steps before any is timed [default: 60, of the drum 1000; quick: 5, of the drum 300].
     #[arg(long, value_name = "N", conflicts_with = "solvers")]
     pub settle: Option<u32>,
     /// The smallest sizes only, and 10 timed steps.
@@ -88,11 +88,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     drop(progress);
     let rows = summary::written(&folder, &measured)?;
     let performance = Performance::new(&rows);
-    let mut file = CsvFile::create(&folder)?;
-    for row in performance.profile() {
-        file.write(&row)?;
-    }
-    file.finish()?;
+    write_rows(&folder, &performance.profile())?;
     folder.write(PICTURE, performance.chart().to_svg()?)?;
     let more = json!({
         "settings": {

@@ -1,5 +1,5 @@
 use super::chart_table::table;
-use super::compare::{schemes, skipped};
+use super::compare::{leave_out, schemes};
 use super::{Flags, Outcome, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear,
@@ -7,8 +7,8 @@ use crate::experiment::{
 };
 use crate::rapier::{BaselineSettings, Box2dSettings};
 use crate::report::{
-    CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, Row, panels, read_rows,
-    shared, work_precision,
+    CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, panels, read_rows, scatter,
+    shared, work_precision, write_rows, written_rows,
 };
 use crate::scene::Scene;
 use clap::Args;
@@ -27,7 +27,7 @@ pub(super) struct ChartArgs {
     scenes: Vec<String>,
     #[command(flatten)]
     flags: Flags,
-    /// Four scenes, three step lengths, one run of each point and rapier's presets alone.
+    /// Four scenes, three step lengths, one run of each point and the peers' presets alone.
     #[arg(long)]
     quick: bool,
     /// Runs of each point, interleaved; times are medians [default: 3, quick: 1].
@@ -156,7 +156,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     }
     file.finish()?;
     points.finish()?;
-    let rows: Vec<ResultRow> = read_rows(&folder.path(ResultRow::FILE))?;
+    let rows: Vec<ResultRow> = written_rows(&folder)?;
     show(args, folder, &rows, notes)
 }
 
@@ -206,7 +206,7 @@ impl Work {
                 false => SOLVERS.map(str::to_owned).to_vec(),
             },
         };
-        let settings = match args.engine {
+        let mut settings = match args.engine {
             None if is_wear(&scene) => wear_settings(&scene.step, args.quick),
             None => once(comparison.settings(&scene.step)),
             Some(engine) => {
@@ -218,17 +218,14 @@ impl Work {
                 vec![setting]
             }
         };
-        let notes = skipped(&scene, &settings);
-        let mut work = Work {
+        let notes = leave_out(&scene, &mut settings);
+        Ok(Work {
             name: name.to_owned(),
             scene,
             comparison,
             settings,
             notes,
-        };
-        let scene = &work.scene;
-        work.settings.retain(|s| s.engine.fits(scene).is_ok());
-        Ok(work)
+        })
     }
 
     /// Rows, and notes that name the scene.
@@ -344,12 +341,13 @@ fn show(
     args: &ChartArgs,
     folder: OutputFolder,
     rows: &[ResultRow],
-    notes: Vec<String>,
+    mut notes: Vec<String>,
 ) -> Result<Outcome, RunError> {
+    notes.extend(scatter(rows));
     let pictures = draw(&folder, rows)?;
     let domination = Domination::new(rows);
-    write(&folder, &domination.pairs)?;
-    write(&folder, &domination.undominated)?;
+    write_rows(&folder, &domination.pairs)?;
+    write_rows(&folder, &domination.undominated)?;
     let (peers, dominated, strictly) = domination.counts();
     let more = json!({
         "rows": rows.len(),
@@ -373,14 +371,6 @@ fn files(target: &Path, pictures: usize) -> String {
         "results.csv, points.csv, domination.csv, undominated.csv and {pictures} pictures in {}\n",
         target.display()
     )
-}
-
-fn write<R: Row>(folder: &OutputFolder, rows: &[R]) -> Result<(), RunError> {
-    let mut file = CsvFile::create(folder)?;
-    for row in rows {
-        file.write(row)?;
-    }
-    Ok(file.finish()?)
 }
 
 /// A picture for each scene that has something to show; gives their names.

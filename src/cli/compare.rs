@@ -2,7 +2,7 @@ use super::compare_table::table;
 use super::{CompareArgs, Flags, Outcome, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
-    Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, work_precision,
+    Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, scatter, work_precision,
 };
 use crate::scene::{Scene, Scheme};
 use serde_json::json;
@@ -27,8 +27,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         ..Comparison::default()
     };
     let mut settings = comparison.settings(&scene.step);
-    let skipped = skipped(&scene, &settings);
-    settings.retain(|s| s.engine.fits(&scene).is_ok());
+    let skipped = leave_out(&scene, &mut settings);
     let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
     let progress = Progress::new(
@@ -39,13 +38,18 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     let results = run_settings(&scene, &settings, repeats, None, &progress)?;
     drop(progress);
     let rows = summary::written(&folder, &results.rows)?;
+    let notes: Vec<String> = skipped
+        .into_iter()
+        .chain(results.notes)
+        .chain(scatter(&rows))
+        .collect();
     let pictures = draw(&folder, &rows, args.ladder)?;
     let more = json!({
         "rows": rows.len(),
         "points": settings.len(),
         "repeats": repeats,
         "pictures": pictures,
-        "warnings": skipped.iter().chain(&results.notes).collect::<Vec<_>>(),
+        "warnings": notes,
     });
     let (head, say) = (summary::header("compare", &scene), args.common.flags.say());
     summary::close(folder, head, more, say, |target| {
@@ -53,8 +57,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&table(&rows, &columns, Engine::RapierStiff.name()));
-        out.push_str(&summary::noted(&skipped));
-        out.push_str(&summary::noted(&results.notes));
+        out.push_str(&summary::noted(&notes));
         out.push_str(&format!(
             "results.csv{} in {}\n",
             pictures
@@ -68,14 +71,15 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// One sentence for each engine that has not what the scene is made of.
-pub(super) fn skipped(scene: &Scene, settings: &[Setting]) -> Vec<String> {
+/// Leaves out the settings of engines that have not what the scene is made of: a sentence for each.
+pub(super) fn leave_out(scene: &Scene, settings: &mut Vec<Setting>) -> Vec<String> {
     let used = |e: &&(&str, Engine)| settings.iter().any(|s| s.engine == e.1);
-    let engines = Engine::ALL.iter().filter(used).map(|(_, engine)| engine);
-    let unfit = engines.filter_map(|e| e.fits(scene).err());
-    unfit
-        .map(|error| error.to_string().replacen("--engine ", "skipped ", 1))
-        .collect()
+    let engines = Engine::ALL.iter().filter(used).map(|(_, engine)| *engine);
+    let unfit = engines.filter_map(|e| Some((e, e.fits(scene).err()?)));
+    let unfit: Vec<(Engine, RunError)> = unfit.collect();
+    settings.retain(|s| unfit.iter().all(|(engine, _)| *engine != s.engine));
+    let words = |error: RunError| error.to_string().replacen("--engine ", "skipped ", 1);
+    unfit.into_iter().map(|(_, error)| words(error)).collect()
 }
 
 /// What flags ask for, else the scene's own scheme first and then the others.

@@ -24,16 +24,15 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
     let mut table = Table::new(head);
     let mut below = String::new();
     for (measure, unit) in measures(rows) {
-        let unit = match unit {
-            "1" | "" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
-        let mut cells = vec![format!("{measure}{unit}")];
+        // as the axes of the charts have it
+        let unit = if unit == "1" { "-" } else { unit };
+        let mut cells = vec![format!("{measure} [{unit}]")];
         for setting in columns {
             let row = of(setting, measure);
             cells.push(row.map_or("-".to_owned(), |r| match r.mode.as_str() {
                 // in a word what NaN would not say
                 mode if r.value.is_nan() && !mode.is_empty() => mode.to_owned(),
+                _ if r.verdict == "unsolved" => format!("{} (unsolved)", number(r.value, 3)),
                 _ => number(r.value, 3),
             }));
         }

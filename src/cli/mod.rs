@@ -17,15 +17,36 @@ mod run_threshing;
 mod solve;
 mod summary;
 
+use crate::dynamics::MOST_THREADS;
 use crate::experiment::{Engine, RunError, step_count};
 use crate::scene::{self, Scene, SceneError};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  wrong input, or a file cannot be read or written: nothing is left half-written
+  2  run, solve and atlas: done and written, but something of ours is not solved, or fails a rung
+     of the atlas; compare, chart and bench list such points and end with 0";
+const EXIT_RUN: &str = "\
+Exit codes: 0 done; 1 wrong input, or a file cannot be read or written; 2 done and written, but
+islands of contacts were left unsolved: the summary counts them.";
+const EXIT_SOLVE: &str = "\
+Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not solved to the
+tolerance.";
+const EXIT_ATLAS: &str = "\
+Exit codes: 0 ours passes every rung; 1 wrong input, or a file cannot be read or written; 2 done and
+written, but ours fails a rung or leaves one unsolved. Some rungs are known to fail, in the whole
+atlas and with --quick: each is listed beneath the table with its cause.";
+const EXIT_TABLES: &str = "\
+Exit codes: 0 done, points that failed or are unsolved being listed; 1 wrong input, or a file cannot
+be read or written.";
+
 /// Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
 #[derive(Parser)]
-#[command(name = "moreau2d", version)]
+#[command(name = "moreau2d", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -36,16 +57,22 @@ enum Command {
     /// List the scenes that come with the program.
     Scenes,
     /// Simulate a scene; wear it if the scene has any.
+    #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
     /// Step a scene with our solver and with its peers', and set accuracy against speed.
+    #[command(after_help = EXIT_TABLES)]
     Compare(CompareArgs),
     /// Accuracy against speed over many scenes: diagrams, and who is dominated where.
+    #[command(after_help = EXIT_TABLES)]
     Chart(chart::ChartArgs),
     /// Run the failure atlas: where each engine breaks, rung by rung.
+    #[command(after_help = EXIT_ATLAS)]
     Atlas(atlas::AtlasArgs),
     /// How long a step takes and what it is worth; or all impulse solvers on stored problems.
+    #[command(after_help = EXIT_TABLES)]
     Bench(bench::BenchArgs),
     /// Solve a stored contact problem or LCP again.
+    #[command(after_help = EXIT_SOLVE)]
     Solve(solve::SolveArgs),
 }
 
@@ -93,10 +120,11 @@ struct Flags {
     /// Relative natural-map residual at which an island counts as solved.
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     tolerance: Option<String>,
-    /// Threads of ours, 1 to 1024, over which islands are shared out; nothing but the time depends
-    /// on it. Of bench several, with commas between [default: 1].
     #[arg(long, value_name = "N", value_delimiter = ',',
-          value_parser = clap::value_parser!(u32).range(1..=1024))]
+          value_parser = clap::value_parser!(u32).range(1..=MOST_THREADS as i64),
+          help = format!("Threads of ours, 1 to {MOST_THREADS}, over which islands are shared out; \
+                          nothing but the time depends on it. Of bench several, with commas between \
+                          [default: 1]"))]
     threads: Vec<u32>,
     /// No progress bar, no tables.
     #[arg(long)]
@@ -181,25 +209,33 @@ impl Flags {
     /// The same without `--threads`.
     fn load_on_one_thread(&self, name: &str) -> Result<Scene, SceneError> {
         let mut flags = self.set.clone();
-        let named = [
-            ("step.dt", &self.dt),
-            ("step.time", &self.time),
-            ("step.tolerance", &self.tolerance),
-        ];
-        for (key, value) in named {
+        // changes of the scene, and how the user typed them
+        let mut typed: Vec<(String, String)> = Vec::new();
+        for (flag, value) in [
+            ("--dt", &self.dt),
+            ("--time", &self.time),
+            ("--tolerance", &self.tolerance),
+        ] {
             if let Some(value) = value {
-                flags.push(format!("{key}={value}"));
+                let change = format!("step.{}={value}", &flag[2..]);
+                typed.push((change, format!("{flag} {value}")));
             }
         }
         if self.events {
-            flags.push("step.events=true".to_owned());
+            typed.push(("step.events=true".to_owned(), "--events".to_owned()));
         }
-        for (key, value) in [("step.scheme", &self.scheme), ("step.solver", &self.solver)] {
+        for (flag, value) in [("--scheme", &self.scheme), ("--solver", &self.solver)] {
             if let Some(value) = value {
-                flags.push(format!("{key}=\"{}\"", value.escape_default()));
+                let change = format!("step.{}=\"{}\"", &flag[2..], value.escape_default());
+                typed.push((change, format!("{flag} {value}")));
             }
         }
-        let scene = scene::load(name, &flags)?;
+        flags.extend(typed.iter().map(|(change, _)| change.clone()));
+        let in_words = |error: SceneError| {
+            let each = typed.iter();
+            each.fold(error, |error, (change, words)| error.typed(change, words))
+        };
+        let scene = scene::load(name, &flags).map_err(in_words)?;
         if !self.quiet {
             let text: String = scene
                 .step_warnings()

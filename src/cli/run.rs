@@ -1,13 +1,25 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
 use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
-use crate::experiment::{Engine, Measure, RunError, Samples, measures, simulate};
+use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
 use serde_json::json;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
 const BODY_ROWS: usize = 100_000;
+
+/// Settings of a scene that ours alone goes by.
+const OURS_ALONE: [&str; 8] = [
+    "scheme",
+    "events",
+    "impact_law",
+    "recovery",
+    "shares",
+    "solver",
+    "tolerance",
+    "threads",
+];
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let scene = args.common.load()?;
@@ -22,7 +34,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         only_moreau(args, &scene)?;
         return run_threshing::run(args, &scene);
     }
-    args.engine.fits(&scene)?;
+    args.engine.has_model(&scene)?;
     ours_only(args)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let mut dump = Dump::create(args, &scene)?;
@@ -63,6 +75,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     head["settings"]["model"] = json!(scene.model().word());
     head["settings"]["engine"] = json!(args.engine.name());
     head["settings"]["every"] = json!(every);
+    if args.engine != Engine::Moreau {
+        // a peer has its own
+        for key in OURS_ALONE {
+            head["settings"][key] = json!(null);
+        }
+        head["settings"]["setting"] = json!(Setting::new(args.engine, &scene.step).label());
+    }
     let text = summary::write(
         &folder,
         head,
@@ -78,7 +97,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         print_out(&text);
     } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&summary::describe(&totals, args.engine));
+        out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
         for note in &notes {
             out.push_str(&format!("note: {note}\n"));
         }
@@ -102,7 +121,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// rapier has a method of its own: flags of ours would do nothing.
+/// A peer has a method of its own: flags of ours would do nothing.
 fn ours_only(args: &RunArgs) -> Result<(), RunError> {
     let c = &args.common;
     let flags = [

@@ -1,8 +1,8 @@
 use super::{Outcome, RunArgs, summary};
 use crate::experiment::{RunError, StudyOutcome, WearHistory, run_study};
 use crate::report::{
-    Align, CsvFile, OutputFolder, Progress, ReportError, Table, depth_per_cell, heights, number,
-    quantity, tooth_height, worn_profile,
+    Align, OutputFolder, Progress, ReportError, Table, depth_per_cell, heights, number, quantity,
+    tooth_height, worn_profile, write_rows,
 };
 use crate::scene::{Reading, Scene, Study};
 use serde_json::{Value, json};
@@ -27,11 +27,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let progress = Progress::new(&scene.name, points, args.common.flags.quiet);
     let outcome = run_study(scene, &progress)?;
     drop(progress);
-    let mut file = CsvFile::create(&folder)?;
-    for row in &outcome.comparison {
-        file.write(row)?;
-    }
-    file.finish()?;
+    write_rows(&folder, &outcome.comparison)?;
     let subtitle = format!(
         "{} N m, {} rad/s, reading {}",
         outcome.torque,
@@ -83,18 +79,9 @@ pub(super) fn write_wear(
     subtitle: &str,
     base: f64,
 ) -> Result<(), ReportError> {
-    let mut wear = CsvFile::create(folder)?;
-    history.wear.iter().try_for_each(|row| wear.write(row))?;
-    wear.finish()?;
-    let mut profile = CsvFile::create(folder)?;
-    history
-        .profile
-        .iter()
-        .try_for_each(|row| profile.write(row))?;
-    profile.finish()?;
-    let mut life = CsvFile::create(folder)?;
-    history.life.iter().try_for_each(|row| life.write(row))?;
-    life.finish()?;
+    write_rows(folder, &history.wear)?;
+    write_rows(folder, &history.profile)?;
+    write_rows(folder, &history.life)?;
     let chart = worn_profile(&history.profile, 1, base, subtitle)?;
     folder.write("worn-profile.svg", chart.to_svg()?)?;
     let chart = depth_per_cell(&history.wear, 1, subtitle)?;

@@ -3,7 +3,7 @@
 use super::print_out;
 use crate::experiment::{Engine, Totals};
 use crate::report::{
-    CsvFile, OutputFolder, ReportError, ResultRow, Row, number, quantity, read_rows,
+    OutputFolder, ReportError, ResultRow, number, quantity, write_rows, written_rows,
 };
 use crate::scene::Scene;
 use serde_json::{Value, json};
@@ -65,12 +65,8 @@ pub(super) fn written(
     folder: &OutputFolder,
     rows: &[ResultRow],
 ) -> Result<Vec<ResultRow>, ReportError> {
-    let mut file = CsvFile::create(folder)?;
-    for row in rows {
-        file.write(row)?;
-    }
-    file.finish()?;
-    read_rows(&folder.path(ResultRow::FILE))
+    write_rows(folder, rows)?;
+    written_rows(folder)
 }
 
 /// Who wrote a summary.
@@ -113,23 +109,26 @@ fn merged(mut summary: Value, more: Value) -> Value {
     summary
 }
 
+/// What a peer does not tell is null.
 pub(super) fn totals(t: &Totals) -> Value {
+    let known = |count: usize| t.accounted.then_some(count);
     json!({
         "steps": t.steps,
         "time_s": float(t.time),
         "contacts": t.contacts,
         "most_contacts": t.most_contacts,
-        "sweeps": t.sweeps,
-        "factorisations": t.factorisations,
-        "pivots": t.pivots,
-        "unsolved_islands": t.unsolved_islands,
-        "unsolved_steps": t.unsolved_steps,
-        "redundant_steps": t.redundant_steps,
-        "capped_islands": t.capped,
-        "relaxed_islands": t.relaxed,
-        "joint_capped_islands": t.joints_capped,
-        "events": t.events,
-        "still_recovering_pairs": t.recovering,
+        "bodies_with_unread_contacts": t.unread,
+        "sweeps": known(t.sweeps),
+        "factorisations": known(t.factorisations),
+        "pivots": known(t.pivots),
+        "unsolved_islands": known(t.unsolved_islands),
+        "unsolved_steps": known(t.unsolved_steps),
+        "redundant_steps": known(t.redundant_steps),
+        "capped_islands": known(t.capped),
+        "relaxed_islands": known(t.relaxed),
+        "joint_capped_islands": known(t.joints_capped),
+        "events": known(t.events),
+        "still_recovering_pairs": known(t.recovering),
         "impact_gain_j": float(t.impact_gain),
         "worst_residual": float(t.residual),
         "worst_residual_velocity_m_s": float(t.residual_velocity),
@@ -151,7 +150,10 @@ pub(super) fn totals(t: &Totals) -> Value {
 }
 
 /// Steps, solver work and quality, for a person.
-pub(super) fn describe(t: &Totals, engine: Engine) -> String {
+///
+/// # Arguments
+/// - `located`: whether all impacts were to be located in time, not only those of swept bodies.
+pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     let mut text = format!(
         "{} steps, {} simulated, {} contacts at most; {} per step\n",
         t.steps,
@@ -160,8 +162,11 @@ pub(super) fn describe(t: &Totals, engine: Engine) -> String {
         quantity(t.wall / t.steps.max(1) as f64, "s", 3),
     );
     if engine != Engine::Moreau {
-        // it certifies nothing and keeps no account
-        text.push_str(&format!("penetration {} m\n", number(t.penetration, 2)));
+        text.push_str(&format!(
+            "penetration {} m; of residuals, solver work and energy balance {} tells nothing\n",
+            number(t.penetration, 2),
+            engine.peer().unwrap_or_default()
+        ));
         return text;
     }
     text.push_str(&format!(
@@ -179,7 +184,13 @@ pub(super) fn describe(t: &Totals, engine: Engine) -> String {
         number(t.imbalance, 2),
     ));
     if t.events > 0 {
-        text.push_str(&format!("{} impacts located in time\n", t.events));
+        let why = match located {
+            true => "",
+            false => {
+                " without --events: of bodies that are swept (CCD) so that they pass through nothing"
+            }
+        };
+        text.push_str(&format!("{} impacts located in time{why}\n", t.events));
     }
     text
 }
@@ -187,6 +198,12 @@ pub(super) fn describe(t: &Totals, engine: Engine) -> String {
 /// What a reader of the results must know.
 pub(super) fn warnings(t: &Totals) -> Vec<String> {
     let mut out = Vec::new();
+    if t.unread > 0 {
+        out.push(format!(
+            "contacts of {} bodies, summed over all steps, could not be read: some of them are missing",
+            t.unread
+        ));
+    }
     if t.unsolved_islands > 0 {
         out.push(format!(
             "{} islands in {} steps were not solved to the tolerance (worst residual {}, {} m/s)",

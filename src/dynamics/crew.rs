@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 /// Most threads of a stepper.
-pub(super) const MOST_THREADS: usize = 1024;
+pub const MOST_THREADS: usize = 1024;
 
 /// Blocks of a batch, which one thread takes at a time: some 10 to 100 µs of work, so that handing
 /// it out costs next to nothing.

@@ -49,6 +49,7 @@ mod standing;
 mod stepper;
 mod visco_elastic;
 
+pub use crew::MOST_THREADS;
 pub use island::SolvedProblem;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};

@@ -123,9 +123,15 @@ pub struct StepRecord {
     /// Time at the end of the step \[s\] and its length \[s\].
     pub time: f64,
     pub dt: f64,
+    /// Whether who stepped keeps account of it: all that is told here is so. A peer tells contacts,
+    /// kinetic and potential energy, and penetration; what else stands here is then not known: NaN,
+    /// and of the counts nothing that means anything.
+    pub accounted: bool,
     /// Every active contact, in the model's order; one that is in several intervals round located
     /// impacts once in each.
     pub contacts: Vec<ContactRecord>,
+    /// Bodies whose contacts a peer found but could not tell, so that some are missing above.
+    pub unread: usize,
     /// Every part of every joint that took part, in the model's order; as often as contacts.
     pub joints: Vec<JointRecord>,
     pub islands: usize,

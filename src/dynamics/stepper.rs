@@ -34,7 +34,7 @@ pub struct StepperSettings {
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
     pub tolerance: f64,
-    /// Threads that islands are shared out among, 1 to 1024; nothing that is computed depends on it.
+    /// Threads that islands are shared out among, 1 to [`MOST_THREADS`]; nothing that is computed depends on it.
     ///
     /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
     /// and so are islands with dominance and all that a solver of the user's own solves.
@@ -333,6 +333,7 @@ impl MoreauStepper {
         let mut record = StepRecord {
             time: self.time + dt,
             dt,
+            accounted: true,
             ..StepRecord::default()
         };
         record.energy.potential_start = model.potential_energy();

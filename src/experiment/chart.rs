@@ -4,7 +4,7 @@ use super::self_reference::SelfReference;
 use super::setting::{Setting, step_count};
 use super::simulate::RunError;
 use super::wear_chart::{run_wear, wear_steps};
-use crate::report::Progress;
+use crate::report::{Progress, step_length};
 use crate::scene::{self, Scene, SceneError};
 
 /// Scenes without a closed form that a chart takes by default: whatever stands, hangs or rolls and
@@ -108,24 +108,20 @@ impl<'a> ChartPlan<'a> {
         let mut reference = None;
         if let Some((finest, period)) = self.reference {
             progress.message("reference");
+            let steps = [finest, finest / 2.0, finest / 4.0].map(step_length);
+            let steps = format!("{}, {} and {}", steps[0], steps[1], steps[2]);
             match SelfReference::converge(self.scene, finest, period, progress) {
                 Ok(Some(found)) => {
                     notes.push(format!(
-                        "no closed form: trajectories against our own run, {}, by steps of {}, {} \
-                         and {} s; nothing is told below that",
-                        found.describe(),
-                        finest,
-                        finest / 2.0,
-                        finest / 4.0
+                        "no closed form: trajectories against our own run, {}, by steps of {steps}; \
+                         nothing is told below that",
+                        found.describe()
                     ));
                     reference = Some(found);
                 }
                 Ok(None) => notes.push(format!(
-                    "no closed form, and our own runs at steps of {}, {} and {} s do not converge: \
-                     no trajectory is compared",
-                    finest,
-                    finest / 2.0,
-                    finest / 4.0
+                    "no closed form, and our own runs at steps of {steps} do not converge: no \
+                     trajectory is compared"
                 )),
                 Err(RunError::Step(error)) => notes.push(format!(
                     "no closed form, and our own reference fails ({error}): no trajectory is \

@@ -36,7 +36,8 @@
 //! - `results.csv`, a row a point and measure, and `SCENE.svg`, a work-precision panel for every
 //!   measure that a peer shows as well. The
 //!   stairs are the Pareto fronts: at a given time nothing of that side is more accurate. What
-//!   failed, or was not solved to its tolerance, is named beneath its panel with its setting.
+//!   failed, or was not solved to its tolerance, is named beneath its panel with its setting, and
+//!   neither drawn nor part of a front.
 //! - `domination.csv`, how many points of the peers ours dominate in each measure, and
 //!   `undominated.csv`, every one that they do not, the nearest of ours, and the cause
 //!   ([`crate::report::Domination`] has the definition): `accuracy`, none of ours is as accurate;
@@ -61,9 +62,9 @@
 //! The chart of a wear scene is about the mission: the wear depth per cell of one load cycle.
 //! `wear-per-cell` is `Σ|h − h'|/Σ h'` over the cells, `wear-deepest` and `wear-total` the relative
 //! errors of the deepest cell and of the sum. The study has an algebra to compare with, the thresher
-//! its own run converged over three steps. rapier has neither their contact law nor a slip. Where
+//! its own run converged over three steps. No peer has their contact law or a slip. Where
 //! it can be asked, on blocks and discs that slide, the measure `wear` is the sum of
-//! `load_slip` against its closed form; rapier's is its impulse times the slip velocity at the
+//! `load_slip` against its closed form; a peer's is its impulse times the slip velocity at the
 //! end of the step, for want of the one at its start.
 //!
 //! **A scene** is added as a file of `scenes/` and a line of the catalogue. With a

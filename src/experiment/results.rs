@@ -4,8 +4,8 @@ use super::self_reference::SelfReference;
 use super::setting::{Setting, step_count};
 use super::simulate::{Engine, RunError, Totals, advance};
 use crate::report::{Progress, ResultRow, step_length};
-use crate::scene::Scene;
 use crate::scene::file::BodyKind;
+use crate::scene::{Built, Scene};
 
 /// Of the energy of a scene: the sum over its bodies and the steps of a run tells no less.
 const ROUND_OFF: f64 = 1e-12;
@@ -107,13 +107,18 @@ fn run(
         ..scene.clone()
     };
     let engine = setting.engine;
-    if let Err(RunError::Unfit(reason)) = engine.fits(&scene) {
-        return Ok(Point::Unavailable(reason));
-    }
-    let mut built = scene.build()?;
-    if let Some(settings) = &setting.baseline {
-        engine.prepare_with(settings, &mut built)?;
-    }
+    let prepared = || -> Result<Built, RunError> {
+        engine.has_model(&scene)?;
+        let mut built = scene.build()?;
+        if let Some(settings) = &setting.baseline {
+            engine.prepare_with(settings, &mut built)?;
+        }
+        Ok(built)
+    };
+    let mut built = match prepared() {
+        Err(RunError::Unfit(reason)) => return Ok(Point::Unavailable(reason)),
+        built => built?,
+    };
     let mut samples = Samples::start(&built, engine);
     let mut places = reference.map(|r| (r, r.sampler(&built, engine)));
     let pins = Pins::of(&scene);
@@ -292,7 +297,7 @@ impl<'a> Shown<'a> {
             .map(|m| Figure(m.name, m.error, m.unit, self.against))
             .collect();
         figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
-        // rapier's count every contact point at the end of a step, those in an impact too
+        // a peer's counts every contact point at the end of a step, those in an impact too
         if engine == Engine::Moreau {
             let depth = of(|t| t.penetration_impact);
             figures.push(Figure("penetration-impact", depth, "m", "0"));
@@ -302,13 +307,13 @@ impl<'a> Shown<'a> {
         }
         if !self.driven {
             figures.push(Figure("energy-rise", of(energy_rise), "J", "0"));
-            // rapier lifts bodies off each other too, but does not say by how much
+            // peers lift bodies off each other too, but do not say by how much
             if engine == Engine::Moreau {
                 let lifted = of(|t| t.work_recovery);
                 figures.push(Figure("energy-recovery", lifted, "J", "0"));
             }
         }
-        // rapier certifies nothing
+        // peers certify nothing
         if engine == Engine::Moreau {
             figures.push(Figure("residual", of(|t| t.residual), "1", "0"));
             let unsolved = of(|t| t.unsolved_islands as f64);

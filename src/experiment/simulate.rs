@@ -86,19 +86,29 @@ impl Engine {
     }
 
     /// Whether it can step the scene at all: a peer only what is built on a rapier world, Box2D
-    /// what it can copy of one.
+    /// what it can copy of one, for which the scene is built; before a run that builds it anyway
+    /// [`Engine::has_model`] and [`Engine::prepare`] tell the same.
     ///
     /// # Errors
     /// [`RunError::Unfit`] with what the peer has not; [`RunError::Step`] if the scene cannot be
     /// built.
     pub fn fits(self, scene: &Scene) -> Result<(), RunError> {
+        self.has_model(scene)?;
+        match self {
+            Engine::Box2d => self.prepare(&mut scene.build()?),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether it steps what the scene is built on.
+    ///
+    /// # Errors
+    /// [`RunError::Unfit`] with what a peer has not.
+    pub fn has_model(self, scene: &Scene) -> Result<(), RunError> {
         let Some(peer) = self.peer() else {
             return Ok(());
         };
         let lacks = match scene.model() {
-            Model::Rapier if self == Engine::Box2d => {
-                return self.prepare(&mut scene.build()?);
-            }
             Model::Rapier => return Ok(()),
             Model::Planar => "rods, lines or bowls in closed form",
             Model::Linear => "a [linear] mechanism",
@@ -195,11 +205,15 @@ pub enum RunError {
 /// Sums and worst values over a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Totals {
+    /// Whether every step kept account of all that is told here, see [`StepRecord::accounted`].
+    pub accounted: bool,
     pub steps: usize,
     /// Simulated time \[s\].
     pub time: f64,
     pub contacts: usize,
     pub most_contacts: usize,
+    /// Bodies, summed over steps, whose contacts a peer could not tell.
+    pub unread: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,
@@ -250,12 +264,15 @@ impl Totals {
         let total = energy.kinetic_end + energy.potential_end;
         if self.steps == 0 {
             self.energy_start = energy.kinetic_start + energy.potential_start;
+            self.accounted = true;
         }
+        self.accounted &= record.accounted;
         self.steps += 1;
         self.time = record.time;
         let contacts = record.contacts_at_end();
         self.contacts += contacts;
         self.most_contacts = self.most_contacts.max(contacts);
+        self.unread += record.unread;
         self.sweeps += record.sweeps;
         self.factorisations += record.factorisations;
         self.pivots += record.pivots;
@@ -268,12 +285,12 @@ impl Totals {
         self.events += record.events;
         self.recovering = record.recovering;
         self.impact_gain += record.impact_gain;
-        self.residual = self.residual.max(record.residual);
-        self.residual_velocity = self.residual_velocity.max(record.residual_velocity);
+        self.residual = larger(self.residual, record.residual);
+        self.residual_velocity = larger(self.residual_velocity, record.residual_velocity);
         self.penetration = self.penetration.max(record.penetration);
-        self.penetration_impact = self.penetration_impact.max(record.penetration_impact);
-        self.joint_gap = self.joint_gap.max(record.joint_gap);
-        self.imbalance = self.imbalance.max(energy.imbalance().abs());
+        self.penetration_impact = larger(self.penetration_impact, record.penetration_impact);
+        self.joint_gap = larger(self.joint_gap, record.joint_gap);
+        self.imbalance = larger(self.imbalance, energy.imbalance().abs());
         self.kinetic_most = self.kinetic_most.max(energy.kinetic_end);
         self.energy_end = total;
         self.energy_rise = self.energy_rise.max(total - self.energy_start);
@@ -284,6 +301,15 @@ impl Totals {
         self.work_motors += energy.motors;
         self.work_recovery += energy.recovery;
         self.friction_work += record.friction_work();
+    }
+}
+
+/// The larger of two; what is not known in one step is not known of the run.
+fn larger(worst: f64, value: f64) -> f64 {
+    if worst.is_nan() || worst > value {
+        worst
+    } else {
+        value
     }
 }
 

@@ -19,7 +19,7 @@ pub struct Workload {
 #[derive(Debug, Clone)]
 pub struct Throughput {
     pub engines: Vec<Engine>,
-    /// Numbers of threads that ours runs with, each in turn; rapier, built as it is here, has one.
+    /// Numbers of threads that ours runs with, each in turn; a peer, built as it is here, has one.
     pub threads: Vec<usize>,
     /// Steps that are timed, 1 at least.
     pub steps: usize,
@@ -85,7 +85,7 @@ impl Throughput {
     ) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
         let mut points = Vec::new();
         for (engine, threads) in self.points() {
-            engine.fits(&work.scene)?;
+            engine.has_model(&work.scene)?;
             let mut scene = work.scene.clone();
             scene.step.threads = threads;
             let mut built = scene.build()?;

@@ -4,7 +4,8 @@ use super::engine::prelude::*;
 use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 
-/// A record without contacts.
+/// A record without contacts, in which all that a peer does not tell is NaN
+/// ([`StepRecord::accounted`]).
 ///
 /// # Arguments
 /// - `time`, `dt`: end and length of the step \[s\].
@@ -19,11 +20,19 @@ pub(super) fn record(world: &PhysicsWorld, time: f64, dt: f64, start: [f64; 2]) 
             kinetic_end: end[0],
             potential_start: start[1],
             potential_end: end[1],
-            ..StepEnergy::default()
+            forces: f64::NAN,
+            contact_n: f64::NAN,
+            contact_t: f64::NAN,
+            joints: f64::NAN,
+            motors: f64::NAN,
+            recovery: f64::NAN,
         },
-        // a peer certifies nothing
         residual: f64::NAN,
         residual_velocity: f64::NAN,
+        joint_gap: f64::NAN,
+        impact_gain: f64::NAN,
+        penetration_impact: f64::NAN,
+        accounted: false,
         ..StepRecord::default()
     }
 }
@@ -70,7 +79,7 @@ pub(super) struct Surface {
 /// g = (c₂ − c₁) · n − r₁ − r₂ − s₁ − s₂
 /// ```
 /// with the normal of a side that has a face, and of the cores where both are round. The place is
-/// that of the first side's point, which the second may have slid past meanwhile.
+/// half way between the two points, of which one may have slid past the other meanwhile.
 pub(super) fn touch(
     world: &PhysicsWorld,
     colliders: [ColliderHandle; 2],
@@ -91,16 +100,17 @@ pub(super) fn touch(
         _ if between.dot(&wide(first)) > 0.0 => between.normalize(),
         _ => wide(first),
     };
+    let place = 0.5 * (wide(cores[0]) + wide(cores[1]) + normal * (radii[0] - radii[1]));
     let skins = shapes.map(|c| f64::from(c.contact_skin()));
     Touch {
-        place: cores[0] + Vector::new(normal.x as Real, normal.y as Real) * radii[0] as Real,
+        place: Vector::new(place.x as Real, place.y as Real),
         normal,
         gap: between.dot(&normal) - radii[0] - radii[1] - skins[0] - skins[1],
     }
 }
 
 /// What a part of a collider is round about its core by \[m\].
-fn rounding(collider: &Collider, part: u32) -> f64 {
+pub(super) fn rounding(collider: &Collider, part: u32) -> f64 {
     let whole = collider.shape();
     let part = whole
         .as_compound()

@@ -72,37 +72,37 @@ row! {
 }
 
 row! {
-    /// One step: see [`StepRecord`].
+    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty.
     StepRow in "steps.csv" {
         time_s: f64,
         dt_s: f64,
         contacts: usize,
-        islands: usize,
-        sweeps: usize,
-        factorisations: usize,
-        pivots: usize,
-        residual: f64,
-        residual_velocity_m_s: f64,
-        unsolved: usize,
-        redundant: usize,
-        capped: usize,
-        relaxed: usize,
-        joints_capped: usize,
-        events: usize,
-        recovering: usize,
-        impact_gain_j: f64,
+        islands: Option<usize>,
+        sweeps: Option<usize>,
+        factorisations: Option<usize>,
+        pivots: Option<usize>,
+        residual: Option<f64>,
+        residual_velocity_m_s: Option<f64>,
+        unsolved: Option<usize>,
+        redundant: Option<usize>,
+        capped: Option<usize>,
+        relaxed: Option<usize>,
+        joints_capped: Option<usize>,
+        events: Option<usize>,
+        recovering: Option<usize>,
+        impact_gain_j: Option<f64>,
         kinetic_j: f64,
         potential_j: f64,
-        work_forces_j: f64,
-        work_contact_n_j: f64,
-        work_contact_t_j: f64,
-        work_joints_j: f64,
-        work_motors_j: f64,
-        work_recovery_j: f64,
-        imbalance_j: f64,
+        work_forces_j: Option<f64>,
+        work_contact_n_j: Option<f64>,
+        work_contact_t_j: Option<f64>,
+        work_joints_j: Option<f64>,
+        work_motors_j: Option<f64>,
+        work_recovery_j: Option<f64>,
+        imbalance_j: Option<f64>,
         penetration_m: f64,
-        penetration_impact_m: f64,
-        joint_gap_m: f64,
+        penetration_impact_m: Option<f64>,
+        joint_gap_m: Option<f64>,
     }
 }
 
@@ -276,36 +276,37 @@ impl ContactRow {
 
 impl From<&StepRecord> for StepRow {
     fn from(step: &StepRecord) -> Self {
+        let known = step.accounted;
         StepRow {
             time_s: step.time,
             dt_s: step.dt,
             contacts: step.contacts_at_end(),
-            islands: step.islands,
-            sweeps: step.sweeps,
-            factorisations: step.factorisations,
-            pivots: step.pivots,
-            residual: step.residual,
-            residual_velocity_m_s: step.residual_velocity,
-            unsolved: step.unsolved,
-            redundant: step.redundant,
-            capped: step.capped,
-            relaxed: step.relaxed,
-            joints_capped: step.joints_capped,
-            events: step.events,
-            recovering: step.recovering,
-            impact_gain_j: step.impact_gain,
+            islands: known.then_some(step.islands),
+            sweeps: known.then_some(step.sweeps),
+            factorisations: known.then_some(step.factorisations),
+            pivots: known.then_some(step.pivots),
+            residual: known.then_some(step.residual),
+            residual_velocity_m_s: known.then_some(step.residual_velocity),
+            unsolved: known.then_some(step.unsolved),
+            redundant: known.then_some(step.redundant),
+            capped: known.then_some(step.capped),
+            relaxed: known.then_some(step.relaxed),
+            joints_capped: known.then_some(step.joints_capped),
+            events: known.then_some(step.events),
+            recovering: known.then_some(step.recovering),
+            impact_gain_j: known.then_some(step.impact_gain),
             kinetic_j: step.energy.kinetic_end,
             potential_j: step.energy.potential_end,
-            work_forces_j: step.energy.forces,
-            work_contact_n_j: step.energy.contact_n,
-            work_contact_t_j: step.energy.contact_t,
-            work_joints_j: step.energy.joints,
-            work_motors_j: step.energy.motors,
-            work_recovery_j: step.energy.recovery,
-            imbalance_j: step.energy.imbalance(),
+            work_forces_j: known.then_some(step.energy.forces),
+            work_contact_n_j: known.then_some(step.energy.contact_n),
+            work_contact_t_j: known.then_some(step.energy.contact_t),
+            work_joints_j: known.then_some(step.energy.joints),
+            work_motors_j: known.then_some(step.energy.motors),
+            work_recovery_j: known.then_some(step.energy.recovery),
+            imbalance_j: known.then_some(step.energy.imbalance()),
             penetration_m: step.penetration,
-            penetration_impact_m: step.penetration_impact,
-            joint_gap_m: step.joint_gap,
+            penetration_impact_m: known.then_some(step.penetration_impact),
+            joint_gap_m: known.then_some(step.joint_gap),
         }
     }
 }
@@ -316,6 +317,7 @@ impl From<&StepRecord> for StepRow {
 #[derive(Debug)]
 pub struct CsvFile<R> {
     writer: csv::Writer<File>,
+    /// Where it will stand.
     path: PathBuf,
     row: PhantomData<fn(&R)>,
 }
@@ -326,10 +328,10 @@ impl<R: Row> CsvFile<R> {
     /// # Errors
     /// `ReportError::Io`.
     pub fn create(folder: &OutputFolder) -> Result<Self, ReportError> {
-        let path = folder.path(R::FILE);
+        let path = folder.place(R::FILE);
         let mut writer = csv::WriterBuilder::new()
             .has_headers(false)
-            .from_path(&path)
+            .from_path(folder.path(R::FILE))
             .map_err(ReportError::csv(&path))?;
         writer
             .write_record(R::HEADER)
@@ -360,13 +362,40 @@ impl<R: Row> CsvFile<R> {
     }
 }
 
+/// Writes `R::FILE` of `folder` in one go: header and rows.
+///
+/// # Errors
+/// `ReportError::Io`.
+pub fn write_rows<R: Row>(folder: &OutputFolder, rows: &[R]) -> Result<(), ReportError> {
+    let mut file = CsvFile::create(folder)?;
+    for row in rows {
+        file.write(row)?;
+    }
+    file.finish()
+}
+
 /// All rows of a CSV file that this program wrote, from which its charts are drawn.
 ///
 /// # Errors
 /// `ReportError::Io`; `ReportError::Header` where the columns are not `R`'s, in order;
 /// `ReportError::Csv`, with the line, where a value is not of its column's kind.
 pub fn read_rows<R: Row + DeserializeOwned>(path: &Path) -> Result<Vec<R>, ReportError> {
-    let mut reader = csv::Reader::from_path(path).map_err(ReportError::csv(path))?;
+    rows_of(path, path)
+}
+
+/// All rows of `R::FILE` as written to a folder that is not committed yet.
+///
+/// # Errors
+/// Those of [`read_rows`], the file called by where it will stand.
+pub fn written_rows<R: Row + DeserializeOwned>(
+    folder: &OutputFolder,
+) -> Result<Vec<R>, ReportError> {
+    rows_of(&folder.path(R::FILE), &folder.place(R::FILE))
+}
+
+/// The rows of `file`, which errors call `path`.
+fn rows_of<R: Row + DeserializeOwned>(file: &Path, path: &Path) -> Result<Vec<R>, ReportError> {
+    let mut reader = csv::Reader::from_path(file).map_err(ReportError::csv(path))?;
     let header = reader.headers().map_err(ReportError::csv(path))?;
     if !header.iter().eq(R::HEADER.iter().copied()) {
         return Err(ReportError::Header {
@@ -391,11 +420,7 @@ mod tests {
     fn written<R: Row>(rows: &[R]) -> (tempfile::TempDir, PathBuf) {
         let root = tempfile::tempdir().unwrap();
         let folder = OutputFolder::create(root.path()).unwrap();
-        let mut file = CsvFile::create(&folder).unwrap();
-        for row in rows {
-            file.write(row).unwrap();
-        }
-        file.finish().unwrap();
+        write_rows(&folder, rows).unwrap();
         let path = folder.commit().unwrap().join(R::FILE);
         (root, path)
     }
@@ -535,7 +560,9 @@ mod tests {
         let step = StepRecord {
             time: 0.5,
             dt: 0.25,
+            accounted: true,
             contacts: vec![contact],
+            unread: 0,
             joints: Vec::new(),
             islands: 2,
             sweeps: 3,

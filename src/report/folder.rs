@@ -32,7 +32,7 @@ impl OutputFolder {
         let staging = tempfile::Builder::new()
             .prefix(".moreau2d-")
             .tempdir_in(&host)
-            .map_err(ReportError::io(&target))?;
+            .map_err(|error| ReportError::io(&target)(without_path(error)))?;
         let folder = OutputFolder { target, staging };
         // A folder of our own: the temporary one is closed to other users, the output is not.
         let files = folder.files();
@@ -50,13 +50,17 @@ impl OutputFolder {
         self.files().join(name)
     }
 
+    /// Where the file `name` will stand after the commit: what errors call it.
+    pub fn place(&self, name: &str) -> PathBuf {
+        self.target.join(name)
+    }
+
     /// Writes a small file in one go.
     ///
     /// # Errors
     /// `ReportError::Io`.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), ReportError> {
-        let path = self.path(name);
-        fs::write(&path, content).map_err(ReportError::io(&path))
+        fs::write(self.path(name), content).map_err(ReportError::io(&self.place(name)))
     }
 
     /// Moves every file into place and returns the target.
@@ -132,6 +136,15 @@ impl OutputFolder {
             }
         }
         Ok(())
+    }
+}
+
+/// tempfile's errors name its own folder, which is none of the user's.
+fn without_path(error: io::Error) -> io::Error {
+    let text = error.to_string();
+    match text.split_once(" at path ") {
+        Some((what, _)) => io::Error::new(error.kind(), what),
+        None => error,
     }
 }
 
@@ -292,5 +305,27 @@ mod tests {
             error.to_string().starts_with("/proc/moreau2d/out: "),
             "{error}"
         );
+        // and nothing of the folder that was to be written first
+        assert!(!error.to_string().contains(".moreau2d-"), "{error}");
+    }
+
+    /// Files are written elsewhere first; errors name where they were to stand.
+    #[test]
+    fn errors_name_the_folder_of_the_user() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = OutputFolder::create(root.path().join("mine")).unwrap();
+        fs::remove_dir_all(folder.files()).unwrap();
+        let rows: &[crate::report::LifeRow] = &[];
+        for error in [
+            folder.write("steps.csv", "time_s\n").unwrap_err(),
+            crate::report::write_rows(&folder, rows).unwrap_err(),
+            crate::report::written_rows::<crate::report::LifeRow>(&folder).unwrap_err(),
+        ] {
+            let text = error.to_string();
+            assert!(
+                text.contains("mine/") && !text.contains(".moreau2d-"),
+                "{text}"
+            );
+        }
     }
 }

@@ -16,7 +16,7 @@ const FRONT: usize = 6;
 /// Failed points of a kind that are named beneath a picture.
 const LISTED: usize = 8;
 
-/// Rows that differ in their step length only, in its order.
+/// Solved rows that differ in their step length only, in its order.
 struct Family<'a> {
     /// Index of the palette: one an engine and scheme.
     look: usize,
@@ -31,15 +31,17 @@ struct Family<'a> {
 /// single points of their engine. Each is labelled with what tells it from the others of its
 /// engine, those first that no point of the same engine beats in both error and time. Stairs
 /// join the points of ours, and those of the peers, that none of the same side beats in both.
-/// Beneath stand the points that failed or are marked unsolved, and how.
+/// Points that failed or are marked unsolved are not drawn: they stand beneath, with what came of
+/// them. A measure of which nothing can be drawn has no chart.
 ///
 /// # Arguments
 /// - `rows`: of one scene. A row without a time is not drawn.
 pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     let families = families(rows);
-    for measure in drawable(rows.iter()) {
-        let of: Vec<&ResultRow> = rows.iter().filter(|r| r.measure == measure).collect();
+    for measure in drawable(rows.iter().filter(solved)) {
+        let all = rows.iter().filter(|r| r.measure == measure);
+        let of: Vec<&ResultRow> = all.clone().filter(solved).collect();
         let mut chart = Chart::new(
             title(of[0]),
             Axis::log("wall time per simulated second [s]"),
@@ -80,10 +82,15 @@ pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
         chart.labels = labels.into_iter().map(|(_, label)| label).collect();
         add_fronts(&mut chart, &of, floor);
         chart.lines.extend(error_bar(of[0]));
-        chart.notes = failures(&of, rows);
+        chart.notes = failures(all, rows);
         charts.push(chart);
     }
     charts
+}
+
+/// What was left unsolved tells nothing of its setting, however small its error may be.
+fn solved(row: &&ResultRow) -> bool {
+    row.verdict != "unsolved"
 }
 
 /// Beneath everything else: the front of each side that has more than one point.
@@ -118,12 +125,13 @@ fn error_bar(row: &ResultRow) -> Option<HLine> {
 }
 
 /// A sentence for every engine and scheme and every way to fail.
-fn failures(of: &[&ResultRow], rows: &[ResultRow]) -> Vec<String> {
+fn failures<'a>(of: impl Iterator<Item = &'a ResultRow>, rows: &[ResultRow]) -> Vec<String> {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for row in of {
         let how = match row.verdict.as_str() {
             "" if row.value.is_nan() => "failed",
             "" => continue,
+            "unsolved" if row.mode.is_empty() => "not drawn as islands were left unsolved",
             _ if row.mode.is_empty() => &row.verdict,
             _ => &row.mode,
         };
@@ -166,6 +174,7 @@ fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<
     let shown = ladders.iter().flat_map(|f| f.rows.iter().copied());
     for measure in drawable(shown.clone()) {
         let of: Vec<&ResultRow> = shown.clone().filter(|r| r.measure == measure).collect();
+        let all = rows.iter().filter(|r| r.measure == measure);
         if !wanted(of[0]) {
             continue;
         }
@@ -186,6 +195,7 @@ fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<
             let name = format!("{}, {}", family.name, order_text(&points));
             draw(&mut chart, family.look, name, &points, true, floor);
         }
+        chart.notes = failures(all.filter(|r| !solved(r)), rows);
         charts.push(chart);
     }
     charts
@@ -391,8 +401,10 @@ fn families(rows: &[ResultRow]) -> Vec<Family<'_>> {
         }
     }
     for family in &mut families {
+        family.rows.retain(solved);
         family.rows.sort_by(|a, b| b.dt_s.total_cmp(&a.dt_s));
     }
+    families.retain(|family| !family.rows.is_empty());
     families
 }
 

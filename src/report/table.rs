@@ -123,7 +123,7 @@ pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
 /// A step length \[s\] as people write it: 1/60 s, or 0.0167 s where it is no whole fraction.
 pub fn step_length(dt: f64) -> String {
     let per_second = dt.recip().round();
-    if (dt * per_second - 1.0).abs() < 1e-9 {
+    if per_second > 1.0 && (dt * per_second - 1.0).abs() < 1e-9 {
         format!("1/{per_second} s")
     } else {
         format!("{} s", number(dt, 3))
@@ -178,6 +178,7 @@ x                      1  beyond
         assert_eq!(step_length(0.0167), "0.0167 s");
         // more than a second: no fraction
         assert_eq!(step_length(3.0), "3.00 s");
+        assert_eq!(step_length(1.0), "1.00 s");
     }
 
     #[test]

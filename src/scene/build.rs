@@ -1,5 +1,6 @@
 //! From a scene file to a world that can be stepped.
 
+use super::joint::WORLD;
 use super::overlap::Overlaps;
 use super::world::{Built, HandWritten, World};
 use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Update, Wear, planar};
@@ -79,8 +80,13 @@ impl Scene {
             _ => self.build_on_rapier()?,
         };
         let rapier = matches!(world, World::Rapier { .. });
+        let names = match rapier {
+            true => self.bodies.iter().map(|body| body.name.clone()).collect(),
+            false => Vec::new(),
+        };
         Ok(Built {
             world,
+            names,
             overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
             box2d: None,
         })
@@ -91,21 +97,22 @@ impl Scene {
         let mut simulation = Simulation::new(self.step.stepper(), gravity, self.step.dt)?;
         let mut bodies = Vec::with_capacity(self.bodies.len());
         for body in &self.bodies {
+            let what = format!("body {}", body.name);
             let (id, _) = simulation
                 .add_body(
                     motion(body.kind),
                     Pose64::new(Vec2::from(body.position), body.angle),
                     Vec3::new(body.velocity[0], body.velocity[1], body.spin),
-                    &shape(&body.shape).map_err(|error| named(error, &body.name))?,
+                    &shape(&body.shape).map_err(|error| named(error, &what))?,
                     &self.surface(body),
                     mass(body),
                 )
-                .map_err(|error| named(error, &body.name))?;
+                .map_err(|error| named(error, &what))?;
             simulation.set_drag(id, body.gravity_scale, body.damping);
             bodies.push(id);
         }
         for joint in &self.joints {
-            simulation.add_joint(&JointSpec {
+            let spec = JointSpec {
                 shape: joint.shape(),
                 bodies: joint.bodies.map(|b| b.map(|k| bodies[k])),
                 anchors: self.anchors(joint),
@@ -115,7 +122,13 @@ impl Scene {
                 limits: joint.limits,
                 drive: joint.motor.map(|motor| motor.drive()),
                 contacts: joint.contacts,
-            })?;
+            };
+            let name = |b: Option<usize>| b.map_or(WORLD, |k| &self.bodies[k].name);
+            let [a, b] = joint.bodies.map(name);
+            let what = || format!("joint {a}-{b}");
+            simulation
+                .add_joint(&spec)
+                .map_err(|error| named(error, &what()))?;
         }
         Ok(World::Rapier {
             simulation: Box::new(simulation),
@@ -166,8 +179,8 @@ impl Scene {
 
 fn named(error: ModelError, name: &str) -> ModelError {
     match error {
-        ModelError::Invalid(what) => ModelError::Invalid(format!("body {name}: {what}")),
-        ModelError::Unsupported(what) => ModelError::Unsupported(format!("body {name}: {what}")),
+        ModelError::Invalid(what) => ModelError::Invalid(format!("{name}: {what}")),
+        ModelError::Unsupported(what) => ModelError::Unsupported(format!("{name}: {what}")),
     }
 }
 

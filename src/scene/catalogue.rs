@@ -139,7 +139,8 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
 ///   [`Scene::parse`].
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] with the nearest name, [`SceneError::Read`], and those of
+/// [`SceneError::UnknownScene`] and [`SceneError::NoFile`] with the nearest name,
+/// [`SceneError::Read`], and those of
 /// [`Scene::parse`].
 pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == name_or_path) {
@@ -151,16 +152,28 @@ pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
         .is_some_and(|extension| extension == "toml")
         || path.is_file()
     {
-        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
-            path: name_or_path.to_owned(),
-            source,
-        })?;
+        let text = std::fs::read_to_string(path).map_err(|source| unread(path, source))?;
         return Scene::parse(name_or_path, &text, flags);
     }
     Err(SceneError::UnknownScene {
         name: name_or_path.to_owned(),
         hint: Hint::new(name_or_path, EMBEDDED.iter().map(|(name, _)| name)),
     })
+}
+
+/// Why a file cannot be read; one that is not there and is called as a scene of the catalogue is,
+/// `tower.toml`, is taken for that.
+fn unread(path: &Path, source: std::io::Error) -> SceneError {
+    let name = path.to_string_lossy().into_owned();
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy());
+    let hint = Hint::new(
+        &stem.unwrap_or_default(),
+        EMBEDDED.iter().map(|(name, _)| name),
+    );
+    if source.kind() == std::io::ErrorKind::NotFound && hint.nearest.is_some() {
+        return SceneError::NoFile { name, hint };
+    }
+    SceneError::Read { path: name, source }
 }
 
 /// What errors call an embedded scene.

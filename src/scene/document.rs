@@ -47,18 +47,61 @@ impl Node {
         }
     }
 
-    /// The string under `name`, by which an element of an array of tables is addressed.
-    pub fn name(&self) -> Option<&str> {
-        self.string("name")
-    }
-
-    /// The string under `key`.
-    pub fn string(&self, key: &str) -> Option<&str> {
-        match &self.entry(key)?.node.value {
+    /// The string that it is.
+    pub fn text(&self) -> Option<&str> {
+        match &self.value {
             Value::String(text) => Some(text),
             _ => None,
         }
     }
+
+    /// The string under `key`.
+    pub fn string(&self, key: &str) -> Option<&str> {
+        self.entry(key)?.node.text()
+    }
+}
+
+/// What tells an element of an array of tables from the others: a `name`, of a repeat the body
+/// that it is `of`, of a joint the two that it ties.
+pub(super) struct Traits {
+    pub name: Option<String>,
+    pub of: Option<String>,
+    pub ties: Option<String>,
+}
+
+/// What the elements of an array of tables are called in paths of keys: by what only that one has,
+/// a joint as `crank-rod`, else by its number from 0.
+pub(super) fn labels(all: &[Traits]) -> Vec<String> {
+    type Trait = fn(&Traits) -> Option<&String>;
+    let each: [Trait; 3] = [|t| t.name.as_ref(), |t| t.of.as_ref(), |t| t.ties.as_ref()];
+    let alone =
+        |found: &String, of: Trait| all.iter().filter(|t| of(t) == Some(found)).count() == 1;
+    all.iter()
+        .enumerate()
+        .map(|(index, traits)| {
+            let own = each.iter().filter_map(|&of| Some((of(traits)?, of)));
+            let told = own.into_iter().find(|(found, of)| alone(found, *of));
+            told.map_or(index.to_string(), |(found, _)| found.clone())
+        })
+        .collect()
+}
+
+/// See [`labels`].
+pub(super) fn node_labels(items: &[Node]) -> Vec<String> {
+    let traits = items.iter().map(|item| Traits {
+        name: item.string("name").map(str::to_owned),
+        of: item.string("of").map(str::to_owned),
+        ties: item
+            .entry("bodies")
+            .and_then(|entry| match &entry.node.value {
+                Value::Array(bodies) => match &bodies[..] {
+                    [a, b] => Some(format!("{}-{}", a.text()?, b.text()?)),
+                    _ => None,
+                },
+                _ => None,
+            }),
+    });
+    labels(&traits.collect::<Vec<_>>())
 }
 
 #[derive(Debug, Clone)]
@@ -97,7 +140,7 @@ impl Document {
 
     /// Where the value at `path` was written; the nearest ancestor for one that was not.
     ///
-    /// Elements of arrays of tables are called by their `name` where they have one.
+    /// Elements of arrays of tables go by their [`labels`].
     pub fn place(&self, path: &[Segment]) -> Box<Place> {
         let mut node = Some(&self.root);
         let mut origin = &self.root.origin;
@@ -117,12 +160,12 @@ impl Document {
                     }),
                 ) => items.get(*index).inspect(|item| {
                     origin = &item.origin;
-                    word = item.name();
+                    word = node_labels(items).into_iter().nth(*index);
                 }),
                 _ => None,
             };
             words.push(match (word, segment) {
-                (Some(name), _) => name.to_owned(),
+                (Some(name), _) => name,
                 (None, Segment::Key(key)) => key.clone(),
                 (None, Segment::Index(index)) => index.to_string(),
             });

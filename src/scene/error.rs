@@ -8,8 +8,10 @@ use thiserror::Error;
 pub enum Origin {
     /// Line and column in the file, both from 1; columns count characters.
     Line { line: usize, column: usize },
-    /// The argument of `--set`, as typed.
+    /// A change made to the file, `key=value`.
     Flag(String),
+    /// The same where it was typed in other words than `--set key=value`: as typed.
+    Typed(String),
 }
 
 /// A value's address: the file, where in it, and the dotted path of keys.
@@ -26,6 +28,7 @@ impl fmt::Display for Place {
         match &self.origin {
             Origin::Line { line, column } => write!(f, "{}:{line}:{column}", self.file)?,
             Origin::Flag(flag) => write!(f, "{} with --set {flag}", self.file)?,
+            Origin::Typed(words) => write!(f, "{} with {words}", self.file)?,
         }
         if !self.path.is_empty() {
             write!(f, ": {}", self.path)?;
@@ -85,6 +88,9 @@ pub enum SceneError {
     /// Neither a name of the catalogue nor a file.
     #[error("unknown scene `{name}`{hint}")]
     UnknownScene { name: String, hint: Hint },
+    /// There is no such file, but a scene of the catalogue is called so.
+    #[error("{name}: no such file{hint} Scenes of the catalogue go without .toml")]
+    NoFile { name: String, hint: Hint },
     /// The file cannot be read, or is not UTF-8.
     #[error("{path}: cannot read the scene: {source}")]
     Read {
@@ -161,4 +167,25 @@ pub enum SceneError {
         key: String,
         paths: Vec<String>,
     },
+}
+
+impl SceneError {
+    /// The same error of a change `flag` (`key=value`) that the user typed as `words`.
+    pub fn typed(mut self, flag: &str, words: &str) -> SceneError {
+        if let SceneError::Syntax { at, .. }
+        | SceneError::UnknownKey { at, .. }
+        | SceneError::WrongType { at, .. }
+        | SceneError::Missing { at, .. }
+        | SceneError::OutOfRange { at, .. }
+        | SceneError::UnknownName { at, .. }
+        | SceneError::Duplicate { at, .. }
+        | SceneError::Outline { at, .. }
+        | SceneError::Conflict { at, .. }
+        | SceneError::Unsupported { at, .. } = &mut self
+            && at.origin == Origin::Flag(flag.to_owned())
+        {
+            at.origin = Origin::Typed(words.to_owned());
+        }
+        self
+    }
 }

@@ -1,21 +1,25 @@
 //! `--set key=value`: changes a scene's document before it is read.
 
-use super::document::{Document, Entry, Node, Value, flag_value};
+use super::document::{Document, Entry, Node, Traits, Value, flag_value, labels, node_labels};
 use super::error::{Hint, Origin, Place, SceneError};
 use super::file::SceneFile;
 use super::reader;
 use serde_json::Value as Json;
 
+/// Blocks of which a scene has any number.
+const ARRAYS: [&str; 4] = ["material", "body", "joint", "repeat"];
+
 /// Applies every flag in order.
 ///
 /// A flag is `key=value`. The key is a dotted path (`step.dt`, `body.ball.position.0`; elements
-/// of arrays of tables by their name, or by number from 0), or a bare key that only one block
-/// has. The value is TOML; text that is not TOML is taken as a string.
+/// of arrays of tables by their name, a repeat by what it is of, a joint by what it ties as in
+/// `crank-rod`, any by number from 0), or a bare key that only one block has. The value is TOML; text that is not TOML is taken as a string.
 ///
 /// # Errors
 /// [`SceneError::FlagForm`] without `=`; [`SceneError::UnknownKey`] and
 /// [`SceneError::AmbiguousKey`] for a bare key; [`SceneError::UnknownName`] for an element that
-/// does not exist; [`SceneError::WrongType`] for a path through a plain value. Keys that the
+/// does not exist, [`SceneError::Conflict`] where the scene has none of its kind;
+/// [`SceneError::WrongType`] for a path through a plain value. Keys that the
 /// schema does not have are found when the document is read, under the flag's name.
 pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), SceneError> {
     for flag in flags {
@@ -92,9 +96,17 @@ fn collect(json: &Json, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
             .iter()
             .for_each(|(key, value)| descend(key.clone(), value)),
         Json::Array(items) if items.iter().any(Json::is_object) => {
-            for (index, item) in items.iter().enumerate() {
-                let name = item.get("name").and_then(Json::as_str);
-                descend(name.map_or(index.to_string(), str::to_owned), item);
+            let text = |item: &Json, key: &str| Some(item.get(key)?.as_str()?.to_owned());
+            let traits = items.iter().map(|item| Traits {
+                name: text(item, "name"),
+                of: text(item, "of"),
+                ties: item.get("bodies").and_then(|bodies| {
+                    let [a, b] = [0, 1].map(|side| bodies.get(side)?.as_str());
+                    Some(format!("{}-{}", a?, b?))
+                }),
+            });
+            for (label, item) in labels(&traits.collect::<Vec<_>>()).into_iter().zip(items) {
+                descend(label, item);
             }
         }
         _ => paths.push(path.clone()),
@@ -115,16 +127,21 @@ fn set(
             path: path[..depth].join("."),
         })
     };
+    if let [block, _, ..] = path
+        && ARRAYS.contains(&block.as_str())
+        && document.root.entry(block).is_none()
+    {
+        return Err(SceneError::Conflict {
+            at: place(1),
+            problem: format!("the scene has no [[{block}]] that could be changed"),
+        });
+    }
     let mut node = &mut document.root;
     for (depth, word) in path.iter().enumerate() {
         node = match &mut node.value {
             Value::Table(entries) => child(entries, word, origin, depth + 1 == path.len()),
             Value::Array(items) => {
-                let names: Vec<String> = items
-                    .iter()
-                    .enumerate()
-                    .map(|(index, item)| item.name().map_or(index.to_string(), str::to_owned))
-                    .collect();
+                let names = node_labels(items);
                 let number = word.parse().ok().filter(|index| *index < items.len());
                 // what repeats a body goes by the body's name, if nothing else repeats it
                 let mut of = (0..items.len()).filter(|&k| items[k].string("of") == Some(word));

@@ -13,6 +13,8 @@ use crate::rapier::{BodyId, Box2d, Box2dSettings, Simulation};
 /// count as bodies.
 pub struct Built {
     pub(super) world: World,
+    /// Of the bodies of a rapier world, for errors.
+    pub(super) names: Vec<String>,
     /// Where the world is rapier's.
     pub(super) overlaps: Option<Overlaps>,
     /// The same world in Box2D, from [`Built::set_box2d`] on.
@@ -172,7 +174,15 @@ impl Built {
     /// # Errors
     /// Those of [`Built::peer`] and [`Box2d::copy`].
     pub fn set_box2d(&mut self, settings: &Box2dSettings) -> Result<(), ModelError> {
-        self.box2d = Some(Box2d::copy(self.peer()?, settings)?);
+        let names: Vec<(BodyId, String)> = match &self.world {
+            World::Rapier { bodies, .. } => bodies
+                .iter()
+                .copied()
+                .zip(self.names.iter().cloned())
+                .collect(),
+            _ => Vec::new(),
+        };
+        self.box2d = Some(Box2d::copy(self.peer()?, settings, &names)?);
         Ok(())
     }
 

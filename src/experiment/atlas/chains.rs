@@ -13,7 +13,7 @@ fn stretch(t: &Trace, length: f64) -> Check {
     Check::new(
         "stretch",
         t.joint_gaps()[1] / length,
-        "1",
+        "of the length",
         STRETCH,
         "stretches",
     )

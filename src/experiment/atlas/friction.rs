@@ -1,7 +1,7 @@
 //! Sticking and sliding: blocks on slopes and edges.
 
 use super::trace::Trace;
-use super::verdict::Check;
+use super::verdict::{Check, RELATIVE};
 use super::{FLOOR, Rung, catalogue, drafted, material, step};
 use crate::contact::Vec2;
 use crate::experiment::RunError;
@@ -20,7 +20,7 @@ pub(super) fn stick_slip_incline() -> Result<Vec<Rung>, RunError> {
         let judge = move |t: &Trace| {
             vec![if excess > 0.0 {
                 let off = t.error("acceleration");
-                Check::new("acceleration", off, "1", 1e-2, "wrong-speed")
+                Check::new("acceleration", off, RELATIVE, 1e-2, "wrong-speed")
             } else {
                 Check::new("creep", t.error("creep"), "m", STILL, "creeps")
             }]
@@ -72,7 +72,7 @@ pub(super) fn friction_ramp() -> Result<Vec<Rung>, RunError> {
             let time = t.totals.time;
             vec![if exact > 0.0 {
                 let off = (way / (0.5 * exact * time * time) - 1.0).abs();
-                Check::new("distance", off, "1", 1e-2, "wrong-speed")
+                Check::new("distance", off, RELATIVE, 1e-2, "wrong-speed")
             } else {
                 Check::new("creep", way.abs(), "m", STILL * 100.0, "creeps")
             }]
@@ -112,7 +112,7 @@ pub(super) fn ghost_edges() -> Result<Vec<Rung>, RunError> {
             let hop = t.most(&[slider], |_, s| (s.0.translation.y - 0.5).abs());
             vec![
                 // ten roundings of single precision
-                Check::new("speed-lost", loss, "1", 1e-6, "trips"),
+                Check::new("speed-lost", loss, "of the speed", 1e-6, "trips"),
                 Check::new("hop", hop, "m", 10.0 * STILL, "hops"),
             ]
         };

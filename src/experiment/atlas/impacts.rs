@@ -1,7 +1,7 @@
 //! Impacts: bounces without end, bodies that cross a wall in a step, bodies that start in each other.
 
 use super::trace::{Moment, Trace};
-use super::verdict::Check;
+use super::verdict::{Check, RELATIVE};
 use super::{FLOOR, Rung, catalogue, drafted, material, step};
 use crate::experiment::RunError;
 
@@ -32,7 +32,7 @@ pub(super) fn zeno_ball() -> Result<Vec<Rung>, RunError> {
         let judge = move |t: &Trace| {
             let off = (rest(t) / exact - 1.0).abs();
             let mode = if off.is_nan() { "never" } else { "wrong-time" };
-            vec![Check::new("rest-time", off, "1", 0.04, mode)]
+            vec![Check::new("rest-time", off, RELATIVE, 0.04, mode)]
         };
         Ok(Rung::new(
             format!("e {e}"),
@@ -87,7 +87,7 @@ pub(super) fn bullet() -> Result<Vec<Rung>, RunError> {
             let rise = t.totals.energy_rise / t.totals.energy_start;
             vec![
                 Check::new("below", below, "m", 0.0, "tunnels"),
-                Check::new("energy-rise", rise, "1", 1e-3, "gains-energy"),
+                Check::new("energy-rise", rise, "of the start", 1e-3, "gains-energy"),
                 Check::new("penetration", t.totals.penetration, "m", STATED, ""),
             ]
         };
@@ -108,7 +108,7 @@ pub(super) fn initial_overlap() -> Result<Vec<Rung>, RunError> {
     // a box of 1 m and 1000 kg
     let quiet = |t: &Trace| {
         let energy = t.totals.kinetic_most / (1000.0 * 9.81);
-        Check::new("kinetic-energy", energy, "1", LAUNCH, "launches")
+        Check::new("kinetic-energy", energy, "of m g 1 m", LAUNCH, "launches")
     };
     let mut rungs = Vec::new();
     for (depth, name) in [(1e-3, "1 mm"), (1e-2, "10 mm"), (0.5, "half a body")] {

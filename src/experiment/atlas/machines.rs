@@ -3,7 +3,7 @@
 //! (`cargo test --release --lib converged -- --ignored --nocapture`).
 
 use super::trace::{Moment, Trace};
-use super::verdict::Check;
+use super::verdict::{Check, RELATIVE};
 use super::{FLOOR, Rung, catalogue, drafted, material, step};
 use crate::experiment::RunError;
 use crate::scene::Scene;
@@ -23,7 +23,7 @@ fn turned(t: &Trace, k: usize) -> f64 {
 
 fn energy_kept(t: &Trace) -> Check {
     let rise = t.totals.energy_rise / t.totals.energy_start.abs();
-    Check::new("energy-rise", rise, "1", 1e-3, "gains-energy")
+    Check::new("energy-rise", rise, "of the start", 1e-3, "gains-energy")
 }
 
 /// A bar turns among fifty discs in a ring.
@@ -75,12 +75,12 @@ pub(super) fn spinner() -> Result<Vec<Rung>, RunError> {
             let depth = t.totals.penetration / 0.8;
             let mut checks = vec![
                 Check::new("outside", out, "m", 0.0, "escapes"),
-                Check::new("penetration", depth, "1", 1e-2, "penetrates"),
+                Check::new("penetration", depth, "of a disc", 1e-2, "penetrates"),
             ];
             if let Some(exact) = exact {
                 let off = (agitation(t) / exact - 1.0).abs();
                 let name = "mean-square-speed";
-                checks.push(Check::new(name, off, "1", 0.25, "wrong-speed"));
+                checks.push(Check::new(name, off, RELATIVE, 0.25, "wrong-speed"));
             }
             checks
         };
@@ -132,8 +132,14 @@ pub(super) fn gears() -> Result<Vec<Rung>, RunError> {
             let (a, b) = (turned(t, t.body("driver")), turned(t, t.body("driven")));
             let teeth = (f64::from(n) * a + f64::from(m) * b).abs() / TAU;
             vec![
-                Check::new("driver-late", (a / 10.0 - 1.0).abs(), "1", 0.05, "jams"),
-                Check::new("teeth-skipped", teeth, "1", 0.5, "skips"),
+                Check::new(
+                    "driver-late",
+                    (a / 10.0 - 1.0).abs(),
+                    "of its way",
+                    0.05,
+                    "jams",
+                ),
+                Check::new("teeth-skipped", teeth, "teeth", 0.5, "skips"),
                 Check::new("penetration", t.totals.penetration, "m", 5e-3, "penetrates"),
             ]
         };
@@ -186,9 +192,9 @@ pub(super) fn ratchet() -> Result<Vec<Rung>, RunError> {
             let depth = Check::new("penetration", t.totals.penetration, "m", 5e-3, "penetrates");
             let first = if speed < 0.0 {
                 let late = (way / (10.0 * speed) - 1.0).abs();
-                Check::new("late", late, "1", 0.2, "jams")
+                Check::new("late", late, "of its way", 0.2, "jams")
             } else {
-                Check::new("teeth-passed", way / pitch, "1", 1.0, "slips")
+                Check::new("teeth-passed", way / pitch, "teeth", 1.0, "slips")
             };
             vec![first, depth]
         };
@@ -241,7 +247,7 @@ pub(super) fn dominoes() -> Result<Vec<Rung>, RunError> {
             let off = (wave(t) / exact - 1.0).abs();
             let mode = if off.is_nan() { "stops" } else { "wrong-speed" };
             vec![
-                Check::new("wave-speed", off, "1", 0.05, mode),
+                Check::new("wave-speed", off, RELATIVE, 0.05, mode),
                 energy_kept(t),
             ]
         };
@@ -284,7 +290,7 @@ pub(super) fn granular_drum() -> Result<Vec<Rung>, RunError> {
                 Check::new(
                     "penetration",
                     t.totals.penetration / 0.05,
-                    "1",
+                    "of a grain",
                     1e-2,
                     "penetrates",
                 ),
@@ -352,11 +358,11 @@ pub(super) fn hopper() -> Result<Vec<Rung>, RunError> {
             let off = (discharge(t) / exact - 1.0).abs();
             let mode = if off.is_nan() { "jams" } else { "wrong-rate" };
             vec![
-                Check::new("discharge", off, "1", 0.15, mode),
+                Check::new("discharge", off, RELATIVE, 0.15, mode),
                 Check::new(
                     "penetration",
                     t.totals.penetration / 0.2,
-                    "1",
+                    "of a grain",
                     1e-2,
                     "penetrates",
                 ),

@@ -24,14 +24,14 @@ fn broken(error: EquilibriumError) -> RunError {
 fn right_verdict(t: &Trace, stands: bool, size: f64) -> Vec<Check> {
     let moved = t.moved() / size;
     vec![if stands {
-        Check::new("moved", moved, "1", STANDS, "falls")
+        Check::new("moved", moved, "of a block", STANDS, "falls")
     } else {
         let missing = if moved.is_nan() {
             moved
         } else {
             (FALLS - moved).max(0.0)
         };
-        Check::new("standing", missing, "1", 0.0, "stands")
+        Check::new("standing", missing, "of a block", 0.0, "stands")
     }]
 }
 
@@ -208,7 +208,13 @@ pub(super) fn wedge() -> Result<Vec<Rung>, RunError> {
     }
     let flagged = |t: &Trace| {
         let silent = (t.totals.steps - t.totals.redundant_steps) as f64;
-        vec![Check::new("steps-not-flagged", silent, "1", 0.0, "silent")]
+        vec![Check::new(
+            "steps-not-flagged",
+            silent,
+            "steps",
+            0.0,
+            "silent",
+        )]
     };
     let rung = Rung::new("shares flagged", with(0.25, 0.02)?, "flagged", flagged);
     rungs.push(

@@ -9,8 +9,8 @@
 //! it may be), the same for every engine. `pass`: all hold. `fail`: one does not; `mode` says how,
 //! by the first that broke. `unsolved`: all hold, but our solver says of some island in some step
 //! that it did not solve it. A blank verdict is a rung that an engine has not the parts for
-//! (`cannot`) or that needs a feature which is not built in (`skipped`); a note says which. rapier
-//! certifies nothing, so that it is judged by what it does alone.
+//! (`cannot`) or that needs a feature which is not built in (`skipped`); a note says which. Peers
+//! certify nothing, so that they are judged by what they do alone.
 //!
 //! Lengths are compared with the bodies' own, most of 1 m. Limits are of two kinds: what the
 //! atlas asks by its definition (penetration 1e-4 of a box, lean 1e-3, ...), and 1e-6 m or more where

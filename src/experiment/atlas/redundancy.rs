@@ -1,7 +1,7 @@
 //! More contacts than a load can tell apart.
 
 use super::trace::{Trace, larger};
-use super::verdict::{Check, Finding};
+use super::verdict::{Check, Finding, RELATIVE};
 use super::{Rung, catalogue, drafted, material, step};
 use crate::contact::{Vec2, Vec3};
 use crate::experiment::{Engine, RunError, run_study};
@@ -64,7 +64,7 @@ fn rung(name: String, quick: bool, support: &str) -> Result<Rung, RunError> {
         let off = larger(off.xy().norm() / weight, off.z.abs() / (5.0 * weight));
         vec![
             Check::new("moved", t.moved(), "m", 1e-3, "creeps"),
-            Check::new("wrench", off, "1", 1e-3, "wrong-load"),
+            Check::new("wrench", off, RELATIVE, 1e-3, "wrong-load"),
         ]
     };
     Ok(Rung::new(name, drafted("redundant-contacts", &text)?, "holds", judge).quick_if(quick))
@@ -99,7 +99,7 @@ pub(super) fn rotor() -> Result<Vec<Rung>, RunError> {
                         Check::new(
                             "single-cells-refused",
                             (cells - certified) as f64,
-                            "1",
+                            "cells",
                             0.0,
                             "unique",
                         ),
@@ -110,7 +110,7 @@ pub(super) fn rotor() -> Result<Vec<Rung>, RunError> {
                 (None, difference) => {
                     let off = difference.unwrap_or(f64::NAN);
                     (
-                        vec![Check::new("shares", off, "1", 1e-6, "wrong-load")],
+                        vec![Check::new("shares", off, RELATIVE, 1e-6, "wrong-load")],
                         "shares",
                     )
                 }

@@ -27,7 +27,7 @@ pub(super) fn painleve() -> Result<Vec<Rung>, RunError> {
                 let rise = t.totals.energy_rise / t.totals.energy_start;
                 vec![
                     Check::new("jams", t.error("jams"), "yes or no", 0.0, wrong),
-                    Check::new("energy-rise", rise, "1", 1e-6, "gains-energy"),
+                    Check::new("energy-rise", rise, "of the start", 1e-6, "gains-energy"),
                 ]
             };
             let scene = catalogue("painleve", &flags)?;
@@ -53,11 +53,23 @@ pub(super) fn kane() -> Result<Vec<Rung>, RunError> {
                 if newton {
                     let given = t.totals.work_contact_n + t.totals.work_contact_t;
                     let silent = (given - t.totals.impact_gain).abs() / start;
-                    vec![Check::new("gain-not-reported", silent, "1", 1e-9, "silent")]
+                    vec![Check::new(
+                        "gain-not-reported",
+                        silent,
+                        "of the start",
+                        1e-9,
+                        "silent",
+                    )]
                 } else {
                     // the paradox is of size one; the pins' part of a step is 5e-4
                     let rise = t.totals.energy_rise / start;
-                    vec![Check::new("energy-rise", rise, "1", 1e-3, "gains-energy")]
+                    vec![Check::new(
+                        "energy-rise",
+                        rise,
+                        "of the start",
+                        1e-3,
+                        "gains-energy",
+                    )]
                 }
             };
             let passes = if newton { "says so" } else { "no gain" };

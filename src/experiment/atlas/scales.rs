@@ -2,7 +2,7 @@
 
 use super::stacks::stands;
 use super::trace::Trace;
-use super::verdict::Check;
+use super::verdict::{Check, RELATIVE};
 use super::{Rung, catalogue};
 use crate::experiment::RunError;
 
@@ -53,12 +53,18 @@ fn incline(t: &Trace, size: f64) -> Vec<Check> {
         Check::new(
             "acceleration",
             t.error("acceleration"),
-            "1",
+            RELATIVE,
             1e-2,
             "wrong-speed",
         )
     } else {
-        Check::new("creep", t.error("creep") / size, "1", 1e-6, "creeps")
+        Check::new(
+            "creep",
+            t.error("creep") / size,
+            "of the size",
+            1e-6,
+            "creeps",
+        )
     }]
 }
 

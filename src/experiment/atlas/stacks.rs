@@ -15,8 +15,14 @@ pub(super) fn stands(trace: &Trace, size: f64, height: f64) -> Vec<Check> {
     let start = |k: usize| trace.history[0].states[k].0.translation;
     let aside = trace.most(&trace.moving(), |k, s| (s.0.translation - start(k)).x.abs());
     vec![
-        Check::new("lean", aside / height, "1", LEAN, "leans"),
-        Check::new("sinking", sinking(trace) / height, "1", LEAN, "falls"),
+        Check::new("lean", aside / height, "of the height", LEAN, "leans"),
+        Check::new(
+            "sinking",
+            sinking(trace) / height,
+            "of the height",
+            LEAN,
+            "falls",
+        ),
         penetration(trace, size),
     ]
 }
@@ -29,7 +35,7 @@ fn sinking(trace: &Trace) -> f64 {
 
 pub(super) fn penetration(trace: &Trace, size: f64) -> Check {
     let depth = trace.totals.penetration / size;
-    Check::new("penetration", depth, "1", PENETRATION, "penetrates")
+    Check::new("penetration", depth, "of a box", PENETRATION, "penetrates")
 }
 
 /// One box on another of a tenth to a millionth of its mass, and on nine of them.

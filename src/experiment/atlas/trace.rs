@@ -41,7 +41,7 @@ impl Trace {
         engine: Engine,
         prepare: impl Fn(&mut Built),
     ) -> Result<Trace, RunError> {
-        engine.fits(scene)?;
+        engine.has_model(scene)?;
         let mut built = scene.build()?;
         prepare(&mut built);
         let steps = step_count(&scene.step);

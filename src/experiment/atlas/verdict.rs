@@ -1,11 +1,15 @@
 use super::super::simulate::{Engine, RunError};
 use super::trace::Trace;
 
+/// Unit of a difference over what it is compared with.
+pub(super) const RELATIVE: &str = "relative error";
+
 /// One figure of a run and the most that it may be.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Check {
     pub measure: &'static str,
     pub value: f64,
+    /// SI, or in words what it is a part of or counts: a bare figure tells a reader nothing.
     pub unit: &'static str,
     /// The rung passes if `value ≤ limit`; NaN does not.
     pub limit: f64,
@@ -99,7 +103,7 @@ impl Finding {
         unsolved: Option<usize>,
     ) -> Finding {
         if let Some(count) = unsolved {
-            let islands = Check::new("unsolved-islands", count as f64, "1", 0.0, "unsolved");
+            let islands = Check::new("unsolved-islands", count as f64, "islands", 0.0, "unsolved");
             checks.push(islands);
         }
         let broken = checks.iter().find(|c| !c.holds());

@@ -1,4 +1,4 @@
-use super::super::simulation::Simulation;
+use super::super::simulation::{BodyId, Simulation};
 use super::{BOX2D_MISSING, Box2dSettings};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
@@ -10,7 +10,11 @@ pub enum Box2d {}
 impl Box2d {
     /// # Errors
     /// [`ModelError::Unsupported`] with [`BOX2D_MISSING`], always.
-    pub fn copy(_: &Simulation, _: &Box2dSettings) -> Result<Box2d, ModelError> {
+    pub fn copy(
+        _: &Simulation,
+        _: &Box2dSettings,
+        _: &[(BodyId, String)],
+    ) -> Result<Box2d, ModelError> {
         Err(ModelError::Unsupported(BOX2D_MISSING.to_owned()))
     }
 

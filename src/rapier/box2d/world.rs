@@ -1,13 +1,13 @@
 use super::super::engine::prelude::*;
 use super::super::peer::{self, PeerContact, Touch};
-use super::super::simulation::Simulation;
+use super::super::simulation::{BodyId as Named, Simulation};
 use super::super::widen;
 use super::{Box2dSettings, joints, shapes};
 use crate::contact::Vec2;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
 use boxdd::{BodyId, BodyType, Foundation, MassData, ShapeId, World};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::fmt::Display;
 use std::time::Instant;
 
@@ -30,10 +30,24 @@ struct Face {
 impl Box2d {
     /// Copies the world as it is now.
     ///
+    /// # Arguments
+    /// - `names`: what errors call bodies; without any they go by their numbers.
+    ///
     /// # Errors
     /// [`ModelError::Unsupported`] for what Box2D has not, named; [`ModelError::Invalid`] for
     /// numbers that it cannot take.
-    pub fn copy(simulation: &Simulation, settings: &Box2dSettings) -> Result<Box2d, ModelError> {
+    pub fn copy(
+        simulation: &Simulation,
+        settings: &Box2dSettings,
+        names: &[(Named, String)],
+    ) -> Result<Box2d, ModelError> {
+        let names: FxHashMap<_, _> = names.iter().map(|(body, name)| (body.0, name)).collect();
+        let called = |handle: &RigidBodyHandle| match names.get(handle) {
+            Some(name) => (*name).clone(),
+            None if names.is_empty() => handle.into_raw_parts().0.to_string(),
+            // what a scene has not named is the ground that joints are fixed to
+            None => "world".to_owned(),
+        };
         let rapier = &simulation.world;
         if rapier.multibody_joints.multibodies().next().is_some() {
             return Err(lacks("multibody joints"));
@@ -55,11 +69,10 @@ impl Box2d {
         let (mut moving, mut surfaces) = (Vec::new(), FxHashMap::default());
         let laws: FxHashMap<_, _> = simulation.pipeline.surfaces().collect();
         for (handle, body) in rapier.bodies.iter() {
-            let name = format!("body {}", handle.into_raw_parts().0);
+            let name = format!("body {}", called(&handle));
             let id = body_like(&mut world, body, &name)?;
             for &handle in body.colliders() {
                 let collider = &rapier.colliders[handle];
-                let name = format!("collider {} of {name}", handle.into_raw_parts().0);
                 if simulation.hooks.one_way.contains_key(&handle) {
                     return Err(lacks(&format!("one-way surfaces ({name})")));
                 }
@@ -83,9 +96,10 @@ impl Box2d {
             }
             bodies.insert(handle, id);
         }
-        for (handle, joint) in rapier.impulse_joints.iter() {
-            let name = format!("joint {}", handle.into_raw_parts().0);
+        for (_, joint) in rapier.impulse_joints.iter() {
             let ends = [joint.body1(), joint.body2()];
+            let [a, b] = [&ends[0], &ends[1]].map(called);
+            let name = format!("joint {a}-{b}");
             let ids = ends.map(|h| bodies.get(&h).copied());
             let [Some(a), Some(b)] = ids else {
                 return Err(ModelError::Invalid(format!(
@@ -108,8 +122,17 @@ impl Box2d {
     /// Only Box2D's own step counts in [`Simulation::peer_seconds`]. Contacts carry the normal
     /// impulse of the whole step; of friction Box2D keeps that of the last substep alone, and the
     /// whole step is taken to have had the same share of the normal impulse. Slip is `Δt γ_T` at
-    /// the end of the step. A body with a contact whose normal is no unit vector, which Box2D makes
-    /// of plain polylines at times, leaves its contacts out of the record.
+    /// the end of the step. Gaps and places, which Box2D finds at its start, are carried to the end
+    /// with the bodies, along the normal n of the start:
+    /// ```text
+    /// gap = n·(c_B − c_A) − ρ_A − ρ_B                                            (1)
+    /// ```
+    /// ρ the radius of a ball or capsule, else 0, and c the point of the body, where the end of the
+    /// step has taken it, that lies ρ beneath its surface: what is round may turn without its gap
+    /// changing. The place is half way between the two surfaces, and so off by half of what the one
+    /// slid along the other. Bodies with a contact whose normal is no unit vector, which Box2D makes of
+    /// plain polylines at times, cannot be read: what touches them tells of their contacts where it
+    /// can, and [`StepRecord::unread`] counts them.
     ///
     /// # Errors
     /// [`StepError::Model`] where Box2D fails, or a body has left the rapier world.
@@ -117,9 +140,14 @@ impl Box2d {
         let rapier = &mut simulation.world;
         let dt = widen(rapier.integration_parameters.dt);
         let before = peer::energies(rapier);
-        let start = Instant::now();
+        let start = |&(handle, _): &(RigidBodyHandle, BodyId)| {
+            let body = rapier.bodies.get(handle)?;
+            Some((handle, *body.rotation()))
+        };
+        let starts: Starts = self.moving.iter().filter_map(start).collect();
+        let clock = Instant::now();
         let done = self.world.step(dt as f32, self.substeps);
-        simulation.peer_seconds = start.elapsed().as_secs_f64();
+        simulation.peer_seconds = clock.elapsed().as_secs_f64();
         simulation.peer_time += dt;
         done.and_then(|done| done.into_result().map(drop))
             .map_err(told("step"))?;
@@ -130,20 +158,29 @@ impl Box2d {
             read_motion(&mut self.world, id, body).map_err(told("pose"))?;
         }
         let mut record = peer::record(rapier, simulation.peer_time, dt, before);
-        self.contacts(rapier, &mut record)
+        self.contacts(rapier, &starts, &mut record)
             .map_err(told("contacts"))?;
         Ok(record)
     }
 
-    fn contacts(&mut self, rapier: &PhysicsWorld, record: &mut StepRecord) -> boxdd::Result<()> {
+    fn contacts(
+        &mut self,
+        rapier: &PhysicsWorld,
+        starts: &Starts,
+        record: &mut StepRecord,
+    ) -> boxdd::Result<()> {
+        let mut read = Vec::with_capacity(self.moving.len());
         for &(handle, id) in &self.moving {
-            let found = match self.world.body(id)?.contact_data() {
+            match self.world.body(id)?.contact_data() {
                 // Box2D at times makes a normal that is no unit vector, and steps on
                 Err(boxdd::Error::InvalidNativeOutput {
                     output: "manifold", ..
-                }) => continue,
-                found => found?,
-            };
+                }) => record.unread += 1,
+                found => read.push((handle, found?)),
+            }
+        }
+        let readable: FxHashSet<RigidBodyHandle> = read.iter().map(|(handle, _)| *handle).collect();
+        for (handle, found) in read {
             for contact in found {
                 let shapes = [contact.shape_id_a, contact.shape_id_b];
                 let [Some(a), Some(b)] = shapes.map(|s| self.surfaces.get(&s)) else {
@@ -151,30 +188,38 @@ impl Box2d {
                 };
                 let colliders = [a.collider, b.collider];
                 let parents = colliders.map(|c| rapier.colliders[c].parent());
-                // both bodies tell of a contact: the first that can move has the word
+                // both bodies tell of a contact: the first that could be read has the word
                 let first = parents
                     .into_iter()
                     .flatten()
-                    .filter(|h| !rapier.bodies[*h].is_fixed())
+                    .filter(|h| readable.contains(h))
                     .min_by_key(|h| h.into_raw_parts().0);
                 if first != Some(handle) {
                     continue;
                 }
-                let Some(centre) = parents[0].map(|h| rapier.bodies[h].center_of_mass()) else {
+                let [Some(a_moves), Some(b_moves)] = parents.map(|h| Moves::of(rapier, starts, h?))
+                else {
                     continue;
                 };
-                let normal = contact.manifold.normal;
+                let radii = [a, b].map(|side| {
+                    peer::rounding(&rapier.colliders[side.collider], side.cell) as Real
+                });
+                let n = vector(contact.manifold.normal.x, contact.manifold.normal.y);
                 for point in contact.manifold.points() {
                     let total = f64::from(point.total_normal_impulse);
                     let last = f64::from(point.normal_impulse);
-                    let arm = point.anchor_a;
+                    let half = 0.5 * widened(point.separation);
+                    // the point itself lies half way between the surfaces
+                    let arms = [point.anchor_a, point.anchor_b].map(|arm| vector(arm.x, arm.y));
+                    let first = a_moves.carry(arms[0] - n * (half + radii[0]));
+                    let second = b_moves.carry(arms[1] + n * (half + radii[1]));
                     let contact = PeerContact {
                         colliders,
                         cell: a.cell.max(b.cell),
                         touch: Touch {
-                            place: centre + vector(arm.x, arm.y),
-                            normal: Vec2::new(normal.x.into(), normal.y.into()),
-                            gap: point.separation.into(),
+                            place: (first + second + n * (radii[0] - radii[1])) * 0.5,
+                            normal: peer::wide(n),
+                            gap: f64::from(n.dot(second - first) - radii[0] - radii[1]),
                         },
                         impulse_n: total,
                         // Box2D's tangent is the normal turned by -90 degrees
@@ -189,6 +234,31 @@ impl Box2d {
             }
         }
         Ok(())
+    }
+}
+
+/// Rotation of every body that can move, at the start of a step.
+type Starts = FxHashMap<RigidBodyHandle, Rotation>;
+
+/// Where a body ended, and how far it turned in the step.
+struct Moves {
+    centre: Vector,
+    turn: Rotation,
+}
+
+impl Moves {
+    fn of(world: &PhysicsWorld, starts: &Starts, body: RigidBodyHandle) -> Option<Moves> {
+        let now = world.bodies.get(body)?;
+        let start = starts.get(&body).copied().unwrap_or(*now.rotation());
+        Some(Moves {
+            centre: now.center_of_mass(),
+            turn: *now.rotation() * start.inverse(),
+        })
+    }
+
+    /// Where a point at `arm` from the centre of mass at the start is at the end.
+    fn carry(&self, arm: Vector) -> Vector {
+        self.centre + self.turn * arm
     }
 }
 

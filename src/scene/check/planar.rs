@@ -209,7 +209,9 @@ pub(in crate::scene) fn starts(scene: &Scene, document: &Document) -> Result<(),
 fn at_body<'d>(name: &str, document: &'d Document) -> At<'d> {
     let at = At::top(document).key("body");
     let index = match document.root.entry("body").map(|entry| &entry.node.value) {
-        Some(Value::Array(items)) => items.iter().position(|item| item.name() == Some(name)),
+        Some(Value::Array(items)) => items
+            .iter()
+            .position(|item| item.string("name") == Some(name)),
         _ => None,
     };
     index.map_or(at.clone(), |index| at.index(index))

@@ -40,6 +40,11 @@ fn repeats_place_grids_pyramids_and_rings() {
         error.to_string().contains("unknown element `ball`"),
         "{error}"
     );
+    let error = parse(&twice, &["repeat.1.count=[0]"]).unwrap_err();
+    assert!(
+        error.to_string().contains("repeat.1.count.0 = 0"),
+        "{error}"
+    );
 
     let scene = repeat("name = \"r\"\nring = { centre = [1, 0], radius = 2, count = 4 }").unwrap();
     assert_eq!(names(&scene)[1..], ["r[0]", "r[1]", "r[2]", "r[3]"]);

@@ -154,7 +154,7 @@ fn repeats_are_checked() {
         ),
         (
             "count = [4000000000, 4000000000]\nstep = [[1, 0], [0, 1]]",
-            "repeat.0.count = 16000000000000000000 copies: allowed is 100000 in",
+            "repeat.ball.count = 16000000000000000000 copies: allowed is 100000 in",
         ),
         (
             "count = [3, 4]\nstep = [[1, 0], [0, 1]]\nshrink = 1",
@@ -182,7 +182,7 @@ fn repeats_are_checked() {
         ),
         (
             "count = [3, 3]\nstep = [[1, 0], [0, 1]]\npin = [0, 0]",
-            "repeat.0.pin: a pin ties the copies of a row or ring; for a grid give `pins`",
+            "repeat.ball.pin: a pin ties the copies of a row or ring; for a grid give `pins`",
         ),
         (
             "count = [1, 1, 1, 1, 1]\nstep = [[1, 0]]",
@@ -190,23 +190,23 @@ fn repeats_are_checked() {
         ),
         (
             "count = [3, 3]\nstep = [[1, 0], [0, 1]]\npins = [[0, 0]]",
-            "repeat.0.pins: expected 2 points [x, y], one for each count",
+            "repeat.ball.pins: expected 2 points [x, y], one for each count",
         ),
         (
             "count = [3, 3]\nstep = [[1, 0], [0, 1]]\nshrink = 1\npins = [[0, 0], [0, 0]]",
-            "repeat.0.pins: in a grid that shrinks no copy has one right above it",
+            "repeat.ball.pins: in a grid that shrinks no copy has one right above it",
         ),
         (
             "ring = { centre = [0, 0], radius = 1, count = 3 }\npins = [[0, 0]]",
-            "repeat.0.pins: a repeat is a grid or a ring, not both",
+            "repeat.ball.pins: a repeat is a grid or a ring, not both",
         ),
         (
             "count = [3, 3]\nstep = [[1, 0], [0, 1]]\nshrink = 1\nfixed = [[0, 2], [1, 2]]",
-            "repeat.0.fixed.1 = [1, 2]: allowed is the numbers, from 0, of a copy in a grid of",
+            "repeat.ball.fixed.1 = [1, 2]: allowed is the numbers, from 0, of a copy in a grid of",
         ),
         (
             "count = [3]\nstep = [[1, 0]]\nfixed = [[0, 0]]",
-            "repeat.0.fixed.0 = [0, 0]: allowed is the numbers",
+            "repeat.ball.fixed.0 = [0, 0]: allowed is the numbers",
         ),
         (
             "count = [1]\nstep = [[1, 0]]\npin = [0, 0]",

@@ -146,17 +146,17 @@ fn unknown_names_come_with_the_nearest_known_one() {
         (
             disc,
             "disc = 1\n[[repeat]]\nof = \"bal\"\ncount = [1]\nstep = [[1, 0]]",
-            "16:1: repeat.0.of: unknown body `bal`; did you mean `ball`?",
+            "16:1: repeat.bal.of: unknown body `bal`; did you mean `ball`?",
         ),
         (
             disc,
             "disc = 1\n[[joint]]\nkind = \"revolut\"\nbodies = [\"ball\", \"world\"]\nat = [0, 0]",
-            "16:1: joint.0.kind: unknown kind `revolut`; did you mean `revolute`?",
+            "16:1: joint.ball-world.kind: unknown kind `revolut`; did you mean `revolute`?",
         ),
         (
             disc,
             "disc = 1\n[[joint]]\nkind = \"revolute\"\nat = [0, 0]\nbodies = [\"ball\", \"flor\"]",
-            "18:19: joint.0.bodies.1: unknown body `flor`; did you mean `floor`?",
+            "18:19: joint.ball-flor.bodies.1: unknown body `flor`; did you mean `floor`?",
         ),
         (
             disc,

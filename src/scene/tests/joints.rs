@@ -67,7 +67,7 @@ fn what_makes_no_joint_is_refused() {
         ("kind = \"revolute\"", &["missing key `at`"][..]),
         (
             "kind = \"rope\"\nat = [0, 0]",
-            &["joint.0.at", "at has no effect on a rope joint"],
+            &["joint.floor-ball.at", "at has no effect on a rope joint"],
         ),
         ("kind = \"rope\"", &["missing key `anchors"]),
         (
@@ -76,15 +76,15 @@ fn what_makes_no_joint_is_refused() {
         ),
         (
             "kind = \"spring\"\nanchors = [[0, 0], [0, 1]]\nstiffness = -1",
-            &["joint.0.stiffness = -1.0", "0 to 1e15"],
+            &["joint.floor-ball.stiffness = -1.0", "0 to 1e15"],
         ),
         (
             "kind = \"spring\"\nanchors = [[0, 0], [0, 1]]\nstiffness = 1\ndamping = nan",
-            &["joint.0.damping = NaN", "finite"],
+            &["joint.floor-ball.damping = NaN", "finite"],
         ),
         (
             "kind = \"revolute\"\nat = [0, inf]",
-            &["joint.0.at.1", "finite"],
+            &["joint.floor-ball.at.1", "finite"],
         ),
         (
             "kind = \"revolute\"\nat = [0, 0]\naxis = [1, 0]",
