@@ -51,17 +51,18 @@ pub struct StudyOutcome {
     /// Published beside computed, in the order of torques and speeds.
     pub comparison: Vec<ComparisonRow>,
     /// Contact time of one cycle \[s\] of the comparison, and of the life: each calibrated to the
-    /// same published depth in the torque-balanced reading.
+    /// same published depth in the torque-balanced reading. The other has no life.
     pub contact_time: f64,
-    pub life_contact_time: f64,
+    pub life_contact_time: Option<f64>,
     pub calibrated: bool,
     /// Largest relative difference of a depth between the stepper and the algebra, of the comparison
     /// and of the life; `None` where the reading has no algebra.
     pub oracle_difference: Option<f64>,
-    /// The operating point whose life is followed, worn along its normals.
+    /// The operating point whose life is followed, worn along its normals; `None` where the shares of
+    /// the cells are not unique.
     pub torque: f64,
     pub speed: f64,
-    pub history: WearHistory,
+    pub history: Option<WearHistory>,
     pub totals: Totals,
     pub stall: Option<Stall>,
 }
@@ -176,7 +177,13 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
             progress.advance();
         }
     }
-    let life = study_life(scene, study, tooth, wear, &mut totals)?;
+    let life = match calibrated {
+        true => Some(study_life(scene, study, tooth, wear, &mut totals)?),
+        false => None,
+    };
+    if let Some(life) = &life {
+        oracle_difference = oracle_difference.max(life.oracle_difference);
+    }
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let stall = match study.reading {
         Reading::TorqueBalanced => None,
@@ -191,12 +198,12 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
     Ok(StudyOutcome {
         comparison,
         contact_time,
-        life_contact_time: life.contact_time,
+        life_contact_time: life.as_ref().map(|l| l.contact_time),
         calibrated,
-        oracle_difference: calibrated.then_some(oracle_difference.max(life.oracle_difference)),
+        oracle_difference: calibrated.then_some(oracle_difference),
         torque,
         speed,
-        history: life.history,
+        history: life.map(|l| l.history),
         totals,
         stall,
     })

@@ -2,13 +2,14 @@
 //!
 //! Apart from the comparison with the study's table: that re-fits a quadratic after every update,
 //! which spreads a scar over the tooth and grows steel at its tip. Here the wear layer is the one
-//! of the thresher: the worn profile stays within the new one.
+//! of the thresher: the worn profile stays within the new one. In the literal reading, where the
+//! shares of the cells are not unique, there is no life to follow.
 
 use super::contact_time::contact_time;
 use super::simulate::{RunError, Totals};
 use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_history::WearHistory;
-use crate::scene::{Reading, Scene, Study, Tooth, Update, Wear};
+use crate::scene::{Scene, Study, Tooth, Update, Wear};
 use crate::wear::{JumpRule, Profile, WearState};
 use std::f64::consts::TAU;
 
@@ -23,11 +24,11 @@ pub(super) struct StudyLife {
     /// Contact time of one cycle \[s\], with which the depth is the published one as well.
     pub contact_time: f64,
     /// Largest difference of a node's wear in a cycle between the stepper and the algebra, over the
-    /// largest wear of a node; 0 where the reading has no algebra.
+    /// largest wear of a node.
     pub oracle_difference: f64,
 }
 
-/// Wears the tooth until the last limit or the longest time is reached, or its base worn through.
+/// Wears the tooth of the torque-balanced reading until the last limit or the longest time is reached, or its base worn through.
 ///
 /// # Errors
 /// [`RunError`].
@@ -39,20 +40,16 @@ pub(super) fn study_life(
     totals: &mut Totals,
 ) -> Result<StudyLife, RunError> {
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
-    let balanced = study.reading == Reading::TorqueBalanced;
     let algebra = |profile: &Profile, time: f64| {
         oracle_load_slip(study, profile, Update::Normal, torque, speed, time)
     };
-    let contact_time = match balanced {
-        true => contact_time(scene, &study.calibrate, |time| {
-            let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
-            let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
-            let most = study.calibrate.cycles;
-            wear_on(&mut state, tooth, wear, most, |_| false, cycle, |_| ())?;
-            Ok(deepest(&state))
-        })?,
-        false => scene.step.time,
-    };
+    let contact_time = contact_time(scene, &study.calibrate, |time| {
+        let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
+        let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
+        let most = study.calibrate.cycles;
+        wear_on(&mut state, tooth, wear, most, |_| false, cycle, |_| ())?;
+        Ok(deepest(&state))
+    })?;
 
     let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
     let mut history = WearHistory::default();
@@ -72,12 +69,10 @@ pub(super) fn study_life(
     let cycle = |profile: &Profile| {
         let rotor = rotor(study, profile, Update::Normal, torque, speed)?;
         let cycle = load_cycle(scene, rotor, contact_time, totals)?;
-        if balanced {
-            let exact = algebra(profile, contact_time)?;
-            let scale = exact.iter().copied().fold(0.0, f64::max);
-            for (ours, exact) in cycle.load_slip.iter().zip(&exact) {
-                oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
-            }
+        let exact = algebra(profile, contact_time)?;
+        let scale = exact.iter().copied().fold(0.0, f64::max);
+        for (ours, exact) in cycle.load_slip.iter().zip(&exact) {
+            oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
         }
         Ok(cycle.load_slip)
     };

@@ -2,7 +2,7 @@ use super::{Profile, WearError};
 use crate::contact::Vec2;
 
 /// How far a point merged from two may stand out of the new part, over the cell size: round-off.
-const ROUND_OFF: f64 = 1e-9;
+const ROUND_OFF: f64 = 1e-12;
 const DOUBLINGS: usize = 60;
 const HALVINGS: usize = 60;
 

@@ -309,7 +309,13 @@ mod tests {
         // round-off of an area of 1
         assert!((lost - taken).abs() < 1e-15);
         // one that is deep inside is left as it is
-        let low = profile(&[(0.0, -1.0), (1.0, -0.5), (1.2, -0.5), (2.2, -1.0), (3.2, -1.5)]);
+        let low = profile(&[
+            (0.0, -1.0),
+            (1.0, -0.5),
+            (1.2, -0.5),
+            (2.2, -1.0),
+            (3.2, -1.5),
+        ]);
         assert_eq!(remesh(&low, 1.0, Some(&cap)), remesh(&low, 1.0, None));
     }
 
