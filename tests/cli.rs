@@ -937,7 +937,8 @@ fn contradictions_in_the_study_are_refused() {
         ("study.speeds=[70, nan]", &["study.speeds", "NaN"]),
         ("study.batches=0", &["study.batches", "0"]),
         ("tooth.cells=1", &["tooth.cells"]),
-        ("wear.update=cubic", &["wear.update", "`cubic`"]),
+        ("study.update=cubic", &["study.update", "`cubic`"]),
+        ("wear.update=quadratic", &["unknown key", "`update`"]),
     ] {
         assert_refused(&place, &["run", "thresher-study", "--set", flag], words);
     }

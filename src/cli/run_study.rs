@@ -1,8 +1,8 @@
 use super::{Outcome, RunArgs, summary};
 use crate::experiment::{RunError, StudyOutcome, WearHistory, run_study};
 use crate::report::{
-    Align, OutputFolder, Progress, ReportError, Table, depth_per_cell, heights, number, quantity,
-    tooth_height, worn_profile, write_rows,
+    Align, OutputFolder, Progress, ReportError, Table, depth_per_cell, heights, number, plus_minus,
+    quantity, tooth_height, worn_profile, write_rows,
 };
 use crate::scene::{Reading, Scene, Study};
 use serde_json::{Value, json};
@@ -28,23 +28,26 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let outcome = run_study(scene, &progress)?;
     drop(progress);
     write_rows(&folder, &outcome.comparison)?;
-    let subtitle = format!(
-        "{} N m, {} rad/s, reading {}",
-        outcome.torque,
-        outcome.speed,
-        reading(study)
-    );
-    let base = scene.tooth.map_or(0.0, |t| t.base);
-    write_wear(&folder, &outcome.history, &subtitle, base)?;
+    if let Some(history) = &outcome.history {
+        let subtitle = format!(
+            "{} N m, {} rad/s, reading {}",
+            outcome.torque,
+            outcome.speed,
+            reading(study)
+        );
+        let base = scene.tooth.map_or(0.0, |t| t.base);
+        write_wear(&folder, history, &subtitle, base)?;
+    }
     summary::close(
         folder,
         summary::header("run", scene),
         json!({
             "reading": reading(study),
             "contact_time_s": summary::float(outcome.contact_time),
+            "life_contact_time_s": outcome.life_contact_time.map(summary::float),
             "contact_time_calibrated": outcome.calibrated,
             "stepper_against_algebra": outcome.oracle_difference.map(summary::float),
-            "life": life_json(&outcome.history),
+            "life": outcome.history.as_ref().map(life_json),
             "totals": summary::totals(&outcome.totals),
             "warnings": summary::warnings(&outcome.totals),
         }),
@@ -72,7 +75,7 @@ fn reading(study: &Study) -> &'static str {
     }
 }
 
-/// Wear, profile and life as CSV, and the three pictures drawn from them.
+/// Wear, worn volume, profile and life as CSV, and the three pictures drawn from them.
 pub(super) fn write_wear(
     folder: &OutputFolder,
     history: &WearHistory,
@@ -80,6 +83,7 @@ pub(super) fn write_wear(
     base: f64,
 ) -> Result<(), ReportError> {
     write_rows(folder, &history.wear)?;
+    write_rows(folder, &history.volume)?;
     write_rows(folder, &history.profile)?;
     write_rows(folder, &history.life)?;
     let chart = worn_profile(&history.profile, 1, base, subtitle)?;
@@ -115,10 +119,11 @@ pub(super) fn describe_life(history: &WearHistory) -> String {
     for (limit, c) in history.limits.iter().zip(&history.crossings) {
         let what = format!("{} (height {})", c.limit, quantity(limit.height, "m", 3));
         let when = match (c.hours, c.error_hours, c.extrapolated_hours) {
-            (Some(h), Some(e), _) => {
-                format!("after {} ± {} hours", number(h, 4), number(e, 2))
+            // an error that is not known is left out
+            (Some(h), e, _) => {
+                let hours = plus_minus(h, e.unwrap_or(f64::NAN));
+                format!("after {hours} hours")
             }
-            (Some(h), None, _) => format!("after {} hours", number(h, 4)),
             (None, _, Some(h)) => format!(
                 "not reached in {} hours; about {} at the last rate",
                 number(history.hours, 4),
@@ -146,7 +151,8 @@ fn describe(study: &Study, outcome: &StudyOutcome) -> String {
              {} rad/s); {} step of a cycle wears, sliding under load is impossible.\n\
              Wear per cycle goes as torque^{:.4} speed^{:.4}.\n\
              {} of {} loadings by a single cell pass the judge: the Delassus operator has rank \
-             one, and the shares of the cells are not unique. Depths per cell mean nothing here.\n",
+             one, and the shares of the cells are not unique. Depths per cell mean nothing here, and no \
+             life is followed.\n",
             number(stall.speed_after, 2),
             stall.wearing_steps,
             stall.torque_exponent,
@@ -156,11 +162,12 @@ fn describe(study: &Study, outcome: &StudyOutcome) -> String {
         ));
     } else {
         out.push_str(&format!(
-            "calibrated: contact time of one cycle {} (one published depth: {} at {} N m, {} \
-             rad/s)\n\
+            "calibrated: contact time of one cycle {}, of the life below {} (one published depth: {} \
+             at {} N m, {} rad/s)\n\
              assumed: axis distance {} m, friction {}; the study does not give them\n\
              stepper against the algebra: {} (largest relative difference of a depth)\n",
             quantity(outcome.contact_time, "s", 5),
+            quantity(outcome.life_contact_time.unwrap_or(f64::NAN), "s", 5),
             quantity(study.calibrate.depth, "m", 4),
             study.calibrate.torque,
             study.calibrate.speed,
@@ -213,12 +220,14 @@ fn describe(study: &Study, outcome: &StudyOutcome) -> String {
             100.0 * worst
         ));
     }
-    out.push_str(&format!(
-        "\nlife at {} N m, {} rad/s:\n{}",
-        outcome.torque,
-        outcome.speed,
-        describe_life(&outcome.history)
-    ));
+    if let Some(history) = &outcome.history {
+        out.push_str(&format!(
+            "\nlife at {} N m, {} rad/s, worn along the normals of the profile:\n{}",
+            outcome.torque,
+            outcome.speed,
+            describe_life(history)
+        ));
+    }
     out.push_str(&format!(
         "{} steps, {} per step; worst residual {}\n",
         outcome.totals.steps,

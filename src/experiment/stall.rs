@@ -1,11 +1,11 @@
 //! What the study's literal reading does: it stalls, and its shares mean nothing.
 
 use super::simulate::RunError;
-use super::study::Levers;
+use super::study_rotor::Levers;
 use crate::contact::{
     BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3, natural_map,
 };
-use crate::scene::{Study, Tooth};
+use crate::scene::{Study, Tooth, Update};
 
 /// What the literal reading does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +51,7 @@ pub(super) fn single_cells(
     dt: f64,
 ) -> Result<(usize, usize), RunError> {
     let profile = tooth.profile()?;
-    let levers = Levers::of(&profile, study.axis_distance, true)?;
+    let levers = Levers::of(&profile, study.axis_distance, Update::Quadratic)?;
     let free = speed + torque * dt / study.inertia;
     let mut problem = ContactProblem {
         operator: Delassus::Bodies(BodyOperator {

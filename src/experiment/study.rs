@@ -1,18 +1,15 @@
 //! The published study, rebuilt: one rotor, 26 cells, a wear law.
 
+use super::contact_time::contact_time;
 use super::simulate::{RunError, Totals};
 use super::stall::{Stall, exponent, single_cells};
+use super::study_life::study_life;
+use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
-use crate::contact::Vec2;
-use crate::dynamics::{MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor};
 use crate::report::{ComparisonRow, Progress};
-use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update, Wear};
-use crate::wear::{Archard, CellArea, LoadSlip, Profile, WearError, WearState};
-use std::f64::consts::{FRAC_PI_2, TAU};
-
-/// Standard gravity \[m/s²\], for the weight of the bar.
-const GRAVITY: f64 = 9.81;
+use crate::scene::{Reading, Scene, Study, Tooth, Wear};
+use crate::wear::{WearError, WearState};
 
 /// One published depth after 4e6 cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,185 +50,21 @@ pub const PUBLISHED: [PublishedPoint; 12] = {
 pub struct StudyOutcome {
     /// Published beside computed, in the order of torques and speeds.
     pub comparison: Vec<ComparisonRow>,
-    /// Contact time of one cycle \[s\]; calibrated in the torque-balanced reading.
+    /// Contact time of one cycle \[s\] of the comparison, and of the life: each calibrated to the
+    /// same published depth in the torque-balanced reading. The other has no life.
     pub contact_time: f64,
+    pub life_contact_time: Option<f64>,
     pub calibrated: bool,
-    /// Largest relative difference of a depth between the stepper and the algebra; `None` where
-    /// the reading has no algebra.
+    /// Largest relative difference of a depth between the stepper and the algebra, of the comparison
+    /// and of the life; `None` where the reading has no algebra.
     pub oracle_difference: Option<f64>,
-    /// The operating point whose life is followed.
+    /// The operating point whose life is followed, worn along its normals; `None` where the shares of
+    /// the cells are not unique.
     pub torque: f64,
     pub speed: f64,
-    pub history: WearHistory,
+    pub history: Option<WearHistory>,
     pub totals: Totals,
     pub stall: Option<Stall>,
-}
-
-/// Levers of every node of a profile on the rotor: closing `a` and sliding `b` \[m\], and radius.
-///
-/// ```text
-/// a = (−(l+y) y' − x)/q,   b = ((l+y) − x y')/q,   q = √(1 + y'²)            (1)
-/// ```
-///
-/// the ramp leading. A refitted profile is a quadratic, whose slope is exact.
-pub(super) struct Levers {
-    pub closing: Vec<f64>,
-    pub sliding: Vec<f64>,
-    radius: Vec<f64>,
-}
-
-impl Levers {
-    pub fn of(profile: &Profile, l: f64, quadratic: bool) -> Result<Levers, WearError> {
-        let fit = profile.fit_quadratic()?;
-        let normals = profile.normals();
-        let mut levers = Levers {
-            closing: Vec::new(),
-            sliding: Vec::new(),
-            radius: Vec::new(),
-        };
-        for (p, n) in profile.nodes().iter().zip(&normals) {
-            let n = if quadratic {
-                let slope = 2.0 * fit[0] * p.x + fit[1];
-                Vec2::new(-slope, 1.0) / slope.hypot(1.0)
-            } else {
-                *n
-            };
-            let r = Vec2::new(p.x, l + p.y);
-            levers.closing.push(r.y * n.x - r.x * n.y);
-            levers.sliding.push(r.dot(&n));
-            levers.radius.push(r.norm());
-        }
-        Ok(levers)
-    }
-}
-
-/// Normal force of every cell \[N\] that balances `torque` while the rotor slides:
-/// `Σ F_i (max(a_i, 0) + μ b_i) = T`.
-fn balanced_forces(study: &Study, levers: &Levers, torque: f64) -> Vec<f64> {
-    let most = levers.radius.iter().copied().fold(0.0, f64::max);
-    let resisting =
-        |i: usize| levers.closing[i].max(0.0) + study.friction * levers.sliding[i].abs();
-    let weights: Vec<f64> = (0..levers.closing.len())
-        .map(|i| match study.shares {
-            Shares::Winkler => (study.tape_thickness - (most - levers.radius[i])).max(0.0),
-            Shares::Equal => f64::from(levers.closing[i] > 0.0),
-            Shares::Lever => {
-                1.0 / (levers.closing[i].abs() + study.friction * levers.sliding[i].abs())
-            }
-        })
-        .collect();
-    let total: f64 = (0..weights.len()).map(|i| weights[i] * resisting(i)).sum();
-    weights.iter().map(|w| torque * w / total).collect()
-}
-
-/// The algebra of the torque-balanced reading: `F_i |b_i| ω t` of every node \[N m\] per cycle.
-///
-/// # Errors
-/// [`WearError`] for a profile that no quadratic fits.
-pub fn oracle_load_slip(
-    study: &Study,
-    profile: &Profile,
-    quadratic: bool,
-    torque: f64,
-    speed: f64,
-    contact_time: f64,
-) -> Result<Vec<f64>, WearError> {
-    let levers = Levers::of(profile, study.axis_distance, quadratic)?;
-    let forces = balanced_forces(study, &levers, torque);
-    Ok(forces
-        .iter()
-        .zip(&levers.sliding)
-        .map(|(f, b)| f * b.abs() * speed * contact_time)
-        .collect())
-}
-
-/// One operating point's rotor for the profile it has now.
-fn rotor(
-    study: &Study,
-    profile: &Profile,
-    quadratic: bool,
-    torque: f64,
-    speed: f64,
-) -> Result<Rotor, RunError> {
-    let levers = Levers::of(profile, study.axis_distance, quadratic)?;
-    let angle = study.start_angle_deg.to_radians() + FRAC_PI_2;
-    let mut rotor =
-        Rotor::new(study.inertia, angle, speed).map_err(crate::dynamics::StepError::from)?;
-    rotor.weight_moment = study.mass * GRAVITY * study.lever;
-    let forces = balanced_forces(study, &levers, torque);
-    for (i, p) in profile.nodes().iter().enumerate() {
-        let (a, b) = (levers.closing[i], levers.sliding[i]);
-        let (lever, law) = match study.reading {
-            Reading::Literal => (Vec2::new(-a, b), NormalLaw::Rigid { restitution: 0.0 }),
-            Reading::TorqueBalanced => (
-                Vec2::new(-a.max(0.0), b),
-                NormalLaw::Load { force: forces[i] },
-            ),
-        };
-        rotor.contacts.push(RotorContact {
-            lever,
-            gap: 0.0,
-            friction: study.friction,
-            law,
-            position: *p,
-        });
-    }
-    match study.reading {
-        Reading::Literal => rotor.torque = torque,
-        Reading::TorqueBalanced => {
-            rotor.motor = Some(RotorMotor {
-                speed,
-                max_torque: 2.0 * torque,
-            });
-        }
-    }
-    Ok(rotor)
-}
-
-/// What one simulated load cycle gave.
-struct Cycle {
-    load_slip: Vec<f64>,
-    wearing_steps: usize,
-    speed_after: f64,
-}
-
-/// Steps the rotor for `window` \[s\], the last step shortened, and sums `load_slip` a node.
-fn load_cycle(
-    scene: &Scene,
-    mut rotor: Rotor,
-    window: f64,
-    totals: &mut Totals,
-) -> Result<Cycle, RunError> {
-    let mut stepper = MoreauStepper::new(scene.step.stepper())?;
-    let dt = scene.step.dt;
-    let mut sums = LoadSlip::new(rotor.contacts.len());
-    let (mut wearing_steps, mut speed_after) = (0, f64::NAN);
-    let mut most_worn: f64 = 0.0;
-    let whole = (window / dt * (1.0 + 1e-12)).floor() as usize;
-    let rest = window - whole as f64 * dt;
-    for k in 0..=whole {
-        let h = if k < whole { dt } else { rest };
-        if h <= 1e-9 * dt {
-            break;
-        }
-        let start = std::time::Instant::now();
-        let record = stepper.step(&mut rotor, h)?;
-        totals.wall += start.elapsed().as_secs_f64();
-        totals.add(&record);
-        sums.add(&record.contacts, |c| Some(c.cell as usize))?;
-        let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
-        most_worn = most_worn.max(worn);
-        // round-off of a rotor that stands still is no wear
-        wearing_steps += usize::from(worn > 1e-9 * most_worn);
-        if speed_after.is_nan() && !record.contacts.is_empty() {
-            speed_after = rotor.speed();
-        }
-    }
-    Ok(Cycle {
-        load_slip: sums.sums().to_vec(),
-        wearing_steps,
-        speed_after,
-    })
 }
 
 /// Wear of a new tooth in one load cycle at the calibration point, and the algebra's.
@@ -240,26 +73,26 @@ fn load_cycle(
 /// [`RunError`].
 pub(super) fn study_cycle(scene: &Scene) -> Result<WornCycle, RunError> {
     let (study, tooth, wear) = blocks(scene)?;
-    let quadratic = wear.update == Update::Quadratic;
+    let update = study.update;
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let worn = |load_slip: &[f64]| -> Result<Vec<f64>, RunError> {
-        let mut state = new_tooth(tooth, wear, speed)?;
+        let mut state = new_tooth(tooth, wear, speed, update)?;
         advance(&mut state, load_slip, 1.0)?;
         Ok(state.depth().to_vec())
     };
-    let state = new_tooth(tooth, wear, speed)?;
+    let state = new_tooth(tooth, wear, speed, update)?;
     let balanced = study.reading == Reading::TorqueBalanced;
     let window = match balanced {
-        true => calibrate(study, tooth, wear, quadratic)?,
+        true => calibrate(scene, study, tooth, wear)?,
         false => scene.step.time,
     };
     let mut totals = Totals::default();
-    let rotor = rotor(study, state.profile(), quadratic, torque, speed)?;
+    let rotor = rotor(study, state.profile(), update, torque, speed)?;
     let cycle = load_cycle(scene, rotor, window, &mut totals)?;
     let exact = match balanced {
         true => {
             let profile = state.profile();
-            let exact = oracle_load_slip(study, profile, quadratic, torque, speed, window)?;
+            let exact = oracle_load_slip(study, profile, update, torque, speed, window)?;
             Some(worn(&exact)?)
         }
         false => None,
@@ -269,16 +102,6 @@ pub(super) fn study_cycle(scene: &Scene) -> Result<WornCycle, RunError> {
         exact,
         totals,
     })
-}
-
-/// A new tooth under the study's wear law.
-fn new_tooth(tooth: &Tooth, wear: &Wear, speed: f64) -> Result<WearState, WearError> {
-    // only the quotient K/dΩ acts on the depth
-    let law = Archard {
-        coefficient: wear.coefficient_over_area,
-        area: CellArea::Fixed(1.0),
-    };
-    WearState::new(tooth.profile()?, wear.settings(law, TAU / speed))
 }
 
 fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
@@ -300,10 +123,10 @@ fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
 /// [`RunError`].
 pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, RunError> {
     let (study, tooth, wear) = blocks(scene)?;
-    let quadratic = wear.update == Update::Quadratic;
+    let update = study.update;
     let calibrated = study.reading == Reading::TorqueBalanced;
     let contact_time = if calibrated {
-        calibrate(study, tooth, wear, quadratic)?
+        calibrate(scene, study, tooth, wear)?
     } else {
         scene.step.time
     };
@@ -315,10 +138,10 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
     let mut per_cycle = Vec::new();
     for &torque in &study.torques {
         for &speed in &study.speeds {
-            let mut state = new_tooth(tooth, wear, speed)?;
-            let mut algebra = new_tooth(tooth, wear, speed)?;
+            let mut state = new_tooth(tooth, wear, speed, update)?;
+            let mut algebra = new_tooth(tooth, wear, speed, update)?;
             for batch in 0..study.batches {
-                let rotor = rotor(study, state.profile(), quadratic, torque, speed)?;
+                let rotor = rotor(study, state.profile(), update, torque, speed)?;
                 let cycle = load_cycle(scene, rotor, contact_time, &mut totals)?;
                 if batch == 0 {
                     per_cycle.push((torque, speed, cycle.load_slip.iter().sum::<f64>()));
@@ -330,7 +153,7 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
                     let exact = oracle_load_slip(
                         study,
                         algebra.profile(),
-                        quadratic,
+                        update,
                         torque,
                         speed,
                         contact_time,
@@ -354,15 +177,13 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
             progress.advance();
         }
     }
-    let history = follow_life(
-        scene,
-        study,
-        tooth,
-        wear,
-        quadratic,
-        contact_time,
-        &mut totals,
-    )?;
+    let life = match calibrated {
+        true => Some(study_life(scene, study, tooth, wear, &mut totals)?),
+        false => None,
+    };
+    if let Some(life) = &life {
+        oracle_difference = oracle_difference.max(life.oracle_difference);
+    }
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let stall = match study.reading {
         Reading::TorqueBalanced => None,
@@ -377,11 +198,12 @@ pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, Run
     Ok(StudyOutcome {
         comparison,
         contact_time,
+        life_contact_time: life.as_ref().map(|l| l.contact_time),
         calibrated,
         oracle_difference: calibrated.then_some(oracle_difference),
         torque,
         speed,
-        history,
+        history: life.map(|l| l.history),
         totals,
         stall,
     })
@@ -392,14 +214,10 @@ fn advance(state: &mut WearState, load_slip: &[f64], cycles: f64) -> Result<(), 
     match state.advance(load_slip, cycles, 0.0) {
         Ok(_) => Ok(()),
         Err(error @ WearError::JumpTooLong { .. }) => Err(RunError::Unfit(format!(
-            "{error}: take more study.batches, or wear.update = \"quadratic\""
+            "{error}: take more study.batches, or study.update = \"quadratic\""
         ))),
         Err(error) => Err(error.into()),
     }
-}
-
-fn deepest(state: &WearState) -> f64 {
-    state.depth().iter().copied().fold(0.0, f64::max)
 }
 
 fn compare_point(
@@ -425,79 +243,17 @@ fn compare_point(
     }
 }
 
-/// The contact time with which the algebra reaches the calibration depth, to 1e-13.
-fn calibrate(study: &Study, tooth: &Tooth, wear: &Wear, quadratic: bool) -> Result<f64, RunError> {
-    let target = &study.calibrate;
-    let batches = f64::from(study.batches);
-    let depth = |time: f64| -> Result<f64, RunError> {
-        let mut state = new_tooth(tooth, wear, target.speed)?;
+/// The contact time with which the algebra of the comparison reaches the calibration depth.
+fn calibrate(scene: &Scene, study: &Study, tooth: &Tooth, wear: &Wear) -> Result<f64, RunError> {
+    let (target, update) = (&study.calibrate, study.update);
+    let cycles = target.cycles / f64::from(study.batches);
+    contact_time(scene, target, |time| {
+        let mut state = new_tooth(tooth, wear, target.speed, update)?;
         for _ in 0..study.batches {
-            let rates = oracle_load_slip(
-                study,
-                state.profile(),
-                quadratic,
-                target.torque,
-                target.speed,
-                time,
-            )?;
-            advance(&mut state, &rates, target.cycles / batches)?;
+            let (torque, speed) = (target.torque, target.speed);
+            let rates = oracle_load_slip(study, state.profile(), update, torque, speed, time)?;
+            advance(&mut state, &rates, cycles)?;
         }
         Ok(deepest(&state))
-    };
-    // nearly linear through the origin: regula falsi from a depth of a hundredth of the target
-    let probe = 1e-6;
-    let first = depth(probe)?;
-    if first <= 0.0 || !first.is_finite() {
-        return Err(RunError::Unfit(
-            "study.calibrate: no contact time reaches the depth; nothing wears at this point"
-                .to_owned(),
-        ));
-    }
-    let mut time = probe * target.depth / first;
-    for _ in 0..60 {
-        let reached = depth(time)?;
-        if (reached / target.depth - 1.0).abs() < 1e-14 {
-            break;
-        }
-        time *= target.depth / reached;
-    }
-    Ok(time)
-}
-
-/// Wears the tooth at the calibration point until the last limit or the longest time is reached.
-fn follow_life(
-    scene: &Scene,
-    study: &Study,
-    tooth: &Tooth,
-    wear: &Wear,
-    quadratic: bool,
-    contact_time: f64,
-    totals: &mut Totals,
-) -> Result<WearHistory, RunError> {
-    let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
-    let mut state = new_tooth(tooth, wear, speed)?;
-    let mut history = WearHistory::default();
-    history.add_profile(1, &state);
-    let cycles = study.cycles / f64::from(study.batches);
-    let lowest = wear
-        .limits
-        .iter()
-        .map(|l| l.height)
-        .fold(f64::INFINITY, f64::min);
-    while state.life().last().hours < wear.max_hours {
-        let now = state.life().last();
-        let done = now.cycles >= study.cycles * (1.0 - 1e-9);
-        if done && (now.height <= lowest || lowest == f64::INFINITY) {
-            break;
-        }
-        let rotor = rotor(study, state.profile(), quadratic, torque, speed)?;
-        let cycle = load_cycle(scene, rotor, contact_time, totals)?;
-        if cycle.load_slip.iter().all(|s| *s == 0.0) {
-            break;
-        }
-        advance(&mut state, &cycle.load_slip, cycles)?;
-        history.add_profile(1, &state);
-    }
-    history.close(1, &state, &wear.limits)?;
-    Ok(history)
+    })
 }

@@ -1,4 +1,4 @@
-use crate::report::{HeightLimit, LifeRow, ProfileRow, WearRow};
+use crate::report::{HeightLimit, LifeRow, ProfileRow, VolumeRow, WearRow};
 use crate::scene::Limit as SceneLimit;
 use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
 
@@ -6,6 +6,7 @@ use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
 #[derive(Debug, Clone, Default)]
 pub struct WearHistory {
     pub wear: Vec<WearRow>,
+    pub volume: Vec<VolumeRow>,
     pub profile: Vec<ProfileRow>,
     pub life: Vec<LifeRow>,
     pub limits: Vec<HeightLimit>,
@@ -77,6 +78,13 @@ impl WearHistory {
                     x_m: x,
                     depth_m: point.depth[cell],
                     load_slip_nm_per_cycle: point.load_slip[cell],
+                });
+                self.volume.push(VolumeRow {
+                    cycles: point.cycles,
+                    hours: point.hours,
+                    bar,
+                    cell: cell as u32 + 1,
+                    volume_m3_per_m: point.volume[cell],
                 });
             }
         }

@@ -120,6 +120,18 @@ row! {
 }
 
 row! {
+    /// Worn volume of one cell after a number of cycles, per metre of width: its share of the area
+    /// between the new profile and the worn one, which is the sum over the cells.
+    VolumeRow in "worn-volume.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        cell: u32,
+        volume_m3_per_m: f64,
+    }
+}
+
+row! {
     /// One node of the worn profile after a number of cycles.
     ProfileRow in "profile.csv" {
         cycles: f64,
@@ -453,6 +465,10 @@ mod tests {
         assert_eq!(
             header::<WearRow>(),
             "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle\n"
+        );
+        assert_eq!(
+            header::<VolumeRow>(),
+            "cycles,hours,bar,cell,volume_m3_per_m\n"
         );
         assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m\n");
         assert_eq!(

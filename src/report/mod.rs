@@ -29,7 +29,7 @@ pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub use csv_files::{
     BodyRow, ComparisonRow, ContactRow, CsvFile, DominationRow, LifeRow, PerformanceRow, PointRow,
-    ProfileRow, ResultRow, Row, StepRow, UndominatedRow, WearRow, read_rows, write_rows,
+    ProfileRow, ResultRow, Row, StepRow, UndominatedRow, VolumeRow, WearRow, read_rows, write_rows,
     written_rows,
 };
 pub use domination::{Cause, Domination, front, shared};
@@ -40,7 +40,7 @@ pub use performance::{Performance, Score, Work};
 pub use progress::Progress;
 pub use result_charts::{convergence, energy, work_precision};
 pub use scatter::scatter;
-pub use table::{Align, Table, number, quantity, step_length};
+pub use table::{Align, Table, number, plus_minus, quantity, step_length};
 pub use wear_charts::{
     HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
 };

@@ -73,16 +73,12 @@ pub fn number(value: f64, significant: usize) -> String {
         return "0".into();
     }
     // The exponent after rounding, so that 9.999 becomes 10.0 and not 10.00.
-    let scientific = format!("{value:.*e}", digits - 1);
-    let exponent: i32 = scientific
-        .split_once('e')
-        .and_then(|(_, e)| e.parse().ok())
-        .unwrap_or(0);
+    let exponent = exponent(value, digits);
     if (-3..6).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         format!("{value:.decimals$}")
     } else {
-        scientific
+        format!("{value:.*e}", digits - 1)
     }
 }
 
@@ -101,10 +97,7 @@ pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
         (6, "M"),
         (9, "G"),
     ];
-    let exponent = format!("{value:.*e}", significant.clamp(1, 17) - 1)
-        .split_once('e')
-        .and_then(|(_, e)| e.parse::<i32>().ok())
-        .unwrap_or(0);
+    let exponent = exponent(value, significant.clamp(1, 17));
     let engineering = exponent.div_euclid(3) * 3;
     match PREFIXES.iter().find(|(e, _)| *e == engineering) {
         Some((e, prefix)) if value != 0.0 => {
@@ -118,6 +111,39 @@ pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
         }
         _ => format!("{} {unit}", number(value, significant)),
     }
+}
+
+/// A value with its error, to two digits of the error: `plus_minus(61.2345, 1.83)` is "61.2 ± 1.8".
+///
+/// An error that is 0 or NaN, as an exact value and one of unknown error have it, is not written;
+/// every other is, whatever its size.
+pub fn plus_minus(value: f64, error: f64) -> String {
+    if error == 0.0 || error.is_nan() || !value.is_finite() {
+        return number(value, 4);
+    }
+    let text = number(error, 2);
+    let last = exponent(error, 2) - 1;
+    let value = match text.contains('e') && last > 0 {
+        // both with an exponent; a value below the error's last digit keeps one digit
+        true => {
+            let digits = exponent(value, 17) - last + 1;
+            number(value, digits.max(1) as usize)
+        }
+        false if error.is_finite() => {
+            let decimals = (-last).clamp(0, 9) as usize;
+            format!("{value:.decimals$}")
+        }
+        false => number(value, 4),
+    };
+    format!("{value} ± {text}")
+}
+
+/// Power of ten of a number's first digit, after rounding to `significant` digits; 0 of one that
+/// has none.
+fn exponent(value: f64, significant: usize) -> i32 {
+    let scientific = format!("{value:.*e}", significant - 1);
+    let power = scientific.split_once('e').map(|(_, e)| e.parse());
+    power.and_then(Result::ok).unwrap_or(0)
 }
 
 /// A step length \[s\] as people write it: 1/60 s, or 0.0167 s where it is no whole fraction.
@@ -168,6 +194,27 @@ x                      1  beyond
             (f64::NEG_INFINITY, 3, "-inf"),
         ] {
             assert_eq!(number(value, digits), text);
+        }
+    }
+
+    #[test]
+    fn a_value_is_written_with_its_error_whatever_its_size() {
+        for (value, error, text) in [
+            (61.2345, 1.83, "61.2 ± 1.8"),
+            (61.2345, 12.0, "61 ± 12"),
+            (61.2345, 0.999, "61.2 ± 1.0"),
+            (61.2345, 0.00045, "61.23450 ± 4.5e-4"),
+            (1234.5, 1234.0, "1234 ± 1234"),
+            // errors of 1e6 and more were left out
+            (6.123e7, 1.83e6, "6.12e7 ± 1.8e6"),
+            (61.2345, 2e6, "61 ± 2.0e6"),
+            (61.2345, f64::INFINITY, "61.23 ± inf"),
+            (61.2345, 0.0, "61.23"),
+            (61.2345, f64::NAN, "61.23"),
+            (0.0, 1e7, "0 ± 1.0e7"),
+            (f64::NAN, 1.0, "NaN"),
+        ] {
+            assert_eq!(plus_minus(value, error), text);
         }
     }
 

@@ -2,12 +2,11 @@ use super::ReportError;
 use super::axis::Axis;
 use super::chart::{Chart, Colour, HLine, Mark, Series, Style};
 use super::csv_files::{LifeRow, ProfileRow, WearRow};
-use super::table::number;
+use super::table::{number, plus_minus};
 
 const MM: f64 = 1e3;
-/// Curves of the worn profile, and of the depth, at most.
-const PROFILES: usize = 12;
-const DEPTHS: usize = 6;
+/// Times in a picture, at most: the same in all pictures of a run.
+const TIMES: usize = 9;
 
 /// Tooth height of one bar at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +26,8 @@ pub struct HeightLimit {
     pub height: f64,
 }
 
-/// The worn profile of one bar at up to 12 times, light to dark, on its base.
+/// The worn profile of one bar at up to 9 times, the first and the last among them, light to dark,
+/// on its base. The subtitle says where times are left out.
 ///
 /// # Arguments
 /// - `rows`: any order of times; nodes in order within one.
@@ -49,10 +49,9 @@ pub fn worn_profile(
         Axis::linear("along the base [mm]"),
         Axis::linear("height above the base [mm]"),
     );
-    chart.subtitle = subtitle.into();
     chart.equal_aspect = true;
     let rows: Vec<&ProfileRow> = rows.iter().filter(|r| r.bar == bar).collect();
-    let times = times(rows.iter().map(|r| r.hours), PROFILES, &chart)?;
+    let times = drawn_times(rows.iter().map(|r| r.hours), subtitle, &mut chart)?;
     let low = rows.iter().map(|r| r.x_m).fold(f64::INFINITY, f64::min);
     let high = rows.iter().map(|r| r.x_m).fold(f64::NEG_INFINITY, f64::max);
     if base_depth > 0.0 && low < high {
@@ -75,7 +74,7 @@ pub fn worn_profile(
     Ok(chart)
 }
 
-/// Worn depth over the cells of one bar at up to 6 times, light to dark.
+/// Worn depth over the cells of one bar at the times of [`worn_profile`], light to dark.
 ///
 /// # Arguments
 /// - `rows`: any order of times; cells in order within one.
@@ -90,9 +89,8 @@ pub fn depth_per_cell(rows: &[WearRow], bar: u32, subtitle: &str) -> Result<Char
         Axis::linear("cell"),
         Axis::linear("worn depth [mm]"),
     );
-    chart.subtitle = subtitle.into();
     let rows: Vec<&WearRow> = rows.iter().filter(|r| r.bar == bar).collect();
-    let times = times(rows.iter().map(|r| r.hours), DEPTHS, &chart)?;
+    let times = drawn_times(rows.iter().map(|r| r.hours), subtitle, &mut chart)?;
     family(&mut chart, &times, Style::LinePoints, |hours| {
         let at = rows.iter().filter(|r| r.hours == hours);
         at.map(|r| (f64::from(r.cell), MM * r.depth_m)).collect()
@@ -178,17 +176,13 @@ pub fn tooth_height(
     chart
 }
 
-/// "unfit: 61.2 ± 0.8 h", the value to the last digit of its error.
+/// "unfit: 61.2 ± 0.8 h".
 fn crossing(row: &LifeRow) -> String {
-    if row.error_hours > 0.0 && row.error_hours.is_finite() {
-        let error = number(row.error_hours, 2);
-        let decimals = error.split_once('.').map_or(0, |(_, d)| d.len());
-        // An error below a thousandth of an hour is not worth its digits.
-        if !error.contains('e') {
-            return format!("{}: {:.decimals$} ± {error} h", row.limit, row.hours);
-        }
-    }
-    format!("{}: {} h", row.limit, number(row.hours, 4))
+    format!(
+        "{}: {} h",
+        row.limit,
+        plus_minus(row.hours, row.error_hours)
+    )
 }
 
 /// A number without the zeros it does not need.
@@ -221,12 +215,24 @@ fn family(chart: &mut Chart, times: &[f64], style: Style, points: impl Fn(f64) -
     }
 }
 
-/// The distinct times, ascending, thinned to `most` as evenly in time as they allow.
-fn times(
+/// The times to draw, [`thinned`]; the chart's subtitle says how many of how many.
+fn drawn_times(
     hours: impl Iterator<Item = f64>,
-    most: usize,
-    chart: &Chart,
+    subtitle: &str,
+    chart: &mut Chart,
 ) -> Result<Vec<f64>, ReportError> {
+    let all = distinct(hours, chart)?;
+    let kept = thinned(&all, TIMES);
+    chart.subtitle = subtitle.to_owned();
+    if kept.len() < all.len() {
+        let gap = if subtitle.is_empty() { "" } else { "; " };
+        chart.subtitle += &format!("{gap}{} of {} times", kept.len(), all.len());
+    }
+    Ok(kept)
+}
+
+/// The distinct times, ascending.
+fn distinct(hours: impl Iterator<Item = f64>, chart: &Chart) -> Result<Vec<f64>, ReportError> {
     let mut times: Vec<f64> = hours.collect();
     let refused = |error: fn(String) -> ReportError| error(chart.title.clone());
     if times.is_empty() {
@@ -243,8 +249,13 @@ fn times(
     }
     times.sort_by(f64::total_cmp);
     times.dedup();
+    Ok(times)
+}
+
+/// At most `most` of ascending times, as evenly in time as they allow, both ends among them.
+fn thinned(times: &[f64], most: usize) -> Vec<f64> {
     if times.len() <= most {
-        return Ok(times);
+        return times.to_vec();
     }
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut kept: Vec<f64> = (0..most)
@@ -258,7 +269,7 @@ fn times(
         })
         .collect();
     kept.dedup();
-    Ok(kept)
+    kept
 }
 
 #[cfg(test)]
@@ -293,9 +304,10 @@ mod tests {
             .iter()
             .filter(|s| s.style == Style::Line)
             .collect();
-        assert_eq!(curves.len(), PROFILES);
+        assert_eq!(curves.len(), TIMES);
+        assert_eq!(chart.subtitle, "9 of 41 times");
         assert_eq!(
-            (curves[0].name.as_str(), curves[11].name.as_str()),
+            (curves[0].name.as_str(), curves[8].name.as_str()),
             ("new", "68.0 h")
         );
         assert_eq!(curves[0].points.len(), 26);
@@ -359,8 +371,8 @@ mod tests {
     #[test]
     fn times_are_even_in_time_not_in_number() {
         let many = (0..100).map(|i| 0.01 * f64::from(i)).chain([50.0, 100.0]);
-        let chart = Chart::new("t", Axis::linear("x"), Axis::linear("y"));
-        let kept = times(many, 5, &chart).unwrap();
-        assert_eq!(kept, [0.0, 0.99, 50.0, 100.0]);
+        let many: Vec<f64> = many.collect();
+        assert_eq!(thinned(&many, 5), [0.0, 0.99, 50.0, 100.0]);
+        assert_eq!(thinned(&many[98..], 5), many[98..]);
     }
 }

@@ -3,7 +3,7 @@
 use super::joint::WORLD;
 use super::overlap::Overlaps;
 use super::world::{Built, HandWritten, World};
-use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Update, Wear, planar};
+use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Wear, planar};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
 use crate::rapier::{
@@ -44,14 +44,11 @@ impl Tooth {
 }
 
 impl Wear {
-    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\].
+    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\], along its normals.
     pub fn settings(&self, law: Archard, cycle_seconds: f64) -> WearSettings {
         WearSettings {
             law,
-            update: match self.update {
-                Update::Normal => wear::Update::Normal,
-                Update::Quadratic => wear::Update::Quadratic,
-            },
+            update: wear::Update::Normal,
             smoothing_length: self.smoothing_length,
             cycle_seconds,
         }

@@ -50,8 +50,6 @@ impl Tooth {
 pub struct Wear {
     /// `K/dΩ` [1/N], default 5e-17 m²/N over 3e-8 m². Depth data cannot separate the two.
     pub coefficient_over_area: f64,
-    /// How depth changes the profile, default `normal`.
-    pub update: Update,
     /// Heights whose crossing is reported; default none.
     pub limits: Vec<Limit>,
     /// Largest depth of one cycle jump, as a fraction of the cell size; default 0.1.
@@ -69,7 +67,6 @@ impl Default for Wear {
     fn default() -> Self {
         Wear {
             coefficient_over_area: 5e-17 / 3e-8,
-            update: Update::default(),
             limits: Vec::new(),
             jump: 0.1,
             revolutions: 1,
@@ -83,11 +80,12 @@ impl Default for Wear {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Update {
-    /// Along the local normal, cell by cell, with the area balanced.
-    #[default]
+    /// Along the local normal, node by node, with the area balanced: load and wear in proportion
+    /// to a node's width along the surface.
     Normal,
-    /// Vertically, then refitted to a quadratic by least squares: the study's way. It flattens a
-    /// local scar and grows steel elsewhere.
+    /// Vertically, then refitted to a quadratic by least squares, every cell the same: the study's
+    /// way. It flattens a local scar and grows steel elsewhere.
+    #[default]
     Quadratic,
 }
 
@@ -132,6 +130,9 @@ pub struct Study {
     pub cycles: f64,
     /// Profile updates over those cycles, default 4.
     pub batches: u32,
+    /// How depth changes the profile between the updates of the comparison with the published
+    /// depths, default `quadratic`. The life of the tooth is always worn along its normals.
+    pub update: Update,
     /// The published point that fixes the contact time of the torque-balanced reading.
     pub calibrate: Calibration,
 }
@@ -152,6 +153,7 @@ impl Default for Study {
             torques: vec![146.39, 20.87],
             cycles: 4e6,
             batches: 4,
+            update: Update::default(),
             calibrate: Calibration::default(),
         }
     }

@@ -46,6 +46,9 @@ pub struct LifePoint {
     pub hours: f64,
     /// Worn depth of every cell \[m\].
     pub depth: Vec<f64>,
+    /// Worn volume of every cell [m³ per metre of width]: its share of the area between the new
+    /// profile and this one, which is their sum.
+    pub volume: Vec<f64>,
     /// Height of the profile \[m\] and the cell that holds it.
     pub height: f64,
     pub highest: usize,
@@ -86,6 +89,8 @@ pub(super) struct JumpTaken<'a> {
     pub rate: &'a [f64],
     pub rate_error: f64,
     pub load_slip: &'a [f64],
+    /// Area that this jump took from every cell \[m²\].
+    pub area: &'a [f64],
     pub height: f64,
     pub highest: usize,
 }
@@ -104,6 +109,7 @@ impl Life {
                 cycles: 0.0,
                 hours: 0.0,
                 depth: vec![0.0; cells],
+                volume: vec![0.0; cells],
                 height,
                 highest,
                 rate: vec![0.0; cells],
@@ -130,6 +136,7 @@ impl Life {
         let cells = self.last().depth.len();
         same_length("rates", jump.rate.len(), cells)?;
         same_length("load_slip", jump.load_slip.len(), cells)?;
+        same_length("worn areas", jump.area.len(), cells)?;
         all_finite("rate of cell", jump.rate)?;
         let settled = self.settled(jump.rate)?;
         let jump_error = match (&settled, self.points.len()) {
@@ -148,6 +155,9 @@ impl Life {
             depth: (last.depth.iter().zip(jump.rate))
                 .map(|(h, r)| h + jump.cycles * r)
                 .collect(),
+            volume: (last.volume.iter().zip(jump.area))
+                .map(|(v, a)| v + a)
+                .collect(),
             height: jump.height,
             highest: jump.highest,
             rate: jump.rate.to_vec(),
@@ -159,6 +169,7 @@ impl Life {
                 .collect(),
         };
         all_finite("depth of cell", &next.depth)?;
+        all_finite("worn volume of cell", &next.volume)?;
         all_finite("cycles and hours", &[next.cycles, next.hours])?;
         self.settle(settled);
         self.points.push(next);
@@ -341,6 +352,7 @@ mod tests {
                 rate,
                 rate_error,
                 load_slip: &[0.0, 0.0],
+                area: &[0.0, 0.0],
                 height: 9.0 - i as f64,
                 highest: 0,
             })

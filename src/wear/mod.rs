@@ -24,6 +24,7 @@
 mod archard;
 #[cfg(test)]
 mod closed_forms;
+mod contain;
 mod jump;
 mod life;
 mod polygon;
@@ -78,8 +79,9 @@ pub enum WearError {
     /// A jump wears more than the mesh can follow.
     #[error("wear: the jump wears {depth} m at node {node}, at most {limit} m is allowed")]
     JumpTooLong { node: usize, depth: f64, limit: f64 },
-    /// A surface too curved for its depth: the area asked for cannot be removed along the normals.
-    #[error("wear: the surface is too curved at node {node} for the depth asked")]
+    /// A surface too curved for its depth, or for its cells: the area asked for cannot be removed
+    /// along the normals, or no merged node stays within the new part.
+    #[error("wear: the surface is too curved at node {node} for the depth asked, or for its cells")]
     Unbalanced { node: usize },
     /// The wear has reached the underside of the base.
     #[error("wear: node {node} at y = {y} m is worn through the base, {base} m thick")]

@@ -1,3 +1,4 @@
+use super::contain::lowered;
 use super::polygon::crossing;
 use super::{Profile, WearError, in_range, same_length, signed_area};
 use crate::contact::Vec2;
@@ -11,20 +12,28 @@ const EDGE_RANGE: [f64; 2] = [0.5, 1.5];
 ///   `m = m₀ + τ n`, `τ = 2 (A(p, m₀, q) − A(p, a, b, q)) / |q − p|`                   (1)
 ///   with `m₀` its midpoint, `n` the normal of the chord p q and `A` the signed area: the area
 ///   under p a b q and under p m q is the same. At an end, whose node must stay, the next edge is
-///   merged into its far node instead.
+///   merged into its far node instead. On a convex part `m` lies outside: where it would stand out
+///   of the new part, it is taken straight down as far as that needs, and the area falls.
 /// - **Split.** An edge longer than 1.5 cells is cut into equal parts of 0.75 to 1.25 cells, on
 ///   itself.
 ///
 /// # Arguments
 /// - `profile`: free of crossings; `cell_size` \[m\].
+/// - `new`: the profile that nothing may stand out of, or `None` for no such bound.
 ///
 /// # Returns
-/// The new profile, or `None` if every edge is in range already.
+/// The profile with its new nodes and the area \[m²\] taken to keep it within `new`, exactly 0 where
+/// nothing stood out; `None` if every edge is in range already.
 ///
 /// # Errors
 /// [`WearError::Range`] unless `cell_size` is finite and above 0; [`WearError::TooFewNodes`] if the
-/// profile is too short for its cells; [`WearError::Crossing`] if a merge makes it cross itself.
-pub fn remesh(profile: &Profile, cell_size: f64) -> Result<Option<Profile>, WearError> {
+/// profile is too short for its cells; [`WearError::Crossing`] if a merge makes it cross itself;
+/// [`WearError::Unbalanced`] if a merge stands out of `new` however low it is.
+pub fn remesh(
+    profile: &Profile,
+    cell_size: f64,
+    new: Option<&Profile>,
+) -> Result<Option<(Profile, f64)>, WearError> {
     let inside = cell_size > 0.0 && cell_size.is_finite();
     in_range("cell size [m]", cell_size, inside, "finite and above 0")?;
     let [low, high] = EDGE_RANGE.map(|r| r * cell_size);
@@ -33,8 +42,15 @@ pub fn remesh(profile: &Profile, cell_size: f64) -> Result<Option<Profile>, Wear
         return Ok(None);
     }
     let mut nodes = profile.nodes().to_vec();
+    let mut taken = 0.0;
     while let Some(edge) = shortest_below(&nodes, low) {
-        merge(&mut nodes, edge)?;
+        let node = merge(&mut nodes, edge)?;
+        if let Some(new) = new {
+            let (before, kept, after) = (nodes[node - 1], nodes[node], nodes[node + 1]);
+            nodes[node] = lowered(before, kept, after, new, cell_size, node)?;
+            // the triangle that the two edges sweep
+            taken += 0.5 * (kept.y - nodes[node].y) * (after.x - before.x);
+        }
     }
     let mut split = vec![nodes[0]];
     for e in nodes.windows(2) {
@@ -46,7 +62,7 @@ pub fn remesh(profile: &Profile, cell_size: f64) -> Result<Option<Profile>, Wear
         }
         split.push(e[1]);
     }
-    Profile::new(split).map(Some)
+    Ok(Some((Profile::new(split)?, taken)))
 }
 
 /// The shortest edge, if it is below `low`.
@@ -62,8 +78,8 @@ fn shortest_below(nodes: &[Vec2], low: f64) -> Option<usize> {
     best
 }
 
-/// Merges an edge by equation (1) of [`remesh`]; the ends stay.
-fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<(), WearError> {
+/// Merges an edge by equation (1) of [`remesh`] and returns the node made; the ends stay.
+fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<usize, WearError> {
     let edges = nodes.len() - 1;
     if edges < 3 {
         return Err(WearError::TooFewNodes {
@@ -88,7 +104,7 @@ fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<(), WearError> {
     let shift = 2.0 * excess / chord.norm();
     nodes[a] = start + shift * Vec2::new(-unit.y, unit.x);
     nodes.remove(a + 1);
-    Ok(())
+    Ok(a)
 }
 
 /// Cuts the loops off a profile that crosses itself.
@@ -255,7 +271,8 @@ mod tests {
                 nodes.push(p);
             }
             let old = Profile::new(nodes).unwrap();
-            let new = remesh(&old, 1.0).unwrap().unwrap_or(old.clone());
+            let (new, taken) = remesh(&old, 1.0, None).unwrap().unwrap_or((old.clone(), 0.0));
+            prop_assert_eq!(taken, 0.0);
             prop_assert!(new.edges().iter().all(|l| (0.5..=1.5).contains(l)));
             // round-off of an area of a few hundred
             prop_assert!((new.area_above(0.0) - old.area_above(0.0)).abs() < 1e-11);
@@ -267,12 +284,39 @@ mod tests {
     #[test]
     fn a_mesh_in_range_is_left_alone_and_one_too_short_is_refused() {
         let p = profile(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.2, 0.0)]);
-        assert_eq!(remesh(&p, 1.0), Ok(None));
+        assert_eq!(remesh(&p, 1.0, None), Ok(None));
         assert!(matches!(
-            remesh(&p, 20.0),
+            remesh(&p, 20.0, None),
             Err(WearError::TooFewNodes { .. })
         ));
-        assert!(matches!(remesh(&p, f64::NAN), Err(WearError::Range { .. })));
+        assert!(matches!(
+            remesh(&p, f64::NAN, None),
+            Err(WearError::Range { .. })
+        ));
+    }
+
+    #[test]
+    fn a_merge_that_would_grow_steel_takes_some_instead() {
+        let cap = profile(&[(0.0, 0.0), (1.0, 0.5), (1.2, 0.5), (2.2, 0.0), (3.2, -0.5)]);
+        let (free, _) = remesh(&cap, 1.0, None).unwrap().unwrap();
+        // the two corners make one 0.05 above them: the same area, but steel that was never there
+        assert!((free.rise_over(&cap) - 0.5 / 11.0).abs() < 1e-15);
+        let (kept, taken) = remesh(&cap, 1.0, Some(&cap)).unwrap().unwrap();
+        // within 1e-9 of a cell
+        assert!(kept.rise_over(&cap) <= 1e-9);
+        assert!((taken - 0.05).abs() < 1e-8, "{taken}");
+        let lost = cap.area_above(0.0) - kept.area_above(0.0);
+        // round-off of an area of 1
+        assert!((lost - taken).abs() < 1e-15);
+        // one that is deep inside is left as it is
+        let low = profile(&[
+            (0.0, -1.0),
+            (1.0, -0.5),
+            (1.2, -0.5),
+            (2.2, -1.0),
+            (3.2, -1.5),
+        ]);
+        assert_eq!(remesh(&low, 1.0, Some(&cap)), remesh(&low, 1.0, None));
     }
 
     #[test]

@@ -31,7 +31,8 @@ pub struct WearStep {
     pub removed_area: f64,
     /// Relative imbalance before the correction, see [`wear_normal`]; 0 for [`Update::Quadratic`].
     pub correction: f64,
-    /// Area that cutting off loops gave back \[m²\]; exactly 0 where nothing crossed.
+    /// Area that cutting off loops gave back, less what re-meshing took to stay within the new
+    /// profile \[m²\]; exactly 0 where nothing crossed and nothing stood out.
     pub clipped_area: f64,
     /// Whether nodes were merged, split or cut off: the collider needs more than moved vertices.
     pub remeshed: bool,
@@ -41,6 +42,7 @@ pub struct WearStep {
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearState {
     settings: WearSettings,
+    new: Profile,
     profile: Profile,
     cells: CellMap,
     cell_size: f64,
@@ -75,6 +77,7 @@ impl WearState {
         let life = Life::new(cells.stations().len(), height, cells.of_node()[node]);
         Ok(WearState {
             settings,
+            new: profile.clone(),
             profile,
             cells,
             cell_size,
@@ -150,6 +153,9 @@ impl WearState {
     /// h_i = N K S_i / A_i  →  smoothing  →  update  →  loops cut off  →  re-mesh
     /// ```
     ///
+    /// With [`Update::Normal`] the worn profile stays within the new one; the quadratic refit grows
+    /// steel.
+    ///
     /// # Arguments
     /// - `load_slip`: `S_i` of one cycle [N m], one a node of the present profile.
     /// - `cycles`: `N`, above 0.
@@ -182,28 +188,40 @@ impl WearState {
                 correction = imbalance;
                 let (simple, area) = clip_loops(&worn)?;
                 clipped_area = area;
-                let meshed = remesh(&simple, self.cell_size)?;
+                let meshed = remesh(&simple, self.cell_size, Some(&self.new))?;
                 remeshed = meshed.is_some() || simple != worn;
-                meshed.unwrap_or(simple)
+                let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
+                clipped_area -= taken;
+                meshed
             }
         };
         let mut cells = self.cells.clone();
         cells.renew(&profile);
         let (node, height) = profile.highest();
         let rate = self.cells.mean(&rates, &widths)?;
+        let asked: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
+        let asked_area: f64 = asked.iter().sum();
+        let removed_area = self.profile.area_above(0.0) - profile.area_above(0.0);
+        // every cell's share of what was removed, loops and all
+        let share = match asked_area > 0.0 {
+            true => removed_area / asked_area,
+            false => 0.0,
+        };
+        let removed: Vec<f64> = asked.iter().map(|a| a * share).collect();
         self.life.add(JumpTaken {
             cycles,
             cycle_seconds: self.settings.cycle_seconds,
             rate: &rate,
             rate_error,
             load_slip: &self.cells.sum(load_slip)?,
+            area: &self.cells.sum(&removed)?,
             height,
             highest: cells.of_node()[node],
         })?;
         let step = WearStep {
             depth: rate.iter().map(|r| r * cycles).collect(),
-            asked_area: depths.iter().zip(&widths).map(|(h, w)| h * w).sum(),
-            removed_area: self.profile.area_above(0.0) - profile.area_above(0.0),
+            asked_area,
+            removed_area,
             correction,
             clipped_area,
             remeshed,

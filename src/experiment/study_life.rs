@@ -1,0 +1,125 @@
+//! The life of the study's tooth, worn cell by cell along its normals.
+//!
+//! Apart from the comparison with the study's table: that re-fits a quadratic after every update,
+//! which spreads a scar over the tooth and grows steel at its tip. Here the wear layer is the one
+//! of the thresher: the worn profile stays within the new one. In the literal reading, where the
+//! shares of the cells are not unique, there is no life to follow.
+
+use super::contact_time::contact_time;
+use super::simulate::{RunError, Totals};
+use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
+use super::wear_history::WearHistory;
+use crate::scene::{Scene, Study, Tooth, Update, Wear};
+use crate::wear::{JumpRule, Profile, WearState};
+use std::f64::consts::TAU;
+
+/// Longest jump \[cycles\]; the depth of a jump sets it long before.
+const LONGEST_JUMP: f64 = 1e12;
+/// Cycles left that are only round-off of those asked for.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The life of one tooth at the calibration's torque and speed.
+pub(super) struct StudyLife {
+    pub history: WearHistory,
+    /// Contact time of one cycle \[s\], with which the depth is the published one as well.
+    pub contact_time: f64,
+    /// Largest difference of a node's wear in a cycle between the stepper and the algebra, over the
+    /// largest wear of a node.
+    pub oracle_difference: f64,
+}
+
+/// Wears the tooth of the torque-balanced reading until the last limit or the longest time is reached, or its base worn through.
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn study_life(
+    scene: &Scene,
+    study: &Study,
+    tooth: &Tooth,
+    wear: &Wear,
+    totals: &mut Totals,
+) -> Result<StudyLife, RunError> {
+    let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
+    let algebra = |profile: &Profile, time: f64| {
+        oracle_load_slip(study, profile, Update::Normal, torque, speed, time)
+    };
+    let contact_time = contact_time(scene, &study.calibrate, |time| {
+        let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
+        let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
+        let most = study.calibrate.cycles;
+        wear_on(&mut state, tooth, wear, most, |_| false, cycle, |_| ())?;
+        Ok(deepest(&state))
+    })?;
+
+    let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
+    let mut history = WearHistory::default();
+    history.add_profile(1, &state);
+    // above every height where there is no limit: the study's cycles are enough then
+    let lowest = wear
+        .limits
+        .iter()
+        .map(|l| l.height)
+        .fold(f64::INFINITY, f64::min);
+    let done = |state: &WearState| {
+        let now = state.life().last();
+        now.cycles >= study.cycles * (1.0 - ROUND_OFF) && now.height <= lowest
+    };
+    let most = wear.max_hours * 3600.0 * speed / TAU;
+    let mut oracle_difference: f64 = 0.0;
+    let cycle = |profile: &Profile| {
+        let rotor = rotor(study, profile, Update::Normal, torque, speed)?;
+        let cycle = load_cycle(scene, rotor, contact_time, totals)?;
+        let exact = algebra(profile, contact_time)?;
+        let scale = exact.iter().copied().fold(0.0, f64::max);
+        for (ours, exact) in cycle.load_slip.iter().zip(&exact) {
+            oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
+        }
+        Ok(cycle.load_slip)
+    };
+    let last = wear_on(&mut state, tooth, wear, most, done, cycle, |state| {
+        history.add_profile(1, state);
+    })?;
+    state.close(&last)?;
+    history.close(1, &state, &wear.limits)?;
+    Ok(StudyLife {
+        history,
+        contact_time,
+        oracle_difference,
+    })
+}
+
+/// Wears a tooth jump by jump, until `done`, `most` cycles, nothing wears, or the base is worn
+/// through.
+///
+/// # Arguments
+/// - `cycle`: `load_slip` of one cycle [N m] on the nodes of a profile; `after` sees each jump.
+///
+/// # Returns
+/// `load_slip` of the profile it ends with.
+fn wear_on(
+    state: &mut WearState,
+    tooth: &Tooth,
+    wear: &Wear,
+    most: f64,
+    done: impl Fn(&WearState) -> bool,
+    mut cycle: impl FnMut(&Profile) -> Result<Vec<f64>, RunError>,
+    mut after: impl FnMut(&WearState),
+) -> Result<Vec<f64>, RunError> {
+    let rule = JumpRule {
+        cycles: LONGEST_JUMP,
+        fraction: wear.jump,
+        stability: 1.0,
+    };
+    loop {
+        let load_slip = cycle(state.profile())?;
+        let left = most - state.life().last().cycles;
+        let worn_through = state.profile().nodes().iter().any(|p| p.y <= -tooth.base);
+        let idle = load_slip.iter().all(|s| *s == 0.0);
+        if left <= ROUND_OFF * most || worn_through || idle || done(state) {
+            return Ok(load_slip);
+        }
+        let jump = state.next_jump(&rule, &load_slip, 0.0)?;
+        state.advance(&load_slip, jump.cycles.min(left), 0.0)?;
+        after(state);
+    }
+}
