@@ -94,8 +94,8 @@ pub(super) fn touch(
     let [first, second] = [0, 1].map(|k| sides[k].pose.rotation * sides[k].normal);
     let between = wide(cores[1]) - wide(cores[0]);
     let normal = match radii {
-        [r, _] if r == 0.0 => wide(first),
-        [_, r] if r == 0.0 => -wide(second),
+        [0.0, _] => wide(first),
+        [_, 0.0] => -wide(second),
         // cores that cross keep what was found
         _ if between.dot(&wide(first)) > 0.0 => between.normalize(),
         _ => wide(first),
