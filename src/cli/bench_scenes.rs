@@ -7,14 +7,14 @@ use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, qua
 use serde_json::json;
 use std::path::PathBuf;
 
-/// What each size of a scene changes in it.
-type Sizes = &'static [&'static [&'static str]];
+/// What is set for a size, as `--set` takes it.
+type Size = &'static [&'static str];
 
 /// Scenes measured by default, the steps in which each settles and those of a quick bench, and its
 /// sizes as `--set` takes them; a quick bench takes the first size of each. The grains of the drum
 /// must land first. Pyramids on floors are islands of their own; the
 /// wall is one island of ten courses, whatever its length.
-const LADDERS: [(&str, [u32; 2], Sizes); 5] = [
+const LADDERS: [(&str, [u32; 2], &[Size]); 5] = [
     ("tower", SETTLE, &[&["repeat.box.count=[1,100]"]]),
     ("drum", [1000, 300], &[&[]]),
     (

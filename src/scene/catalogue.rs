@@ -162,7 +162,7 @@ pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
 }
 
 /// Why a file cannot be read; one that is not there and is called as a scene of the catalogue is,
-/// `tower.toml`, is taken for that.
+/// `tower.toml` or `scenes/tower.toml`, is taken for that.
 fn unread(path: &Path, source: std::io::Error) -> SceneError {
     let name = path.to_string_lossy().into_owned();
     let stem = path.file_stem().map(|stem| stem.to_string_lossy());
@@ -170,7 +170,9 @@ fn unread(path: &Path, source: std::io::Error) -> SceneError {
         &stem.unwrap_or_default(),
         EMBEDDED.iter().map(|(name, _)| name),
     );
-    if source.kind() == std::io::ErrorKind::NotFound && hint.nearest.is_some() {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let meant = folder == Path::new("") || folder == Path::new("scenes");
+    if source.kind() == std::io::ErrorKind::NotFound && meant && hint.nearest.is_some() {
         return SceneError::NoFile { name, hint };
     }
     SceneError::Read { path: name, source }

@@ -69,21 +69,20 @@ pub(super) struct Traits {
     pub ties: Option<String>,
 }
 
-/// What the elements of an array of tables are called in paths of keys: by what only that one has,
-/// a joint as `crank-rod`, else by its number from 0.
+/// What the elements of an array of tables are called in paths of keys: by their name, else by what
+/// only that one has, a joint as `crank-rod`, else by their number from 0.
 pub(super) fn labels(all: &[Traits]) -> Vec<String> {
     type Trait = fn(&Traits) -> Option<&String>;
-    let each: [Trait; 3] = [|t| t.name.as_ref(), |t| t.of.as_ref(), |t| t.ties.as_ref()];
+    let each: [Trait; 2] = [|t| t.of.as_ref(), |t| t.ties.as_ref()];
     let alone =
         |found: &String, of: Trait| all.iter().filter(|t| of(t) == Some(found)).count() == 1;
-    all.iter()
-        .enumerate()
-        .map(|(index, traits)| {
-            let own = each.iter().filter_map(|&of| Some((of(traits)?, of)));
-            let told = own.into_iter().find(|(found, of)| alone(found, *of));
-            told.map_or(index.to_string(), |(found, _)| found.clone())
-        })
-        .collect()
+    let label = |(index, traits): (usize, &Traits)| {
+        let own = each.iter().filter_map(|&of| Some((of(traits)?, of)));
+        let told = own.into_iter().find(|(found, of)| alone(found, *of));
+        let told = traits.name.as_ref().or(told.map(|(found, _)| found));
+        told.map_or(index.to_string(), String::clone)
+    };
+    all.iter().enumerate().map(label).collect()
 }
 
 /// See [`labels`].

@@ -3,7 +3,6 @@ use super::super::peer::{self, PeerContact, Touch};
 use super::super::simulation::{BodyId as Named, Simulation};
 use super::super::widen;
 use super::{Box2dSettings, joints, shapes};
-use crate::contact::Vec2;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
 use boxdd::{BodyId, BodyType, Foundation, MassData, ShapeId, World};
