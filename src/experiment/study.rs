@@ -117,7 +117,8 @@ fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
 /// Runs the study's reading over all its torques and speeds.
 ///
 /// In the torque-balanced reading the contact time of a cycle is one constant, fitted to one
-/// published depth with the algebra and then used by the stepper everywhere.
+/// published depth with the algebra and then used by the stepper everywhere. The life of the tooth
+/// at that point, worn along its normals and not re-fitted, has its own, fitted to the same depth.
 ///
 /// # Errors
 /// [`RunError`].

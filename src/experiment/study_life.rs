@@ -47,7 +47,7 @@ pub(super) fn study_life(
         let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
         let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
         let most = study.calibrate.cycles;
-        wear_on(&mut state, tooth, wear, most, |_| false, cycle, |_| ())?;
+        wear_on(&mut state, tooth, wear, [most; 2], |_| false, cycle, |_| ())?;
         Ok(deepest(&state))
     })?;
 
@@ -64,7 +64,11 @@ pub(super) fn study_life(
         let now = state.life().last();
         now.cycles >= study.cycles * (1.0 - ROUND_OFF) && now.height <= lowest
     };
-    let most = wear.max_hours * 3600.0 * speed / TAU;
+    // the published depth has a point of its own
+    let stops = [
+        study.calibrate.cycles,
+        wear.max_hours * 3600.0 * speed / TAU,
+    ];
     let mut oracle_difference: f64 = 0.0;
     let cycle = |profile: &Profile| {
         let rotor = rotor(study, profile, Update::Normal, torque, speed)?;
@@ -76,7 +80,7 @@ pub(super) fn study_life(
         }
         Ok(cycle.load_slip)
     };
-    let last = wear_on(&mut state, tooth, wear, most, done, cycle, |state| {
+    let last = wear_on(&mut state, tooth, wear, stops, done, cycle, |state| {
         history.add_profile(1, state);
     })?;
     state.close(&last)?;
@@ -88,10 +92,11 @@ pub(super) fn study_life(
     })
 }
 
-/// Wears a tooth jump by jump, until `done`, `most` cycles, nothing wears, or the base is worn
+/// Wears a tooth jump by jump, until `done`, the last of `stops`, nothing wears, or the base is worn
 /// through.
 ///
 /// # Arguments
+/// - `stops`: cycles at which a jump ends, whatever its depth; after the second all ends.
 /// - `cycle`: `load_slip` of one cycle [N m] on the nodes of a profile; `after` sees each jump.
 ///
 /// # Returns
@@ -100,7 +105,7 @@ fn wear_on(
     state: &mut WearState,
     tooth: &Tooth,
     wear: &Wear,
-    most: f64,
+    stops: [f64; 2],
     done: impl Fn(&WearState) -> bool,
     mut cycle: impl FnMut(&Profile) -> Result<Vec<f64>, RunError>,
     mut after: impl FnMut(&WearState),
@@ -112,14 +117,20 @@ fn wear_on(
     };
     loop {
         let load_slip = cycle(state.profile())?;
-        let left = most - state.life().last().cycles;
+        let now = state.life().last().cycles;
+        let left = stops.map(|stop| stop - now);
+        let ended = left[1] <= ROUND_OFF * stops[1];
         let worn_through = state.profile().nodes().iter().any(|p| p.y <= -tooth.base);
         let idle = load_slip.iter().all(|s| *s == 0.0);
-        if left <= ROUND_OFF * most || worn_through || idle || done(state) {
+        if ended || worn_through || idle || done(state) {
             return Ok(load_slip);
         }
         let jump = state.next_jump(&rule, &load_slip, 0.0)?;
-        state.advance(&load_slip, jump.cycles.min(left), 0.0)?;
+        let mut cycles = jump.cycles.min(left[1]);
+        if left[0] > ROUND_OFF * stops[0] {
+            cycles = cycles.min(left[0]);
+        }
+        state.advance(&load_slip, cycles, 0.0)?;
         after(state);
     }
 }

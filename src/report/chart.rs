@@ -36,8 +36,8 @@ pub enum Colour {
     /// This one of the palette (and of the marker shapes), starting over at the end: the same
     /// engine in the same colour in every chart, or two series that belong together.
     Palette(usize),
-    /// Where in the sequential ramp, 0 light to 1 dark: for families of curves. Of a large family
-    /// the legend shows a few.
+    /// Where in the sequential ramp, 0 light to 1 dark: for families of curves. The legend names up
+    /// to nine of a family.
     Ramp(f64),
 }
 

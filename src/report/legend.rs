@@ -3,8 +3,8 @@ use plotters::style::RGBColor;
 use super::chart::{Chart, Colour, Series, Style};
 use super::palette;
 
-/// Of a longer family of curves the legend names this many.
-const LEGEND_FAMILY: usize = 6;
+/// Of a longer family of curves the legend names this many: all times of a wear picture.
+const LEGEND_FAMILY: usize = 9;
 
 /// A series with the looks it was given.
 pub(super) struct Look<'a> {

@@ -59,12 +59,8 @@ fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
 fn a_cycle_of_the_study_is_one_revolution() {
     let outcome = study(&[]);
     let hours = 4e6 * std::f64::consts::TAU / 70.0 / 3600.0;
-    let at_4e6: Vec<_> = outcome
-        .history
-        .wear
-        .iter()
-        .filter(|w| w.cycles == 4e6)
-        .collect();
+    let history = outcome.history.unwrap();
+    let at_4e6: Vec<_> = history.wear.iter().filter(|w| w.cycles == 4e6).collect();
     assert_eq!(at_4e6.len(), 26);
     assert!((at_4e6[0].hours / hours - 1.0).abs() < 1e-12);
     let deepest = at_4e6.iter().map(|w| w.depth_m).fold(0.0, f64::max);
