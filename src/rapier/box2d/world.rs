@@ -124,12 +124,11 @@ impl Box2d {
     /// the end of the step. Gaps and places, which Box2D finds at its start, are carried to the end
     /// with the bodies, along the normal n of the start:
     /// ```text
-    /// gap = n·(c_B − c_A) − ρ_A − ρ_B                                            (1)
+    /// gap = separation + n·(Δc_B − Δc_A)                                          (1)
     /// ```
-    /// ρ the radius of a ball or capsule, else 0, and c the point of the body, where the end of the
-    /// step has taken it, that lies ρ beneath its surface: what is round may turn without its gap
-    /// changing. The place is half way between the two surfaces, and so off by half of what the one
-    /// slid along the other. Bodies with a contact whose normal is no unit vector, which Box2D makes of
+    /// Δc the way in the step of the contact point with each body; of what is round about a core, and
+    /// may turn without its gap changing, of the core. The place is half way between where it came with the one and
+    /// the other, and so off by half of what the one slid along the other. Bodies with a contact whose normal is no unit vector, which Box2D makes of
     /// plain polylines at times, cannot be read: what touches them tells of their contacts where it
     /// can, and [`StepRecord::unread`] counts them.
     ///
@@ -141,7 +140,7 @@ impl Box2d {
         let before = peer::energies(rapier);
         let start = |&(handle, _): &(RigidBodyHandle, BodyId)| {
             let body = rapier.bodies.get(handle)?;
-            Some((handle, *body.rotation()))
+            Some((handle, (body.center_of_mass(), *body.rotation())))
         };
         let starts: Starts = self.moving.iter().filter_map(start).collect();
         let clock = Instant::now();
@@ -200,25 +199,25 @@ impl Box2d {
                 else {
                     continue;
                 };
-                let radii = [a, b].map(|side| {
-                    peer::rounding(&rapier.colliders[side.collider], side.cell) as Real
-                });
                 let n = vector(contact.manifold.normal.x, contact.manifold.normal.y);
+                // from a surface to its core
+                let inward = [(a, -n), (b, n)].map(|(side, into)| {
+                    into * peer::rounding(&rapier.colliders[side.collider], side.cell) as Real
+                });
                 for point in contact.manifold.points() {
                     let total = f64::from(point.total_normal_impulse);
                     let last = f64::from(point.normal_impulse);
-                    let half = 0.5 * widened(point.separation);
-                    // the point itself lies half way between the surfaces
                     let arms = [point.anchor_a, point.anchor_b].map(|arm| vector(arm.x, arm.y));
-                    let first = a_moves.carry(arms[0] - n * (half + radii[0]));
-                    let second = b_moves.carry(arms[1] + n * (half + radii[1]));
+                    let first = a_moves.way(arms[0] + inward[0]);
+                    let second = b_moves.way(arms[1] + inward[1]);
+                    let start = a_moves.start + arms[0];
                     let contact = PeerContact {
                         colliders,
                         cell: a.cell.max(b.cell),
                         touch: Touch {
-                            place: (first + second + n * (radii[0] - radii[1])) * 0.5,
+                            place: start + (first + second) * 0.5,
                             normal: peer::wide(n),
-                            gap: f64::from(n.dot(second - first) - radii[0] - radii[1]),
+                            gap: f64::from(point.separation) + f64::from(n.dot(second - first)),
                         },
                         impulse_n: total,
                         // Box2D's tangent is the normal turned by -90 degrees
@@ -236,28 +235,32 @@ impl Box2d {
     }
 }
 
-/// Rotation of every body that can move, at the start of a step.
-type Starts = FxHashMap<RigidBodyHandle, Rotation>;
+/// Centre of mass and rotation of every body that can move, at the start of a step.
+type Starts = FxHashMap<RigidBodyHandle, (Vector, Rotation)>;
 
-/// Where a body ended, and how far it turned in the step.
+/// What a body did in a step.
 struct Moves {
-    centre: Vector,
+    /// Centre of mass at the start, and its way.
+    start: Vector,
+    shift: Vector,
     turn: Rotation,
 }
 
 impl Moves {
     fn of(world: &PhysicsWorld, starts: &Starts, body: RigidBodyHandle) -> Option<Moves> {
         let now = world.bodies.get(body)?;
-        let start = starts.get(&body).copied().unwrap_or(*now.rotation());
+        let (centre, rotation) = (now.center_of_mass(), *now.rotation());
+        let (start, before) = starts.get(&body).copied().unwrap_or((centre, rotation));
         Some(Moves {
-            centre: now.center_of_mass(),
-            turn: *now.rotation() * start.inverse(),
+            start,
+            shift: centre - start,
+            turn: rotation * before.inverse(),
         })
     }
 
-    /// Where a point at `arm` from the centre of mass at the start is at the end.
-    fn carry(&self, arm: Vector) -> Vector {
-        self.centre + self.turn * arm
+    /// The way of the point at `arm` from the centre of mass at the start.
+    fn way(&self, arm: Vector) -> Vector {
+        self.shift + self.turn * arm - arm
     }
 }
 
