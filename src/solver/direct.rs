@@ -25,9 +25,9 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 ///
 /// Of more than 500 blocks, impulses given that leave more velocity unsolved than none at all are
 /// dropped at first: in a jammed heap they would grow from step to step. Where all contacts of so many
-/// are compliant, 4 comes before 3: it hardly ever fails there. Besides, 6 is left out, and where impulses were given the second interior point of
-/// 3 and all of 4 and 5: in heaps of 700 to 1700 contacts 6 and the second ones solved 5 of 344
-/// problems, at two thirds of all the work; in jammed heaps of 9000 the interior point ends where it
+/// are compliant, 4 comes before 3: it hardly ever fails there. Besides, 6 is left out, and where
+/// impulses were given the second interior point of 3 and all of 4 and 5: in heaps of 700 to 1700
+/// contacts 6 and the second ones solved 5 of 344 problems, at two thirds of all the work; in jammed heaps of 9000 the interior point ends where it
 /// did at first, whatever it starts from, and the rest gets as near in a quarter of the time. A large
 /// pyramid that is met for the first time is solved by the second interior point of 3, with loads
 /// shared out so that the next steps have less to do than after 4.
