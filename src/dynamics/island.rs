@@ -1,6 +1,7 @@
 //! One island of a stage: its contact problem posed, solved, capped and judged.
 
 use super::cap::{CapBlock, cap, is_rigid, work};
+use super::jam::{self, Jam, LARGE, SOFTNESS, soften};
 use super::joint_cap::{Account, cap_joints};
 use super::local_bodies::LocalBodies;
 use super::outcome::redundant;
@@ -8,7 +9,7 @@ use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::stage::{Block, Stage};
-use crate::contact::{ContactProblem, Law, Vec2, Vec3, natural_map};
+use crate::contact::{ContactProblem, Vec2, Vec3, natural_map};
 use crate::solver::{Carried, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// How one island was solved.
@@ -140,7 +141,7 @@ impl Worker {
     pub fn solve_island(
         &mut self,
         members: &[u32],
-        carried: Option<&mut Carried>,
+        (carried, jam): (Option<&mut Carried>, &mut Jam),
         stage: &Stage,
         task: Task,
         clock: &mut PhaseClock,
@@ -163,18 +164,24 @@ impl Worker {
         warm.extend(members.iter().map(|&i| stage.impulses[i as usize]));
         impulses.clone_from(&warm);
         clock.lap(|t| &mut t.assembly);
+        let staggered = rules.scheme == Scheme::Staggered;
+        let large = staggered && members.len() > LARGE;
+        let (gave, waits) = (jam.jammed(), large && jam.waits());
         let mut report = match carried {
+            _ if waits => SolveReport::judged(&problem, &impulses, tolerance),
             Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
             None => self.solver.solve(&problem, &mut impulses, tolerance),
         };
-        let mut known = report.solved() && {
+        // what waits was not solved just now
+        let mut known = report.solved() && !waits && {
             let found = self.solver.velocities();
             velocities.clear();
             velocities.extend_from_slice(found.unwrap_or_default());
             found.is_some()
         };
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
-        if rules.corrects_gaps() {
+        // of what waits to be solved nothing is known yet
+        if rules.corrects_gaps() && !waits {
             let held = cap_joints(
                 self.solver.as_mut(),
                 &mut problem,
@@ -211,8 +218,18 @@ impl Worker {
             redundant: false,
             gain: 0.0,
         };
-        let staggered = rules.scheme == Scheme::Staggered;
-        if staggered && !report.solved() && (contradicts(&blocks, &report) || hopeless(&report)) {
+        if large && jam.note(&report) {
+            let mut soft = problem.clone();
+            soften(&mut soft, SOFTNESS);
+            if gave {
+                jam::push_back(&mut soft, stage, members, &warm);
+            }
+            let both = (&mut impulses[..], &mut warm[..]);
+            self.yield_to(&soft, &problem, both, tolerance, &mut outcome);
+        } else if staggered
+            && !report.solved()
+            && (contradicts(&blocks, &report) || hopeless(&report))
+        {
             drop_pushes(&mut problem, &mut blocks);
             let again = self.solver.solve(&problem, &mut warm, tolerance);
             if again.residual.velocity < report.residual.velocity {
@@ -276,6 +293,35 @@ impl Worker {
         }
     }
 
+    /// Solves a large island that jams by its `soft` problem, from the impulses `warm`.
+    ///
+    /// Rigid boxes that wedge each other in can hold any self-stress: where the best impulses found
+    /// are not quite a solution, theirs is multiplied from step to step, until what is left of it
+    /// throws the heap about. The soft problem bounds it. What is used is never worse than no
+    /// impulses at all, and it is the rigid problem that the report speaks of.
+    fn yield_to(
+        &mut self,
+        soft: &ContactProblem,
+        problem: &ContactProblem,
+        (impulses, warm): (&mut [Vec2], &mut [Vec2]),
+        tolerance: f64,
+        outcome: &mut IslandOutcome,
+    ) {
+        let found = (self.solver).solve(soft, warm, tolerance.max(jam::ENOUGH));
+        let spent = outcome.report;
+        let none = vec![Vec2::zeros(); impulses.len()];
+        let nothing = SolveReport::judged(problem, &none, tolerance);
+        if found.solved() {
+            impulses.copy_from_slice(warm);
+        } else if spent.residual.velocity > nothing.residual.velocity {
+            impulses.copy_from_slice(&none);
+        }
+        outcome.report = SolveReport::judged(problem, impulses, tolerance)
+            .after(&spent)
+            .after(&found);
+        outcome.relaxed = true;
+    }
+
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
     /// plates that are driven together: what a solver has tried last may be of any size there.
     ///
@@ -289,13 +335,7 @@ impl Worker {
         outcome: &mut IslandOutcome,
     ) {
         let mut soft = problem.clone();
-        for (i, law) in soft.laws.iter_mut().enumerate() {
-            if let Law::Contact { compliance, .. } = law
-                && *compliance == 0.0
-            {
-                *compliance = SOFTNESS * problem.operator.diagonal(i)[(0, 0)];
-            }
-        }
+        soften(&mut soft, SOFTNESS);
         let mut found = vec![Vec2::zeros(); impulses.len()];
         let report = self.solver.solve(&soft, &mut found, tolerance);
         let worse = outcome.report;
@@ -333,10 +373,6 @@ fn contradicts(blocks: &[CapBlock], report: &SolveReport) -> bool {
     let small = blocks.len() <= SMALL;
     largest > 0.0 && (small || report.residual.velocity > CONTRADICTION * largest)
 }
-
-/// Share of a contact's own inverse mass by which it gives way where no impulses solve its island:
-/// a body at rest then sinks by a hundredth of what it would fall.
-const SOFTNESS: f64 = 0.01;
 
 /// Push-outs that contradict each other, as of a block that overlaps walls on both sides, go, and
 /// with them what else a rule added that no motion of the bodies can undo.

@@ -90,7 +90,8 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             laws.push(law);
         }
         let (tolerance, far) = (solver.tolerance, f64::INFINITY);
-        let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, far);
+        let way = (far, &mut false);
+        let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, way);
         let turn = moves.iter().map(|(_, d)| d.z.abs()).fold(0.0, f64::max);
         let share = (TURN / turn).min(1.0);
         let mut all = vec![Vec3::zeros(); inverse_mass.len()];

@@ -24,6 +24,7 @@ mod crew;
 mod events;
 mod island;
 mod islands;
+mod jam;
 mod joint;
 mod joint_cap;
 mod joint_recovery;

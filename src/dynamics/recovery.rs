@@ -1,6 +1,7 @@
 //! Pairs that start overlapped are moved apart, without a launch.
 
 use super::islands::Islands;
+use super::jam::{LARGE, soften};
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, JointKind, NormalLaw};
@@ -21,6 +22,12 @@ const ENOUGH: f64 = 1e-6;
 /// Share of its own size by which a body is moved in a step at most: (1) is linear in `d`.
 const STRIDE: f64 = 0.1;
 
+/// Shares of their own inverse mass by which rows of (1) give way where it has no solution, or none
+/// that is found: those that ask for a displacement, which need not get it, and all others, which
+/// must not lose for it.
+const ASKED_SOFTNESS: f64 = 1.0;
+const OTHER_SOFTNESS: f64 = 1e-4;
+
 /// Position correction for pairs that were overlapped when they were first seen.
 ///
 /// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
@@ -33,7 +40,9 @@ const STRIDE: f64 = 0.1;
 ///
 /// a frictionless contact problem of its own. Bodies that are wedged in escape along their surfaces
 /// only, and (1) then asks for many times the overlap: of an island all displacements are cut alike
-/// until no body goes farther than a tenth of its size, which keeps the two lower lines. Velocities
+/// until no body goes farther than a tenth of its size, which keeps the two lower lines. Where (1) has no solution, as of a body wedged in
+/// between walls, its rows get `R P_N` on the left, much where a displacement is asked for and
+/// hardly any elsewhere, and the body is moved to where it overlaps them least. Velocities
 /// and kinetic energy stay as they are. Pairs that touch later are never corrected: noise of their
 /// gaps would make them creep.
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -41,6 +50,10 @@ pub(super) struct OverlapRecovery {
     /// Pairs of surfaces seen in the last step, in its order, and those that overlapped at first.
     seen: Vec<u64>,
     overlapped: BTreeSet<u64>,
+    /// Whether (1) had no solution for a large island last time: it is not tried again, which takes
+    /// seconds, while anything is overlapped.
+    #[serde(default)]
+    wedged: bool,
 }
 
 impl OverlapRecovery {
@@ -82,6 +95,7 @@ impl OverlapRecovery {
         stage.excused.clone_from(&overlapped);
         OverlapRecovery {
             seen: pairs,
+            wedged: self.wedged && !overlapped.is_empty(),
             overlapped,
         }
     }
@@ -153,11 +167,20 @@ impl OverlapRecovery {
             }
         }
         let tolerance = solver.tolerance.max(ENOUGH);
-        displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, STRIDE)
+        displacements(
+            &rows,
+            &free,
+            &laws,
+            inverse_mass,
+            solver,
+            tolerance,
+            (STRIDE, &mut self.wedged),
+        )
     }
 }
 
-/// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`.
+/// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`;
+/// large ones softly at once where they are known to be `wedged`.
 pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
@@ -165,7 +188,7 @@ pub(super) fn displacements(
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
     tolerance: f64,
-    stride: f64,
+    (stride, wedged): (f64, &mut bool),
 ) -> Vec<(u32, Vec3)> {
     let mut moved = vec![Vec3::zeros(); inverse_mass.len()];
     let mut islands = Islands::default();
@@ -183,17 +206,31 @@ pub(super) fn displacements(
         let of = |i: &u32| *i as usize;
         let mut op = BodyOperator::default();
         local.operator(members, rows, inverse_mass, &mut op);
-        let problem = ContactProblem {
+        let mut problem = ContactProblem {
             operator: Delassus::Bodies(op),
             free: members.iter().map(|i| free[of(i)]).collect(),
             laws: members.iter().map(|i| laws[of(i)]).collect(),
         };
         let mut push = vec![Vec2::zeros(); members.len()];
-        // walls that contradict each other leave no solution: nothing is moved then
         let own = solver.own.solver.as_mut();
-        if own.solve(&problem, &mut push, tolerance).solved()
-            && let Delassus::Bodies(op) = &problem.operator
-        {
+        let large = members.len() > LARGE;
+        let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
+        let asked: Vec<bool> = (problem.free.iter().zip(&problem.laws))
+            .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
+            .collect();
+        // walls that contradict each other leave no solution
+        if !solved && asked.contains(&true) {
+            *wedged |= large;
+            let rigid = problem.laws.clone();
+            soften(&mut problem, ASKED_SOFTNESS);
+            for (i, law) in rigid.into_iter().enumerate().filter(|(i, _)| !asked[*i]) {
+                problem.laws[i] = law;
+            }
+            soften(&mut problem, OTHER_SOFTNESS);
+            push.fill(Vec2::zeros());
+            solved = own.solve(&problem, &mut push, tolerance).solved();
+        }
+        if solved && let Delassus::Bodies(op) = &problem.operator {
             let mut d = vec![Vec3::zeros(); op.inverse_mass.len()];
             for (rows, p) in op.rows.iter().zip(&push) {
                 rows.push(*p, &op.inverse_mass, &mut d);

@@ -3,6 +3,7 @@
 use super::crew::Crew;
 use super::island::{IslandOutcome, Solved, SolvedProblem, Task, Worker};
 use super::islands::Islands;
+use super::jam::{Jam, Jams};
 use super::model::ContactKey;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
@@ -18,6 +19,7 @@ struct Job {
     /// Work spent on parts of it.
     spent: Vec<SolveReport>,
     carried: Option<Carried>,
+    jam: Jam,
 }
 
 /// Splits stages into islands and solves them.
@@ -34,6 +36,9 @@ pub(super) struct IslandSolver {
     /// What islands of the last step carry, by the key of their first block, and those of this one.
     carried: FxHashMap<ContactKey, Carried>,
     carried_next: FxHashMap<ContactKey, Carried>,
+    /// How they jam, likewise.
+    jams: FxHashMap<ContactKey, Jam>,
+    jams_next: FxHashMap<ContactKey, Jam>,
     pub clock: PhaseClock,
 }
 
@@ -51,6 +56,8 @@ impl IslandSolver {
             kept: None,
             carried: FxHashMap::default(),
             carried_next: FxHashMap::default(),
+            jams: FxHashMap::default(),
+            jams_next: FxHashMap::default(),
             clock: PhaseClock::default(),
         }
     }
@@ -59,6 +66,8 @@ impl IslandSolver {
     pub fn forget_carried(&mut self) {
         self.carried.clear();
         self.carried_next.clear();
+        self.jams.clear();
+        self.jams_next.clear();
     }
 
     /// Begins a step.
@@ -71,6 +80,7 @@ impl IslandSolver {
     /// Ends a step: what its islands carry is for the next one.
     pub fn carry_on(&mut self) {
         self.carried = std::mem::take(&mut self.carried_next);
+        self.jams = std::mem::take(&mut self.jams_next);
     }
 
     /// What islands carry, in the order of their keys.
@@ -86,6 +96,18 @@ impl IslandSolver {
     pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
         let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
         self.carried = states.iter().map(restored).collect();
+    }
+
+    /// How islands jam, in the order of their keys.
+    pub fn jams(&self) -> Jams {
+        let mut jams: Jams = self.jams.iter().map(|(key, jam)| (*key, *jam)).collect();
+        jams.sort_by_key(|(key, _)| (key.pair, key.feature));
+        jams
+    }
+
+    /// Goes on with what [`IslandSolver::jams`] gave.
+    pub fn restore_jams(&mut self, jams: &Jams) {
+        self.jams = jams.iter().copied().collect();
     }
 
     /// Number of problems kept so far.
@@ -153,12 +175,28 @@ impl IslandSolver {
         }
     }
 
+    /// How an island jammed last: in a heap that moves its first block is another one in every step.
+    fn jam(&self, members: &[u32], stage: &Stage) -> Jam {
+        let of = |all: &FxHashMap<ContactKey, Jam>| {
+            let mut members = members.iter().filter(|_| !all.is_empty());
+            members.find_map(|&i| all.get(&stage.key(i as usize)).copied())
+        };
+        of(&self.jams_next)
+            .or_else(|| of(&self.jams))
+            .unwrap_or_default()
+    }
+
     /// Takes out what an island of a step carried from the last one.
     fn job(&mut self, island: usize, spent: Vec<SolveReport>, stage: &Stage) -> Job {
         let members = self.islands.blocks(island);
         let carries = members.len() >= CARRIES && stage.whole;
+        let key = stage.key(members[0] as usize);
+        let jam = if carries {
+            self.jam(members, stage)
+        } else {
+            Jam::default()
+        };
         let carried = carries.then(|| {
-            let key = stage.key(members[0] as usize);
             let earlier = self.carried_next.remove(&key);
             let earlier = earlier.or_else(|| self.carried.remove(&key));
             earlier.unwrap_or_default()
@@ -167,6 +205,7 @@ impl IslandSolver {
             island,
             spent,
             carried,
+            jam,
         }
     }
 
@@ -179,8 +218,11 @@ impl IslandSolver {
         stage: &mut Stage,
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = self.islands.blocks(job.island);
+        let key = stage.key(members[0] as usize);
+        if job.carried.is_some() && job.jam.jammed() {
+            self.jams_next.insert(key, job.jam);
+        }
         if let Some(carried) = job.carried.filter(|c| !c.is_empty()) {
-            let key = stage.key(members[0] as usize);
             self.carried_next.insert(key, carried);
         }
         let (mut outcome, kept) = solved.settle(members, impulses, stage);
@@ -198,8 +240,8 @@ impl IslandSolver {
         task: Task,
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = self.islands.blocks(job.island);
-        let carried = job.carried.as_mut();
-        let solved = (self.own).solve_island(members, carried, stage, task, &mut self.clock);
+        let kept = (job.carried.as_mut(), &mut job.jam);
+        let solved = (self.own).solve_island(members, kept, stage, task, &mut self.clock);
         let impulses = std::mem::take(self.own.impulses());
         let settled = self.settle(job, solved, &impulses, stage);
         *self.own.impulses() = impulses;
@@ -236,8 +278,9 @@ impl IslandSolver {
         {
             let (still, islands): (&Stage, _) = (stage, &self.islands);
             let one = |worker: &mut Worker, clock: &mut PhaseClock, mut job: Job| {
-                let (members, carried) = (islands.blocks(job.island), job.carried.as_mut());
-                let solved = worker.solve_island(members, carried, still, task, clock);
+                let members = islands.blocks(job.island);
+                let kept = (job.carried.as_mut(), &mut job.jam);
+                let solved = worker.solve_island(members, kept, still, task, clock);
                 (job, solved, worker.impulses().clone())
             };
             self.clock.lap(|t| &mut t.assembly);

@@ -2,6 +2,7 @@ use super::cluster::Context;
 use super::crew::{Crew, MOST_THREADS};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::island::SolvedProblem;
+use super::jam::Jams;
 use super::joint_recovery::close_joints;
 use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
@@ -130,6 +131,8 @@ pub(crate) struct StepperState {
     memory: Vec<(ContactKey, Memory)>,
     #[serde(default)]
     carried: Vec<(ContactKey, CarriedState)>,
+    #[serde(default)]
+    jams: Jams,
     recovery: OverlapRecovery,
 }
 
@@ -213,6 +216,7 @@ impl MoreauStepper {
             lands: self.lands,
             memory: self.memory.entries().to_vec(),
             carried: self.solver.carried_state(),
+            jams: self.solver.jams(),
             recovery: self.recovery.clone(),
         }
     }
@@ -222,6 +226,7 @@ impl MoreauStepper {
         (self.time, self.lands) = (state.time, state.lands);
         self.memory = state.memory.iter().copied().collect();
         self.solver.restore_carried(&state.carried);
+        self.solver.restore_jams(&state.jams);
         self.recovery = state.recovery.clone();
     }
 
