@@ -529,6 +529,23 @@ proptest::proptest! {
     }
 }
 
+/// Bug: where velocities were so small that their squares are 0, Newton's method went on for ever.
+#[test]
+fn numbers_without_a_square_come_to_an_end() {
+    for good in [BODIES, DENSE] {
+        let bytes = good.as_bytes();
+        let digit = |k: usize| bytes[k].is_ascii_digit() || bytes[k] == b'-';
+        let in_word = |k: usize| digit(k) || bytes[k] == b'.';
+        for start in (1..good.len()).filter(|&k| digit(k) && !in_word(k - 1)) {
+            let end = (start..good.len()).find(|&k| !in_word(k)).unwrap();
+            for number in [5e-324, 1e-300, -1e-170, 3e-161, 1e-155, 1e-80, 1e80, 1e155] {
+                let text = format!("{}{number:e}{}", &good[..start], &good[end..]);
+                assert_eq!(not_finite(&text), None);
+            }
+        }
+    }
+}
+
 /// Solves the contact problem of `text`, if it is one, with every solver; tells of impulses that are
 /// not finite.
 fn not_finite(text: &str) -> Option<String> {

@@ -166,7 +166,8 @@ impl StatusNewton {
             if best.solved() || merit.is_nan() {
                 return step;
             }
-            if changed == 0 && merit > SLOW * merit_before {
+            // neither 0 nor infinity comes down any more
+            if changed == 0 && merit >= SLOW * merit_before {
                 // the proximal term holds the last digits back, or round-off does
                 self.proximal *= LIGHTER;
                 lighter = true;
@@ -221,7 +222,7 @@ impl StatusNewton {
             if best.solved() {
                 newton.serve_again();
             }
-            if best.solved() || merit.is_nan() || merit > SLOW * merit_before {
+            if best.solved() || merit.is_nan() || merit >= SLOW * merit_before {
                 return;
             }
             merit_before = merit;
