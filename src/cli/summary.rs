@@ -228,7 +228,8 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.relaxed > 0 {
         out.push(format!(
-            "{} times penetrations could not be pushed out without contradiction",
+            "{} times the contacts of an island contradicted each other or no rigid impulses were found: \
+             it was not pushed out, or gave way",
             t.relaxed
         ));
     }

@@ -165,7 +165,12 @@ impl Worker {
         impulses.clone_from(&warm);
         clock.lap(|t| &mut t.assembly);
         let staggered = rules.scheme == Scheme::Staggered;
-        let large = staggered && members.len() > LARGE;
+        // the methods that are asked for by another name are to show what they do by themselves
+        let own = matches!(self.solver.name(), "auto" | "direct");
+        let large = staggered && own && members.len() > LARGE;
+        if !large {
+            *jam = Jam::default();
+        }
         let (gave, waits) = (jam.jammed(), large && jam.waits());
         let mut report = match carried {
             _ if waits => SolveReport::judged(&problem, &impulses, tolerance),
@@ -180,7 +185,7 @@ impl Worker {
             found.is_some()
         };
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
-        // of what waits to be solved nothing is known yet
+        // of what waits to be solved nothing is known yet: it is capped as it gives way
         if rules.corrects_gaps() && !waits {
             let held = cap_joints(
                 self.solver.as_mut(),
@@ -197,19 +202,13 @@ impl Worker {
             (accounts, loose) = (held.accounts, held.loose);
         }
         // what the stage is to hold of it: pushes may be dropped from the problem yet
-        let free = joints_capped.then(|| problem.free.clone());
-        let kept = keep.then(|| SolvedProblem {
+        let mut free = joints_capped.then(|| problem.free.clone());
+        let mut kept = keep.then(|| SolvedProblem {
             problem: problem.clone(),
             impulses: impulses.clone(),
             report,
         });
-        blocks.clear();
-        blocks.extend(
-            members
-                .iter()
-                .zip(&problem.free)
-                .map(|(&i, b)| cap_block(&stage.blocks[i as usize], b)),
-        );
+        cap_blocks(&mut blocks, stage, members, &problem.free);
         let mut outcome = IslandOutcome {
             report,
             capped: false,
@@ -222,10 +221,42 @@ impl Worker {
             let mut soft = problem.clone();
             soften(&mut soft, SOFTNESS);
             if gave {
-                jam::push_back(&mut soft, stage, members, &warm);
+                jam::push_back(&mut soft, stage, members, |i| stage.before[i as usize]);
             }
-            let both = (&mut impulses[..], &mut warm[..]);
-            self.yield_to(&soft, &problem, both, tolerance, &mut outcome);
+            let asked = soft.free.clone();
+            let found = (self.solver).solve(&soft, &mut warm, tolerance.max(jam::ENOUGH));
+            let mut spent = found.after(&report);
+            if rules.corrects_gaps() && waits {
+                let held = cap_joints(
+                    self.solver.as_mut(),
+                    &mut soft,
+                    stage,
+                    members,
+                    inverse_mass,
+                    &mut warm,
+                    found,
+                    tolerance.max(jam::ENOUGH),
+                );
+                spent = held.report.after(&report);
+                (accounts, loose) = (held.accounts, held.loose);
+                outcome.joints_capped = held.capped;
+                if held.capped {
+                    let change = soft.free.iter().zip(&asked).map(|(now, asked)| now - asked);
+                    problem
+                        .free
+                        .iter_mut()
+                        .zip(change)
+                        .for_each(|(b, d)| *b += d);
+                    free = Some(problem.free.clone());
+                    cap_blocks(&mut blocks, stage, members, &problem.free);
+                }
+            }
+            outcome.report = jam::yield_to(&problem, &spent, &warm, &mut impulses, tolerance);
+            outcome.relaxed = true;
+            if let Some(kept) = kept.as_mut().filter(|_| waits) {
+                kept.impulses.copy_from_slice(&impulses);
+                kept.report = outcome.report;
+            }
         } else if staggered
             && !report.solved()
             && (contradicts(&blocks, &report) || hopeless(&report))
@@ -293,35 +324,6 @@ impl Worker {
         }
     }
 
-    /// Solves a large island that jams by its `soft` problem, from the impulses `warm`.
-    ///
-    /// Rigid boxes that wedge each other in can hold any self-stress: where the best impulses found
-    /// are not quite a solution, theirs is multiplied from step to step, until what is left of it
-    /// throws the heap about. The soft problem bounds it. What is used is never worse than no
-    /// impulses at all, and it is the rigid problem that the report speaks of.
-    fn yield_to(
-        &mut self,
-        soft: &ContactProblem,
-        problem: &ContactProblem,
-        (impulses, warm): (&mut [Vec2], &mut [Vec2]),
-        tolerance: f64,
-        outcome: &mut IslandOutcome,
-    ) {
-        let found = (self.solver).solve(soft, warm, tolerance.max(jam::ENOUGH));
-        let spent = outcome.report;
-        let none = vec![Vec2::zeros(); impulses.len()];
-        let nothing = SolveReport::judged(problem, &none, tolerance);
-        if found.solved() {
-            impulses.copy_from_slice(warm);
-        } else if spent.residual.velocity > nothing.residual.velocity {
-            impulses.copy_from_slice(&none);
-        }
-        outcome.report = SolveReport::judged(problem, impulses, tolerance)
-            .after(&spent)
-            .after(&found);
-        outcome.relaxed = true;
-    }
-
     /// Lets the contacts of a problem that has no solution give way, as of a body between two
     /// plates that are driven together: what a solver has tried last may be of any size there.
     ///
@@ -384,6 +386,13 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
             block.free -= push;
         }
     }
+}
+
+/// Blocks for which the problem has `free`.
+fn cap_blocks(blocks: &mut Vec<CapBlock>, stage: &Stage, members: &[u32], free: &[Vec2]) {
+    blocks.clear();
+    let of = |(&i, b): (&u32, _)| cap_block(&stage.blocks[i as usize], b);
+    blocks.extend(members.iter().zip(free).map(of));
 }
 
 /// A block, for which its problem has `b`.

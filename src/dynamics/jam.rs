@@ -1,5 +1,6 @@
 //! Large islands that no rigid impulses are found for: their contacts give way a little.
 
+use super::cap::is_rigid;
 use super::model::ContactKey;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, Law, Vec2};
@@ -90,23 +91,48 @@ pub(super) fn push_back(
     problem: &mut ContactProblem,
     stage: &Stage,
     members: &[u32],
-    before: &[Vec2],
+    before: impl Fn(u32) -> Vec2,
 ) {
     for (k, &i) in members.iter().enumerate() {
         let block = &stage.blocks[i as usize];
-        let (Source::Contact(index), Law::Contact { compliance, .. }) =
-            (block.source, problem.laws[k])
+        let (Source::Contact(index), Law::Contact { compliance, .. }, true) =
+            (block.source, problem.laws[k], is_rigid(&block.law))
         else {
             continue;
         };
         let contact = &stage.detection.contacts[index];
         let depth = -(contact.gap + contact.gap_noise);
         if depth > 0.0 && !block.impact {
-            let most = (compliance * before[k].x).max(-block.gamma_a.x).max(0.0);
+            let most = (compliance * before(i).x).max(-block.gamma_a.x).max(0.0);
             let push = block.gamma_f.x - most.min(depth / stage.length);
             problem.free[k].x = problem.free[k].x.min(push);
         }
     }
+}
+
+/// Takes for a large island that jams the impulses `found` of its soft problem, of whose solve, and of
+/// all before it, `spent` tells.
+///
+/// Rigid boxes that wedge each other in can hold any self-stress: where the best impulses found
+/// are not quite a solution, theirs is multiplied from step to step, until what is left of it
+/// throws the heap about. The soft problem bounds it. Where it is not solved either, what is used
+/// is never worse than no impulses at all. It is the rigid problem that the report speaks of.
+pub(super) fn yield_to(
+    problem: &ContactProblem,
+    spent: &SolveReport,
+    found: &[Vec2],
+    impulses: &mut [Vec2],
+    tolerance: f64,
+) -> SolveReport {
+    let none = vec![Vec2::zeros(); impulses.len()];
+    let left = |p: &[Vec2]| SolveReport::judged(problem, p, tolerance).residual.velocity;
+    let nothing = left(&none);
+    if spent.solved() {
+        impulses.copy_from_slice(found);
+    } else if left(impulses) > nothing || left(impulses).is_nan() {
+        impulses.copy_from_slice(&none);
+    }
+    SolveReport::judged(problem, impulses, tolerance).after(spent)
 }
 
 #[cfg(test)]

@@ -146,8 +146,10 @@ pub struct StepRecord {
     /// Islands in which the active contacts outnumber the coordinates, so that the shares of
     /// load are not unique.
     pub redundant: usize,
-    /// Islands whose restitution was capped, and whose push-outs had to be dropped.
+    /// Islands whose restitution was capped.
     pub capped: usize,
+    /// Islands for which no rigid impulses were found with what was asked: their push-outs were
+    /// dropped, or their contacts gave way.
     pub relaxed: usize,
     /// Islands whose joints closed their gaps by less than asked, because it would have given energy:
     /// the step is long for how fast they turn, or a joint was built apart.

@@ -64,9 +64,14 @@ impl IslandSolver {
 
     /// Carries nothing any more.
     pub fn forget_carried(&mut self) {
+        self.forget_failed();
+        self.jams.clear();
+    }
+
+    /// After a step that failed: nothing is carried, but islands jam as they did before it.
+    pub fn forget_failed(&mut self) {
         self.carried.clear();
         self.carried_next.clear();
-        self.jams.clear();
         self.jams_next.clear();
     }
 
@@ -126,6 +131,9 @@ impl IslandSolver {
         let rows = stage.rows.iter().map(|r| r.bodies);
         self.islands.build(inverse_mass.len(), rows);
         self.outcomes.clear();
+        if !self.jams.is_empty() {
+            stage.before.clone_from(&stage.impulses);
+        }
         if stage.standing.dominance.is_empty() {
             let mut part = Part::near(stage, &self.islands);
             while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
@@ -175,15 +183,12 @@ impl IslandSolver {
         }
     }
 
-    /// How an island jammed last: in a heap that moves its first block is another one in every step.
+    /// How an island jammed in the last step: in a heap that moves its first block is another one in
+    /// every step.
     fn jam(&self, members: &[u32], stage: &Stage) -> Jam {
-        let of = |all: &FxHashMap<ContactKey, Jam>| {
-            let mut members = members.iter().filter(|_| !all.is_empty());
-            members.find_map(|&i| all.get(&stage.key(i as usize)).copied())
-        };
-        of(&self.jams_next)
-            .or_else(|| of(&self.jams))
-            .unwrap_or_default()
+        let mut members = members.iter().filter(|_| !self.jams.is_empty());
+        let known = members.find_map(|&i| self.jams.get(&stage.key(i as usize)));
+        known.copied().unwrap_or_default()
     }
 
     /// Takes out what an island of a step carried from the last one.
@@ -219,6 +224,12 @@ impl IslandSolver {
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = self.islands.blocks(job.island);
         let key = stage.key(members[0] as usize);
+        // what an earlier round of the step noted is of no account
+        if !self.jams_next.is_empty() {
+            for &i in members {
+                self.jams_next.remove(&stage.key(i as usize));
+            }
+        }
         if job.carried.is_some() && job.jam.jammed() {
             self.jams_next.insert(key, job.jam);
         }

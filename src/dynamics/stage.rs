@@ -81,6 +81,8 @@ pub(super) struct Stage {
     /// Of each block, the rows of the sides that take impulses only.
     pub rows: Vec<Rows>,
     pub impulses: Vec<Vec2>,
+    /// Those of the last step \[N s\], where an island gave way in it.
+    pub before: Vec<Vec2>,
     /// Velocity that the solve of a block's island resolves \[m/s\].
     pub resolution: Vec<f64>,
     /// Contacts of the detection left out until they are located in time.

@@ -311,7 +311,7 @@ impl MoreauStepper {
             .extend((0..bodies).map(|body| model.configuration(body)));
         let result = self.step_from_start(model, dt);
         if result.is_err() {
-            self.solver.forget_carried();
+            self.solver.forget_failed();
             model.set_velocities(&self.stage.start);
             for (body, place) in self.origin.iter().enumerate() {
                 model.set_configuration(body, place);

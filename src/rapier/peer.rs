@@ -2,6 +2,7 @@
 
 use super::engine::prelude::*;
 use crate::contact::{NO_BODY, Vec2};
+use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 
 /// A record without contacts, in which all that a peer does not tell is NaN
@@ -87,20 +88,21 @@ pub(super) fn touch(
 ) -> Touch {
     let shapes = colliders.map(|handle| &world.colliders[handle]);
     let radii = [0, 1].map(|k| rounding(shapes[k], sides[k].part));
+    let poses = [0, 1].map(|k| Pose64::from_rapier(&sides[k].pose));
     let cores = [0, 1].map(|k| {
         let side = &sides[k];
-        side.pose * (side.point - side.normal * radii[k] as Real)
+        poses[k].apply(wide(side.point) - wide(side.normal) * radii[k])
     });
-    let [first, second] = [0, 1].map(|k| sides[k].pose.rotation * sides[k].normal);
-    let between = wide(cores[1]) - wide(cores[0]);
+    let [first, second] = [0, 1].map(|k| poses[k].rotate(wide(sides[k].normal)));
+    let between = cores[1] - cores[0];
     let normal = match radii {
-        [0.0, _] => wide(first),
-        [_, 0.0] => -wide(second),
+        [0.0, _] => first,
+        [_, 0.0] => -second,
         // cores that cross keep what was found
-        _ if between.dot(&wide(first)) > 0.0 => between.normalize(),
-        _ => wide(first),
+        _ if between.dot(&first) > 0.0 => between.normalize(),
+        _ => first,
     };
-    let place = 0.5 * (wide(cores[0]) + wide(cores[1]) + normal * (radii[0] - radii[1]));
+    let place = 0.5 * (cores[0] + cores[1] + normal * (radii[0] - radii[1]));
     let skins = shapes.map(|c| f64::from(c.contact_skin()));
     Touch {
         place: Vector::new(place.x as Real, place.y as Real),

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Of what [`PipelineState`] holds.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A pipeline between two steps, as plain data for serde.
 ///

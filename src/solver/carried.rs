@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// The factors of an island's last Newton step, for [`ImpulseSolver::solve_on`].
 ///
-/// Where nothing but round-off has moved since, statuses and factors are still those of the next
-/// problem, and a chord step of Newton's method solves it without a factorisation: at rest a large
+/// Where hardly anything has moved since, its factors and statuses still serve the next problem,
+/// and a chord step of Newton's method solves it without a factorisation: at rest a large
 /// island costs two triangular solves a step. Constant impulses would not do there: a pile is
 /// unstable under them, and under a hundred rows errors grow 2.5 times a step.
 ///

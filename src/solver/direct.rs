@@ -12,7 +12,7 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 /// Each stage runs only if the ones before it did not solve the problem:
 ///
 /// 1. Certify the impulses given; failing that, up to four chord steps with the factors of the
-///    island's last Newton step, where its statuses are still the same ([`Carried`]).
+///    island's last Newton step, where nine in ten of its statuses are still the same ([`Carried`]).
 /// 2. Up to four status-Newton steps from them, unless all are zero, or so many statuses have
 ///    changed since (the residual times the number of blocks says it) that these hardly ever help.
 /// 3. Twenty Gauss-Seidel sweeps from them, up to eight Newton steps, and the interior point from

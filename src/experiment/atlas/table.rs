@@ -29,7 +29,8 @@ const POURS: &str = "grains that come at half a radius and more a step are notic
     each other already: 22 mm at 1/60 s, where 1/120 s leaves 1e-8 m";
 
 const FALLS: &str = "grains that fall at 2.6 m/s move nearly two radii in a step of 1/60 s, and are noticed \
-    when they are in each other already: 16 mm of 50 at 1/60 s,\n    10 at 1/120, 1.1 at 1/240, 0.2 at 1/500";
+    when they are in each other already: 16 mm of 50 at 1/60 s, \
+    10 at 1/120, 1.1 at 1/240, 0.2 at 1/500";
 
 const MODELS: &str = "4.00 m/s at 1/60 s; ours converges to 4.13 and rapier's stiff preset to 4.32, and \
     the reference is their mean, for want of one from outside";

@@ -140,7 +140,7 @@ impl Box2d {
         let before = peer::energies(rapier);
         let start = |&(handle, _): &(RigidBodyHandle, BodyId)| {
             let body = rapier.bodies.get(handle)?;
-            Some((handle, (body.center_of_mass(), *body.rotation())))
+            Some((handle, (centre(body), *body.rotation())))
         };
         let starts: Starts = self.moving.iter().filter_map(start).collect();
         let clock = Instant::now();
@@ -249,7 +249,7 @@ struct Moves {
 impl Moves {
     fn of(world: &PhysicsWorld, starts: &Starts, body: RigidBodyHandle) -> Option<Moves> {
         let now = world.bodies.get(body)?;
-        let (centre, rotation) = (now.center_of_mass(), *now.rotation());
+        let (centre, rotation) = (centre(now), *now.rotation());
         let (start, before) = starts.get(&body).copied().unwrap_or((centre, rotation));
         Some(Moves {
             start,
@@ -261,6 +261,14 @@ impl Moves {
     /// The way of the point at `arm` from the centre of mass at the start.
     fn way(&self, arm: Vector) -> Vector {
         self.shift + self.turn * arm - arm
+    }
+}
+
+/// What Box2D counts arms from: it keeps no centre of mass of a body that impulses do not move.
+fn centre(body: &RigidBody) -> Vector {
+    match body.is_dynamic() {
+        true => body.center_of_mass(),
+        false => body.translation(),
     }
 }
 
