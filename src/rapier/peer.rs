@@ -88,7 +88,7 @@ pub(super) fn touch(
 ) -> Touch {
     let shapes = colliders.map(|handle| &world.colliders[handle]);
     let radii = [0, 1].map(|k| rounding(shapes[k], sides[k].part));
-    let poses = [0, 1].map(|k| Pose64::from_rapier(&sides[k].pose));
+    let poses = [0, 1].map(|k| widened(&sides[k].pose));
     let cores = [0, 1].map(|k| {
         let side = &sides[k];
         poses[k].apply(wide(side.point) - wide(side.normal) * radii[k])
@@ -212,6 +212,15 @@ impl PeerContact {
                 ContactStatus::SlipMinus
             },
         });
+    }
+}
+
+/// A pose as a peer has it, number by number.
+fn widened(pose: &Pose) -> Pose64 {
+    Pose64 {
+        translation: wide(pose.translation),
+        cos: f64::from(pose.rotation.re),
+        sin: f64::from(pose.rotation.im),
     }
 }
 
