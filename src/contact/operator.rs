@@ -146,6 +146,22 @@ impl SweepState {
     pub(super) fn bodies(&self) -> &[Vec3] {
         &self.bodies
     }
+
+    /// Starts anew from the impulses that `impulse` gives for each block.
+    pub(super) fn restart(
+        &mut self,
+        op: &BodyOperator,
+        mut impulse: impl FnMut(usize, &Rows) -> Vec2,
+    ) {
+        self.bodies.clear();
+        self.bodies.resize(op.inverse_mass.len(), Vec3::zeros());
+        for (i, rows) in op.rows.iter().enumerate() {
+            let p = impulse(i, rows);
+            if p != Vec2::zeros() {
+                rows.push(p, &op.inverse_mass, &mut self.bodies);
+            }
+        }
+    }
 }
 
 impl Default for Delassus {
@@ -204,15 +220,7 @@ impl Delassus {
     /// As [`Delassus::start`], into buffers that exist.
     pub fn restart(&self, impulses: &[Vec2], state: &mut SweepState) {
         match self {
-            Delassus::Bodies(op) => {
-                state.bodies.clear();
-                state.bodies.resize(op.inverse_mass.len(), Vec3::zeros());
-                for (rows, &p) in op.rows.iter().zip(impulses) {
-                    if p != Vec2::zeros() {
-                        rows.push(p, &op.inverse_mass, &mut state.bodies);
-                    }
-                }
-            }
+            Delassus::Bodies(op) => state.restart(op, |i, _| impulses[i]),
             Delassus::Blocks(m) => m.apply(impulses, &mut state.local),
         }
     }

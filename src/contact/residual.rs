@@ -1,4 +1,7 @@
-use super::{ContactProblem, Law, Mat2, SweepState, Vec2, Vec3, project_onto_cone};
+use super::{
+    BodyOperator, ContactProblem, Delassus, Law, Mat2, Rows, SweepState, Vec2, Vec3,
+    project_onto_cone,
+};
 
 /// How far impulses are from solving a contact problem: the only judge of every solver.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -112,8 +115,43 @@ impl Judge {
 
     /// See [`natural_map`]; `problem` is the one last prepared (its free term may differ).
     pub fn natural_map(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
+        problem.operator.restart(impulses, &mut self.state);
+        self.judge(problem, impulses)
+    }
+
+    /// [`Judge::prepare`] and [`Judge::natural_map`] in one: rows of large problems are read once less.
+    pub(crate) fn begin(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
+        let Delassus::Bodies(op) = &problem.operator else {
+            self.prepare(problem);
+            return self.natural_map(problem, impulses);
+        };
+        let diagonal = &mut self.diagonal;
+        diagonal.clear();
+        self.state.restart(op, |i, rows| {
+            diagonal.push(rows.diagonal(&op.inverse_mass));
+            impulses[i]
+        });
+        self.judge(problem, impulses)
+    }
+
+    /// [`Judge::natural_map`] at impulses that `next` finds from the rows of each block, likewise.
+    pub(crate) fn natural_map_of(
+        &mut self,
+        problem: &ContactProblem,
+        op: &BodyOperator,
+        impulses: &mut [Vec2],
+        next: impl Fn(usize, &Rows) -> Vec2,
+    ) -> Residual {
+        self.state.restart(op, |i, rows| {
+            impulses[i] = next(i, rows);
+            impulses[i]
+        });
+        self.judge(problem, impulses)
+    }
+
+    /// The residual where the state of the operator is that of the impulses.
+    fn judge(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         let operator = &problem.operator;
-        operator.restart(impulses, &mut self.state);
         let mut squares = Squares::default();
         self.velocities.clear();
         for (i, law) in problem.laws.iter().enumerate() {

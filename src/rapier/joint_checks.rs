@@ -1,6 +1,7 @@
 //! What makes a joint of a rapier world one that can be stepped.
 
-use super::bodies::{FIRM, body_id};
+use super::bodies::FIRM;
+use super::body_checks::body_id;
 use super::engine::prelude::*;
 use super::joint_rows::{AXES, softness};
 use crate::dynamics::ModelError;

@@ -12,6 +12,7 @@
 
 mod baseline;
 mod bodies;
+mod body_checks;
 mod box2d;
 mod changes;
 mod detection;
@@ -27,6 +28,7 @@ mod pose;
 mod queries;
 mod reporter;
 mod results;
+mod shadow;
 mod simulation;
 mod sleeping;
 mod state;

@@ -1,4 +1,5 @@
-use super::bodies::{Bodies, ExactBody, body_id};
+use super::bodies::{Bodies, ExactBody};
+use super::body_checks::body_id;
 use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::Joints;

@@ -1,6 +1,6 @@
 //! rapier's own queries between our steps.
 
-use super::bodies::{body_id, refuse_bad};
+use super::body_checks::{body_id, refuse_bad};
 use super::changes::check;
 use super::engine::prelude::*;
 use super::pipeline::MoreauPipeline;

@@ -5,9 +5,10 @@
 //! all of it is ready, and wakes as a whole. Asleep, bodies stand still to the last bit, act as of
 //! infinite mass, and what their contacts carried is kept until they wake.
 
-use super::bodies::{Bodies, Shadow};
+use super::bodies::Bodies;
 use super::engine::prelude::*;
 use super::joints::fingerprint;
+use super::shadow::Shadow;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::{ContactKey, Detection, Islands, Memory, ModelError};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! Everything of a pipeline that the next step depends on, to be saved and resumed.
 
-use super::bodies::{ExactBody, not_there};
+use super::bodies::ExactBody;
+use super::body_checks::not_there;
 use super::detection::SurfaceLaw;
 use super::engine::prelude::*;
 use super::pipeline::{MoreauPipeline, MoreauSettings};

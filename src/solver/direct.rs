@@ -5,7 +5,7 @@ use super::interior_point::InteriorPoint;
 use super::response::Response;
 use super::status_newton::StatusNewton;
 use super::{ImpulseSolver, Nsgs, SolveReport, drop_unless_finite};
-use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
+use crate::contact::{ContactProblem, Judge, Law, Vec2};
 
 /// Newton and interior point for hard islands: towers, mass ratios, sliding heaps, impacts.
 ///
@@ -24,13 +24,14 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 /// 7. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
 ///
 /// Of more than 500 blocks, impulses given that leave more velocity unsolved than none at all are
-/// dropped at first: in a jammed heap they would grow from step to step. Where all contacts of so many
+/// dropped after 1: in a jammed heap they would grow from step to step. Where all contacts of so many
 /// are compliant, 4 comes before 3: it hardly ever fails there. Besides, 6 is left out, and where
 /// impulses were given the second interior point of 3 and all of 4 and 5: in heaps of 700 to 1700
-/// contacts 6 and the second ones solved 5 of 344 problems, at two thirds of all the work; in jammed heaps of 9000 the interior point ends where it
-/// did at first, whatever it starts from, and the rest gets as near in a quarter of the time. A large
-/// pyramid that is met for the first time is solved by the second interior point of 3, with loads
-/// shared out so that the next steps have less to do than after 4.
+/// contacts 6 and the second ones solved 5 of 344 problems, at two thirds of all the work; in jammed
+/// heaps of 9000 the interior point ends where it did at first, whatever it starts from, and the rest
+/// gets as near in a quarter of the time. A large pyramid that is met for the first time is solved by
+/// the second interior point of 3, with loads shared out so that the next steps have less to do than
+/// after 4.
 ///
 /// The best impulses met are returned. Where velocities are not unique, this order and these
 /// starts choose the branch, and the choice repeats bit for bit.
@@ -112,12 +113,7 @@ impl Direct {
     ) -> SolveReport {
         drop_unless_finite(impulses);
         self.newton.begin();
-        self.judge.prepare(problem);
-        let mut residual = self.judge.natural_map(problem, impulses);
-        let large = problem.len() > LARGE;
-        if large && !residual.certified(tolerance) {
-            residual = self.drop_if_worse_than_none(problem, impulses, residual);
-        }
+        let mut residual = self.judge.begin(problem, impulses);
         let mut report = SolveReport::of(residual, tolerance);
         self.judged_last = report.solved();
         if report.solved() {
@@ -131,6 +127,16 @@ impl Direct {
                 // the chord stops at what it solves
                 self.judged_last = true;
                 return self.found(impulses, report);
+            }
+        }
+        let large = problem.len() > LARGE;
+        if large {
+            let none = vec![Vec2::zeros(); problem.len()];
+            let nothing = self.judge.natural_map(problem, &none);
+            if residual.velocity > nothing.velocity {
+                residual = nothing;
+                impulses.copy_from_slice(&none);
+                self.best.start(impulses, residual, tolerance);
             }
         }
         self.response.prepare(problem);
@@ -173,23 +179,6 @@ impl Direct {
             self.newton.hand_over(&mut self.response, carried);
         }
         self.found(impulses, report)
-    }
-
-    /// Drops `impulses`, of residual `given`, if none at all leave less velocity; returns the residual
-    /// of what is left.
-    fn drop_if_worse_than_none(
-        &mut self,
-        problem: &ContactProblem,
-        impulses: &mut [Vec2],
-        given: Residual,
-    ) -> Residual {
-        let none = vec![Vec2::zeros(); problem.len()];
-        let nothing = self.judge.natural_map(problem, &none);
-        if given.velocity <= nothing.velocity {
-            return self.judge.natural_map(problem, impulses);
-        }
-        impulses.fill(Vec2::zeros());
-        nothing
     }
 
     /// The best impulses met, with what was done.

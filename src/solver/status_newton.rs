@@ -212,11 +212,13 @@ impl StatusNewton {
             self.aim();
             let (targets, change) = (&self.targets, &mut self.change);
             (newton.factored).solve(op, judge.bodies(), targets, change);
-            for (i, law) in problem.laws.iter().enumerate() {
-                let p = self.targets[i] - self.gains[i] * op.rows[i].velocity(&self.change);
-                self.current[i] = inside(p, law);
-            }
-            let residual = judge.natural_map(problem, &self.current);
+            let (targets, gains, change) = (&self.targets, &self.gains, &self.change);
+            let residual = judge.natural_map_of(problem, op, &mut self.current, |i, rows| {
+                inside(
+                    targets[i] - gains[i] * rows.velocity(change),
+                    &problem.laws[i],
+                )
+            });
             let merit = residual.merit();
             best.offer(&self.current, residual);
             if best.solved() {

@@ -1,0 +1,80 @@
+//! What makes a body of a rapier world one that can be stepped.
+
+use super::changes::finite;
+use super::engine::prelude::*;
+use crate::dynamics::ModelError;
+
+/// Index and generation of a handle, for messages.
+pub(super) fn body_id(handle: RigidBodyHandle) -> (u32, u32) {
+    handle.into_raw_parts()
+}
+
+pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
+    let id = body_id(handle);
+    ModelError::Invalid(format!("body (handle {id:?}) is not in the world"))
+}
+
+/// What a user can set to something that is no number.
+pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let (v, f) = (body.linvel(), body.user_force());
+    let fields = [
+        ("position [m]", body.position().translation.x),
+        ("position [m]", body.position().translation.y),
+        ("rotation", body.rotation().re),
+        ("rotation", body.rotation().im),
+        ("velocity [m/s]", v.x),
+        ("velocity [m/s]", v.y),
+        ("spin [rad/s]", body.angvel()),
+        ("force [N]", f.x),
+        ("force [N]", f.y),
+        ("torque [N m]", body.user_torque()),
+        ("gravity scale", body.gravity_scale()),
+        ("linear damping [1/s]", body.linear_damping()),
+        ("angular damping [1/s]", body.angular_damping()),
+    ];
+    // one branch for all that is well
+    let sum: f64 = fields.iter().map(|(_, x)| f64::from(*x)).sum();
+    if sum.is_finite() && finite(body.next_position()) {
+        return Ok(());
+    }
+    let bad = fields.iter().find(|(_, x)| !x.is_finite());
+    let (field, value) = bad.unwrap_or(&("target position [m]", Real::NAN));
+    Err(ModelError::Invalid(format!(
+        "{}: {field} is {value}, which is not finite",
+        name()
+    )))
+}
+
+/// Whether a dynamic body has a mass.
+pub(super) fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
+    let local = &body.mass_properties().local_mprops;
+    let (mass, inertia) = (local.inv_mass, local.inv_principal_inertia);
+    let bad = |what: &str, inverse: Real| {
+        Err(ModelError::Invalid(format!(
+            "{}: {what} is {}, must be finite and above 0",
+            name(),
+            1.0 / inverse
+        )))
+    };
+    if !(mass.is_finite() && mass >= 0.0) {
+        return bad("mass [kg]", mass);
+    }
+    if !(inertia.is_finite() && inertia >= 0.0) {
+        return bad("inertia [kg m2]", inertia);
+    }
+    if !local.local_com.is_finite() {
+        return Err(ModelError::Invalid(format!(
+            "{}: centre of mass is {}, which is not finite",
+            name(),
+            local.local_com
+        )));
+    }
+    let held = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
+    if mass == 0.0 && !held {
+        return Err(ModelError::Invalid(format!(
+            "{} is dynamic but has no mass: give it a collider with a density or a mass",
+            name()
+        )));
+    }
+    Ok(())
+}
