@@ -145,7 +145,6 @@ impl Bodies {
     }
 
     /// Dominance of a body, and whether it is followed within the step.
-    #[inline]
     fn stand(&mut self, body: &RigidBody, colliders: &ColliderSet, k: usize, dt: f64) {
         let count = self.velocities.len();
         if !body.is_dynamic() {

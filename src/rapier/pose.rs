@@ -45,16 +45,14 @@ impl Pose64 {
 fn length(x: f64, y: f64) -> f64 {
     let (x, y) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
     let h = (x * x + y * y).sqrt();
-    // both ways, as which one it is to be follows no pattern
-    let (above, beyond) = (h - x, h - y);
-    let flat = (
-        2.0 * above * (x - 2.0 * y),
-        (4.0 * above - y) * y + above * above,
-    );
-    let steep = (x * (2.0 * beyond - x), (beyond - 2.0 * (x - y)) * beyond);
-    let is_steep = h <= 2.0 * y;
-    let a = if is_steep { steep.0 } else { flat.0 };
-    let b = if is_steep { steep.1 } else { flat.1 };
+    let (a, b) = if h <= 2.0 * y {
+        let delta = h - y;
+        (x * (2.0 * delta - x), (delta - 2.0 * (x - y)) * delta)
+    } else {
+        let delta = h - x;
+        let small = (4.0 * delta - y) * y + delta * delta;
+        (2.0 * delta * (x - 2.0 * y), small)
+    };
     h - (a + b) / (2.0 * h)
 }
 

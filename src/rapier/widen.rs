@@ -71,11 +71,7 @@ fn typed(value: Real, digits: i32) -> f64 {
     if !meant(&POWERS[most]) {
         return wide;
     }
-    // nearly always the only one
-    if most == 0 || !meant(&POWERS[most - 1]) {
-        return decimal(POWERS[most]);
-    }
-    let fewest = POWERS[..most].partition_point(|power| !meant(power));
+    let fewest = POWERS[..=most].partition_point(|power| !meant(power));
     decimal(POWERS[fewest])
 }
 

@@ -238,14 +238,14 @@ impl Detector {
             let body = leaf.body;
             let growth = span.growth(present(&self.present, body).speed, leaf.surface.size);
             let way = leaves.way[k];
-            if !self.tree.holds(k, way, growth) {
-                let leaf = leaves.get(k as u32);
-                let tight = shapes::extent(&leaf.part, &leaf.pose);
-                let ahead = span.ahead(bodies, body);
-                self.tree.place(k, tight, way, growth, ahead);
+            self.pairs.set_reached(k, way + growth);
+            if self.tree.holds(k, way, growth) {
+                continue;
             }
-            let new = self.tree.moved(k as u32);
-            self.pairs.set_reached(k, way + growth, new);
+            let leaf = leaves.get(k as u32);
+            let tight = shapes::extent(&leaf.part, &leaf.pose);
+            let ahead = span.ahead(bodies, body);
+            self.tree.place(k, tight, way, growth, ahead);
         }
         let (pairs, leaves) = (&mut self.pairs, &self.leaves);
         self.tree.pairs(|a, b| pairs.add(a, b, leaves));

@@ -31,10 +31,9 @@ struct Row {
 #[derive(Default)]
 pub(super) struct Pairs {
     rows: Vec<Row>,
+    known: FxHashSet<u64>,
     /// Of each leaf, the way it has gone and its share of the reach \[m\].
     reached: Vec<f64>,
-    /// The same, but without end for a leaf whose fat box is new.
-    looked: Vec<f64>,
     scratch: Scratch,
     added: bool,
 }
@@ -79,18 +78,19 @@ impl Marks {
     }
 }
 
+fn name([a, b]: [u32; 2]) -> u64 {
+    u64::from(a) << 32 | u64::from(b)
+}
+
 impl Pairs {
-    /// What a leaf, whose fat box is `new` or not, has gone and looks ahead \[m\].
-    pub fn set_reached(&mut self, leaf: usize, reached: f64, new: bool) {
+    pub fn set_reached(&mut self, leaf: usize, reached: f64) {
         if self.reached.len() <= leaf {
             self.reached.resize(leaf + 1, 0.0);
-            self.looked.resize(leaf + 1, 0.0);
         }
         self.reached[leaf] = reached;
-        self.looked[leaf] = if new { f64::INFINITY } else { reached };
     }
 
-    /// Notes that two leaves have come near, unless they can never meet.
+    /// Notes that two leaves are near, unless that is known or they can never meet.
     pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
         let (la, lb) = (leaves.get(a), leaves.get(b));
         if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
@@ -98,13 +98,15 @@ impl Pairs {
         }
         // the lower collider first, as in rapier
         let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
-        let [first, second] = pair.map(|leaf| leaves.get(leaf));
-        self.rows.push(Row {
-            order: [first.slot, second.slot, first.sub, second.sub],
-            leaves: pair,
-            budget: f64::NEG_INFINITY,
-        });
-        self.added = true;
+        if self.known.insert(name(pair)) {
+            let [first, second] = pair.map(|leaf| leaves.get(leaf));
+            self.rows.push(Row {
+                order: [first.slot, second.slot, first.sub, second.sub],
+                leaves: pair,
+                budget: f64::NEG_INFINITY,
+            });
+            self.added = true;
+        }
     }
 
     pub fn sort(&mut self) {
@@ -116,14 +118,16 @@ impl Pairs {
 
     pub fn clear(&mut self) {
         self.rows.clear();
+        self.known.clear();
     }
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let marks = &mut self.scratch.marks.now;
+        let (known, marks) = (&mut self.known, &mut self.scratch.marks.now);
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
+                known.remove(&name(row.leaves));
                 marks.remove(&row.order);
             }
             stays
@@ -158,35 +162,29 @@ impl Pairs {
 
     /// Contacts of all pairs; those whose boxes parted are dropped.
     pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
-        let (reached, looked, scratch) = (&self.reached, &self.looked, &mut self.scratch);
+        let (known, reached, scratch) = (&mut self.known, &self.reached, &mut self.scratch);
         let mut from = Group::default();
         scratch.told.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
         let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
-            let (i, j) = (a as usize, b as usize);
-            let far = tree.is_some() && looked[i] + looked[j] < row.budget;
-            if far && !any_asleep {
-                return true;
-            }
-            // a row stands for two boxes that overlap: the tree tells of those that come to
-            if let Some(tree) = tree
-                && (tree.moved(a) || tree.moved(b))
-                && !tree.overlap(a, b)
-            {
-                return false;
-            }
             if any_asleep && finder.asleep([a, b]) {
                 let mark = scratch.marks.get(&row.order);
                 scratch.marks.set(row.order, mark);
                 return true;
             }
-            if tree.is_some() && reached[i] + reached[j] < row.budget {
-                return true;
+            if let Some(tree) = tree {
+                if reached[a as usize] + reached[b as usize] < row.budget {
+                    return true;
+                }
+                if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
+                    known.remove(&name(row.leaves));
+                    return false;
+                }
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
-                row.budget = finder.leaves.way[i] + finder.leaves.way[j] + bound;
+                row.budget = finder.leaves.way[a as usize] + finder.leaves.way[b as usize] + bound;
             }
             true
         });

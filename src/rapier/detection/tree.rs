@@ -117,8 +117,8 @@ impl Tree {
         overlap(&self.fat[a as usize], &self.fat[b as usize])
     }
 
-    /// Calls `found` once for every pair of leaves whose fat boxes overlap in this call and did not
-    /// in the last.
+    /// Calls `found` for all pairs of leaves whose fat boxes have come to overlap in this call;
+    /// others may come as well.
     pub fn pairs(&mut self, mut found: impl FnMut(u32, u32)) {
         if self.changed.is_empty() && !self.rebuilt {
             return;
