@@ -28,8 +28,6 @@ pub(super) struct Tree {
     bvh: Bvh,
     workspace: BvhWorkspace,
     fat: Vec<Box4>,
-    /// Of each leaf whose fat box is of this call, the one before.
-    before: Vec<Box4>,
     /// Way \[m\] up to which the fat box of a leaf holds it.
     limit: Vec<f64>,
     /// Leaves of this call and of the last one whose fat boxes are new.
@@ -62,7 +60,6 @@ impl Tree {
         self.changed.clear();
         self.limit.resize(count, f64::NEG_INFINITY);
         self.fat.resize(count, NOWHERE);
-        self.before.resize(count, NOWHERE);
         self.stamp.resize(count, 0);
     }
 
@@ -96,7 +93,6 @@ impl Tree {
         // 0 would leave the change unmarked
         self.bvh
             .insert_or_update_partially(aabb, leaf as u32, Real::MIN_POSITIVE);
-        self.before[leaf] = fat;
         self.fat[leaf] = [aabb.mins.x, aabb.mins.y, aabb.maxs.x, aabb.maxs.y].map(f64::from);
         self.limit[leaf] = way + margin;
         self.stamp[leaf] = self.call;
@@ -124,16 +120,6 @@ impl Tree {
             return;
         }
         self.debt += self.changed.len();
-        let (fat, before, stamp, call) = (&self.fat, &self.before, &self.stamp, self.call);
-        let last = |leaf: u32| match stamp[leaf as usize] == call {
-            true => &before[leaf as usize],
-            false => &fat[leaf as usize],
-        };
-        let mut found = |a: u32, b: u32| {
-            if !overlap(last(a), last(b)) {
-                found(a, b);
-            }
-        };
         if self.rebuilt && 2 * self.changed.len() > self.leaves {
             self.bvh
                 .rebuild(&mut self.workspace, BvhBuildStrategy::Binned);
