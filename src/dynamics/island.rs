@@ -8,7 +8,7 @@ use super::outcome::redundant;
 use super::phases::PhaseClock;
 use super::record::StepRecord;
 use super::rules::{ImpactLaw, Rules, Scheme};
-use super::stage::{Block, Stage};
+use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, Vec2, Vec3, natural_map};
 use crate::solver::{Carried, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
@@ -109,10 +109,12 @@ impl Solved {
             stage.resolution[i as usize] = self.resolution;
         }
         for (&i, &b) in members.iter().zip(self.free.iter().flatten()) {
-            stage.blocks[i as usize].free = b;
+            stage.asked[i as usize] = b;
         }
         for (i, account) in self.accounts {
-            stage.blocks[i as usize].account = account;
+            if let Source::Joint(index) = stage.blocks[i as usize].source {
+                stage.accounts[index] = account;
+            }
         }
         stage.loose.extend(self.loose);
         (self.outcome, self.kept)
@@ -391,16 +393,17 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
 /// Blocks for which the problem has `free`.
 fn cap_blocks(blocks: &mut Vec<CapBlock>, stage: &Stage, members: &[u32], free: &[Vec2]) {
     blocks.clear();
-    let of = |(&i, b): (&u32, _)| cap_block(&stage.blocks[i as usize], b);
+    let of = |(&i, b): (&u32, _)| cap_block(stage, i as usize, b);
     blocks.extend(members.iter().zip(free).map(of));
 }
 
 /// A block, for which its problem has `b`.
-fn cap_block(block: &Block, b: &Vec2) -> CapBlock {
+fn cap_block(stage: &Stage, i: usize, b: &Vec2) -> CapBlock {
+    let block = &stage.blocks[i];
     CapBlock {
         gamma_a: block.gamma_a,
         free: b - block.gamma_f,
-        rigid: is_rigid(&block.law),
+        rigid: is_rigid(&stage.laws[i]),
         held: block.held,
         impact: block.impact,
     }

@@ -96,7 +96,7 @@ pub(super) fn push_back(
     for (k, &i) in members.iter().enumerate() {
         let block = &stage.blocks[i as usize];
         let (Source::Contact(index), Law::Contact { compliance, .. }, true) =
-            (block.source, problem.laws[k], is_rigid(&block.law))
+            (block.source, problem.laws[k], is_rigid(&stage.laws[i as usize]))
         else {
             continue;
         };

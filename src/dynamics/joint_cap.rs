@@ -96,7 +96,10 @@ pub(super) fn cap_joints(
     };
     let (mut account, mut most) = (0.0, 0.0);
     for &k in &held {
-        let before = stage.blocks[members[k] as usize].account;
+        let before = match stage.blocks[members[k] as usize].source {
+            Source::Joint(index) => stage.accounts[index],
+            Source::Contact(_) => Account::default(),
+        };
         account += (1.0 - FORGOTTEN) * before.added;
         most += (1.0 - FORGOTTEN) * before.scale;
     }
@@ -108,10 +111,9 @@ pub(super) fn cap_joints(
     if added > room || hopeless(&report) {
         let first_free = problem.free.clone();
         for (k, &i) in members.iter().enumerate() {
-            let block = &stage.blocks[i as usize];
-            let gamma = block.gamma_f;
-            if is_rigid(&block.law) {
-                let push = block.free - gamma;
+            let gamma = stage.blocks[i as usize].gamma_f;
+            if is_rigid(&stage.laws[i as usize]) {
+                let push = stage.asked[i as usize] - gamma;
                 problem.free[k] = gamma + Vec2::new(push.x.max(0.0), 0.0);
             }
         }
@@ -169,7 +171,7 @@ pub(super) fn cap_joints(
 fn scale(stage: &Stage, members: &[u32], inverse_mass: &[Vec3]) -> f64 {
     let mut bodies: Vec<u32> = members
         .iter()
-        .flat_map(|&i| stage.rows[i as usize].bodies)
+        .flat_map(|&i| stage.sides[i as usize])
         .filter(|b| *b != NO_BODY)
         .collect();
     bodies.sort_unstable();

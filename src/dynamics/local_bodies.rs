@@ -16,7 +16,7 @@ impl LocalBodies {
     pub fn operator(
         &mut self,
         members: &[u32],
-        rows: &[Rows],
+        rows: impl Fn(usize) -> Rows,
         inverse_mass: &[Vec3],
         op: &mut BodyOperator,
     ) {
@@ -26,7 +26,7 @@ impl LocalBodies {
         op.rows.clear();
         bodies.clear();
         for &i in members {
-            let mut rows = rows[i as usize];
+            let mut rows = rows(i as usize);
             for body in rows.bodies.iter_mut().filter(|b| **b != NO_BODY) {
                 let own = &mut number[*body as usize];
                 if *own == NO_BODY {

@@ -28,7 +28,7 @@ pub(super) fn record_stage(
         }
         // no work where no impulse arrives
         let takes = |rows: &Rows| {
-            let (bodies, jacobian) = (stage.rows[i].bodies, rows.jacobian);
+            let (bodies, jacobian) = (stage.sides[i], rows.jacobian);
             Rows { bodies, jacobian }.velocity(&mean)
         };
         match block.source {
@@ -56,7 +56,7 @@ pub(super) fn record_stage(
                     dt: stage.length,
                     stuck: None,
                     rebounded: false,
-                    account: block.account,
+                    account: stage.accounts[index],
                 };
                 memory.push(joint.key, kept);
             }
@@ -89,10 +89,15 @@ fn record_contact(
     let block = &stage.blocks[i];
     let surface = Vec2::new(0.0, contact.surface_velocity);
     let gamma_e = contact.rows.velocity(&stage.end) + surface;
-    let gamma_mean = 0.5 * (contact.rows.velocity(&stage.start) + surface + gamma_e);
+    let gamma_a = if block.loaded {
+        contact.rows.velocity(&stage.start) + surface
+    } else {
+        block.gamma_a
+    };
+    let gamma_mean = 0.5 * (gamma_a + gamma_e);
     // the velocity that the friction law sees, within what the solve resolves: on the border of
     // the cone a contact may stick, inside it it must
-    let added = block.free - block.gamma_f;
+    let added = stage.asked[i] - block.gamma_f;
     let added = match contact.law {
         NormalLaw::Load { .. } => added.x,
         _ => added.y,
@@ -119,7 +124,7 @@ fn record_contact(
             impulse_t: impulse.y,
             moments: [0, 1].map(|side| {
                 let [n, t] = contact.rows.jacobian[side];
-                let takes = stage.rows[i].bodies[side] != NO_BODY;
+                let takes = stage.sides[i][side] != NO_BODY;
                 takes.then_some(n.z * impulse.x + t.z * impulse.y)
             }),
             slip: stage.length * slip_velocity,

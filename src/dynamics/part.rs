@@ -27,8 +27,9 @@ pub(super) struct Part {
     /// Of each island its first block, and what became of it.
     solved: BTreeMap<u32, (IslandOutcome, Option<SolvedProblem>)>,
     added: Vec<bool>,
-    /// Of each block as it was asked: a cap on joints changes it.
-    asked: Vec<(Vec2, Account)>,
+    /// `b` of each block and the account of each joint as they were: a cap on joints changes them.
+    asked: Vec<Vec2>,
+    accounts: Vec<Account>,
     loose: Vec<usize>,
 }
 
@@ -50,11 +51,11 @@ impl Part {
         let mut taken = vec![true; count];
         for k in 0..islands.len() {
             let members = islands.blocks(k);
-            let opening = |i: &u32| stage.blocks[*i as usize].free.x;
+            let opening = |i: &u32| stage.asked[*i as usize].x;
             let closing = members.iter().map(|i| -opening(i)).fold(0.0, f64::max);
             for i in members {
                 let idle = stage.impulses[*i as usize] == Vec2::zeros();
-                let contact = matches!(stage.blocks[*i as usize].law, Law::Contact { .. });
+                let contact = matches!(stage.laws[*i as usize], Law::Contact { .. });
                 taken[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
@@ -63,13 +64,14 @@ impl Part {
             solved: BTreeMap::new(),
             added: Vec::new(),
             asked: Vec::new(),
+            accounts: Vec::new(),
             loose: Vec::new(),
             taken,
         };
         if part.taken.contains(&false) {
             part.added.resize(count, false);
-            let asked = stage.blocks.iter().map(|b| (b.free, b.account));
-            part.asked.extend(asked);
+            part.asked.clone_from(&stage.asked);
+            part.accounts.clone_from(&stage.accounts);
             part.loose.clone_from(&stage.loose);
         }
         part
@@ -86,12 +88,12 @@ impl Part {
         }
         let mut spent = Vec::new();
         for &i in members {
-            let block = &mut stage.blocks[i as usize];
-            (block.free, block.account) = self.asked[i as usize];
-            if let Source::Joint(index) = block.source
-                && !self.loose.contains(&index)
-            {
-                stage.loose.retain(|j| *j != index);
+            stage.asked[i as usize] = self.asked[i as usize];
+            if let Source::Joint(index) = stage.blocks[i as usize].source {
+                stage.accounts[index] = self.accounts[index];
+                if !self.loose.contains(&index) {
+                    stage.loose.retain(|j| *j != index);
+                }
             }
             spent.extend(self.solved.remove(&i).map(|(o, _)| o.report));
         }
@@ -117,9 +119,9 @@ impl Part {
             if self.taken[i] {
                 continue;
             }
-            let rows = &stage.rows[i];
+            let rows = stage.rows(i);
             let change = rows.velocity(&stage.end).x - rows.velocity(&stage.free).x;
-            if stage.blocks[i].free.x + change < 0.0 {
+            if stage.asked[i].x + change < 0.0 {
                 complete = false;
                 (self.taken[i], self.added[i]) = (true, true);
             }

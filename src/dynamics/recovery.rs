@@ -64,8 +64,8 @@ impl OverlapRecovery {
                 && movable_sides(&c.rows, inverse_mass) != [NO_BODY; 2]
         };
         let mut pairs = Vec::with_capacity(self.seen.len());
-        for contact in stage.detection.contacts.iter().filter(rigid) {
-            if pairs.last() != Some(&contact.key.pair) {
+        for contact in stage.detection.contacts.iter() {
+            if pairs.last() != Some(&contact.key.pair) && rigid(&contact) {
                 pairs.push(contact.key.pair);
             }
         }
@@ -124,8 +124,9 @@ impl OverlapRecovery {
         let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
         let mut excess = BTreeSet::new();
         for contact in &stage.detection.contacts {
-            let own = stage.standing.receiving(&contact.rows, inverse_mass);
-            if !matches!(contact.law, NormalLaw::Rigid { .. }) || own.bodies == [NO_BODY; 2] {
+            let movable = movable_sides(&contact.rows, inverse_mass);
+            let bodies = stage.standing.receiving(&contact.rows, movable);
+            if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
                 continue;
             }
             let left = contact.gap + dt * contact.rows.velocity(&stage.end).x;
@@ -136,7 +137,8 @@ impl OverlapRecovery {
             if moves {
                 excess.insert(contact.key.pair);
             }
-            rows.push(own);
+            let jacobian = contact.rows.jacobian;
+            rows.push(Rows { bodies, jacobian });
             free.push(Vec2::new(
                 if moves { -SHARE * x } else { left.max(0.0) },
                 0.0,
@@ -205,7 +207,7 @@ pub(super) fn displacements(
         }
         let of = |i: &u32| *i as usize;
         let mut op = BodyOperator::default();
-        local.operator(members, rows, inverse_mass, &mut op);
+        local.operator(members, |i| rows[i], inverse_mass, &mut op);
         let mut problem = ContactProblem {
             operator: Delassus::Bodies(op),
             free: members.iter().map(|i| free[of(i)]).collect(),

@@ -128,8 +128,7 @@ impl IslandSolver {
 
     /// Finds the impulses of all blocks of `stage`.
     pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
-        let rows = stage.rows.iter().map(|r| r.bodies);
-        self.islands.build(inverse_mass.len(), rows);
+        (self.islands).build(inverse_mass.len(), stage.sides.iter().copied());
         self.outcomes.clear();
         if !self.jams.is_empty() {
             stage.before.clone_from(&stage.impulses);
@@ -148,8 +147,8 @@ impl IslandSolver {
         }
         // bodies that press on each other both ways are of one dominance
         let level = |k: usize| {
-            let rows = &stage.rows[self.islands.blocks(k)[0] as usize];
-            let own = rows.bodies.iter().find(|b| **b != NO_BODY);
+            let sides = stage.sides[self.islands.blocks(k)[0] as usize];
+            let own = sides.iter().find(|b| **b != NO_BODY);
             own.map_or(0, |b| stage.standing.dominance[*b as usize])
         };
         let mut order: Vec<(i16, usize)> = (0..self.islands.len()).map(|k| (level(k), k)).collect();
@@ -273,7 +272,7 @@ impl IslandSolver {
             .filter(|&i| part.taken[i as usize])
             .collect();
         if taken.len() < stage.blocks.len() || part.round > 0 {
-            (self.islands).build_of(inverse_mass.len(), &taken, &stage.rows);
+            (self.islands).build_of(inverse_mass.len(), &taken, &stage.sides);
         }
         // all are taken up before any is solved: none depends on the others then
         let mut jobs = Vec::with_capacity(self.islands.len());

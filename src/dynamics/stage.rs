@@ -43,16 +43,14 @@ pub(super) struct Block {
     pub source: Source,
     /// Of all sides, those that move on their own included.
     pub bodies: [u32; 2],
-    pub law: Law,
-    pub free: Vec2,
     pub gamma_a: Vec2,
     /// `γ_F`, with what the step gave to a body above.
     pub gamma_f: Vec2,
     pub impact: bool,
     /// A pin or locked axis.
     pub held: bool,
-    /// Of a joint: its share of what its island's joints have put in.
-    pub account: Account,
+    /// Of a contact under a given load: friction alone is solved, in the place of the normal row.
+    pub loaded: bool,
     /// Carried an impulse, and stuck, in the interval before.
     pub carried_before: bool,
     pub stuck_before: bool,
@@ -78,9 +76,13 @@ pub(super) struct Stage {
     pub end: Vec<Vec3>,
     pub detection: Detection,
     pub blocks: Vec<Block>,
-    /// Of each block, the rows of the sides that take impulses only.
-    pub rows: Vec<Rows>,
+    /// Of each block: the bodies that take impulses, `b` \[m/s\], law, impulse.
+    pub sides: Vec<[u32; 2]>,
+    pub asked: Vec<Vec2>,
+    pub laws: Vec<Law>,
     pub impulses: Vec<Vec2>,
+    /// Of each joint of the detection: its share of what its island's joints have put in.
+    pub accounts: Vec<Account>,
     /// Those of the last step \[N s\], where an island gave way in it.
     pub before: Vec<Vec2>,
     /// Velocity that the solve of a block's island resolves \[m/s\].
@@ -171,11 +173,9 @@ impl Stage {
         self.clear_blocks();
         let contacts = std::mem::take(&mut self.detection.contacts);
         for (index, contact) in contacts.iter().enumerate() {
-            if !belongs(&contact.rows, members, inverse_mass)
-                || !self.receives(contact, inverse_mass)
-            {
+            let Some(sides) = self.receiving(contact, members, inverse_mass) else {
                 continue;
-            }
+            };
             let surface = Vec2::new(0.0, contact.surface_velocity);
             let gamma_a = contact.rows.velocity(&self.start) + surface;
             let swept = rules.sweeps
@@ -217,14 +217,10 @@ impl Stage {
                 }
                 Choice::In(rule) => rule,
             };
-            let mut rows = contact.rows;
             let mut warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
             let (mut gamma_f, mut gamma_a) = (now.gamma_f, now.gamma_a);
-            if let NormalLaw::Load { .. } = contact.law {
-                // the friction row takes the place of the normal one
-                for side in &mut rows.jacobian {
-                    *side = [side[1], Vec3::zeros()];
-                }
+            let loaded = matches!(contact.law, NormalLaw::Load { .. });
+            if loaded {
                 (warm, gamma_f, gamma_a) = (
                     Vec2::new(warm.y, 0.0),
                     Vec2::new(gamma_f.y, 0.0),
@@ -233,19 +229,16 @@ impl Stage {
             }
             let block = Block {
                 source: Source::Contact(index),
-                bodies: rows.bodies,
-                law,
-                free: gamma_f + free,
+                bodies: contact.rows.bodies,
                 gamma_a,
                 gamma_f,
                 impact,
                 held: false,
-                account: Account::default(),
+                loaded,
                 carried_before: now.carried,
                 stuck_before: now.stuck.is_some(),
             };
-            let rows = self.standing.receiving(&rows, inverse_mass);
-            self.push(block, rows, warm);
+            self.push(block, sides, gamma_f + free, law, warm);
         }
         self.detection.contacts = contacts;
         self.collect_joints(rules, memory, members, inverse_mass, span);
@@ -270,30 +263,26 @@ impl Stage {
             else {
                 continue;
             };
-            if !belongs(&contact.rows, Some(members), inverse_mass)
-                || !self.receives(contact, inverse_mass)
-            {
+            let Some(sides) = self.receiving(contact, Some(members), inverse_mass) else {
                 continue;
-            }
+            };
             let surface = Vec2::new(0.0, contact.surface_velocity);
             let gamma = contact.rows.velocity(&self.start) + surface;
             let Rule { free, law, impact } = impact_rule(rules, contact, gamma, in_force);
             let block = Block {
                 source: Source::Contact(index),
                 bodies: contact.rows.bodies,
-                law,
-                free: gamma + free,
                 gamma_a: gamma,
                 gamma_f: gamma,
                 impact,
                 held: false,
-                account: Account::default(),
+                loaded: false,
                 carried_before: false,
                 stuck_before: false,
             };
-            let rows = self.standing.receiving(&contact.rows, inverse_mass);
-            self.push(block, rows, Vec2::zeros());
+            self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
+        self.open_accounts(found.joints.len());
         for (index, joint) in found.joints.iter().enumerate() {
             if !belongs(&joint.rows, Some(members), inverse_mass)
                 || diagonal(joint, inverse_mass) <= 0.0
@@ -302,8 +291,9 @@ impl Stage {
             }
             if let Some((free, law)) = joint_impact_rule(joint, carried(&joint.key)) {
                 let gamma = joint.rows.velocity(&self.start);
-                let block = joint_block(index, joint, law, free, [gamma; 2]);
-                self.push(block, movable(&joint.rows, inverse_mass), Vec2::zeros());
+                let block = joint_block(index, joint, [gamma; 2]);
+                let sides = movable_sides(&joint.rows, inverse_mass);
+                self.push(block, sides, gamma + free, law, Vec2::zeros());
             }
         }
         self.detection = found;
@@ -318,6 +308,7 @@ impl Stage {
         span: Span,
     ) {
         let joints = std::mem::take(&mut self.detection.joints);
+        self.open_accounts(joints.len());
         for (index, joint) in joints.iter().enumerate() {
             let diagonal = diagonal(joint, inverse_mass);
             // a row that nothing can move is none
@@ -343,17 +334,24 @@ impl Stage {
             }
             let known = memory.get(&joint.key);
             let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            let gamma = [now.gamma_a, now.gamma_f];
-            let mut block = joint_block(index, joint, law, free, gamma);
-            block.account = known.map_or(Account::default(), |m| m.account);
-            self.push(block, movable(&joint.rows, inverse_mass), warm);
+            self.accounts[index] = known.map_or(Account::default(), |m| m.account);
+            let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
+            let sides = movable_sides(&joint.rows, inverse_mass);
+            self.push(block, sides, now.gamma_f + free, law, warm);
         }
         self.detection.joints = joints;
     }
 
-    fn push(&mut self, block: Block, rows: Rows, impulse: Vec2) {
+    fn open_accounts(&mut self, joints: usize) {
+        self.accounts.clear();
+        self.accounts.resize(joints, Account::default());
+    }
+
+    fn push(&mut self, block: Block, sides: [u32; 2], asked: Vec2, law: Law, impulse: Vec2) {
         self.blocks.push(block);
-        self.rows.push(rows);
+        self.sides.push(sides);
+        self.asked.push(asked);
+        self.laws.push(law);
         self.impulses.push(impulse);
         self.resolution.push(0.0);
     }
@@ -361,7 +359,9 @@ impl Stage {
     /// Takes out everything that was collected.
     pub fn clear_blocks(&mut self) {
         self.blocks.clear();
-        self.rows.clear();
+        self.sides.clear();
+        self.asked.clear();
+        self.laws.clear();
         self.impulses.clear();
         self.resolution.clear();
         self.waiting.clear();
@@ -373,8 +373,12 @@ impl Stage {
     pub fn end_velocities(&mut self, inverse_mass: &[Vec3]) {
         self.end.clear();
         self.end.extend_from_slice(&self.free);
-        for (rows, &impulse) in self.rows.iter().zip(&self.impulses) {
-            rows.push(impulse, inverse_mass, &mut self.end);
+        for i in 0..self.blocks.len() {
+            let impulse = self.impulses[i];
+            if impulse != Vec2::zeros() {
+                let rows = of(&self.detection, &self.blocks[i], self.sides[i]);
+                rows.push(impulse, inverse_mass, &mut self.end);
+            }
         }
     }
 
@@ -382,16 +386,16 @@ impl Stage {
     /// solved, and [`Stage::end_velocities`] up to date.
     pub fn look_up(&mut self, members: &[u32]) {
         for &i in members {
-            let mut above = self.all_rows(i as usize);
-            for (side, own) in self.rows[i as usize].bodies.iter().enumerate() {
+            let i = i as usize;
+            let mut above = self.all_rows(i);
+            for (side, own) in self.sides[i].iter().enumerate() {
                 if *own != NO_BODY {
                     above.bodies[side] = NO_BODY;
                 }
             }
             let given = above.velocity(&self.end) - above.velocity(&self.free);
-            let block = &mut self.blocks[i as usize];
-            block.gamma_f += given;
-            block.free += given;
+            self.blocks[i].gamma_f += given;
+            self.asked[i] += given;
         }
     }
 
@@ -403,17 +407,27 @@ impl Stage {
         }
     }
 
-    fn receives(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> bool {
-        self.standing.dominance.is_empty()
-            || self.standing.receiving(&contact.rows, inverse_mass).bodies != [NO_BODY; 2]
+    /// The sides of a contact among `members` that take its impulse, if any does.
+    fn receiving(
+        &self,
+        contact: &ContactPoint,
+        members: Option<&[bool]>,
+        inverse_mass: &[Vec3],
+    ) -> Option<[u32; 2]> {
+        let movable = movable_sides(&contact.rows, inverse_mass);
+        let sides = self.standing.receiving(&contact.rows, movable);
+        (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
 
-    /// The rows of a block with all sides, those that move on their own included.
+    /// The rows of a block, with the sides that take impulses only.
+    pub fn rows(&self, block: usize) -> Rows {
+        of(&self.detection, &self.blocks[block], self.sides[block])
+    }
+
+    /// The same with all sides, those that move on their own included.
     pub fn all_rows(&self, block: usize) -> Rows {
-        Rows {
-            bodies: self.blocks[block].bodies,
-            jacobian: self.rows[block].jacobian,
-        }
+        let block = &self.blocks[block];
+        of(&self.detection, block, block.bodies)
     }
 
     /// Writes the contact problem of one island, over its own bodies.
@@ -433,12 +447,11 @@ impl Stage {
             Delassus::Bodies(op) => op,
             Delassus::Blocks(_) => BodyOperator::default(),
         };
-        local.operator(members, &self.rows, inverse_mass, &mut op);
-        let blocks = members.iter().map(|&i| &self.blocks[i as usize]);
+        local.operator(members, |i| self.rows(i), inverse_mass, &mut op);
         free.clear();
-        free.extend(blocks.clone().map(|b| b.free));
+        free.extend(members.iter().map(|&i| self.asked[i as usize]));
         laws.clear();
-        laws.extend(blocks.map(|b| b.law));
+        laws.extend(members.iter().map(|&i| self.laws[i as usize]));
         *operator = Delassus::Bodies(op);
     }
 }
@@ -447,23 +460,29 @@ impl Stage {
 /// position.
 const LOOSE: f64 = 1e-9;
 
-fn joint_block(
-    index: usize,
-    joint: &JointRow,
-    law: Law,
-    added: Vec2,
-    [gamma_a, gamma_f]: [Vec2; 2],
-) -> Block {
+/// The rows of a block of `found`, of these sides.
+fn of(found: &Detection, block: &Block, bodies: [u32; 2]) -> Rows {
+    let mut jacobian = match block.source {
+        Source::Contact(index) => found.contacts[index].rows.jacobian,
+        Source::Joint(index) => found.joints[index].rows.jacobian,
+    };
+    if block.loaded {
+        for side in &mut jacobian {
+            *side = [side[1], Vec3::zeros()];
+        }
+    }
+    Rows { bodies, jacobian }
+}
+
+fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) -> Block {
     Block {
         source: Source::Joint(index),
         bodies: joint.rows.bodies,
-        law,
-        free: gamma_f + added,
         gamma_a,
         gamma_f,
         impact: false,
         held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
-        account: Account::default(),
+        loaded: false,
         carried_before: false,
         stuck_before: false,
     }
@@ -503,7 +522,10 @@ pub(super) fn movable_sides(rows: &Rows, inverse_mass: &[Vec3]) -> [u32; 2] {
 
 /// Whether something movable is on `rows`, and all that is movable is among `members`.
 pub(super) fn belongs(rows: &Rows, members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
-    let sides = movable_sides(rows, inverse_mass);
+    are_among(movable_sides(rows, inverse_mass), members)
+}
+
+fn are_among(sides: [u32; 2], members: Option<&[bool]>) -> bool {
     let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
     real.peek().is_some() && real.all(|b| members.is_none_or(|m| m[*b as usize]))
 }

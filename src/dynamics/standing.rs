@@ -1,7 +1,6 @@
 //! What sets bodies apart beyond their masses: who gives way to whom, and who is followed in time.
 
 use super::model::ContactPoint;
-use super::stage::movable;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
 /// How closely a body's motion within a step is followed.
@@ -40,16 +39,16 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Sides of `rows` that take impulses: movable, and not above the other.
-    pub(super) fn receiving(&self, rows: &Rows, inverse_mass: &[Vec3]) -> Rows {
-        let mut own = movable(rows, inverse_mass);
+    /// Those of the `movable` sides of `rows` that take impulses: who is not above the other.
+    pub(super) fn receiving(&self, rows: &Rows, movable: [u32; 2]) -> [u32; 2] {
+        let mut own = movable;
         if let (false, [a, b]) = (self.dominance.is_empty(), rows.bodies)
             && a != NO_BODY
             && b != NO_BODY
         {
             match self.dominance[a as usize].cmp(&self.dominance[b as usize]) {
-                std::cmp::Ordering::Greater => own.bodies[0] = NO_BODY,
-                std::cmp::Ordering::Less => own.bodies[1] = NO_BODY,
+                std::cmp::Ordering::Greater => own[0] = NO_BODY,
+                std::cmp::Ordering::Less => own[1] = NO_BODY,
                 std::cmp::Ordering::Equal => {}
             }
         }

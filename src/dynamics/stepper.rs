@@ -395,7 +395,7 @@ impl MoreauStepper {
             apart[body as usize] = true;
         }
         let used = |i: usize| {
-            let mut sides = stage.rows[i].bodies.iter().filter(|b| **b != NO_BODY);
+            let mut sides = stage.sides[i].iter().filter(|b| **b != NO_BODY);
             sides.all(|b| !apart[*b as usize])
         };
         let mut counts = vec![false; outcomes.len()];

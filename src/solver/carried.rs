@@ -22,6 +22,8 @@ pub struct Carried(pub(super) Option<Box<Newton>>);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Newton {
     pub factored: Factored,
+    /// The bodies of its rows.
+    pub bodies: Vec<[u32; 2]>,
     pub statuses: Vec<Status>,
     /// Whether pairs of bodies that only open contacts couple are left out.
     pub lean: bool,
@@ -62,22 +64,19 @@ impl Carried {
         let Delassus::Bodies(op) = &problem.operator else {
             return None;
         };
-        let same = |(own, other): (&Rows, &Rows)| own.bodies == other.bodies;
         self.0.as_deref_mut().filter(|n| {
-            let own = &n.factored;
-            own.bodies == op.inverse_mass.len()
-                && own.rows.len() == op.rows.len()
-                && own.rows.iter().zip(&op.rows).all(same)
+            n.factored.bodies == op.inverse_mass.len()
+                && n.bodies.len() == op.rows.len()
+                && (n.bodies.iter().zip(&op.rows)).all(|(own, rows)| *own == rows.bodies)
         })
     }
 
     /// All numbers that it depends on.
     pub(crate) fn state(&self) -> Option<CarriedState> {
         let newton = self.0.as_deref()?;
-        let rows = newton.factored.rows.iter();
         Some(CarriedState {
-            bodies: rows.clone().map(|r| r.bodies).collect(),
-            rows: rows.map(numbers).collect(),
+            bodies: newton.bodies.clone(),
+            rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
             lean: newton.lean,
@@ -104,6 +103,7 @@ impl Carried {
             .flatten();
         Carried(factored.map(|factored| {
             Box::new(Newton {
+                bodies: state.bodies.clone(),
                 factored,
                 statuses: state.statuses.clone(),
                 lean: state.lean,

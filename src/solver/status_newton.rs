@@ -245,6 +245,8 @@ impl StatusNewton {
         }
         let newton = carried.0.get_or_insert_default();
         response.exchange(&mut newton.factored);
+        newton.bodies.clear();
+        (newton.bodies).extend(newton.factored.rows.iter().map(|r| r.bodies));
         std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
         newton.lean = false;
         std::mem::swap(&mut newton.statuses, &mut self.statuses);

@@ -255,12 +255,14 @@ impl Runner {
             }
         }
         flow.blocks.clear();
+        flow.laws.clear();
         flow.impulses.clear();
         let members = Some(self.members.as_slice());
         self.held.clear();
         for (i, block) in main.blocks.iter().enumerate() {
-            if belongs(&main.rows[i], members, context.inverse_mass) {
+            if belongs(&main.rows(i), members, context.inverse_mass) {
                 flow.blocks.push(*block);
+                flow.laws.push(main.laws[i]);
                 flow.impulses.push(main.impulses[i]);
                 self.held.extend(held(main, i));
             }
@@ -269,8 +271,8 @@ impl Runner {
 
     /// Whether nothing holds the bodies or presses on them: they fly.
     fn idle(&self) -> bool {
-        let mut blocks = self.flow.blocks.iter().zip(&self.flow.impulses);
-        blocks.all(|(b, p)| matches!(b.law, Law::Contact { .. }) && *p == Vec2::zeros())
+        let mut blocks = self.flow.laws.iter().zip(&self.flow.impulses);
+        blocks.all(|(law, p)| matches!(law, Law::Contact { .. }) && *p == Vec2::zeros())
     }
 
     /// Cuts the interval of bodies that fly to `time`; moves them to its end.
