@@ -148,6 +148,7 @@ pub(super) fn release_lone(
             && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
         if e > 0.0 && !rests && stage.impulses[i as usize].x > 0.0 {
             stage.impulses[i as usize] = Vec2::zeros();
+            stage.take_given(&[i], None);
             stage.waiting.push(index);
         }
     }

@@ -92,6 +92,8 @@ pub(super) struct Solved {
     resolution: f64,
     /// `b` of all blocks, where a cap on joints changed it.
     free: Option<Vec<Vec2>>,
+    /// `M⁻¹ Wᵀ P` of its bodies, where the solver had it at hand.
+    given: Option<Vec<(u32, Vec3)>>,
     accounts: Vec<(u32, Account)>,
     loose: Vec<usize>,
 }
@@ -108,6 +110,7 @@ impl Solved {
             stage.impulses[i as usize] = p;
             stage.resolution[i as usize] = self.resolution;
         }
+        stage.take_given(members, self.given.as_deref());
         for (&i, &b) in members.iter().zip(self.free.iter().flatten()) {
             stage.asked[i as usize] = b;
         }
@@ -127,8 +130,9 @@ struct Work {
     problem: ContactProblem,
     warm: Vec<Vec2>,
     impulses: Vec<Vec2>,
-    /// `G P + b`.
+    /// `G P + b`, and `M⁻¹ Jᵀ P` of the bodies.
     velocities: Vec<Vec2>,
+    bodies: Vec<Vec3>,
     blocks: Vec<CapBlock>,
 }
 
@@ -159,6 +163,7 @@ impl Worker {
             mut warm,
             mut impulses,
             mut velocities,
+            mut bodies,
             mut blocks,
         } = std::mem::take(&mut self.work);
         stage.island_problem(members, inverse_mass, &mut self.local, &mut problem);
@@ -181,10 +186,13 @@ impl Worker {
         };
         // what waits was not solved just now
         let mut known = report.solved() && !waits && {
-            let found = self.solver.velocities();
             velocities.clear();
-            velocities.extend_from_slice(found.unwrap_or_default());
-            found.is_some()
+            bodies.clear();
+            if let Some(found) = self.solver.velocities() {
+                velocities.extend_from_slice(found.blocks);
+                bodies.extend_from_slice(found.bodies);
+            }
+            velocities.len() == members.len()
         };
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
         // of what waits to be solved nothing is known yet: it is capped as it gives way
@@ -305,15 +313,20 @@ impl Worker {
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
             let (changed, work) = self.sharing.least(&problem, &mut impulses, tolerance);
             outcome.report.factorisations += work;
+            known &= !changed;
             if changed {
                 outcome.report.residual = natural_map(&problem, &impulses);
             }
         }
+        let own = &self.local.bodies;
+        let given = (known && bodies.len() == own.len())
+            .then(|| own.iter().copied().zip(bodies.iter().copied()).collect());
         self.work = Work {
             problem,
             warm,
             impulses,
             velocities,
+            bodies,
             blocks,
         };
         Solved {
@@ -321,6 +334,7 @@ impl Worker {
             kept,
             resolution,
             free,
+            given,
             accounts,
             loose,
         }

@@ -63,12 +63,7 @@ impl OverlapRecovery {
             matches!(c.law, NormalLaw::Rigid { .. })
                 && movable_sides(&c.rows, inverse_mass) != [NO_BODY; 2]
         };
-        let mut pairs = Vec::with_capacity(self.seen.len());
-        for contact in stage.detection.contacts.iter() {
-            if pairs.last() != Some(&contact.key.pair) && rigid(&contact) {
-                pairs.push(contact.key.pair);
-            }
-        }
+        let pairs = stage.pairs.clone();
         let mut overlapped = self.overlapped.clone();
         // mostly nobody comes or goes
         if pairs != self.seen {

@@ -81,12 +81,17 @@ pub(super) struct Stage {
     pub asked: Vec<Vec2>,
     pub laws: Vec<Law>,
     pub impulses: Vec<Vec2>,
+    /// Whether what its impulse gives to bodies is in `given` \[m/s, rad/s\], one a body.
+    pub told: Vec<bool>,
+    pub given: Vec<Vec3>,
     /// Of each joint of the detection: its share of what its island's joints have put in.
     pub accounts: Vec<Account>,
     /// Those of the last step \[N s\], where an island gave way in it.
     pub before: Vec<Vec2>,
     /// Velocity that the solve of a block's island resolves \[m/s\].
     pub resolution: Vec<f64>,
+    /// Pairs of surfaces of the rigid contacts met, movable ones, in their order.
+    pub pairs: Vec<u64>,
     /// Contacts of the detection left out until they are located in time.
     pub waiting: Vec<usize>,
     /// Joints of the detection whose gaps were closed by less than asked, and limits that are passed
@@ -173,7 +178,12 @@ impl Stage {
         self.clear_blocks();
         let contacts = std::mem::take(&mut self.detection.contacts);
         for (index, contact) in contacts.iter().enumerate() {
-            let Some(sides) = self.receiving(contact, members, inverse_mass) else {
+            let movable = movable_sides(&contact.rows, inverse_mass);
+            let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+            if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {
+                self.pairs.push(contact.key.pair);
+            }
+            let Some(sides) = self.receiving(contact, movable, members) else {
                 continue;
             };
             let surface = Vec2::new(0.0, contact.surface_velocity);
@@ -263,7 +273,8 @@ impl Stage {
             else {
                 continue;
             };
-            let Some(sides) = self.receiving(contact, Some(members), inverse_mass) else {
+            let movable = movable_sides(&contact.rows, inverse_mass);
+            let Some(sides) = self.receiving(contact, movable, Some(members)) else {
                 continue;
             };
             let surface = Vec2::new(0.0, contact.surface_velocity);
@@ -353,6 +364,7 @@ impl Stage {
         self.asked.push(asked);
         self.laws.push(law);
         self.impulses.push(impulse);
+        self.told.push(false);
         self.resolution.push(0.0);
     }
 
@@ -363,7 +375,10 @@ impl Stage {
         self.asked.clear();
         self.laws.clear();
         self.impulses.clear();
+        self.told.clear();
+        self.given.clear();
         self.resolution.clear();
+        self.pairs.clear();
         self.waiting.clear();
         self.loose.clear();
     }
@@ -373,12 +388,32 @@ impl Stage {
     pub fn end_velocities(&mut self, inverse_mass: &[Vec3]) {
         self.end.clear();
         self.end.extend_from_slice(&self.free);
+        for (end, given) in self.end.iter_mut().zip(&self.given) {
+            *end += given;
+        }
         for i in 0..self.blocks.len() {
             let impulse = self.impulses[i];
-            if impulse != Vec2::zeros() {
+            if !self.told[i] && impulse != Vec2::zeros() {
                 let rows = of(&self.detection, &self.blocks[i], self.sides[i]);
                 rows.push(impulse, inverse_mass, &mut self.end);
             }
+        }
+    }
+
+    /// Takes what the impulses of these blocks, all of an island, give to its bodies: where it is
+    /// told, it need not be found again.
+    pub fn take_given(&mut self, members: &[u32], told: Option<&[(u32, Vec3)]>) {
+        self.given.resize(self.free.len(), Vec3::zeros());
+        for &i in members {
+            self.told[i as usize] = told.is_some();
+            if told.is_none() {
+                for body in self.sides[i as usize].into_iter().filter(|b| *b != NO_BODY) {
+                    self.given[body as usize] = Vec3::zeros();
+                }
+            }
+        }
+        for &(body, given) in told.into_iter().flatten() {
+            self.given[body as usize] = given;
         }
     }
 
@@ -407,14 +442,15 @@ impl Stage {
         }
     }
 
-    /// The sides of a contact among `members` that take its impulse, if any does.
+    /// Those `movable` sides of a contact that take its impulse, if any does and all are among
+    /// `members`.
+    #[inline]
     fn receiving(
         &self,
         contact: &ContactPoint,
+        movable: [u32; 2],
         members: Option<&[bool]>,
-        inverse_mass: &[Vec3],
     ) -> Option<[u32; 2]> {
-        let movable = movable_sides(&contact.rows, inverse_mass);
         let sides = self.standing.receiving(&contact.rows, movable);
         (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
@@ -512,6 +548,7 @@ pub(super) fn movable(rows: &Rows, inverse_mass: &[Vec3]) -> Rows {
 }
 
 /// The bodies of [`movable`].
+#[inline]
 pub(super) fn movable_sides(rows: &Rows, inverse_mass: &[Vec3]) -> [u32; 2] {
     rows.bodies
         .map(|body| match inverse_mass.get(body as usize) {
@@ -525,6 +562,7 @@ pub(super) fn belongs(rows: &Rows, members: Option<&[bool]>, inverse_mass: &[Vec
     are_among(movable_sides(rows, inverse_mass), members)
 }
 
+#[inline]
 fn are_among(sides: [u32; 2], members: Option<&[bool]>) -> bool {
     let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
     real.peek().is_some() && real.all(|b| members.is_none_or(|m| m[*b as usize]))

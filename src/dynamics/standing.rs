@@ -40,6 +40,7 @@ pub struct Standing {
 
 impl Standing {
     /// Those of the `movable` sides of `rows` that take impulses: who is not above the other.
+    #[inline]
     pub(super) fn receiving(&self, rows: &Rows, movable: [u32; 2]) -> [u32; 2] {
         let mut own = movable;
         if let (false, [a, b]) = (self.dominance.is_empty(), rows.bodies)

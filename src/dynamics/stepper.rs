@@ -185,7 +185,7 @@ impl MoreauStepper {
     /// step on. What it returns is judged here: its own word does not count. There is one of it, so
     /// that all islands are solved on the caller's thread.
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
-        self.solver.own.solver = Box::new(Judged(solver));
+        self.solver.own.solver = Box::new(Judged::new(solver));
         self.solver.crew = None;
         self.solver.forget_carried();
         self.named = false;
@@ -352,7 +352,7 @@ impl MoreauStepper {
             dt
         };
         stage.detect(model, ahead)?;
-        self.lands = self.lands || stage.detection.contacts.iter().any(lands);
+        self.lands |= rules.events && stage.detection.contacts.iter().any(lands);
         if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
             see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;

@@ -1,4 +1,4 @@
-use super::{Carried, Direct, Enumeration, ImpulseSolver, SolveReport};
+use super::{Carried, Direct, Enumeration, ImpulseSolver, SolveReport, Velocities};
 use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
@@ -61,7 +61,7 @@ impl ImpulseSolver for Auto {
         self.run(problem, impulses, tolerance, Some(carried))
     }
 
-    fn velocities(&self) -> Option<&[Vec2]> {
+    fn velocities(&self) -> Option<Velocities<'_>> {
         self.direct.velocities().filter(|_| self.direct_last)
     }
 }

@@ -4,7 +4,7 @@ use super::continuation::{Continuation, Path, Tools};
 use super::interior_point::InteriorPoint;
 use super::response::Response;
 use super::status_newton::StatusNewton;
-use super::{ImpulseSolver, Nsgs, SolveReport, drop_unless_finite};
+use super::{ImpulseSolver, Nsgs, SolveReport, Velocities, drop_unless_finite};
 use crate::contact::{ContactProblem, Judge, Law, Vec2};
 
 /// Newton and interior point for hard islands: towers, mass ratios, sliding heaps, impacts.
@@ -97,8 +97,8 @@ impl ImpulseSolver for Direct {
         self.run(problem, impulses, tolerance, Some(carried))
     }
 
-    fn velocities(&self) -> Option<&[Vec2]> {
-        self.judged_last.then(|| self.judge.velocities())
+    fn velocities(&self) -> Option<Velocities<'_>> {
+        self.judged_last.then(|| Velocities::of(&self.judge))
     }
 }
 

@@ -1,12 +1,36 @@
-use super::{Carried, ImpulseSolver, SolveReport};
-use crate::contact::{ContactProblem, Vec2};
+use super::{Carried, ImpulseSolver, SolveReport, Velocities};
+use crate::contact::{ContactProblem, Judge, Vec2};
 
-/// A solver whose word does not count: whatever it reports, the judge's figure and status stand.
-pub(crate) struct Judged(pub Box<dyn ImpulseSolver>);
+/// A solver whose word does not count: whatever it reports, the judge's figures and status stand.
+pub(crate) struct Judged {
+    solver: Box<dyn ImpulseSolver>,
+    judge: Judge,
+}
+
+impl Judged {
+    pub fn new(solver: Box<dyn ImpulseSolver>) -> Judged {
+        Judged {
+            solver,
+            judge: Judge::default(),
+        }
+    }
+
+    fn judge(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &[Vec2],
+        tolerance: f64,
+        work: &SolveReport,
+    ) -> SolveReport {
+        self.judge.prepare(problem);
+        let residual = self.judge.natural_map(problem, impulses);
+        SolveReport::of(residual, tolerance).after(work)
+    }
+}
 
 impl ImpulseSolver for Judged {
     fn name(&self) -> &'static str {
-        self.0.name()
+        self.solver.name()
     }
 
     fn solve(
@@ -15,8 +39,8 @@ impl ImpulseSolver for Judged {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        let work = self.0.solve(problem, impulses, tolerance);
-        SolveReport::judged(problem, impulses, tolerance).after(&work)
+        let work = self.solver.solve(problem, impulses, tolerance);
+        self.judge(problem, impulses, tolerance, &work)
     }
 
     fn solve_on(
@@ -26,7 +50,13 @@ impl ImpulseSolver for Judged {
         tolerance: f64,
         carried: &mut Carried,
     ) -> SolveReport {
-        let work = self.0.solve_on(problem, impulses, tolerance, carried);
-        SolveReport::judged(problem, impulses, tolerance).after(&work)
+        let work = self.solver.solve_on(problem, impulses, tolerance, carried);
+        self.judge(problem, impulses, tolerance, &work)
+    }
+
+    fn velocities(&self) -> Option<Velocities<'_>> {
+        // where the solver has them, the judge's own: the bits do not depend on who solves
+        self.solver.velocities()?;
+        Some(Velocities::of(&self.judge))
     }
 }

@@ -70,7 +70,7 @@ pub use nsgs::Nsgs;
 pub use prox::Prox;
 pub use shares::{Shares, Sharing, Uniqueness};
 
-use crate::contact::{ContactProblem, Residual, Vec2, natural_map};
+use crate::contact::{ContactProblem, Judge, Residual, Vec2, Vec3, natural_map};
 
 /// How a solve ended. Not converging is an outcome, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -166,10 +166,29 @@ pub trait ImpulseSolver: Send {
         self.solve(problem, impulses, tolerance)
     }
 
-    /// `G P + b` \[m/s\] of every block of the problem last solved, at the impulses returned, where the method has them
-    /// at hand: nobody need find them again then.
-    fn velocities(&self) -> Option<&[Vec2]> {
+    /// Velocities at the impulses last returned, where the method has them at hand: nobody need find
+    /// them again then.
+    fn velocities(&self) -> Option<Velocities<'_>> {
         None
+    }
+}
+
+/// What impulses lead to.
+#[derive(Debug, Clone, Copy)]
+pub struct Velocities<'a> {
+    /// `G P + b` \[m/s\], one a block.
+    pub blocks: &'a [Vec2],
+    /// `M⁻¹ Jᵀ P` \[m/s, rad/s\], one a body; none of an explicit operator.
+    pub bodies: &'a [Vec3],
+}
+
+impl Velocities<'_> {
+    /// At the impulses that `judge` saw last.
+    fn of(judge: &Judge) -> Velocities<'_> {
+        Velocities {
+            blocks: judge.velocities(),
+            bodies: judge.bodies(),
+        }
     }
 }
 
