@@ -13,7 +13,7 @@ use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, Norm
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solve::IslandSolver;
 use super::stage::{Source, Stage, movable};
-use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference
 /// acceleration closes in a hundredth of a step.
@@ -88,20 +88,17 @@ const CROWD: usize = 5;
 /// kept from closing instead, as without events.
 pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
     let contacts = stage.detection.contacts.iter();
-    let rows: Vec<Rows> = contacts
-        .map(|c| movable(&c.rows, inverse_mass))
-        .filter(|r| r.bodies[0] != NO_BODY && r.bodies[1] != NO_BODY)
+    let links: Vec<[u32; 2]> = contacts
+        .map(|c| movable(c.rows.bodies, inverse_mass))
+        .filter(|bodies| !bodies.contains(&NO_BODY))
         .collect();
     let mut islands = Islands::default();
-    islands.build(inverse_mass.len(), rows.iter().map(|r| r.bodies));
+    islands.build(inverse_mass.len(), links.iter().copied());
     stage.crowded.clear();
     stage.crowded.resize(inverse_mass.len(), false);
     for k in 0..islands.len() {
         let blocks = islands.blocks(k);
-        let mut bodies: Vec<u32> = blocks
-            .iter()
-            .flat_map(|&i| rows[i as usize].bodies)
-            .collect();
+        let mut bodies: Vec<u32> = blocks.iter().flat_map(|&i| links[i as usize]).collect();
         bodies.sort_unstable();
         bodies.dedup();
         if bodies.len() >= CROWD {
@@ -234,18 +231,18 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
 ) -> Result<Vec<Cluster>, super::StepError> {
     let main = context.main;
     let count = main.start.len();
-    let crossing: Vec<Rows> = main
+    let crossing: Vec<[u32; 2]> = main
         .waiting
         .iter()
         .map(|&i| &main.detection.contacts[i])
         .filter(|c| crossing(main, c, context.dt).is_some() || may_close(main, c))
-        .map(|contact| movable(&contact.rows, context.inverse_mass))
+        .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
         .collect();
     if crossing.is_empty() {
         return Ok(Vec::new());
     }
     // joined bodies belong together, and those that press on each other, by the trial or by rule
-    let mut links: Vec<Rows> = (0..main.blocks.len())
+    let mut links: Vec<[u32; 2]> = (0..main.blocks.len())
         .filter(|&i| {
             main.impulses[i] != Vec2::zeros()
                 || match main.blocks[i].source {
@@ -255,7 +252,7 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
                     }
                 }
         })
-        .map(|i| movable(&main.all_rows(i), context.inverse_mass))
+        .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
         .collect();
     let mut runner = Runner::default();
     let mut done: Vec<Cluster> = Vec::new();
@@ -277,10 +274,10 @@ pub(super) fn run<M: MultibodyModel + ?Sized>(
 }
 
 /// Bodies of each cluster, ascending.
-fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
-    let all: Vec<Rows> = crossing.iter().chain(links).copied().collect();
+fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32>> {
+    let all: Vec<[u32; 2]> = crossing.iter().chain(links).copied().collect();
     let mut islands = Islands::default();
-    islands.build(count, all.iter().map(|r| r.bodies));
+    islands.build(count, all.iter().copied());
     (0..islands.len())
         .filter(|&k| {
             islands
@@ -292,7 +289,7 @@ fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
             let mut bodies: Vec<u32> = islands
                 .blocks(k)
                 .iter()
-                .flat_map(|&i| all[i as usize].bodies)
+                .flat_map(|&i| all[i as usize])
                 .filter(|b| *b != NO_BODY)
                 .collect();
             bodies.sort_unstable();
@@ -303,7 +300,7 @@ fn group(count: usize, crossing: &[Rows], links: &[Rows]) -> Vec<Vec<u32>> {
 }
 
 /// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
-fn collisions(done: &[Cluster], context: &Context) -> Vec<Rows> {
+fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
     let main = context.main;
     let mut owner = vec![NO_BODY; main.start.len()];
     // displacement from the midpoint of the trial to the end of the step
@@ -315,8 +312,7 @@ fn collisions(done: &[Cluster], context: &Context) -> Vec<Rows> {
         }
     }
     let outside = |contact: &ContactPoint| {
-        let rows = movable(&contact.rows, context.inverse_mass);
-        let [a, b] = rows.bodies;
+        let [a, b] = movable(contact.rows.bodies, context.inverse_mass);
         if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
             return None;
         }
@@ -324,7 +320,7 @@ fn collisions(done: &[Cluster], context: &Context) -> Vec<Rows> {
         let end = contact.gap + contact.rows.velocity(&moved).x;
         let touch = touch_tolerance(contact, main, context.dt);
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        (rigid && end < start.min(0.0) - touch).then_some(rows)
+        (rigid && end < start.min(0.0) - touch).then_some([a, b])
     };
     main.detection.contacts.iter().filter_map(outside).collect()
 }

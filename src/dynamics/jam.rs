@@ -95,9 +95,11 @@ pub(super) fn push_back(
 ) {
     for (k, &i) in members.iter().enumerate() {
         let block = &stage.blocks[i as usize];
-        let (Source::Contact(index), Law::Contact { compliance, .. }, true) =
-            (block.source, problem.laws[k], is_rigid(&stage.laws[i as usize]))
-        else {
+        let (Source::Contact(index), Law::Contact { compliance, .. }, true) = (
+            block.source,
+            problem.laws[k],
+            is_rigid(&stage.laws[i as usize]),
+        ) else {
             continue;
         };
         let contact = &stage.detection.contacts[index];

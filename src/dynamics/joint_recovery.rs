@@ -5,7 +5,7 @@ use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
 use super::solve::IslandSolver;
 use super::stage::{Stage, diagonal, movable};
-use crate::contact::{Law, NO_BODY, Vec2, Vec3};
+use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 
 /// Newton steps at most; from a gap of half an arm three or four reach round-off.
 const STEPS: usize = 8;
@@ -40,10 +40,11 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     let mut contacts: Vec<_> = contacts
         .filter(|c| rigid(&c.law))
         .map(|c| {
-            (
-                movable(&c.rows, inverse_mass),
-                c.gap + half * c.rows.velocity(&stage.end).x,
-            )
+            let own = Rows {
+                bodies: movable(c.rows.bodies, inverse_mass),
+                ..c.rows
+            };
+            (own, c.gap + half * c.rows.velocity(&stage.end).x)
         })
         .filter(|(rows, _)| rows.bodies != [NO_BODY; 2])
         .collect();
@@ -73,7 +74,10 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             });
         }
         for (k, joint) in found.iter().enumerate() {
-            let own = movable(&joint.rows, inverse_mass);
+            let own = Rows {
+                bodies: movable(joint.rows.bodies, inverse_mass),
+                ..joint.rows
+            };
             let Some((_, law)) = joint_impact_rule(joint, true) else {
                 continue;
             };

@@ -7,7 +7,7 @@ use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable, movable_sides};
+use super::stage::{Stage, diagonal, movable};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -61,7 +61,7 @@ impl OverlapRecovery {
     pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
         let rigid = |c: &&ContactPoint| {
             matches!(c.law, NormalLaw::Rigid { .. })
-                && movable_sides(&c.rows, inverse_mass) != [NO_BODY; 2]
+                && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
         };
         let pairs = stage.pairs.clone();
         let mut overlapped = self.overlapped.clone();
@@ -119,8 +119,8 @@ impl OverlapRecovery {
         let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
         let mut excess = BTreeSet::new();
         for contact in &stage.detection.contacts {
-            let movable = movable_sides(&contact.rows, inverse_mass);
-            let bodies = stage.standing.receiving(&contact.rows, movable);
+            let movable = movable(contact.rows.bodies, inverse_mass);
+            let bodies = (stage.standing).receiving(contact.rows.bodies, movable);
             if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
                 continue;
             }
@@ -132,8 +132,10 @@ impl OverlapRecovery {
             if moves {
                 excess.insert(contact.key.pair);
             }
-            let jacobian = contact.rows.jacobian;
-            rows.push(Rows { bodies, jacobian });
+            rows.push(Rows {
+                bodies,
+                ..contact.rows
+            });
             free.push(Vec2::new(
                 if moves { -SHARE * x } else { left.max(0.0) },
                 0.0,
@@ -148,7 +150,10 @@ impl OverlapRecovery {
             return Vec::new();
         }
         for joint in &stage.detection.joints {
-            let own = movable(&joint.rows, inverse_mass);
+            let own = Rows {
+                bodies: movable(joint.rows.bodies, inverse_mass),
+                ..joint.rows
+            };
             // a limit stays as far from its end as it is
             let gap = match joint.kind {
                 JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&stage.end).x).max(0.0),

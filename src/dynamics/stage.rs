@@ -178,7 +178,7 @@ impl Stage {
         self.clear_blocks();
         let contacts = std::mem::take(&mut self.detection.contacts);
         for (index, contact) in contacts.iter().enumerate() {
-            let movable = movable_sides(&contact.rows, inverse_mass);
+            let movable = movable(contact.rows.bodies, inverse_mass);
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
             if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {
                 self.pairs.push(contact.key.pair);
@@ -273,7 +273,7 @@ impl Stage {
             else {
                 continue;
             };
-            let movable = movable_sides(&contact.rows, inverse_mass);
+            let movable = movable(contact.rows.bodies, inverse_mass);
             let Some(sides) = self.receiving(contact, movable, Some(members)) else {
                 continue;
             };
@@ -295,7 +295,7 @@ impl Stage {
         }
         self.open_accounts(found.joints.len());
         for (index, joint) in found.joints.iter().enumerate() {
-            if !belongs(&joint.rows, Some(members), inverse_mass)
+            if !belongs(joint.rows.bodies, Some(members), inverse_mass)
                 || diagonal(joint, inverse_mass) <= 0.0
             {
                 continue;
@@ -303,7 +303,7 @@ impl Stage {
             if let Some((free, law)) = joint_impact_rule(joint, carried(&joint.key)) {
                 let gamma = joint.rows.velocity(&self.start);
                 let block = joint_block(index, joint, [gamma; 2]);
-                let sides = movable_sides(&joint.rows, inverse_mass);
+                let sides = movable(joint.rows.bodies, inverse_mass);
                 self.push(block, sides, gamma + free, law, Vec2::zeros());
             }
         }
@@ -323,7 +323,7 @@ impl Stage {
         for (index, joint) in joints.iter().enumerate() {
             let diagonal = diagonal(joint, inverse_mass);
             // a row that nothing can move is none
-            if !belongs(&joint.rows, members, inverse_mass) || diagonal <= 0.0 {
+            if !belongs(joint.rows.bodies, members, inverse_mass) || diagonal <= 0.0 {
                 continue;
             }
             let sides = side_velocities(&joint.rows, &self.start);
@@ -347,7 +347,7 @@ impl Stage {
             let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
             self.accounts[index] = known.map_or(Account::default(), |m| m.account);
             let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
-            let sides = movable_sides(&joint.rows, inverse_mass);
+            let sides = movable(joint.rows.bodies, inverse_mass);
             self.push(block, sides, now.gamma_f + free, law, warm);
         }
         self.detection.joints = joints;
@@ -451,7 +451,7 @@ impl Stage {
         movable: [u32; 2],
         members: Option<&[bool]>,
     ) -> Option<[u32; 2]> {
-        let sides = self.standing.receiving(&contact.rows, movable);
+        let sides = self.standing.receiving(contact.rows.bodies, movable);
         (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
 
@@ -539,27 +539,18 @@ pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
         .map(|b| velocities.get(b as usize).copied().unwrap_or_default())
 }
 
-/// `rows` without the sides that move on their own: they join no islands and take no impulse.
-pub(super) fn movable(rows: &Rows, inverse_mass: &[Vec3]) -> Rows {
-    Rows {
-        bodies: movable_sides(rows, inverse_mass),
-        jacobian: rows.jacobian,
-    }
-}
-
-/// The bodies of [`movable`].
+/// Both `bodies` but those that move on their own: these join no islands and take no impulse.
 #[inline]
-pub(super) fn movable_sides(rows: &Rows, inverse_mass: &[Vec3]) -> [u32; 2] {
-    rows.bodies
-        .map(|body| match inverse_mass.get(body as usize) {
-            Some(w) if *w != Vec3::zeros() => body,
-            _ => NO_BODY,
-        })
+pub(super) fn movable(bodies: [u32; 2], inverse_mass: &[Vec3]) -> [u32; 2] {
+    bodies.map(|body| match inverse_mass.get(body as usize) {
+        Some(w) if *w != Vec3::zeros() => body,
+        _ => NO_BODY,
+    })
 }
 
-/// Whether something movable is on `rows`, and all that is movable is among `members`.
-pub(super) fn belongs(rows: &Rows, members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
-    are_among(movable_sides(rows, inverse_mass), members)
+/// Whether something is movable, and all that is movable is among `members`.
+pub(super) fn belongs(bodies: [u32; 2], members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
+    are_among(movable(bodies, inverse_mass), members)
 }
 
 #[inline]

@@ -1,7 +1,7 @@
 //! What sets bodies apart beyond their masses: who gives way to whom, and who is followed in time.
 
 use super::model::ContactPoint;
-use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// How closely a body's motion within a step is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,11 +39,11 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Those of the `movable` sides of `rows` that take impulses: who is not above the other.
+    /// Those of the `movable` ones of two bodies that take impulses: who is not above the other.
     #[inline]
-    pub(super) fn receiving(&self, rows: &Rows, movable: [u32; 2]) -> [u32; 2] {
+    pub(super) fn receiving(&self, bodies: [u32; 2], movable: [u32; 2]) -> [u32; 2] {
         let mut own = movable;
-        if let (false, [a, b]) = (self.dominance.is_empty(), rows.bodies)
+        if let (false, [a, b]) = (self.dominance.is_empty(), bodies)
             && a != NO_BODY
             && b != NO_BODY
         {

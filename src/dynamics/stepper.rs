@@ -237,7 +237,7 @@ impl MoreauStepper {
         let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
         let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
         let of = |(key, rows): (&ContactKey, &Rows)| {
-            let [a, b] = movable(rows, &self.inverse_mass).bodies;
+            let [a, b] = movable(rows.bodies, &self.inverse_mass);
             let own = match (a, b) {
                 (NO_BODY, NO_BODY) => 0,
                 (NO_BODY, b) => group(b),

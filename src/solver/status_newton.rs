@@ -24,7 +24,7 @@ pub(super) struct StatusNewton {
     current: Vec<Vec2>,
     inside: Vec<Vec2>,
     gains: Vec<Mat2>,
-    offsets: Vec<Vec2>,
+    /// `r + g` of (1) of [`Response`] \[N s\].
     targets: Vec<Vec2>,
     /// Of the bodies, in a chord step.
     change: Vec<Vec3>,
@@ -152,7 +152,6 @@ impl StatusNewton {
                 }
                 changed_before = changed;
             }
-            self.aim();
             response.solve(problem, &self.targets);
             for i in 0..n {
                 self.current[i] = self.targets[i] - self.gains[i] * response.change(i);
@@ -209,7 +208,6 @@ impl StatusNewton {
             if CHANGED * changed > problem.len() {
                 return;
             }
-            self.aim();
             let (targets, change) = (&self.targets, &mut self.change);
             (newton.factored).solve(op, judge.bodies(), targets, change);
             let (targets, gains, change) = (&self.targets, &self.gains, &self.change);
@@ -253,14 +251,7 @@ impl StatusNewton {
         self.statuses.clear();
     }
 
-    /// `r + g` of (1).
-    fn aim(&mut self) {
-        self.targets.clear();
-        self.targets
-            .extend(self.current.iter().zip(&self.offsets).map(|(p, g)| p + g));
-    }
-
-    /// Statuses, gains and offsets of (1) at the current impulses, of which `velocity` is `G P + b`;
+    /// Statuses, gains and targets of (1) at the current impulses, of which `velocity` is `G P + b`;
     /// `guess` in place of the statuses. Returns how many of it are not theirs.
     fn linearise(
         &mut self,
@@ -271,7 +262,7 @@ impl StatusNewton {
     ) -> usize {
         let mut changed = 0;
         self.gains.clear();
-        self.offsets.clear();
+        self.targets.clear();
         for (i, law) in problem.laws.iter().enumerate() {
             let (p, compliance) = (self.current[i], law.compliance());
             let mut xi = velocity(i);
@@ -306,7 +297,7 @@ impl StatusNewton {
                 _ => (Mat2::zeros(), -p),
             };
             self.gains.push(gain);
-            self.offsets.push(offset);
+            self.targets.push(p + offset);
         }
         changed
     }

@@ -57,7 +57,7 @@ impl Runner {
         let lone = idle
             && bodies <= 2
             && touching.iter().filter(|t| **t).count() == 1
-            && !joints.any(|j| belongs(&j.rows, members, w));
+            && !joints.any(|j| belongs(j.rows.bodies, members, w));
         let acceleration = |c: &ContactPoint| -c.rows.velocity(&instant.accelerations).x;
         let slow = |c: &ContactPoint, e: f64, v: f64| {
             if lone {

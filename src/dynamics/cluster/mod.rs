@@ -217,7 +217,7 @@ impl Runner {
         let contacts = found.contacts.iter().map(|c| (&c.rows, Some(c.surfaces)));
         let joints = found.joints.iter().map(|j| (&j.rows, None));
         for (rows, surfaces) in contacts.chain(joints) {
-            if !belongs(rows, Some(&self.members), context.inverse_mass) {
+            if !belongs(rows.bodies, Some(&self.members), context.inverse_mass) {
                 continue;
             }
             self.pairs.extend(surfaces);
@@ -260,7 +260,7 @@ impl Runner {
         let members = Some(self.members.as_slice());
         self.held.clear();
         for (i, block) in main.blocks.iter().enumerate() {
-            if belongs(&main.rows(i), members, context.inverse_mass) {
+            if belongs(main.sides[i], members, context.inverse_mass) {
                 flow.blocks.push(*block);
                 flow.laws.push(main.laws[i]);
                 flow.impulses.push(main.impulses[i]);
