@@ -18,13 +18,20 @@ impl Best {
         self.tolerance = tolerance;
     }
 
-    /// Keeps `impulses` if they are better. NaN never is.
-    pub fn offer(&mut self, impulses: &[Vec2], residual: Residual) {
+    /// Keeps `impulses` if they are better; whether it does. NaN never is.
+    pub fn offer(&mut self, impulses: &[Vec2], residual: Residual) -> bool {
         let merit = self.residual.merit();
-        if residual.merit() < merit || (merit.is_nan() && !residual.merit().is_nan()) {
+        let better = residual.merit() < merit || (merit.is_nan() && !residual.merit().is_nan());
+        if better {
             self.impulses.copy_from_slice(impulses);
             self.residual = residual;
         }
+        better
+    }
+
+    /// Goes on with another tolerance.
+    pub fn ask(&mut self, tolerance: f64) {
+        self.tolerance = tolerance;
     }
 
     /// Whether the judge certified them.

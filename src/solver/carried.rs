@@ -27,6 +27,8 @@ pub(super) struct Newton {
     pub statuses: Vec<Status>,
     /// Whether pairs of bodies that only open contacts couple are left out.
     pub lean: bool,
+    /// Whether the last problem had to be solved: its impulses were not those of the one before.
+    pub settles: bool,
 }
 
 /// Share of open contacts from which on they are left out of what serves more than once.
@@ -59,6 +61,11 @@ impl Carried {
         self.0.is_none()
     }
 
+    /// Whether the last problem of the island had to be solved.
+    pub(super) fn settles(&self) -> bool {
+        self.0.as_deref().is_some_and(|newton| newton.settles)
+    }
+
     /// The system, if it is over the bodies of `problem`, block by block.
     pub(super) fn of(&mut self, problem: &ContactProblem) -> Option<&mut Newton> {
         let Delassus::Bodies(op) = &problem.operator else {
@@ -80,6 +87,7 @@ impl Carried {
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
             lean: newton.lean,
+            settles: newton.settles,
         })
     }
 
@@ -107,6 +115,7 @@ impl Carried {
                 factored,
                 statuses: state.statuses.clone(),
                 lean: state.lean,
+                settles: state.settles,
             })
         }))
     }
@@ -120,6 +129,8 @@ pub(crate) struct CarriedState {
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
     lean: bool,
+    #[serde(default)]
+    settles: bool,
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {

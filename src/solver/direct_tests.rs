@@ -2,7 +2,9 @@
 
 use super::{Carried, Direct, ImpulseSolver, solve_cold};
 use crate::contact::examples::{Lcg, heap, pyramid, tower};
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{
+    BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3, natural_map,
+};
 use proptest::prelude::*;
 
 const TOLERANCE: f64 = 1e-8;
@@ -269,4 +271,27 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
         assert_eq!(found.bodies.len(), op.inverse_mass.len());
     }
     assert!(handed >= 3, "{handed}");
+}
+
+/// What had to be solved is solved once more, deeper, though it is certified; then it rests.
+#[test]
+fn what_was_moved_comes_to_rest() {
+    let mut problem = pyramid(12, 0.5).problem();
+    let (mut direct, mut carried) = (Direct::default(), Carried::default());
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let mut solve = |weight: f64| {
+        problem.free.iter_mut().for_each(|b| *b *= weight);
+        let start = natural_map(&problem, &impulses).merit();
+        let report = direct.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+        assert!(report.solved(), "{report:?}");
+        let merit = natural_map(&problem, &impulses).merit();
+        (start / TOLERANCE, merit / TOLERANCE)
+    };
+    let little = 1.0 + 0.5 * TOLERANCE;
+    solve(1.0);
+    solve(1.001);
+    let (start, end) = solve(little);
+    assert!(start > 0.1 && start < 1.0 && end < 0.1, "{start} {end}");
+    let (start, end) = solve(little);
+    assert!(start > 0.1 && start < 1.0 && end == start, "{start} {end}");
 }

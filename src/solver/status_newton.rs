@@ -180,7 +180,7 @@ impl StatusNewton {
 
     /// Chord steps with the factors of `newton`, and the statuses they are of, from the impulses
     /// that the judge saw last, as long as each leaves a tenth of the residual; every iterate is
-    /// offered to `best`.
+    /// offered to `best`. Whether the last one was kept: the judge has its velocities then.
     ///
     /// A contact on the border of two statuses, as the feet of an arch are, has either: the
     /// solution of the other's system serves as well, and which one round-off asks for costs
@@ -193,10 +193,11 @@ impl StatusNewton {
         start: &[Vec2],
         newton: &mut Newton,
         best: &mut Best,
-    ) {
+    ) -> bool {
         let Delassus::Bodies(op) = &problem.operator else {
-            return;
+            return false;
         };
+        let mut last = false;
         self.current.clear();
         self.current.extend_from_slice(start);
         self.proximal = PROXIMAL;
@@ -206,7 +207,7 @@ impl StatusNewton {
             let velocity = |i: usize| judge.velocities()[i];
             let changed = self.linearise(problem, judge, velocity, Some(&newton.statuses));
             if CHANGED * changed > problem.len() {
-                return;
+                return last;
             }
             let (targets, change) = (&self.targets, &mut self.change);
             (newton.factored).solve(op, judge.bodies(), targets, change);
@@ -218,15 +219,16 @@ impl StatusNewton {
                 )
             });
             let merit = residual.merit();
-            best.offer(&self.current, residual);
+            last = best.offer(&self.current, residual);
             if best.solved() {
                 newton.serve_again();
             }
             if best.solved() || merit.is_nan() || merit >= SLOW * merit_before {
-                return;
+                break;
             }
             merit_before = merit;
         }
+        last
     }
 
     /// Forgets whose factors were made: those of another problem are not handed over.
@@ -246,7 +248,7 @@ impl StatusNewton {
         newton.bodies.clear();
         (newton.bodies).extend(newton.factored.rows.iter().map(|r| r.bodies));
         std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
-        newton.lean = false;
+        (newton.lean, newton.settles) = (false, true);
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();
     }
