@@ -171,7 +171,15 @@ impl Worker {
         if !large {
             *jam = Jam::default();
         }
-        let (gave, waits) = (jam.jammed(), large && jam.waits());
+        // an interval within a step pushes nothing out that the whole of it does
+        let (gave, waits) = (stage.whole && jam.jammed(), large && jam.waits());
+        // what gave way is asked to be pushed out again, which heaps that wedge each other in contradict
+        let posed = (gave && large && !waits).then(|| {
+            cap_blocks(&mut blocks, stage, members, &problem.free);
+            let posed = problem.free.clone();
+            drop_pushes(&mut problem, &mut blocks);
+            posed
+        });
         let mut report = match carried {
             _ if waits => SolveReport::judged(&problem, &impulses, tolerance),
             Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
@@ -202,7 +210,11 @@ impl Worker {
             (accounts, loose) = (held.accounts, held.loose);
         }
         // what the stage is to hold of it: pushes may be dropped from the problem yet
-        let mut free = joints_capped.then(|| problem.free.clone());
+        let mut free = joints_capped.then(|| {
+            let mut free = problem.free.clone();
+            ask_again(&mut free, &blocks, posed.as_deref());
+            free
+        });
         let mut kept = keep.then(|| SolvedProblem {
             problem: problem.clone(),
             impulses: impulses.clone(),
@@ -217,7 +229,10 @@ impl Worker {
             redundant: false,
             gain: 0.0,
         };
+        outcome.relaxed = posed.is_some();
         if large && jam.note(&report) {
+            ask_again(&mut problem.free, &blocks, posed.as_deref());
+            cap_blocks(&mut blocks, stage, members, &problem.free);
             let mut soft = problem.clone();
             soften(&mut soft, SOFTNESS);
             if gave {
@@ -385,6 +400,20 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
             *b -= push;
             block.free -= push;
         }
+    }
+}
+
+/// Takes back what [`drop_pushes`] did to `free`, as it was posed.
+fn ask_again(free: &mut [Vec2], blocks: &[CapBlock], posed: Option<&[Vec2]>) {
+    let rigid = |(_, block): &(_, &CapBlock)| block.rigid;
+    let asked = posed.unwrap_or_default().iter();
+    for ((b, _), asked) in free
+        .iter_mut()
+        .zip(blocks)
+        .zip(asked)
+        .filter(|(x, _)| rigid(x))
+    {
+        *b = *asked;
     }
 }
 
