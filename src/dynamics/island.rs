@@ -178,7 +178,15 @@ impl Worker {
         if !large {
             *jam = Jam::default();
         }
-        let (gave, waits) = (jam.jammed(), large && jam.waits());
+        // an interval within a step pushes nothing out that the whole of it does
+        let (gave, waits) = (stage.whole && jam.jammed(), large && jam.waits());
+        // what gave way is asked to be pushed out again, which heaps that wedge each other in contradict
+        let posed = (gave && large && !waits).then(|| {
+            cap_blocks(&mut blocks, stage, members, &problem.free);
+            let posed = problem.free.clone();
+            drop_pushes(&mut problem, &mut blocks);
+            posed
+        });
         let mut report = match carried {
             _ if waits => SolveReport::judged(&problem, &impulses, tolerance),
             Some(carried) => (self.solver).solve_on(&problem, &mut impulses, tolerance, carried),
@@ -194,6 +202,8 @@ impl Worker {
             }
             velocities.len() == members.len()
         };
+        // what bodies are given stands with the impulses as they were returned only
+        let mut told = known;
         let (mut joints_capped, mut accounts, mut loose) = (false, Vec::new(), Vec::new());
         // of what waits to be solved nothing is known yet: it is capped as it gives way
         if rules.corrects_gaps() && !waits {
@@ -209,10 +219,15 @@ impl Worker {
             );
             (report, joints_capped) = (held.report, held.capped);
             known &= !joints_capped;
+            told &= !joints_capped;
             (accounts, loose) = (held.accounts, held.loose);
         }
         // what the stage is to hold of it: pushes may be dropped from the problem yet
-        let mut free = joints_capped.then(|| problem.free.clone());
+        let mut free = joints_capped.then(|| {
+            let mut free = problem.free.clone();
+            ask_again(&mut free, &blocks, posed.as_deref());
+            free
+        });
         let mut kept = keep.then(|| SolvedProblem {
             problem: problem.clone(),
             impulses: impulses.clone(),
@@ -227,7 +242,10 @@ impl Worker {
             redundant: false,
             gain: 0.0,
         };
+        outcome.relaxed = posed.is_some();
         if large && jam.note(&report) {
+            ask_again(&mut problem.free, &blocks, posed.as_deref());
+            cap_blocks(&mut blocks, stage, members, &problem.free);
             let mut soft = problem.clone();
             soften(&mut soft, SOFTNESS);
             if gave {
@@ -262,6 +280,7 @@ impl Worker {
                 }
             }
             outcome.report = jam::yield_to(&problem, &spent, &warm, &mut impulses, tolerance);
+            (known, told) = (false, false);
             outcome.relaxed = true;
             if let Some(kept) = kept.as_mut().filter(|_| waits) {
                 kept.impulses.copy_from_slice(&impulses);
@@ -300,6 +319,7 @@ impl Worker {
             outcome.report = capped.report;
             outcome.capped = capped.capped;
             known = !capped.capped;
+            told &= known;
         }
         if !known {
             problem.velocities(&impulses, &mut velocities);
@@ -313,13 +333,13 @@ impl Worker {
         if outcome.redundant && rules.shares == Shares::MinimumNorm {
             let (changed, work) = self.sharing.least(&problem, &mut impulses, tolerance);
             outcome.report.factorisations += work;
-            known &= !changed;
+            told &= !changed;
             if changed {
                 outcome.report.residual = natural_map(&problem, &impulses);
             }
         }
         let own = &self.local.bodies;
-        let given = (known && bodies.len() == own.len())
+        let given = (told && bodies.len() == own.len())
             .then(|| own.iter().copied().zip(bodies.iter().copied()).collect());
         self.work = Work {
             problem,
@@ -401,6 +421,20 @@ fn drop_pushes(problem: &mut ContactProblem, blocks: &mut [CapBlock]) {
             *b -= push;
             block.free -= push;
         }
+    }
+}
+
+/// Takes back what [`drop_pushes`] did to `free`, as it was posed.
+fn ask_again(free: &mut [Vec2], blocks: &[CapBlock], posed: Option<&[Vec2]>) {
+    let rigid = |(_, block): &(_, &CapBlock)| block.rigid;
+    let asked = posed.unwrap_or_default().iter();
+    for ((b, _), asked) in free
+        .iter_mut()
+        .zip(blocks)
+        .zip(asked)
+        .filter(|(x, _)| rigid(x))
+    {
+        *b = *asked;
     }
 }
 

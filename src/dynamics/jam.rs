@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 pub(super) const LARGE: usize = 500;
 
 /// Share of the island's own velocities that the best rigid impulses may leave unsolved and still
-/// be used.
+/// be used. An island that has given way goes on giving way until one solve is certified: what is
+/// only close is seldom close in the next step, and costs as much as what fails.
 const CLOSE: f64 = 1e-4;
 
 /// Steps without a rigid solve after the first one that fails; each further one doubles them, up to
@@ -46,15 +47,24 @@ impl Jam {
         self.wait > 0
     }
 
+    /// The same within a step: what has given way in it waits to the end of it.
+    pub fn within(self) -> Jam {
+        Jam {
+            wait: self.wait.max(u8::from(self.jammed())),
+            ..self
+        }
+    }
+
     /// Takes note of a step, with what the rigid solve made of it where it was tried. Whether the
     /// island has to give way.
     pub fn note(&mut self, report: &SolveReport) -> bool {
         let left = &report.residual;
-        if report.solved() || left.velocity <= CLOSE * left.velocity_scale {
+        let close = left.velocity <= CLOSE * left.velocity_scale;
+        if report.solved() {
             *self = Jam::default();
         } else if self.waits() {
             self.wait -= 1;
-        } else {
+        } else if self.jammed() || !close {
             self.failed = self.failed.saturating_add(1);
             let doublings = u32::from(self.failed - 1).min(3);
             self.wait = (FIRST << doublings).min(LONGEST);
@@ -63,7 +73,8 @@ impl Jam {
     }
 }
 
-/// What islands are remembered by, and how they jam.
+/// How islands jam, by each of their contacts and joints: in a heap that moves any one of them is
+/// gone in the next step.
 pub(super) type Jams = Vec<(ContactKey, Jam)>;
 
 /// Adds to the rigid contacts of a problem `ξ_N + R P_N`, `R = softness G_NN`.
@@ -138,10 +149,162 @@ pub(super) fn yield_to(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use crate::contact::Residual;
-    use crate::solver::SolveStatus;
+    use crate::contact::{NO_BODY, Residual, Rows, Vec3};
+    use crate::dynamics::model::{ContactPoint, NormalLaw};
+    use crate::dynamics::rules::{ImpactLaw, Rules, Scheme};
+    use crate::dynamics::solve::IslandSolver;
+    use crate::dynamics::stage::Block;
+    use crate::solver::{Direct, ImpulseSolver, Shares, SolveStatus};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Never solves a large problem with a rigid contact, and counts how often it was to.
+    #[derive(Default)]
+    pub struct Jams {
+        pub tried: Arc<AtomicUsize>,
+        direct: Direct,
+    }
+
+    impl ImpulseSolver for Jams {
+        fn name(&self) -> &'static str {
+            "direct"
+        }
+
+        fn solve(
+            &mut self,
+            problem: &ContactProblem,
+            impulses: &mut [Vec2],
+            tolerance: f64,
+        ) -> SolveReport {
+            if problem.len() > LARGE && problem.laws.iter().any(is_rigid) {
+                self.tried.fetch_add(1, Ordering::Relaxed);
+                return SolveReport::judged(problem, impulses, tolerance);
+            }
+            self.direct.solve(problem, impulses, tolerance)
+        }
+    }
+
+    /// A row of `count` balls of 1 kg between two walls, driven together at 0.5 m/s and asked to part
+    /// at as much, with this gap \[m\] at all contacts. The contacts are numbered from `first` on.
+    pub fn row(first: u64, count: u32, gap: f64) -> Stage {
+        let mut stage = Stage {
+            length: 0.01,
+            whole: true,
+            ..Stage::default()
+        };
+        let bodies = vec![Vec3::zeros(); count as usize];
+        for all in [&mut stage.start, &mut stage.free, &mut stage.end] {
+            all.clone_from(&bodies);
+        }
+        stage.accelerations = bodies;
+        for k in 0..=count {
+            let left = if k > 0 { k - 1 } else { NO_BODY };
+            let right = if k < count { k } else { NO_BODY };
+            let rows = Rows {
+                bodies: [left, right],
+                jacobian: [-1.0, 1.0].map(|s| [Vec3::new(s, 0.0, 0.0), Vec3::new(0.0, s, 0.0)]),
+            };
+            let number = first + u64::from(k);
+            stage.detection.contacts.push(ContactPoint {
+                key: ContactKey {
+                    pair: number,
+                    feature: 0,
+                },
+                rows,
+                bodies: rows.bodies,
+                surfaces: rows.bodies,
+                cell: 0,
+                position: Vec2::zeros(),
+                normal: Vec2::x(),
+                gap,
+                gap_noise: 0.0,
+                friction: 0.5,
+                law: NormalLaw::Rigid { restitution: 0.0 },
+                surface_velocity: 0.0,
+            });
+            let block = Block {
+                source: Source::Contact(k as usize),
+                bodies: rows.bodies,
+                gamma_a: Vec2::zeros(),
+                gamma_f: Vec2::new(-0.5, 0.0),
+                impact: false,
+                held: false,
+                loaded: false,
+                carried_before: false,
+                stuck_before: false,
+            };
+            let law = Law::Contact {
+                friction: 0.5,
+                compliance: 0.0,
+            };
+            stage.push(block, rows.bodies, Vec2::new(-1.0, 0.0), law, Vec2::zeros());
+        }
+        stage
+    }
+
+    const RULES: Rules = Rules {
+        scheme: Scheme::Staggered,
+        law: ImpactLaw::Capped,
+        shares: Shares::Found,
+        events: false,
+        sweeps: false,
+    };
+
+    /// Bugs: an island that had given way was tried again at once when the contact that it was known
+    /// by opened, and after every impact that was located in it, several times a step.
+    #[test]
+    fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
+        let jams = Jams::default();
+        let tried = jams.tried.clone();
+        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
+        let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
+        let mut step = |first: u64, wholes: &[bool]| {
+            solver.begin();
+            for &whole in wholes {
+                let mut stage = row(first, 600, 0.0);
+                stage.whole = whole;
+                solver.solve(&mut stage, &masses, &RULES);
+                // it gives way
+                assert!(stage.impulses.iter().all(|p| p.x > 0.0));
+            }
+            solver.carry_on();
+            tried.load(Ordering::Relaxed)
+        };
+        assert_eq!(step(0, &[true, false, false]), 1);
+        // of 601 contacts the first 400 are others now
+        assert_eq!(step(400, &[true, false]), 1);
+        assert_eq!([step(400, &[true]), step(400, &[true])], [1, 1]);
+        assert_eq!(step(400, &[true]), 1);
+        // the fourth is over
+        assert_eq!(step(400, &[true, false]), 2);
+        // what jams in one interval only does so to the end of the step
+        assert_eq!(step(9000, &[false, false]), 3);
+        assert_eq!(step(9000, &[false, false]), 4);
+    }
+
+    /// Contacts that give way ask to be pushed out again, which a row of balls between two walls
+    /// contradicts: with that no rigid impulses would ever be found.
+    #[test]
+    fn what_gave_way_is_tried_again_without_pushes() {
+        let jams = Jams::default();
+        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
+        solver.kept = Some(Vec::new());
+        let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
+        let mut posed = Vec::new();
+        for _ in 0..6 {
+            let mut stage = row(0, 600, -1e-3);
+            solver.begin();
+            solver.solve(&mut stage, &masses, &RULES);
+            solver.carry_on();
+            posed.extend(solver.take_kept(0).iter().map(|s| s.problem.free[7].x));
+            // what a step records is what was asked
+            assert_eq!(stage.asked[7].x, -1.0);
+        }
+        // tried with all, four steps not, then without
+        assert_eq!(posed, [-1.0, -1.0, -1.0, -1.0, -1.0, -0.5]);
+    }
 
     fn report(status: SolveStatus, velocity: f64) -> SolveReport {
         SolveReport {
@@ -157,8 +320,7 @@ mod tests {
         }
     }
 
-    /// A problem that keeps failing is tried less and less often, one that is solved or nearly so
-    /// at once again.
+    /// A problem that keeps failing is tried less and less often, one that is solved at once again.
     #[test]
     fn what_fails_is_tried_again_after_ever_more_steps() {
         let fails = report(SolveStatus::Unsolved, 0.1);
@@ -171,13 +333,22 @@ mod tests {
             })
             .collect();
         assert_eq!(tried, [0, 5, 14, 31, 64, 97, 130, 163, 196]);
-        for good in [
-            report(SolveStatus::Solved, 0.0),
-            report(SolveStatus::Unsolved, 1e-5),
-        ] {
-            let mut jam = jam;
-            assert!(!jam.note(&good));
-            assert_eq!(jam, Jam::default());
-        }
+        assert!(!jam.note(&report(SolveStatus::Solved, 0.0)));
+        assert_eq!(jam, Jam::default());
+    }
+
+    /// Bug: a heap that nearly solves once in a while was tried again a few steps later, ever again.
+    #[test]
+    fn what_is_nearly_solved_is_used_until_the_island_gives_way() {
+        let near = report(SolveStatus::Unsolved, 1e-5);
+        let mut jam = Jam::default();
+        assert!(!jam.note(&near) && jam == Jam::default());
+        assert!(jam.note(&report(SolveStatus::Unsolved, 0.1)));
+        let tried = (0..100).filter(|_| {
+            let tries = !jam.waits();
+            assert!(jam.note(&near));
+            tries
+        });
+        assert_eq!(tried.collect::<Vec<usize>>(), [4, 13, 30, 63, 96]);
     }
 }

@@ -277,3 +277,42 @@ fn slop(contact: &ContactPoint, stage: &Stage) -> f64 {
     let fall = rest_velocity(acceleration, stage.length) * stage.length;
     (2.0 * contact.gap_noise).max(0.01 * fall)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::jam::tests::{Jams, row};
+    use super::*;
+    use std::sync::atomic::Ordering;
+
+    /// Bug: where (1) had no solution for a large island, seconds were spent on finding none in every
+    /// step. It is not tried again until nothing is overlapped any more.
+    #[test]
+    fn large_islands_without_a_solution_are_tried_once() {
+        let jams = Jams::default();
+        let tried = jams.tried.clone();
+        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
+        for (balls, times) in [(600, [1, 1, 1, 2]), (300, [0; 4])] {
+            tried.store(0, Ordering::Relaxed);
+            let masses = vec![Vec3::new(1.0, 1.0, 0.0); balls as usize];
+            let mut stage = row(0, balls, -0.1);
+            // the left wall overlaps by more: what gives way moves to the right
+            stage.detection.contacts[0].gap = -0.2;
+            let mut recovery = OverlapRecovery::default();
+            let mut counts = Vec::new();
+            let mut moves = Vec::new();
+            for _ in 0..3 {
+                recovery = recovery.look(&mut stage, &masses);
+                assert_eq!(recovery.pairs(), stage.blocks.len());
+                moves.push(recovery.moves(&stage, &masses, 0.01, &mut solver));
+                counts.push(tried.load(Ordering::Relaxed));
+            }
+            assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
+            assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
+            recovery = recovery.look(&mut Stage::default(), &masses);
+            recovery = recovery.look(&mut stage, &masses);
+            recovery.moves(&stage, &masses, 0.01, &mut solver);
+            counts.push(tried.load(Ordering::Relaxed));
+            assert_eq!(counts, times, "{balls}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use super::crew::Crew;
 use super::island::{IslandOutcome, Solved, SolvedProblem, Task, Worker};
 use super::islands::Islands;
-use super::jam::{Jam, Jams};
+use super::jam::{Jam, Jams, LARGE};
 use super::model::ContactKey;
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
@@ -36,9 +36,11 @@ pub(super) struct IslandSolver {
     /// What islands of the last step carry, by the key of their first block, and those of this one.
     carried: FxHashMap<ContactKey, Carried>,
     carried_next: FxHashMap<ContactKey, Carried>,
-    /// How they jam, likewise.
+    /// How they jam, by the keys of all their blocks.
     jams: FxHashMap<ContactKey, Jam>,
     jams_next: FxHashMap<ContactKey, Jam>,
+    /// Of what is solved within this step, interval by interval, after the whole of it.
+    jams_within: FxHashMap<ContactKey, Jam>,
     pub clock: PhaseClock,
 }
 
@@ -58,6 +60,7 @@ impl IslandSolver {
             carried_next: FxHashMap::default(),
             jams: FxHashMap::default(),
             jams_next: FxHashMap::default(),
+            jams_within: FxHashMap::default(),
             clock: PhaseClock::default(),
         }
     }
@@ -80,6 +83,7 @@ impl IslandSolver {
         if let Some(kept) = &mut self.kept {
             kept.clear();
         }
+        self.jams_within.clear();
     }
 
     /// Ends a step: what its islands carry is for the next one.
@@ -182,12 +186,20 @@ impl IslandSolver {
         }
     }
 
-    /// How an island jammed in the last step: in a heap that moves its first block is another one in
-    /// every step.
+    /// How the island jammed in the last step that the first of these blocks to be known was in. What
+    /// gives way in a step does so in all intervals of it.
     fn jam(&self, members: &[u32], stage: &Stage) -> Jam {
-        let mut members = members.iter().filter(|_| !self.jams.is_empty());
-        let known = members.find_map(|&i| self.jams.get(&stage.key(i as usize)));
-        known.copied().unwrap_or_default()
+        let known = |jams: &FxHashMap<ContactKey, Jam>| {
+            let mut members = members.iter().filter(|_| !jams.is_empty());
+            members.find_map(|&i| jams.get(&stage.key(i as usize)).copied())
+        };
+        let of_step = if stage.whole {
+            known(&self.jams)
+        } else {
+            let within = known(&self.jams_within).or_else(|| known(&self.jams_next));
+            within.map(Jam::within)
+        };
+        of_step.unwrap_or_default()
     }
 
     /// Takes out what an island of a step carried from the last one.
@@ -195,7 +207,7 @@ impl IslandSolver {
         let members = self.islands.blocks(island);
         let carries = members.len() >= CARRIES && stage.whole;
         let key = stage.key(members[0] as usize);
-        let jam = if carries {
+        let jam = if members.len() > LARGE {
             self.jam(members, stage)
         } else {
             Jam::default()
@@ -224,13 +236,19 @@ impl IslandSolver {
         let members = self.islands.blocks(job.island);
         let key = stage.key(members[0] as usize);
         // what an earlier round of the step noted is of no account
-        if !self.jams_next.is_empty() {
+        if stage.whole && !self.jams_next.is_empty() {
             for &i in members {
                 self.jams_next.remove(&stage.key(i as usize));
             }
         }
-        if job.carried.is_some() && job.jam.jammed() {
-            self.jams_next.insert(key, job.jam);
+        if job.jam.jammed() {
+            let jams = if stage.whole {
+                &mut self.jams_next
+            } else {
+                &mut self.jams_within
+            };
+            let keys = members.iter().map(|&i| stage.key(i as usize));
+            jams.extend(keys.map(|key| (key, job.jam)));
         }
         if let Some(carried) = job.carried.filter(|c| !c.is_empty()) {
             self.carried_next.insert(key, carried);

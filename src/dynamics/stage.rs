@@ -358,7 +358,8 @@ impl Stage {
         self.accounts.resize(joints, Account::default());
     }
 
-    fn push(&mut self, block: Block, sides: [u32; 2], asked: Vec2, law: Law, impulse: Vec2) {
+    /// Takes in a block that asks for `b` and starts from an impulse.
+    pub fn push(&mut self, block: Block, sides: [u32; 2], asked: Vec2, law: Law, impulse: Vec2) {
         self.blocks.push(block);
         self.sides.push(sides);
         self.asked.push(asked);

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// The factors of an island's last Newton step, for [`ImpulseSolver::solve_on`].
 ///
 /// Where hardly anything has moved since, its factors and statuses still serve the next problem,
-/// and a chord step of Newton's method solves it without a factorisation: at rest a large
-/// island costs two triangular solves a step. Constant impulses would not do there: a pile is
-/// unstable under them, and under a hundred rows errors grow 2.5 times a step.
+/// and a chord step of Newton's method solves it without a factorisation, by two triangular solves.
+/// At rest a large island needs one every few steps: a pile is unstable under constant impulses, and
+/// under a hundred rows errors grow 2.5 times a step.
 ///
 /// Empty at first. Part of what a run depends on: who goes on from a saved state must save it.
 ///

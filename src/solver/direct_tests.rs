@@ -295,3 +295,21 @@ fn what_was_moved_comes_to_rest() {
     let (start, end) = solve(little);
     assert!(start > 0.1 && start < 1.0 && end == start, "{start} {end}");
 }
+
+/// Of a large island: in a heap that jams, what a solve leaves behind would grow from step to step.
+#[test]
+fn warm_starts_worse_than_none_are_dropped() {
+    let problem = pyramid(24, 0.5).problem();
+    assert!(problem.len() > 500);
+    let (cold, report) = solve_cold::<Direct>(&problem, TOLERANCE);
+    assert!(report.solved(), "{report:?}");
+    let mut thrown: Vec<Vec2> = cold.iter().map(|p| p * 1e3).collect();
+    let again = Direct::default().solve(&problem, &mut thrown, TOLERANCE);
+    // step by step what it does from none
+    assert_eq!(again, report);
+    assert_eq!(thrown, cold);
+    // what is better than none is kept: it costs less
+    let mut near: Vec<Vec2> = cold.iter().map(|p| p * 1.001).collect();
+    let again = Direct::default().solve(&problem, &mut near, TOLERANCE);
+    assert!(again.solved() && again.sweeps + again.factorisations < report.factorisations);
+}

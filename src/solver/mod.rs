@@ -167,7 +167,8 @@ pub trait ImpulseSolver: Send {
     }
 
     /// Velocities at the impulses last returned, where the method has them at hand: nobody need find
-    /// them again then.
+    /// them again then. Blocks and bodies are numbered as in the problem. Of a solver of the user's
+    /// own the judge's figures are used in their place.
     fn velocities(&self) -> Option<Velocities<'_>> {
         None
     }
