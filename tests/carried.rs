@@ -164,3 +164,35 @@ fn a_state_holds_what_is_carried_and_a_broken_one_does_no_harm() {
     carried(&mut broken)[0][1]["bodies"][0] = serde_json::json!([7, 4_000_000_000u32]);
     assert!(goes_on(&broken) == without);
 }
+
+/// Bug: where a chord step had solved a chain whose joints were capped then, its bodies went as the
+/// impulses had them that were not capped.
+#[test]
+fn bodies_move_as_the_impulses_that_are_told_have_them() {
+    let mut world = PhysicsWorld::new();
+    let links = 24;
+    let (mut before, _) = world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::ball(0.1));
+    let mut chain = Vec::new();
+    for k in 1..=links {
+        let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, -(k as Real)));
+        let (link, _) = world.insert(body.can_sleep(false), ColliderBuilder::ball(0.1));
+        let joint = RevoluteJointBuilder::new()
+            .local_anchor1(Vector::new(0.0, if k == 1 { 0.0 } else { -0.5 }))
+            .local_anchor2(Vector::new(0.0, if k == 1 { 1.0 } else { 0.5 }));
+        world.impulse_joints.insert(before, link, joint, true);
+        chain.push(link);
+        before = link;
+    }
+    let mut p = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    for _ in 0..20 {
+        p.step(&mut world).unwrap();
+    }
+    let torn = &mut world.bodies[chain[links / 2]];
+    torn.set_translation(torn.translation() + Vector::new(0.0, 0.2), true);
+    let record = p.step(&mut world).unwrap();
+    let energy = &record.energy;
+    println!("{} factorisations, {energy:?}", record.factorisations);
+    assert_eq!((record.joints_capped, record.unsolved), (1, 0));
+    let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
+    assert!(energy.imbalance().abs() <= 1e-9 * scale, "{energy:?}");
+}

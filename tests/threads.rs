@@ -210,6 +210,11 @@ fn trace(case: &Case, threads: usize) -> (Vec<String>, Counts) {
     let mut steps = Vec::new();
     for _ in 0..case.steps {
         let record = pipeline.step(&mut world).unwrap();
+        // bodies move as the impulses that are told have them, capped or not
+        let energy = &record.energy;
+        let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
+        let left = energy.imbalance().abs();
+        assert!(left <= 1e-9 * scale, "{}: {left} J of {scale}", case.name);
         counts.unsolved += record.unsolved;
         counts.relaxed += record.relaxed;
         counts.events += record.events;
