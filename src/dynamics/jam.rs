@@ -207,6 +207,7 @@ pub(super) mod tests {
                 jacobian: [-1.0, 1.0].map(|s| [Vec3::new(s, 0.0, 0.0), Vec3::new(0.0, s, 0.0)]),
             };
             let number = first + u64::from(k);
+            stage.pairs.push(number);
             stage.detection.contacts.push(ContactPoint {
                 key: ContactKey {
                     pair: number,
