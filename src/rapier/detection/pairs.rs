@@ -9,10 +9,10 @@ use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::{Core, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
+use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
-use super::tree::Tree;
 use super::{Present, Span, SurfaceLaw, present, shapes};
 use crate::dynamics::{Detection, NormalLaw, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -31,11 +31,9 @@ struct Row {
 #[derive(Default)]
 pub(super) struct Pairs {
     rows: Vec<Row>,
-    known: FxHashSet<u64>,
-    /// Of each leaf, the way it has gone and its share of the reach \[m\].
-    reached: Vec<f64>,
+    /// Those that came since rows were sorted.
+    fresh: Vec<Row>,
     scratch: Scratch,
-    added: bool,
 }
 
 /// A contact that is not solved: its groups or a hook forbid it to push, or nothing in it can move.
@@ -78,19 +76,8 @@ impl Marks {
     }
 }
 
-fn name([a, b]: [u32; 2]) -> u64 {
-    u64::from(a) << 32 | u64::from(b)
-}
-
 impl Pairs {
-    pub fn set_reached(&mut self, leaf: usize, reached: f64) {
-        if self.reached.len() <= leaf {
-            self.reached.resize(leaf + 1, 0.0);
-        }
-        self.reached[leaf] = reached;
-    }
-
-    /// Notes that two leaves are near, unless that is known or they can never meet.
+    /// Notes that two leaves are near, unless they can never meet.
     pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
         let (la, lb) = (leaves.get(a), leaves.get(b));
         if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
@@ -98,36 +85,51 @@ impl Pairs {
         }
         // the lower collider first, as in rapier
         let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
-        if self.known.insert(name(pair)) {
-            let [first, second] = pair.map(|leaf| leaves.get(leaf));
-            self.rows.push(Row {
-                order: [first.slot, second.slot, first.sub, second.sub],
-                leaves: pair,
-                budget: f64::NEG_INFINITY,
-            });
-            self.added = true;
-        }
+        let [first, second] = pair.map(|leaf| leaves.get(leaf));
+        self.fresh.push(Row {
+            order: [first.slot, second.slot, first.sub, second.sub],
+            leaves: pair,
+            budget: f64::NEG_INFINITY,
+        });
     }
 
+    /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
+    /// and meet again before their row is looked at.
     pub fn sort(&mut self) {
-        if std::mem::take(&mut self.added) {
-            // what is new stands at the end: two runs to merge
-            self.rows.sort_by_key(|row| row.order);
+        let key = |row: &Row| (row.order, row.leaves);
+        let (rows, fresh) = (&mut self.rows, &mut self.fresh);
+        fresh.sort_unstable_by_key(key);
+        fresh.dedup_by_key(|row| key(row));
+        let (mut places, mut at) = (Vec::with_capacity(fresh.len()), 0);
+        fresh.retain(|new| {
+            at += rows[at..].partition_point(|row| key(row) < key(new));
+            let is_new = rows.get(at).is_none_or(|row| key(row) != key(new));
+            if is_new {
+                places.push(at);
+            }
+            is_new
+        });
+        let mut end = rows.len();
+        rows.extend_from_slice(fresh);
+        for (k, (new, &place)) in fresh.iter().zip(&places).enumerate().rev() {
+            rows.copy_within(place..end, place + k + 1);
+            rows[place + k] = *new;
+            end = place;
         }
+        fresh.clear();
     }
 
     pub fn clear(&mut self) {
         self.rows.clear();
-        self.known.clear();
+        self.fresh.clear();
     }
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let (known, marks) = (&mut self.known, &mut self.scratch.marks.now);
+        let marks = &mut self.scratch.marks.now;
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
-                known.remove(&name(row.leaves));
                 marks.remove(&row.order);
             }
             stays
@@ -161,11 +163,14 @@ impl Pairs {
     }
 
     /// Contacts of all pairs; those whose boxes parted are dropped.
-    pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
-        let (known, reached, scratch) = (&mut self.known, &self.reached, &mut self.scratch);
+    pub fn all(&mut self, finder: &Finder, grid: Option<&Grid>, out: &mut Detection) {
+        let scratch = &mut self.scratch;
         let mut from = Group::default();
         scratch.told.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
+        // a pair with a mark is shown to the hook once more when it has no contacts
+        let marked = !scratch.marks.past.is_empty();
+        let near = &finder.leaves.near;
         let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
@@ -174,13 +179,16 @@ impl Pairs {
                 scratch.marks.set(row.order, mark);
                 return true;
             }
-            if let Some(tree) = tree {
-                if reached[a as usize] + reached[b as usize] < row.budget {
+            if let Some(grid) = grid {
+                let (one, two) = (&near[a as usize], &near[b as usize]);
+                if one.reached + two.reached < row.budget {
                     return true;
                 }
-                if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
-                    known.remove(&name(row.leaves));
+                if (grid.moved(a) || grid.moved(b)) && !grid.overlap(a, b) {
                     return false;
+                }
+                if one.apart(two) && !marked {
+                    return true;
                 }
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {

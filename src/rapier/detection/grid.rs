@@ -1,0 +1,259 @@
+//! Which parts come near each other: boxes with a margin in a grid.
+//!
+//! A part's box is looked at only when it may have left its fat one: every body carries the length
+//! of the way that any of its points can have gone, and a fat box says up to which length it
+//! holds. Fat boxes lie in square cells by their lower corner, on the level whose cells are wider
+//! than the box, by less than twice; a new one asks the cells around it on all levels.
+//!
+//! Two boxes that overlap and did before are a pair that is known: nobody is told of it.
+//!
+//! Source: Ericson, *Real-Time Collision Detection* (2005), §7.2 (hierarchical grids).
+
+use rustc_hash::FxHashMap;
+
+/// Low x, low y, high x, high y \[m\].
+type Box4 = [f64; 4];
+
+/// A box that overlaps none.
+const NOWHERE: Box4 = [
+    f64::INFINITY,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NEG_INFINITY,
+];
+
+fn overlap(a: &Box4, b: &Box4) -> bool {
+    // not one by one: which of them fails is anybody's guess
+    (a[0] <= b[2]) & (b[0] <= a[2]) & (a[1] <= b[3]) & (b[1] <= a[3])
+}
+
+/// Its cells are `2^level` \[m\] wide.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Cell {
+    level: i32,
+    at: [i64; 2],
+}
+
+/// Nothing coarser or finer is told apart; also keeps the widths of cells and their inverses
+/// normal numbers.
+const LEVELS: i32 = 1000;
+
+/// No leaf.
+const NONE: u32 = u32::MAX;
+
+impl Cell {
+    fn of(fat: &Box4) -> Cell {
+        let extent = (fat[2] - fat[0]).max(fat[3] - fat[1]);
+        let exponent = ((extent.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        let level = (exponent + 1).clamp(-LEVELS, LEVELS);
+        let at = [fat[0], fat[1]].map(|x| number(x, level));
+        Cell { level, at }
+    }
+}
+
+/// Number of the cell of a coordinate. Exact, so that it never falls while the coordinate grows.
+fn number(x: f64, level: i32) -> i64 {
+    let inverse = f64::from_bits(((1023 - level) as u64) << 52);
+    (x * inverse).floor() as i64
+}
+
+#[derive(Clone, Copy)]
+struct Node {
+    fat: Box4,
+    /// Others in the same cell.
+    next: u32,
+    before: u32,
+    /// The call in which its fat box was made.
+    stamp: u32,
+    /// The way \[m\] up to which its fat box holds it; none is placed at −∞.
+    limit: f64,
+}
+
+const EMPTY: Node = Node {
+    fat: NOWHERE,
+    next: NONE,
+    before: NONE,
+    stamp: 0,
+    limit: f64::NEG_INFINITY,
+};
+
+#[derive(Default)]
+pub(super) struct Grid {
+    nodes: Vec<Node>,
+    /// The first leaf of each cell that holds any.
+    cells: FxHashMap<Cell, u32>,
+    /// Levels in use, and how many leaves each has.
+    levels: Vec<(i32, usize)>,
+    /// Leaves of this call whose fat boxes are new, with the former ones.
+    changed: Vec<(u32, Box4)>,
+    call: u32,
+}
+
+impl Grid {
+    pub fn remove(&mut self, leaf: u32) {
+        self.unlink(leaf);
+        self.nodes[leaf as usize] = EMPTY;
+    }
+
+    /// Starts a call over leaves numbered below `count`.
+    pub fn begin(&mut self, count: usize) {
+        self.call = self.call.wrapping_add(1);
+        self.changed.clear();
+        self.nodes.resize(count, EMPTY);
+    }
+
+    /// Whether a leaf that has gone the way `way` and looks `growth` \[m\] ahead is still within
+    /// its fat box.
+    pub fn holds(&self, leaf: usize, way: f64, growth: f64) -> bool {
+        way + growth <= self.nodes[leaf].limit
+    }
+
+    /// Sees to it that the fat box of `leaf` holds `tight` grown by `growth`; `ahead` \[m\] is
+    /// where it moves in the next steps. Once a call.
+    pub fn place(&mut self, leaf: usize, tight: Box4, way: f64, growth: f64, ahead: [f64; 2]) {
+        let node = &mut self.nodes[leaf];
+        let old = node.fat;
+        let slack = (tight[0] - old[0])
+            .min(tight[1] - old[1])
+            .min(old[2] - tight[2])
+            .min(old[3] - tight[3]);
+        if slack >= growth {
+            node.limit = way + slack;
+            return;
+        }
+        let size = (tight[2] - tight[0]).max(tight[3] - tight[1]);
+        let margin = growth + 0.08 * size.min(1e3);
+        // room for the rounding of boxes and gaps
+        let far = tight.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let grown = margin + 1e-12 * far;
+        let low = |k: usize| tight[k] - grown + ahead[k].min(0.0);
+        let high = |k: usize| tight[k + 2] + grown + ahead[k].max(0.0);
+        let fat = [low(0), low(1), high(0), high(1)];
+        let new = node.limit == f64::NEG_INFINITY;
+        (node.fat, node.limit, node.stamp) = (fat, way + margin, self.call);
+        self.changed.push((leaf as u32, old));
+        let cell = Cell::of(&fat);
+        if new {
+            self.link(leaf as u32, cell);
+        } else if Cell::of(&old) != cell {
+            self.nodes[leaf].fat = old;
+            self.unlink(leaf as u32);
+            self.nodes[leaf].fat = fat;
+            self.link(leaf as u32, cell);
+        }
+    }
+
+    fn link(&mut self, leaf: u32, cell: Cell) {
+        let first = self.cells.insert(cell, leaf).unwrap_or(NONE);
+        let node = &mut self.nodes[leaf as usize];
+        (node.before, node.next) = (NONE, first);
+        if let Some(next) = self.nodes.get_mut(first as usize) {
+            next.before = leaf;
+        }
+        match self.levels.iter_mut().find(|(l, _)| *l == cell.level) {
+            Some((_, count)) => *count += 1,
+            None => self.levels.push((cell.level, 1)),
+        }
+    }
+
+    /// Takes a leaf out of its cell, if it is in any.
+    fn unlink(&mut self, leaf: u32) {
+        let Node {
+            fat,
+            next,
+            before,
+            limit,
+            ..
+        } = self.nodes[leaf as usize];
+        if limit == f64::NEG_INFINITY {
+            return;
+        }
+        let cell = Cell::of(&fat);
+        if let Some(node) = self.nodes.get_mut(next as usize) {
+            node.before = before;
+        }
+        match self.nodes.get_mut(before as usize) {
+            Some(node) => node.next = next,
+            None if next == NONE => drop(self.cells.remove(&cell)),
+            None => drop(self.cells.insert(cell, next)),
+        }
+        if let Some(k) = self.levels.iter().position(|(l, _)| *l == cell.level) {
+            self.levels[k].1 -= 1;
+            if self.levels[k].1 == 0 {
+                self.levels.swap_remove(k);
+            }
+        }
+    }
+
+    /// Whether the fat box of a leaf is of this call.
+    pub fn moved(&self, leaf: u32) -> bool {
+        self.nodes[leaf as usize].stamp == self.call
+    }
+
+    /// Whether two fat boxes overlap.
+    pub fn overlap(&self, a: u32, b: u32) -> bool {
+        overlap(&self.nodes[a as usize].fat, &self.nodes[b as usize].fat)
+    }
+
+    /// Calls `found` once for every pair of leaves whose fat boxes overlap now and did not before
+    /// this call.
+    pub fn pairs(&self, mut found: impl FnMut(u32, u32)) {
+        // former boxes of leaves that moved
+        let mut former = vec![];
+        if self.changed.len() > 1 {
+            former.resize(self.nodes.len(), NOWHERE);
+            for (leaf, old) in &self.changed {
+                former[*leaf as usize] = *old;
+            }
+        }
+        for &(a, old) in &self.changed {
+            self.near(&self.nodes[a as usize].fat, |b, node| {
+                if node.stamp != self.call {
+                    if !overlap(&old, &node.fat) {
+                        found(a, b);
+                    }
+                } else if a < b && !overlap(&old, &former[b as usize]) {
+                    found(a, b);
+                }
+            });
+        }
+    }
+
+    /// Calls `visit` for all leaves whose fat boxes overlap `room`.
+    fn near<'a>(&'a self, room: &Box4, mut visit: impl FnMut(u32, &'a Node)) {
+        let range = |level: i32, k: usize| {
+            // a box that reaches into a cell begins there, or one cell before
+            let first = number(room[k], level).saturating_sub(1);
+            (first, number(room[k + 2], level))
+        };
+        let count = |level: i32, k: usize| {
+            let (first, last) = range(level, k);
+            last.saturating_sub(first).saturating_add(1)
+        };
+        let cells = |&(level, _): &(i32, usize)| count(level, 0).saturating_mul(count(level, 1));
+        let all = (self.levels.iter()).fold(0i64, |n, level| n.saturating_add(cells(level)));
+        if all > self.nodes.len() as i64 {
+            for (b, node) in self.nodes.iter().enumerate() {
+                if overlap(room, &node.fat) {
+                    visit(b as u32, node);
+                }
+            }
+            return;
+        }
+        for &(level, _) in &self.levels {
+            let ((left, right), (low, high)) = (range(level, 0), range(level, 1));
+            for x in left..=right {
+                for y in low..=high {
+                    let cell = Cell { level, at: [x, y] };
+                    let mut b = self.cells.get(&cell).copied().unwrap_or(NONE);
+                    while let Some(node) = self.nodes.get(b as usize) {
+                        if overlap(room, &node.fat) {
+                            visit(b, node);
+                        }
+                        b = node.next;
+                    }
+                }
+            }
+        }
+    }
+}
