@@ -54,7 +54,10 @@ impl Cell {
 /// Number of the cell of a coordinate. Exact, so that it never falls while the coordinate grows.
 fn number(x: f64, level: i32) -> i64 {
     let inverse = f64::from_bits(((1023 - level) as u64) << 52);
-    (x * inverse).floor() as i64
+    let scaled = x * inverse;
+    // not `floor`, which is a call where the processor is not known to have it
+    let whole = scaled as i64;
+    whole.saturating_sub(i64::from(whole as f64 > scaled))
 }
 
 #[derive(Clone, Copy)]
