@@ -34,8 +34,9 @@ struct Cell {
     at: [i64; 2],
 }
 
-/// Nothing coarser or finer is told apart; also keeps the widths of cells and their inverses
-/// normal numbers.
+/// Nothing coarser or finer is told apart: keeps the widths of cells and their inverses normal
+/// numbers. Of the coarsest level, whose boxes may be of any size, cells say nothing; a half-plane
+/// that turns has such a box.
 const LEVELS: i32 = 1000;
 
 /// No leaf.
@@ -66,6 +67,8 @@ struct Node {
     /// Others in the same cell.
     next: u32,
     before: u32,
+    /// Its place among those of its level.
+    rank: u32,
     /// The call in which its fat box was made.
     stamp: u32,
     /// The way \[m\] up to which its fat box holds it; none is placed at −∞.
@@ -76,6 +79,7 @@ const EMPTY: Node = Node {
     fat: NOWHERE,
     next: NONE,
     before: NONE,
+    rank: 0,
     stamp: 0,
     limit: f64::NEG_INFINITY,
 };
@@ -85,8 +89,8 @@ pub(super) struct Grid {
     nodes: Vec<Node>,
     /// The first leaf of each cell that holds any.
     cells: FxHashMap<Cell, u32>,
-    /// Levels in use, and how many leaves each has.
-    levels: Vec<(i32, usize)>,
+    /// Levels in use, and the leaves of each.
+    levels: Vec<(i32, Vec<u32>)>,
     /// Leaves of this call whose fat boxes are new, with the former ones.
     changed: Vec<(u32, Box4)>,
     call: u32,
@@ -129,8 +133,9 @@ impl Grid {
         // room for the rounding of boxes and gaps
         let far = tight.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let grown = margin + 1e-12 * far;
-        let low = |k: usize| tight[k] - grown + ahead[k].min(0.0);
-        let high = |k: usize| tight[k + 2] + grown + ahead[k].max(0.0);
+        // finite, as an infinite box would overlap even the one that is nowhere
+        let low = |k: usize| (tight[k] - grown + ahead[k].min(0.0)).max(f64::MIN);
+        let high = |k: usize| (tight[k + 2] + grown + ahead[k].max(0.0)).min(f64::MAX);
         let fat = [low(0), low(1), high(0), high(1)];
         let new = node.limit == f64::NEG_INFINITY;
         (node.fat, node.limit, node.stamp) = (fat, way + margin, self.call);
@@ -153,10 +158,17 @@ impl Grid {
         if let Some(next) = self.nodes.get_mut(first as usize) {
             next.before = leaf;
         }
-        match self.levels.iter_mut().find(|(l, _)| *l == cell.level) {
-            Some((_, count)) => *count += 1,
-            None => self.levels.push((cell.level, 1)),
-        }
+        let rank = match self.levels.iter_mut().find(|(l, _)| *l == cell.level) {
+            Some((_, list)) => {
+                list.push(leaf);
+                list.len() - 1
+            }
+            None => {
+                self.levels.push((cell.level, vec![leaf]));
+                0
+            }
+        };
+        self.nodes[leaf as usize].rank = rank as u32;
     }
 
     /// Takes a leaf out of its cell, if it is in any.
@@ -165,6 +177,7 @@ impl Grid {
             fat,
             next,
             before,
+            rank,
             limit,
             ..
         } = self.nodes[leaf as usize];
@@ -181,8 +194,12 @@ impl Grid {
             None => drop(self.cells.insert(cell, next)),
         }
         if let Some(k) = self.levels.iter().position(|(l, _)| *l == cell.level) {
-            self.levels[k].1 -= 1;
-            if self.levels[k].1 == 0 {
+            let list = &mut self.levels[k].1;
+            list.swap_remove(rank as usize);
+            if let Some(last) = list.get(rank as usize) {
+                self.nodes[*last as usize].rank = rank;
+            }
+            if list.is_empty() {
                 self.levels.swap_remove(k);
             }
         }
@@ -224,39 +241,128 @@ impl Grid {
 
     /// Calls `visit` for all leaves whose fat boxes overlap `room`.
     fn near<'a>(&'a self, room: &Box4, mut visit: impl FnMut(u32, &'a Node)) {
-        let range = |level: i32, k: usize| {
-            // a box that reaches into a cell begins there, or one cell before
-            let first = number(room[k], level).saturating_sub(1);
-            (first, number(room[k + 2], level))
-        };
-        let count = |level: i32, k: usize| {
-            let (first, last) = range(level, k);
-            last.saturating_sub(first).saturating_add(1)
-        };
-        let cells = |&(level, _): &(i32, usize)| count(level, 0).saturating_mul(count(level, 1));
-        let all = (self.levels.iter()).fold(0i64, |n, level| n.saturating_add(cells(level)));
-        if all > self.nodes.len() as i64 {
-            for (b, node) in self.nodes.iter().enumerate() {
-                if overlap(room, &node.fat) {
-                    visit(b as u32, node);
-                }
+        let mut ask = |b: u32, node: &'a Node| {
+            if overlap(room, &node.fat) {
+                visit(b, node);
             }
-            return;
-        }
-        for &(level, _) in &self.levels {
-            let ((left, right), (low, high)) = (range(level, 0), range(level, 1));
-            for x in left..=right {
-                for y in low..=high {
-                    let cell = Cell { level, at: [x, y] };
+        };
+        for (level, list) in &self.levels {
+            // a box that reaches into a cell begins there, or one cell before
+            let range = |k: usize| {
+                let first = number(room[k], *level).saturating_sub(1);
+                (first, number(room[k + 2], *level))
+            };
+            let count = |(first, last): (i64, i64)| last.saturating_sub(first).saturating_add(1);
+            let (columns, lines) = (range(0), range(1));
+            let cells = count(columns).saturating_mul(count(lines));
+            if *level == LEVELS || cells > list.len() as i64 {
+                list.iter().for_each(|b| ask(*b, &self.nodes[*b as usize]));
+                continue;
+            }
+            for x in columns.0..=columns.1 {
+                for y in lines.0..=lines.1 {
+                    let cell = Cell {
+                        level: *level,
+                        at: [x, y],
+                    };
                     let mut b = self.cells.get(&cell).copied().unwrap_or(NONE);
                     while let Some(node) = self.nodes.get(b as usize) {
-                        if overlap(room, &node.fat) {
-                            visit(b, node);
-                        }
+                        ask(b, node);
                         b = node.next;
                     }
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// A repeatable series of numbers in [0, 1).
+    fn series() -> impl FnMut() -> f64 {
+        let mut state = 7u64;
+        move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1);
+            (state >> 33) as f64 / (1u64 << 31) as f64
+        }
+    }
+
+    /// Boxes of six sizes, a thousandfold apart, that jump, go and come: those told of and not
+    /// parted since are those that overlap, and none is told of while it is known.
+    #[test]
+    fn tells_of_every_pair_that_has_come_to_overlap_once() {
+        const COUNT: u32 = 300;
+        let mut random = series();
+        let mut grid = Grid::default();
+        let mut known: BTreeSet<[u32; 2]> = BTreeSet::new();
+        let (mut told, mut overlapping) = (0, 0);
+        for call in 0..60 {
+            if call % 7 == 3 {
+                for leaf in (0..COUNT).filter(|leaf| leaf % 5 == call % 5) {
+                    grid.remove(leaf);
+                    known.retain(|pair| !pair.contains(&leaf));
+                }
+            }
+            grid.begin(COUNT as usize);
+            for leaf in 0..COUNT as usize {
+                let new = grid.nodes[leaf].limit == f64::NEG_INFINITY;
+                if new || random() < 0.3 {
+                    let size = 0.02 * 4f64.powi((leaf % 6) as i32);
+                    let (x, y) = (20.0 * random() - 10.0, 20.0 * random() - 10.0);
+                    grid.place(leaf, [x, y, x + size, y + size], 0.0, 0.01, [0.3, 0.0]);
+                }
+            }
+            grid.pairs(|a, b| {
+                told += 1;
+                assert!(known.insert([a.min(b), a.max(b)]), "{a} {b} is known");
+            });
+            known.retain(|[a, b]| grid.overlap(*a, *b));
+            let all = (0..COUNT).flat_map(|b| (0..b).map(move |a| [a, b]));
+            let all: BTreeSet<_> = all.filter(|[a, b]| grid.overlap(*a, *b)).collect();
+            overlapping += all.len();
+            assert!(known == all, "call {call}");
+        }
+        assert!(told > 5_000 && overlapping > 20_000, "{told} {overlapping}");
+        let leaves: usize = grid.levels.iter().map(|(_, list)| list.len()).sum();
+        assert_eq!(leaves, COUNT as usize);
+    }
+
+    #[test]
+    fn boxes_without_end_overlap_all() {
+        for growth in [1e300, 1e306, f64::MAX, f64::INFINITY] {
+            let mut grid = Grid::default();
+            grid.begin(3);
+            grid.place(0, [-1e15, -1e15, 1e15, 1e15], 0.0, growth, [0.0; 2]);
+            grid.place(1, [3.0, 3.0, 4.0, 4.0], 0.0, 0.1, [0.0; 2]);
+            grid.place(2, [-9.0, 3.0, -8.0, 4.0], 0.0, growth, [0.0; 2]);
+            let mut told = BTreeSet::new();
+            grid.pairs(|a, b| assert!(told.insert([a.min(b), a.max(b)])));
+            assert_eq!(told.len(), 3, "{growth}");
+            // who comes later is met as well
+            grid.begin(4);
+            grid.place(3, [30.0, 3.0, 31.0, 4.0], 0.0, 0.1, [0.0; 2]);
+            grid.pairs(|a, b| assert!(told.insert([a.min(b), a.max(b)])));
+            assert_eq!(told.len(), 5, "{growth}");
+        }
+    }
+
+    /// Cells are halves open, their numbers exact, and what has no number has a cell all the same.
+    #[test]
+    fn numbers_of_cells_grow_with_the_coordinate() {
+        assert_eq!(
+            [-2.0, -1.9, 0.0, 1.9, 2.0].map(|x| number(x, 1)),
+            [-1, -1, 0, 0, 1]
+        );
+        assert_eq!(number(-0.0, 0), 0);
+        assert_eq!(number(f64::NEG_INFINITY, 0), i64::MIN);
+        assert_eq!(number(f64::INFINITY, 0), i64::MAX);
+        let wide = Cell::of(&[0.0, 0.0, 1e308, 1.0]);
+        assert_eq!(wide.level, LEVELS);
+        assert_eq!(Cell::of(&[3.0, 3.0, 3.0, 3.0]).level, -LEVELS);
+        // exactly a power of two wide belongs to the next level
+        assert_eq!(Cell::of(&[0.0, 0.0, 2.0, 1.0]).level, 2);
     }
 }

@@ -27,6 +27,15 @@ struct Row {
     budget: f64,
 }
 
+impl Row {
+    /// Sorts as the order does, and tells any two rows apart.
+    #[inline]
+    fn key(&self) -> [u64; 3] {
+        let ([a, b, c, d], [e, f]) = (self.order, self.leaves);
+        [(a, b), (c, d), (e, f)].map(|(high, low)| u64::from(high) << 32 | u64::from(low))
+    }
+}
+
 /// All pairs of parts, sorted.
 #[derive(Default)]
 pub(super) struct Pairs {
@@ -96,14 +105,14 @@ impl Pairs {
     /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
     /// and meet again before their row is looked at.
     pub fn sort(&mut self) {
-        let key = |row: &Row| (row.order, row.leaves);
         let (rows, fresh) = (&mut self.rows, &mut self.fresh);
-        fresh.sort_unstable_by_key(key);
-        fresh.dedup_by_key(|row| key(row));
+        fresh.sort_unstable_by_key(Row::key);
+        fresh.dedup_by_key(|row| row.key());
         let (mut places, mut at) = (Vec::with_capacity(fresh.len()), 0);
         fresh.retain(|new| {
-            at += rows[at..].partition_point(|row| key(row) < key(new));
-            let is_new = rows.get(at).is_none_or(|row| key(row) != key(new));
+            let key = new.key();
+            at += below(&rows[at..], key);
+            let is_new = rows.get(at).is_none_or(|row| row.key() != key);
             if is_new {
                 places.push(at);
             }
@@ -228,6 +237,17 @@ impl Pairs {
     }
 }
 
+/// How many rows come before a key. The answer is looked for near the front, where memory is
+/// read anyway.
+fn below(rows: &[Row], key: [u64; 3]) -> usize {
+    let mut step = 1;
+    while rows.get(step).is_some_and(|row| row.key() < key) {
+        step *= 2;
+    }
+    let (low, high) = (step / 2, rows.len().min(step));
+    low + rows[low..high].partition_point(|row| row.key() < key)
+}
+
 /// Where the contacts of the present pair of colliders start.
 #[derive(Default)]
 struct Group {
@@ -312,8 +332,8 @@ impl Finder<'_> {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, row, sides, reach, from, scratch, out);
         }
-        let found = &mut scratch.touches;
         let [one, two] = sides;
+        let found = &mut scratch.touches;
         found.clear();
         let bound = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
         if bound.is_none() {
@@ -626,4 +646,41 @@ impl Finder<'_> {
 fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
     let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
     mix([a, of_a, b, of_b])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(first: u32, second: u32) -> Row {
+        Row {
+            order: [first, second, 0, 0],
+            leaves: [first, second],
+            budget: f64::NEG_INFINITY,
+        }
+    }
+
+    /// What was added comes in its place, wherever that is, and once; who was there keeps what is
+    /// known of it.
+    #[test]
+    fn new_rows_are_merged_and_none_stands_twice() {
+        let mut pairs = Pairs::default();
+        for stride in [7, 3, 11, 2, 5, 1] {
+            let before = pairs.rows.len();
+            pairs.rows.iter_mut().for_each(|row| row.budget = 1.0);
+            let all = (0..40u32).flat_map(|b| (0..b).map(move |a| [a, b]));
+            let new: Vec<_> = all.filter(|[a, b]| (3 * a + 7 * b) % stride == 0).collect();
+            pairs
+                .fresh
+                .extend(new.iter().rev().map(|[a, b]| row(*a, *b)));
+            pairs.fresh.push(row(new[0][0], new[0][1]));
+            pairs.sort();
+            assert!(pairs.rows.is_sorted_by(|one, two| one.key() < two.key()));
+            let old = pairs.rows.iter().filter(|row| row.budget == 1.0);
+            assert_eq!(old.count(), before);
+            let there = |[a, b]: &[u32; 2]| pairs.rows.iter().any(|row| row.leaves == [*a, *b]);
+            assert!(new.iter().all(there));
+        }
+        assert_eq!(pairs.rows.len(), 40 * 39 / 2);
+    }
 }

@@ -296,9 +296,11 @@ pub(super) fn radius(part: &Part, pose: &Pose64) -> f64 {
 /// has no end or no exact gap.
 pub(super) fn circle(part: &Part, pose: &Pose64) -> (Vec2, f64) {
     let round = |points: &[Vec2]| {
-        let (low, high) = points.iter().fold((points[0], points[0]), |(low, high), p| {
-            (low.inf(p), high.sup(p))
-        });
+        let (low, high) = points
+            .iter()
+            .fold((points[0], points[0]), |(low, high), p| {
+                (low.inf(p), high.sup(p))
+            });
         let middle = 0.5 * (low + high);
         let far = points.iter().map(|p| (p - middle).norm());
         (middle, far.fold(0.0, f64::max))
