@@ -429,3 +429,36 @@ fn contact_forces_are_impulses_over_the_step() {
     let last: Vec<bool> = seen[20..].iter().map(|(_, e)| e.started).collect();
     assert_eq!(last, [true, false]);
 }
+
+/// Writes a mark on every pair it is shown, and notes how many contacts and which mark it had.
+struct Marks(std::sync::Mutex<Vec<(usize, u32)>>);
+
+impl PhysicsHooks for Marks {
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let rigid = context.rigid_mut().unwrap();
+        let seen = (rigid.solver_contacts.len(), *rigid.user_data);
+        *rigid.user_data = 7;
+        self.0.lock().unwrap().push(seen);
+    }
+}
+
+/// However far the two are by then: who wrote a mark may want to take something back.
+#[test]
+fn a_marked_pair_is_shown_once_more_when_its_contacts_are_gone() {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::ZERO;
+    let ball = || ColliderBuilder::ball(0.5).active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
+    world.insert(free(0.0, 0.0), ball());
+    let (other, _) = world.insert(free(1.0, 0.0), ball());
+    let mut pipeline = pipeline();
+    let hooks = Marks(std::sync::Mutex::default());
+    let mut shown = |world: &mut PhysicsWorld| {
+        pipeline.step_with_events(world, &hooks, &()).unwrap();
+        std::mem::take(&mut *hooks.0.lock().unwrap())
+    };
+    let first = shown(&mut world);
+    assert!(first.iter().all(|(contacts, _)| *contacts == 1) && !first.is_empty());
+    world.bodies[other].set_translation(at(1.05, 0.0), true);
+    assert_eq!(shown(&mut world), [(0, 7)]);
+    assert_eq!(shown(&mut world), []);
+}

@@ -1,8 +1,8 @@
-use super::body_checks::{body_id, check_mass, not_there, refuse_bad};
+use super::body_checks::{body_id, check_mass, is_surely_finite, not_there, refuse_bad};
 use super::changes::ColliderWatch;
 use super::engine::prelude::*;
 use super::queries::forget_gone;
-use super::shadow::{Load, Shadow, damped, locked, mass_of, thickness};
+use super::shadow::{Settings, Shadow, damped, locked, mass_of, thickness};
 use super::sleeping::Sleepers;
 use super::widen::{widen, widen_state};
 use crate::contact::{Vec2, Vec3};
@@ -296,7 +296,11 @@ impl Bodies {
     fn read(&mut self, body: &RigidBody, k: usize, dt: f64) -> Result<(), ModelError> {
         let shadow = &mut self.list[k];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
-        refuse_bad(body, name)?;
+        let settings = Settings::of(body);
+        let as_before = shadow.settings == Some(settings);
+        if !as_before || !is_surely_finite(body) {
+            refuse_bad(body, name)?;
+        }
         let pose = *body.position();
         let first = !shadow.seen;
         let velocity = (body.linvel(), body.angvel());
@@ -331,14 +335,11 @@ impl Bodies {
             shadow.written_velocity = velocity;
         }
         shadow.seen = true;
-        let damping = (widen(body.linear_damping()), widen(body.angular_damping()));
-        let force = body.user_force();
-        shadow.load = Load {
-            force: Vec2::new(widen(force.x), widen(force.y)),
-            torque: widen(body.user_torque()),
-            scale: widen(body.gravity_scale()),
-            damping,
-        };
+        if !as_before {
+            shadow.load = settings.load();
+            shadow.settings = Some(settings);
+        }
+        let damping = shadow.load.damping;
         self.inverse_mass[k] = if damping == (0.0, 0.0) || shadow.inverse_mass == Vec3::zeros() {
             shadow.inverse_mass
         } else {

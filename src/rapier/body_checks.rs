@@ -14,6 +14,16 @@ pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
     ModelError::Invalid(format!("body (handle {id:?}) is not in the world"))
 }
 
+/// Whether where a body is, where it is sent and how fast it moves are finite: a no may be that of
+/// their sum, which [`refuse_bad`] tells apart.
+#[inline]
+pub(super) fn is_surely_finite(body: &RigidBody) -> bool {
+    let (at, next, v) = (body.position(), body.next_position(), body.linvel());
+    let turns = (at.rotation.re + at.rotation.im) + (next.rotation.re + next.rotation.im);
+    let places = (at.translation.x + at.translation.y) + (next.translation.x + next.translation.y);
+    ((turns + places) + (v.x + v.y + body.angvel())).is_finite()
+}
+
 /// What a user can set to something that is no number.
 pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
     let (v, f) = (body.linvel(), body.user_force());

@@ -45,15 +45,11 @@ impl Pose64 {
 fn length(x: f64, y: f64) -> f64 {
     let (x, y) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
     let h = (x * x + y * y).sqrt();
-    let (a, b) = if h <= 2.0 * y {
-        let delta = h - y;
-        (x * (2.0 * delta - x), (delta - 2.0 * (x - y)) * delta)
-    } else {
-        let delta = h - x;
-        let small = (4.0 * delta - y) * y + delta * delta;
-        (2.0 * delta * (x - 2.0 * y), small)
-    };
-    h - (a + b) / (2.0 * h)
+    // both, and one of them is taken: which one is anybody's guess
+    let (dy, dx) = (h - y, h - x);
+    let steep = x * (2.0 * dy - x) + (dy - 2.0 * (x - y)) * dy;
+    let flat = 2.0 * dx * (x - 2.0 * y) + ((4.0 * dx - y) * y + dx * dx);
+    h - if h <= 2.0 * y { steep } else { flat } / (2.0 * h)
 }
 
 #[cfg(feature = "f64")]

@@ -2,6 +2,7 @@
 
 use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
+use super::widen::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 
@@ -18,8 +19,9 @@ pub(super) struct Shadow {
     pub thickness: Option<f64>,
     /// `M⁻¹` of the body by itself: without what damping adds.
     pub inverse_mass: Vec3,
-    /// What acts on it in this step.
+    /// What acts on it in this step, and what it was read from.
     pub load: Load,
+    pub settings: Option<Settings>,
     /// Where the user sends a position-driven body in this step.
     pub target: Option<Pose>,
     pub kind: RigidBodyType,
@@ -46,6 +48,37 @@ pub(super) struct Load {
     pub scale: f64,
     /// Linear and angular [1/s].
     pub damping: (f64, f64),
+}
+
+/// A [`Load`] as rapier has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Settings {
+    force: Vector,
+    torque: Real,
+    scale: Real,
+    damping: [Real; 2],
+}
+
+impl Settings {
+    #[inline]
+    pub fn of(body: &RigidBody) -> Settings {
+        Settings {
+            force: body.user_force(),
+            torque: body.user_torque(),
+            scale: body.gravity_scale(),
+            damping: [body.linear_damping(), body.angular_damping()],
+        }
+    }
+
+    pub fn load(&self) -> Load {
+        let [linear, angular] = self.damping.map(widen);
+        Load {
+            force: Vec2::new(widen(self.force.x), widen(self.force.y)),
+            torque: widen(self.torque),
+            scale: widen(self.scale),
+            damping: (linear, angular),
+        }
+    }
 }
 
 impl Shadow {
@@ -88,6 +121,7 @@ impl Shadow {
             thickness: None,
             inverse_mass: Vec3::zeros(),
             load: Load::default(),
+            settings: None,
             target: None,
             kind: RigidBodyType::Fixed,
             written_pose: Pose::IDENTITY,

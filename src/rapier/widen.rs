@@ -29,7 +29,7 @@ fn shortest(value: Real, digits: i32) -> f64 {
     let scaled = wide * POWERS[places(wide, digits)];
     let off = scaled - nearest(scaled);
     // no decimal lies within half a unit of its last place
-    if off.abs() > scaled.abs() * HALF_PLACE {
+    if off.abs() > half_place(wide) * POWERS[places(wide, digits)] {
         return wide;
     }
     typed(value, digits)
@@ -71,7 +71,12 @@ fn typed(value: Real, digits: i32) -> f64 {
     if !meant(&POWERS[most]) {
         return wide;
     }
-    let fewest = POWERS[..=most].partition_point(|power| !meant(power));
+    // of what nobody typed nearly always
+    let needs_all = most == 0 || !meant(&POWERS[most - 1]);
+    let fewest = match needs_all {
+        true => most,
+        false => POWERS[..most].partition_point(|power| !meant(power)),
+    };
     decimal(POWERS[fewest])
 }
 
@@ -86,9 +91,16 @@ pub(super) fn widen_step(dt: Real) -> f64 {
     }
 }
 
-/// Half a unit in the last place over the number, at most, and a little for the rounding here.
+/// Half a unit in the last place of a single-precision number, and a little for the rounding of
+/// who compares with it.
 #[allow(clippy::unnecessary_cast)] // widens with the feature `f64`
-const HALF_PLACE: f64 = 0.500_001 * Real::EPSILON as f64;
+#[inline(always)]
+fn half_place(wide: f64) -> f64 {
+    const SIGN_AND_EXPONENT: u64 = 0xfff << 52;
+    let power_of_two = f64::from_bits(wide.abs().to_bits() & SIGN_AND_EXPONENT);
+    // below the least normal number all have the same last place
+    power_of_two.max(Real::MIN_POSITIVE as f64) * (0.500_001 * Real::EPSILON as f64)
+}
 
 /// 10¹ to 10²², all exact.
 const POWERS: [f64; 22] = [
@@ -127,6 +139,23 @@ mod tests {
             let leading = (f64::from(exponent) * std::f64::consts::LOG10_2).floor();
             let power = 10f64.powi((5.0 - leading).clamp(1.0, 22.0) as i32);
             assert_eq!(POWERS[places(wide, 6)], power, "2^{exponent}");
+        }
+    }
+
+    /// The quick look takes no decimal for none: not at the ends of a binade, nor where numbers
+    /// have no leading one.
+    #[test]
+    #[cfg(not(feature = "f64"))]
+    fn half_a_place_is_that_of_the_number() {
+        let mut value = f32::from_bits(1);
+        while value < 1e30 {
+            for x in [value, f32::from_bits(value.to_bits() + 1)] {
+                let above = f64::from(f32::from_bits(x.to_bits() + 1));
+                let half = 0.5 * (above - f64::from(x));
+                assert!(half_place(f64::from(x)) >= half, "{x:e}");
+                assert!(half_place(f64::from(x)) < 1.00001 * half, "{x:e}");
+            }
+            value *= 2.0;
         }
     }
 

@@ -30,8 +30,36 @@ struct Seat {
     local: Pose64,
     /// Farthest point from the origin of that frame \[m\].
     radius: f64,
+    /// A circle round the part \[m\], in the same frame.
+    circle: (Vec2, f64),
     /// Where the body was when the part was last moved.
     old: Pose64,
+}
+
+/// What tells most pairs apart, close together in memory.
+#[derive(Clone, Copy)]
+pub(super) struct Near {
+    /// Centre and radius of a circle round the part, as far as it reaches in this step \[m\].
+    center: Vec2,
+    radius: f64,
+    /// The way it has gone and its share of the reach \[m\].
+    pub reached: f64,
+}
+
+impl Near {
+    fn at(center: Vec2) -> Near {
+        Near {
+            center,
+            radius: f64::INFINITY,
+            reached: f64::INFINITY,
+        }
+    }
+
+    /// Whether two parts cannot reach each other.
+    pub fn apart(&self, other: &Near) -> bool {
+        let (d, radii) = (self.center - other.center, self.radius + other.radius);
+        d.norm_squared() > radii * radii
+    }
 }
 
 /// The parts, under numbers that last as long as their colliders.
@@ -40,6 +68,8 @@ pub(super) struct Leaves {
     pub list: Vec<Option<Leaf>>,
     /// Of each leaf, a bound of the way \[m\] that any of its points has gone so far.
     pub way: Vec<f64>,
+    /// Of each leaf, once [`Leaves::reach`] was called for it.
+    pub near: Vec<Near>,
     seats: Vec<Seat>,
     free: Vec<u32>,
     /// Of each collider, its leaves.
@@ -81,6 +111,7 @@ impl Leaves {
             let old = self.body_pose(body, bodies);
             let seat = Seat {
                 radius: shapes::radius(&piece.part, &local),
+                circle: shapes::circle(&piece.part, &local),
                 local,
                 old,
             };
@@ -93,15 +124,18 @@ impl Leaves {
                 lone: known.pieces.len() == 1,
                 body,
             };
+            let near = Near::at(old.apply(seat.circle.0));
             let id = match self.free.pop() {
                 Some(id) => {
                     let k = id as usize;
                     (self.list[k], self.way[k], self.seats[k]) = (Some(leaf), 0.0, seat);
+                    self.near[k] = near;
                     id
                 }
                 None => {
                     self.list.push(Some(leaf));
                     self.way.push(0.0);
+                    self.near.push(near);
                     self.seats.push(seat);
                     self.list.len() as u32 - 1
                 }
@@ -144,6 +178,15 @@ impl Leaves {
         }
     }
 
+    /// Notes how far \[m\] a leaf reaches in this step.
+    pub fn reach(&mut self, k: usize, share: f64) {
+        let near = &mut self.near[k];
+        near.reached = self.way[k] + share;
+        // with room for the rounding of circles and gaps
+        let rounding = 1e-9 * share + 1e-12 * near.center.amax();
+        near.radius = (1.0 + 1e-12) * self.seats[k].circle.1 + share + rounding;
+    }
+
     /// Moves a leaf to where its body is, if there is such a leaf.
     ///
     /// No point of a part can have gone farther than `|Δp| + R |Δ(cos, sin)|`, its chord.
@@ -160,6 +203,7 @@ impl Leaves {
                 // a rounding of it, so that sums of roundings stay a bound
                 self.way[k] += gone * (1.0 + 1e-12);
                 leaf.pose = now.compose(&seat.local);
+                self.near[k].center = now.apply(seat.circle.0);
                 seat.old = *now;
             }
         }

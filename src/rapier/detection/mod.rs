@@ -1,7 +1,7 @@
 //! Contacts from a rapier world.
 //!
 //! Two drives, tested to find the same contacts. [`DetectionDrive::Tree`]: every part of a collider
-//! is a leaf of a tree of fat boxes; pairs of leaves whose boxes overlap are kept sorted, and one is
+//! is a leaf in a grid of fat boxes; pairs of leaves whose boxes overlap are kept sorted, and one is
 //! looked at again only when its two sides can have come close. [`DetectionDrive::Exhaustive`]
 //! remembers nothing and tries every part with every other. Gaps come from `f64` kernels (1e-15 m;
 //! 1e-13 m a kilometre from the origin); of shapes without one (voxels, shapes of the user's own)
@@ -13,12 +13,12 @@
 
 mod colliders;
 mod exhaustive;
+mod grid;
 mod hooks;
 mod leaves;
 mod pairs;
 mod points;
 mod shapes;
-mod tree;
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
@@ -26,13 +26,13 @@ use super::joints::OUTSIDE;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{Detection, ModelError};
 use colliders::Colliders;
+use grid::Grid;
 pub(super) use hooks::Hooks;
 use leaves::Leaves;
 pub(super) use pairs::Told;
 use pairs::{Apart, Finder, Pairs, apart};
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
-use tree::Tree;
 
 /// The cell of a contact on a collider without cells.
 pub const NO_CELL: u32 = 0;
@@ -41,7 +41,7 @@ pub const NO_CELL: u32 = 0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectionDrive {
-    /// A tree of boxes and what was learnt in the steps before.
+    /// A grid of boxes and what was learnt in the steps before.
     #[default]
     Tree,
     /// Nobody: every part is tried with every other. The reference, at a cost that grows with the
@@ -70,7 +70,7 @@ pub(super) struct Detector {
     drive: DetectionDrive,
     colliders: Colliders,
     leaves: Leaves,
-    tree: Tree,
+    grid: Grid,
     pairs: Pairs,
     apart: Apart,
     /// Of the bodies' numbers that the leaves hold.
@@ -132,8 +132,8 @@ impl Detector {
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
         let finder = self.finder(hooks, self.span);
-        let tree = (self.drive == DetectionDrive::Tree).then_some(&self.tree);
-        pairs.all(&finder, tree, out);
+        let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
+        pairs.all(&finder, grid, out);
         self.pairs = pairs;
         Ok(())
     }
@@ -206,7 +206,7 @@ impl Detector {
         for k in 0..self.colliders.changed.len() {
             let slot = self.colliders.changed[k];
             for leaf in self.leaves.remove(slot) {
-                self.tree.remove(leaf);
+                self.grid.remove(leaf);
                 gone.insert(leaf);
             }
         }
@@ -224,11 +224,11 @@ impl Detector {
         } else if !self.colliders.changed.is_empty() {
             self.colliders.measure_bodies(bodies);
         }
-        self.tree.begin(self.leaves.list.len());
+        self.grid.begin(self.leaves.list.len());
         told
     }
 
-    /// Moves all leaves, and brings the tree and the pairs up to date.
+    /// Moves all leaves, and brings the grid and the pairs up to date.
     fn find_near(&mut self, bodies: &Bodies) {
         let (span, leaves) = (self.span, &mut self.leaves);
         for k in 0..leaves.list.len() {
@@ -238,17 +238,17 @@ impl Detector {
             let body = leaf.body;
             let growth = span.growth(present(&self.present, body).speed, leaf.surface.size);
             let way = leaves.way[k];
-            self.pairs.set_reached(k, way + growth);
-            if self.tree.holds(k, way, growth) {
+            leaves.reach(k, growth);
+            if self.grid.holds(k, way, growth) {
                 continue;
             }
             let leaf = leaves.get(k as u32);
             let tight = shapes::extent(&leaf.part, &leaf.pose);
             let ahead = span.ahead(bodies, body);
-            self.tree.place(k, tight, way, growth, ahead);
+            self.grid.place(k, tight, way, growth, ahead);
         }
         let (pairs, leaves) = (&mut self.pairs, &self.leaves);
-        self.tree.pairs(|a, b| pairs.add(a, b, leaves));
+        self.grid.pairs(|a, b| pairs.add(a, b, leaves));
         self.pairs.sort();
     }
 }

@@ -9,10 +9,10 @@ use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::kernels::{Core, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
+use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
-use super::tree::Tree;
 use super::{Present, Span, SurfaceLaw, present, shapes};
 use crate::dynamics::{Detection, NormalLaw, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -27,15 +27,22 @@ struct Row {
     budget: f64,
 }
 
+impl Row {
+    /// Sorts as the order does, and tells any two rows apart.
+    #[inline]
+    fn key(&self) -> [u64; 3] {
+        let ([a, b, c, d], [e, f]) = (self.order, self.leaves);
+        [(a, b), (c, d), (e, f)].map(|(high, low)| u64::from(high) << 32 | u64::from(low))
+    }
+}
+
 /// All pairs of parts, sorted.
 #[derive(Default)]
 pub(super) struct Pairs {
     rows: Vec<Row>,
-    known: FxHashSet<u64>,
-    /// Of each leaf, the way it has gone and its share of the reach \[m\].
-    reached: Vec<f64>,
+    /// Those that came since rows were sorted.
+    fresh: Vec<Row>,
     scratch: Scratch,
-    added: bool,
 }
 
 /// A contact that is not solved: its groups or a hook forbid it to push, or nothing in it can move.
@@ -78,19 +85,8 @@ impl Marks {
     }
 }
 
-fn name([a, b]: [u32; 2]) -> u64 {
-    u64::from(a) << 32 | u64::from(b)
-}
-
 impl Pairs {
-    pub fn set_reached(&mut self, leaf: usize, reached: f64) {
-        if self.reached.len() <= leaf {
-            self.reached.resize(leaf + 1, 0.0);
-        }
-        self.reached[leaf] = reached;
-    }
-
-    /// Notes that two leaves are near, unless that is known or they can never meet.
+    /// Notes that two leaves are near, unless they can never meet.
     pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
         let (la, lb) = (leaves.get(a), leaves.get(b));
         if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
@@ -98,36 +94,51 @@ impl Pairs {
         }
         // the lower collider first, as in rapier
         let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
-        if self.known.insert(name(pair)) {
-            let [first, second] = pair.map(|leaf| leaves.get(leaf));
-            self.rows.push(Row {
-                order: [first.slot, second.slot, first.sub, second.sub],
-                leaves: pair,
-                budget: f64::NEG_INFINITY,
-            });
-            self.added = true;
-        }
+        let [first, second] = pair.map(|leaf| leaves.get(leaf));
+        self.fresh.push(Row {
+            order: [first.slot, second.slot, first.sub, second.sub],
+            leaves: pair,
+            budget: f64::NEG_INFINITY,
+        });
     }
 
+    /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
+    /// and meet again before their row is looked at.
     pub fn sort(&mut self) {
-        if std::mem::take(&mut self.added) {
-            // what is new stands at the end: two runs to merge
-            self.rows.sort_by_key(|row| row.order);
+        let (rows, fresh) = (&mut self.rows, &mut self.fresh);
+        fresh.sort_unstable_by_key(Row::key);
+        fresh.dedup_by_key(|row| row.key());
+        let (mut places, mut at) = (Vec::with_capacity(fresh.len()), 0);
+        fresh.retain(|new| {
+            let key = new.key();
+            at += below(&rows[at..], key);
+            let is_new = rows.get(at).is_none_or(|row| row.key() != key);
+            if is_new {
+                places.push(at);
+            }
+            is_new
+        });
+        let mut end = rows.len();
+        rows.extend_from_slice(fresh);
+        for (k, (new, &place)) in fresh.iter().zip(&places).enumerate().rev() {
+            rows.copy_within(place..end, place + k + 1);
+            rows[place + k] = *new;
+            end = place;
         }
+        fresh.clear();
     }
 
     pub fn clear(&mut self) {
         self.rows.clear();
-        self.known.clear();
+        self.fresh.clear();
     }
 
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>) {
-        let (known, marks) = (&mut self.known, &mut self.scratch.marks.now);
+        let marks = &mut self.scratch.marks.now;
         self.rows.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
             if !stays {
-                known.remove(&name(row.leaves));
                 marks.remove(&row.order);
             }
             stays
@@ -161,11 +172,14 @@ impl Pairs {
     }
 
     /// Contacts of all pairs; those whose boxes parted are dropped.
-    pub fn all(&mut self, finder: &Finder, tree: Option<&Tree>, out: &mut Detection) {
-        let (known, reached, scratch) = (&mut self.known, &self.reached, &mut self.scratch);
+    pub fn all(&mut self, finder: &Finder, grid: Option<&Grid>, out: &mut Detection) {
+        let scratch = &mut self.scratch;
         let mut from = Group::default();
         scratch.told.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
+        // a pair with a mark is shown to the hook once more when it has no contacts
+        let marked = !scratch.marks.past.is_empty();
+        let near = &finder.leaves.near;
         let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain_mut(|row| {
             let [a, b] = row.leaves;
@@ -174,13 +188,16 @@ impl Pairs {
                 scratch.marks.set(row.order, mark);
                 return true;
             }
-            if let Some(tree) = tree {
-                if reached[a as usize] + reached[b as usize] < row.budget {
+            if let Some(grid) = grid {
+                let (one, two) = (&near[a as usize], &near[b as usize]);
+                if one.reached + two.reached < row.budget {
                     return true;
                 }
-                if (tree.moved(a) || tree.moved(b)) && !tree.overlap(a, b) {
-                    known.remove(&name(row.leaves));
+                if (grid.moved(a) || grid.moved(b)) && !grid.overlap(a, b) {
                     return false;
+                }
+                if one.apart(two) && !marked {
+                    return true;
                 }
             }
             if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
@@ -218,6 +235,17 @@ impl Pairs {
             }
         }
     }
+}
+
+/// How many rows come before a key. The answer is looked for near the front, where memory is
+/// read anyway.
+fn below(rows: &[Row], key: [u64; 3]) -> usize {
+    let mut step = 1;
+    while rows.get(step).is_some_and(|row| row.key() < key) {
+        step *= 2;
+    }
+    let (low, high) = (step / 2, rows.len().min(step));
+    low + rows[low..high].partition_point(|row| row.key() < key)
 }
 
 /// Where the contacts of the present pair of colliders start.
@@ -304,8 +332,8 @@ impl Finder<'_> {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, row, sides, reach, from, scratch, out);
         }
-        let found = &mut scratch.touches;
         let [one, two] = sides;
+        let found = &mut scratch.touches;
         found.clear();
         let bound = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
         if bound.is_none() {
@@ -618,4 +646,41 @@ impl Finder<'_> {
 fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
     let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
     mix([a, of_a, b, of_b])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(first: u32, second: u32) -> Row {
+        Row {
+            order: [first, second, 0, 0],
+            leaves: [first, second],
+            budget: f64::NEG_INFINITY,
+        }
+    }
+
+    /// What was added comes in its place, wherever that is, and once; who was there keeps what is
+    /// known of it.
+    #[test]
+    fn new_rows_are_merged_and_none_stands_twice() {
+        let mut pairs = Pairs::default();
+        for stride in [7, 3, 11, 2, 5, 1] {
+            let before = pairs.rows.len();
+            pairs.rows.iter_mut().for_each(|row| row.budget = 1.0);
+            let all = (0..40u32).flat_map(|b| (0..b).map(move |a| [a, b]));
+            let new: Vec<_> = all.filter(|[a, b]| (3 * a + 7 * b) % stride == 0).collect();
+            pairs
+                .fresh
+                .extend(new.iter().rev().map(|[a, b]| row(*a, *b)));
+            pairs.fresh.push(row(new[0][0], new[0][1]));
+            pairs.sort();
+            assert!(pairs.rows.is_sorted_by(|one, two| one.key() < two.key()));
+            let old = pairs.rows.iter().filter(|row| row.budget == 1.0);
+            assert_eq!(old.count(), before);
+            let there = |[a, b]: &[u32; 2]| pairs.rows.iter().any(|row| row.leaves == [*a, *b]);
+            assert!(new.iter().all(there));
+        }
+        assert_eq!(pairs.rows.len(), 40 * 39 / 2);
+    }
 }

@@ -292,6 +292,29 @@ pub(super) fn radius(part: &Part, pose: &Pose64) -> f64 {
         }
 }
 
+/// A circle round a part in the frame given by `pose`: centre and radius \[m\]. Infinite round what
+/// has no end or no exact gap.
+pub(super) fn circle(part: &Part, pose: &Pose64) -> (Vec2, f64) {
+    let round = |points: &[Vec2]| {
+        let (low, high) = points
+            .iter()
+            .fold((points[0], points[0]), |(low, high), p| {
+                (low.inf(p), high.sup(p))
+            });
+        let middle = 0.5 * (low + high);
+        let far = points.iter().map(|p| (p - middle).norm());
+        (middle, far.fold(0.0, f64::max))
+    };
+    let (center, radius) = match &part.core {
+        Core::Ball(r) => (Vec2::zeros(), *r),
+        Core::Box(h) => (Vec2::zeros(), h.norm()),
+        Core::Polygon(polygon) => round(&polygon.points),
+        Core::Edge(edge) => round(&edge.ends),
+        Core::HalfPlane(_) | Core::Other(_) => (Vec2::zeros(), f64::INFINITY),
+    };
+    (pose.apply(center), radius + part.rounding)
+}
+
 /// A shape of parry's that fills a part without its rounding.
 pub(super) fn for_parry(core: &Core) -> SharedShape {
     let v = |p: Vec2| Vector::new(p.x as Real, p.y as Real);
