@@ -276,7 +276,8 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
 /// What had to be solved is solved once more, deeper, though it is certified; then it rests.
 #[test]
 fn what_was_moved_comes_to_rest() {
-    let mut problem = pyramid(12, 0.5).problem();
+    let mut problem = pyramid(24, 0.5).problem();
+    assert!(problem.len() > 500);
     let (mut direct, mut carried) = (Direct::default(), Carried::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut solve = |weight: f64| {
