@@ -163,6 +163,10 @@ fn within_a_step(build: fn() -> PhysicsWorld, warm: usize, steps: usize) -> f64 
 
 fn main() {
     let short = std::env::args().any(|a| a == "--test");
+    let named: Vec<_> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
     let (warm, steps) = if short { (2, 3) } else { (200, 100) };
     type Build = fn() -> PhysicsWorld;
     let scenes: [(&str, Build); 5] = [
@@ -173,7 +177,8 @@ fn main() {
         ("drum with 2000 discs", drum),
     ];
     println!("scene                    rapier ms   ours ms  ratio  contacts  in a step of ours");
-    for (name, build) in scenes {
+    let wanted = |name: &str| named.is_empty() || named.iter().any(|part| name.contains(part));
+    for (name, build) in scenes.into_iter().filter(|(name, _)| wanted(name)) {
         let mut world = build();
         for _ in 0..warm {
             world.step();
