@@ -12,11 +12,13 @@ impl Pose64 {
     }
 
     /// The same for where a body is, which is read whenever somebody moves it.
+    #[inline]
     pub(super) fn from_rapier_body(pose: &Pose) -> Self {
         Pose64::read(pose, widen_state)
     }
 
-    fn read(pose: &Pose, widen: fn(Real) -> f64) -> Self {
+    #[inline(always)]
+    fn read(pose: &Pose, widen: impl Fn(Real) -> f64) -> Self {
         let (cos, sin) = (f64::from(pose.rotation.re), f64::from(pose.rotation.im));
         let length = length(cos, sin);
         Pose64 {

@@ -5,7 +5,7 @@ use super::{Detector, shapes};
 impl Detector {
     /// Notes all pairs of parts whose boxes are within the reach of each other.
     pub(super) fn try_all(&mut self) {
-        self.pairs.clear();
+        self.pairs.rows.clear();
         // no two reach farther, see `Span::reach`
         let reach = 1.1 * self.span.prediction;
         let leaves = &self.leaves;
@@ -20,10 +20,10 @@ impl Detector {
             for &(b, two) in &boxes[..i] {
                 let near = |k: usize| one[k] <= two[k + 2] + reach && two[k] <= one[k + 2] + reach;
                 if near(0) && near(1) {
-                    self.pairs.add(a, b, leaves);
+                    self.pairs.rows.add(a, b, &leaves.names);
                 }
             }
         }
-        self.pairs.sort();
+        self.pairs.rows.sort(&leaves.names);
     }
 }

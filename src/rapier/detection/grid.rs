@@ -2,14 +2,15 @@
 //!
 //! A part's box is looked at only when it may have left its fat one: every body carries the length
 //! of the way that any of its points can have gone, and a fat box says up to which length it
-//! holds. Fat boxes lie in square cells by their lower corner, on the level whose cells are wider
+//! holds. Fat boxes lie in square cells by their lower corner, on the level whose cells are no wider
 //! than the box, by less than twice; a new one asks the cells around it on all levels.
+//!
+//! Cells have no memory of their own: what lies in them hangs in lists, as many as there are boxes,
+//! to which cells are dealt out by a hash of their place.
 //!
 //! Two boxes that overlap and did before are a pair that is known: nobody is told of it.
 //!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §7.2 (hierarchical grids).
-
-use rustc_hash::FxHashMap;
 
 /// Low x, low y, high x, high y \[m\].
 type Box4 = [f64; 4];
@@ -27,12 +28,16 @@ fn overlap(a: &Box4, b: &Box4) -> bool {
     (a[0] <= b[2]) & (b[0] <= a[2]) & (a[1] <= b[3]) & (b[1] <= a[3])
 }
 
-/// Its cells are `2^level` \[m\] wide.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+/// Its level's cells are `2^level` \[m\] wide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cell {
     level: i32,
     at: [i64; 2],
 }
+
+/// Cells in a line of a level that have names of their own; farther ones share theirs, and a look
+/// at so many at once goes over all leaves instead.
+const NAMED: i64 = 1 << 26;
 
 /// Nothing coarser or finer is told apart: keeps the widths of cells and their inverses normal
 /// numbers. Of the coarsest level, whose boxes may be of any size, cells say nothing; a half-plane
@@ -44,12 +49,21 @@ const NONE: u32 = u32::MAX;
 
 impl Cell {
     fn of(fat: &Box4) -> Cell {
-        let extent = (fat[2] - fat[0]).max(fat[3] - fat[1]);
-        let exponent = ((extent.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-        let level = (exponent + 1).clamp(-LEVELS, LEVELS);
+        let exponent = ((extent(fat).to_bits() >> 52) & 0x7ff) as i32 - 1023;
+        let level = exponent.clamp(-LEVELS, LEVELS);
         let at = [fat[0], fat[1]].map(|x| number(x, level));
         Cell { level, at }
     }
+
+    fn name(&self) -> u64 {
+        let [x, y] = self.at.map(|i| (i & (NAMED - 1)) as u64);
+        u64::from((self.level + LEVELS) as u32) << 52 | x << 26 | y
+    }
+}
+
+/// The longer side \[m\].
+fn extent(fat: &Box4) -> f64 {
+    (fat[2] - fat[0]).max(fat[3] - fat[1])
 }
 
 /// Number of the cell of a coordinate. Exact, so that it never falls while the coordinate grows.
@@ -64,49 +78,87 @@ fn number(x: f64, level: i32) -> i64 {
 #[derive(Clone, Copy)]
 struct Node {
     fat: Box4,
-    /// Others in the same cell.
+    /// Its cell's.
+    name: u64,
+    /// Others in the same list.
     next: u32,
     before: u32,
     /// Its place among those of its level.
     rank: u32,
-    /// The call in which its fat box was made.
-    stamp: u32,
     /// The way \[m\] up to which its fat box holds it; none is placed at −∞.
     limit: f64,
 }
 
 const EMPTY: Node = Node {
     fat: NOWHERE,
+    name: 0,
     next: NONE,
     before: NONE,
     rank: 0,
-    stamp: 0,
     limit: f64::NEG_INFINITY,
 };
+
+/// A level in use.
+struct Level {
+    level: i32,
+    /// Of the widest box that it has held \[m\].
+    extent: f64,
+    list: Vec<u32>,
+}
 
 #[derive(Default)]
 pub(super) struct Grid {
     nodes: Vec<Node>,
-    /// The first leaf of each cell that holds any.
-    cells: FxHashMap<Cell, u32>,
-    /// Levels in use, and the leaves of each.
-    levels: Vec<(i32, Vec<u32>)>,
+    /// The first leaf of each list.
+    lists: Vec<u32>,
+    levels: Vec<Level>,
     /// Leaves of this call whose fat boxes are new, with the former ones.
     changed: Vec<(u32, Box4)>,
-    call: u32,
+    /// Whether a leaf is among them.
+    moved: Vec<bool>,
 }
 
 impl Grid {
     pub fn remove(&mut self, leaf: u32) {
-        self.unlink(leaf);
+        let node = &self.nodes[leaf as usize];
+        if node.limit != f64::NEG_INFINITY {
+            self.unlink(leaf, Cell::of(&node.fat));
+        }
         self.nodes[leaf as usize] = EMPTY;
     }
 
     /// Starts a call over leaves numbered below `count`.
     pub fn begin(&mut self, count: usize) {
-        self.call = self.call.wrapping_add(1);
-        self.changed.clear();
+        for (leaf, _) in self.changed.drain(..) {
+            self.moved[leaf as usize] = false;
+        }
+        self.moved.resize(count, false);
         self.nodes.resize(count, EMPTY);
+        if self.lists.len() < count {
+            self.lists.clear();
+            self.lists.resize(2 * count.next_power_of_two(), NONE);
+            let placed = |k: &u32| self.nodes[*k as usize].limit != f64::NEG_INFINITY;
+            for leaf in (0..count as u32).filter(placed).collect::<Vec<_>>() {
+                self.hang(leaf);
+            }
+        }
+    }
+
+    /// The list of a cell.
+    fn list(&self, name: u64) -> usize {
+        // Fibonacci hashing: the upper half of the product depends on all of the name
+        (name.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & (self.lists.len() - 1)
+    }
+
+    /// Puts a leaf at the head of the list of its cell.
+    fn hang(&mut self, leaf: u32) {
+        let list = self.list(self.nodes[leaf as usize].name);
+        let first = std::mem::replace(&mut self.lists[list], leaf);
+        if let Some(next) = self.nodes.get_mut(first as usize) {
+            next.before = leaf;
+        }
+        let node = &mut self.nodes[leaf as usize];
+        (node.before, node.next) = (NONE, first);
     }
 
     /// Whether a leaf that has gone the way `way` and looks `growth` \[m\] ahead is still within
@@ -138,63 +190,64 @@ impl Grid {
         let high = |k: usize| (tight[k + 2] + grown + ahead[k].max(0.0)).min(f64::MAX);
         let fat = [low(0), low(1), high(0), high(1)];
         let new = node.limit == f64::NEG_INFINITY;
-        (node.fat, node.limit, node.stamp) = (fat, way + margin, self.call);
+        (node.fat, node.limit) = (fat, way + margin);
+        self.moved[leaf] = true;
         self.changed.push((leaf as u32, old));
         let cell = Cell::of(&fat);
         if new {
             self.link(leaf as u32, cell);
         } else if Cell::of(&old) != cell {
-            self.nodes[leaf].fat = old;
-            self.unlink(leaf as u32);
-            self.nodes[leaf].fat = fat;
+            self.unlink(leaf as u32, Cell::of(&old));
             self.link(leaf as u32, cell);
+        } else if let Some(level) = self.level(cell) {
+            level.extent = level.extent.max(extent(&fat));
         }
     }
 
+    fn level(&mut self, cell: Cell) -> Option<&mut Level> {
+        self.levels.iter_mut().find(|l| l.level == cell.level)
+    }
+
     fn link(&mut self, leaf: u32, cell: Cell) {
-        let first = self.cells.insert(cell, leaf).unwrap_or(NONE);
         let node = &mut self.nodes[leaf as usize];
-        (node.before, node.next) = (NONE, first);
-        if let Some(next) = self.nodes.get_mut(first as usize) {
-            next.before = leaf;
-        }
-        let rank = match self.levels.iter_mut().find(|(l, _)| *l == cell.level) {
-            Some((_, list)) => {
-                list.push(leaf);
-                list.len() - 1
+        node.name = cell.name();
+        let extent = extent(&node.fat);
+        self.hang(leaf);
+        let rank = match self.level(cell) {
+            Some(level) => {
+                level.extent = level.extent.max(extent);
+                level.list.push(leaf);
+                level.list.len() - 1
             }
             None => {
-                self.levels.push((cell.level, vec![leaf]));
+                self.levels.push(Level {
+                    level: cell.level,
+                    extent,
+                    list: vec![leaf],
+                });
                 0
             }
         };
         self.nodes[leaf as usize].rank = rank as u32;
     }
 
-    /// Takes a leaf out of its cell, if it is in any.
-    fn unlink(&mut self, leaf: u32) {
+    /// Takes a leaf out of its cell.
+    fn unlink(&mut self, leaf: u32, cell: Cell) {
         let Node {
-            fat,
-            next,
-            before,
-            rank,
-            limit,
-            ..
+            next, before, rank, ..
         } = self.nodes[leaf as usize];
-        if limit == f64::NEG_INFINITY {
-            return;
-        }
-        let cell = Cell::of(&fat);
         if let Some(node) = self.nodes.get_mut(next as usize) {
             node.before = before;
         }
         match self.nodes.get_mut(before as usize) {
             Some(node) => node.next = next,
-            None if next == NONE => drop(self.cells.remove(&cell)),
-            None => drop(self.cells.insert(cell, next)),
+            None => {
+                let list = self.list(cell.name());
+                self.lists[list] = next;
+            }
         }
-        if let Some(k) = self.levels.iter().position(|(l, _)| *l == cell.level) {
-            let list = &mut self.levels[k].1;
+        if let Some(k) = self.levels.iter().position(|l| l.level == cell.level) {
+            let list = &mut self.levels[k].list;
             list.swap_remove(rank as usize);
             if let Some(last) = list.get(rank as usize) {
                 self.nodes[*last as usize].rank = rank;
@@ -207,7 +260,7 @@ impl Grid {
 
     /// Whether the fat box of a leaf is of this call.
     pub fn moved(&self, leaf: u32) -> bool {
-        self.nodes[leaf as usize].stamp == self.call
+        self.moved[leaf as usize]
     }
 
     /// Whether two fat boxes overlap.
@@ -228,7 +281,7 @@ impl Grid {
         }
         for &(a, old) in &self.changed {
             self.near(&self.nodes[a as usize].fat, |b, node| {
-                if node.stamp != self.call {
+                if !self.moved[b as usize] {
                     if !overlap(&old, &node.fat) {
                         found(a, b);
                     }
@@ -246,16 +299,21 @@ impl Grid {
                 visit(b, node);
             }
         };
-        for (level, list) in &self.levels {
-            // a box that reaches into a cell begins there, or one cell before
+        for Level {
+            level,
+            extent,
+            list,
+        } in &self.levels
+        {
+            // a box that reaches into a cell begins at most its extent before, which is rounded
             let range = |k: usize| {
-                let first = number(room[k], *level).saturating_sub(1);
-                (first, number(room[k + 2], *level))
+                let back = (1.0 + 1e-12) * extent + 1e-12 * room[k].abs();
+                (number(room[k] - back, *level), number(room[k + 2], *level))
             };
             let count = |(first, last): (i64, i64)| last.saturating_sub(first).saturating_add(1);
             let (columns, lines) = (range(0), range(1));
             let cells = count(columns).saturating_mul(count(lines));
-            if *level == LEVELS || cells > list.len() as i64 {
+            if *level == LEVELS || cells > (list.len() as i64).min(NAMED) {
                 list.iter().for_each(|b| ask(*b, &self.nodes[*b as usize]));
                 continue;
             }
@@ -265,9 +323,13 @@ impl Grid {
                         level: *level,
                         at: [x, y],
                     };
-                    let mut b = self.cells.get(&cell).copied().unwrap_or(NONE);
+                    let name = cell.name();
+                    let mut b = self.lists[self.list(name)];
                     while let Some(node) = self.nodes.get(b as usize) {
-                        ask(b, node);
+                        // another cell may share the list, and be asked as well
+                        if node.name == name {
+                            ask(b, node);
+                        }
                         b = node.next;
                     }
                 }
@@ -326,7 +388,7 @@ mod tests {
             assert!(known == all, "call {call}");
         }
         assert!(told > 5_000 && overlapping > 20_000, "{told} {overlapping}");
-        let leaves: usize = grid.levels.iter().map(|(_, list)| list.len()).sum();
+        let leaves: usize = grid.levels.iter().map(|level| level.list.len()).sum();
         assert_eq!(leaves, COUNT as usize);
     }
 
@@ -349,6 +411,22 @@ mod tests {
         }
     }
 
+    /// Cells that are so many apart that they share a name, and with it a list.
+    #[test]
+    fn cells_of_one_name_are_no_neighbours() {
+        let far = NAMED as f64;
+        let mut grid = Grid::default();
+        grid.begin(64);
+        for leaf in 0..64 {
+            let x = if leaf % 2 == 0 { 0.0 } else { far };
+            let y = 3.0 * (leaf / 2) as f64;
+            grid.place(leaf, [x, y, x + 1.1, y + 1.1], 0.0, 0.1, [0.0; 2]);
+        }
+        let name = |leaf: usize| grid.nodes[leaf].name;
+        assert!((0..32).all(|k| name(2 * k) == name(2 * k + 1)));
+        grid.pairs(|a, b| panic!("{a} and {b} are far apart"));
+    }
+
     /// Cells are halves open, their numbers exact, and what has no number has a cell all the same.
     #[test]
     fn numbers_of_cells_grow_with_the_coordinate() {
@@ -362,7 +440,8 @@ mod tests {
         let wide = Cell::of(&[0.0, 0.0, 1e308, 1.0]);
         assert_eq!(wide.level, LEVELS);
         assert_eq!(Cell::of(&[3.0, 3.0, 3.0, 3.0]).level, -LEVELS);
-        // exactly a power of two wide belongs to the next level
-        assert_eq!(Cell::of(&[0.0, 0.0, 2.0, 1.0]).level, 2);
+        // exactly a power of two wide belongs to that level
+        assert_eq!(Cell::of(&[0.0, 0.0, 2.0, 1.0]).level, 1);
+        assert_eq!(Cell::of(&[0.0, 0.0, 1.9, 1.0]).level, 0);
     }
 }

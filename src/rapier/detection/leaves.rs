@@ -24,6 +24,15 @@ pub(super) struct Leaf {
     pub body: u32,
 }
 
+/// What a part is called, close together in memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Name {
+    /// See [`Leaf`].
+    pub slot: u32,
+    pub sub: u32,
+    pub body: u32,
+}
+
 /// How a part is fixed to its body.
 struct Seat {
     /// In the body's frame, or the world's where it has no body.
@@ -66,6 +75,8 @@ impl Near {
 #[derive(Default)]
 pub(super) struct Leaves {
     pub list: Vec<Option<Leaf>>,
+    /// Of each leaf.
+    pub names: Vec<Name>,
     /// Of each leaf, a bound of the way \[m\] that any of its points has gone so far.
     pub way: Vec<f64>,
     /// Of each leaf, once [`Leaves::reach`] was called for it.
@@ -124,17 +135,23 @@ impl Leaves {
                 lone: known.pieces.len() == 1,
                 body,
             };
+            let name = Name {
+                slot,
+                sub: piece.sub,
+                body,
+            };
             let near = Near::at(old.apply(seat.circle.0));
             let id = match self.free.pop() {
                 Some(id) => {
                     let k = id as usize;
                     (self.list[k], self.way[k], self.seats[k]) = (Some(leaf), 0.0, seat);
-                    self.near[k] = near;
+                    (self.names[k], self.near[k]) = (name, near);
                     id
                 }
                 None => {
                     self.list.push(Some(leaf));
                     self.way.push(0.0);
+                    self.names.push(name);
                     self.near.push(near);
                     self.seats.push(seat);
                     self.list.len() as u32 - 1
@@ -166,8 +183,11 @@ impl Leaves {
 
     /// Takes over the numbers of the bodies after some came or went.
     pub fn renumber(&mut self, colliders: &Colliders, bodies: &Bodies) {
-        for leaf in self.list.iter_mut().flatten() {
-            leaf.body = colliders.body(leaf.slot, bodies);
+        for (leaf, name) in self.list.iter_mut().zip(&mut self.names) {
+            if let Some(leaf) = leaf {
+                leaf.body = colliders.body(leaf.slot, bodies);
+                name.body = leaf.body;
+            }
         }
     }
 

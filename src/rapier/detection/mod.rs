@@ -18,6 +18,7 @@ mod hooks;
 mod leaves;
 mod pairs;
 mod points;
+mod rows;
 mod shapes;
 
 use super::bodies::Bodies;
@@ -212,7 +213,7 @@ impl Detector {
         }
         // before numbers are used again
         if !gone.is_empty() {
-            self.pairs.forget(&gone);
+            self.pairs.forget(&gone, &self.leaves);
         }
         for &slot in &self.colliders.changed {
             self.leaves.insert(slot, &self.colliders, bodies);
@@ -247,9 +248,9 @@ impl Detector {
             let ahead = span.ahead(bodies, body);
             self.grid.place(k, tight, way, growth, ahead);
         }
-        let (pairs, leaves) = (&mut self.pairs, &self.leaves);
-        self.grid.pairs(|a, b| pairs.add(a, b, leaves));
-        self.pairs.sort();
+        let (rows, leaves) = (&mut self.pairs.rows, &self.leaves);
+        self.grid.pairs(|a, b| rows.add(a, b, &leaves.names));
+        rows.sort(&leaves.names);
     }
 }
 

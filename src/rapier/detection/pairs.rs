@@ -6,42 +6,21 @@ use super::super::engine::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
 use super::super::engine::prelude::*;
-use super::super::joints::OUTSIDE;
 use super::super::kernels::{Core, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
+use super::rows::{Row, Rows};
 use super::{Present, Span, SurfaceLaw, present, shapes};
 use crate::dynamics::{Detection, NormalLaw, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Two parts whose fat boxes overlap.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    /// Colliders, then parts: the order of contacts, which must not depend on history.
-    order: [u32; 4],
-    leaves: [u32; 2],
-    /// Way \[m\] of the two together below which they are too far apart to look at.
-    budget: f64,
-}
-
-impl Row {
-    /// Sorts as the order does, and tells any two rows apart.
-    #[inline]
-    fn key(&self) -> [u64; 3] {
-        let ([a, b, c, d], [e, f]) = (self.order, self.leaves);
-        [(a, b), (c, d), (e, f)].map(|(high, low)| u64::from(high) << 32 | u64::from(low))
-    }
-}
-
-/// All pairs of parts, sorted.
+/// All pairs of parts, and what looking at them leaves behind.
 #[derive(Default)]
 pub(super) struct Pairs {
-    rows: Vec<Row>,
-    /// Those that came since rows were sorted.
-    fresh: Vec<Row>,
+    pub rows: Rows,
     scratch: Scratch,
 }
 
@@ -86,62 +65,11 @@ impl Marks {
 }
 
 impl Pairs {
-    /// Notes that two leaves are near, unless they can never meet.
-    pub fn add(&mut self, a: u32, b: u32, leaves: &Leaves) {
-        let (la, lb) = (leaves.get(a), leaves.get(b));
-        if la.slot == lb.slot || la.body == lb.body && la.body != OUTSIDE {
-            return;
-        }
-        // the lower collider first, as in rapier
-        let pair = if la.slot < lb.slot { [a, b] } else { [b, a] };
-        let [first, second] = pair.map(|leaf| leaves.get(leaf));
-        self.fresh.push(Row {
-            order: [first.slot, second.slot, first.sub, second.sub],
-            leaves: pair,
-            budget: f64::NEG_INFINITY,
-        });
-    }
-
-    /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
-    /// and meet again before their row is looked at.
-    pub fn sort(&mut self) {
-        let (rows, fresh) = (&mut self.rows, &mut self.fresh);
-        fresh.sort_unstable_by_key(Row::key);
-        fresh.dedup_by_key(|row| row.key());
-        let (mut places, mut at) = (Vec::with_capacity(fresh.len()), 0);
-        fresh.retain(|new| {
-            let key = new.key();
-            at += below(&rows[at..], key);
-            let is_new = rows.get(at).is_none_or(|row| row.key() != key);
-            if is_new {
-                places.push(at);
-            }
-            is_new
-        });
-        let mut end = rows.len();
-        rows.extend_from_slice(fresh);
-        for (k, (new, &place)) in fresh.iter().zip(&places).enumerate().rev() {
-            rows.copy_within(place..end, place + k + 1);
-            rows[place + k] = *new;
-            end = place;
-        }
-        fresh.clear();
-    }
-
-    pub fn clear(&mut self) {
-        self.rows.clear();
-        self.fresh.clear();
-    }
-
     /// Drops all pairs of these leaves.
-    pub fn forget(&mut self, gone: &FxHashSet<u32>) {
+    pub fn forget(&mut self, gone: &FxHashSet<u32>, leaves: &Leaves) {
         let marks = &mut self.scratch.marks.now;
-        self.rows.retain(|row| {
-            let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
-            if !stays {
-                marks.remove(&row.order);
-            }
-            stays
+        self.rows.forget(gone, |pair| {
+            marks.remove(&Row::order(pair, &leaves.names));
         });
     }
 
@@ -153,7 +81,7 @@ impl Pairs {
     /// See [`super::Detector::crossings`].
     pub fn crossings(&mut self, finder: &Finder) -> Vec<[ColliderHandle; 2]> {
         let mut found: Vec<[ColliderHandle; 2]> = Vec::new();
-        for row in &self.rows {
+        for row in self.rows.iter() {
             let sides = row.leaves.map(|leaf| finder.leaves.get(leaf));
             let known = sides.map(|leaf| finder.colliders.get(leaf.slot));
             let [Some(one), Some(two)] = known else {
@@ -174,36 +102,37 @@ impl Pairs {
     /// Contacts of all pairs; those whose boxes parted are dropped.
     pub fn all(&mut self, finder: &Finder, grid: Option<&Grid>, out: &mut Detection) {
         let scratch = &mut self.scratch;
-        let mut from = Group::default();
+        let mut group = Group::default();
         scratch.told.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
         // a pair with a mark is shown to the hook once more when it has no contacts
         let marked = !scratch.marks.past.is_empty();
         let near = &finder.leaves.near;
         let any_asleep = finder.present.iter().any(|body| body.asleep);
-        self.rows.retain_mut(|row| {
-            let [a, b] = row.leaves;
+        self.rows.retain(|[a, b], budget| {
             if any_asleep && finder.asleep([a, b]) {
-                let mark = scratch.marks.get(&row.order);
-                scratch.marks.set(row.order, mark);
-                return true;
+                let order = Row::order([a, b], &finder.leaves.names);
+                let mark = scratch.marks.get(&order);
+                scratch.marks.set(order, mark);
+                return Some(budget);
             }
             if let Some(grid) = grid {
                 let (one, two) = (&near[a as usize], &near[b as usize]);
-                if one.reached + two.reached < row.budget {
-                    return true;
+                if one.reached + two.reached < budget {
+                    return Some(budget);
                 }
                 if (grid.moved(a) || grid.moved(b)) && !grid.overlap(a, b) {
-                    return false;
+                    return None;
                 }
                 if one.apart(two) && !marked {
-                    return true;
+                    return Some(budget);
                 }
             }
-            if let Some(bound) = finder.contacts(row, from.of(row, out), scratch, out) {
-                row.budget = finder.leaves.way[a as usize] + finder.leaves.way[b as usize] + bound;
+            let way = &finder.leaves.way;
+            match finder.contacts([a, b], &mut group, scratch, out) {
+                Some(bound) => Some(way[a as usize] + way[b as usize] + bound),
+                None => Some(budget),
             }
-            true
         });
         scratch.marks.past.clear();
     }
@@ -226,29 +155,17 @@ impl Pairs {
         let mut sorted = pairs.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
-        for [a, b] in sorted {
-            let start = self.rows.partition_point(|row| row.order[..2] < [a, b][..]);
-            let from = out.contacts.len();
-            let rows = self.rows[start..].iter();
-            for row in rows.take_while(|row| row.order[..2] == [a, b][..]) {
-                finder.contacts(row, from, &mut self.scratch, out);
+        let names = &finder.leaves.names;
+        for slots in sorted {
+            let mut group = Group::default();
+            for row in self.rows.between(slots, names) {
+                finder.contacts(row.leaves, &mut group, &mut self.scratch, out);
             }
         }
     }
 }
 
-/// How many rows come before a key. The answer is looked for near the front, where memory is
-/// read anyway.
-fn below(rows: &[Row], key: [u64; 3]) -> usize {
-    let mut step = 1;
-    while rows.get(step).is_some_and(|row| row.key() < key) {
-        step *= 2;
-    }
-    let (low, high) = (step / 2, rows.len().min(step));
-    low + rows[low..high].partition_point(|row| row.key() < key)
-}
-
-/// Where the contacts of the present pair of colliders start.
+/// Where the contacts of the present pair of colliders start, if either has several parts.
 #[derive(Default)]
 struct Group {
     slots: [u32; 2],
@@ -256,8 +173,8 @@ struct Group {
 }
 
 impl Group {
-    fn of(&mut self, row: &Row, out: &Detection) -> usize {
-        let slots = [row.order[0], row.order[1]];
+    fn start(&mut self, sides: [&Leaf; 2], out: &Detection) -> usize {
+        let slots = sides.map(|leaf| leaf.slot);
         if slots != self.slots {
             *self = Group {
                 slots,
@@ -309,17 +226,17 @@ pub(super) struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// Adds the contacts of a pair; those of the same two colliders start at `from`.
+    /// Adds the contacts of a pair; `group` is of the pairs before.
     ///
     /// Returns a lower bound of the gap \[m\]; `None` if none was asked for.
     fn contacts(
         &self,
-        row: &Row,
-        from: usize,
+        leaves: [u32; 2],
+        group: &mut Group,
         scratch: &mut Scratch,
         out: &mut Detection,
     ) -> Option<f64> {
-        let sides = row.leaves.map(|leaf| self.leaves.get(leaf));
+        let sides = leaves.map(|leaf| self.leaves.get(leaf));
         let bodies = sides.map(|leaf| self.present(leaf));
         let plain = sides.iter().all(|leaf| leaf.surface.plain) && self.apart.is_empty();
         let moving = bodies
@@ -330,18 +247,18 @@ impl Finder<'_> {
         let reach = self.span.reach(speeds, sides.map(|leaf| leaf.surface.size));
         if !(plain && moving && !held) {
             let terms = self.terms(sides)?;
-            return self.contacts_on(&terms, row, sides, reach, from, scratch, out);
+            return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
         }
         let [one, two] = sides;
         let found = &mut scratch.touches;
         found.clear();
         let bound = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
         if bound.is_none() {
-            return self.contacts_on(&Terms::default(), row, sides, reach, from, scratch, out);
+            return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
         if !found.is_empty() {
             let setting = self.plain_setting(sides);
-            self.give(setting, sides, &Terms::default(), from, found, out);
+            self.give(setting, sides, &Terms::default(), group, found, out);
         }
         bound
     }
@@ -352,10 +269,10 @@ impl Finder<'_> {
     fn contacts_on(
         &self,
         terms: &Terms,
-        row: &Row,
+        leaves: [u32; 2],
         sides: [&Leaf; 2],
         reach: f64,
-        from: usize,
+        group: &mut Group,
         scratch: &mut Scratch,
         out: &mut Detection,
     ) -> Option<f64> {
@@ -384,7 +301,8 @@ impl Finder<'_> {
             };
             if terms.modified {
                 let known = self.known(sides)?;
-                let mut mark = scratch.marks.get(&row.order);
+                let order = Row::order(leaves, &self.leaves.names);
+                let mut mark = scratch.marks.get(&order);
                 let none = found.is_empty();
                 if none && mark == 0 {
                     return Some(bound);
@@ -393,16 +311,16 @@ impl Finder<'_> {
                 let subs = sides.map(|leaf| leaf.sub);
                 let hooks = self.hooks;
                 let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
-                scratch.marks.set(row.order, if none { 0 } else { mark });
+                scratch.marks.set(order, if none { 0 } else { mark });
                 for (touch, speed) in left {
                     found.clear();
                     found.push(touch);
                     let belt = setting.belt - speed;
-                    self.give(Pair { belt, ..setting }, sides, terms, from, found, out);
+                    self.give(Pair { belt, ..setting }, sides, terms, group, found, out);
                 }
             } else if !found.is_empty() {
                 let setting = self.setting(sides, terms, covered);
-                self.give(setting, sides, terms, from, found, out);
+                self.give(setting, sides, terms, group, found, out);
             }
             return Some(bound);
         }
@@ -411,7 +329,7 @@ impl Finder<'_> {
         }
         // hooks that change contacts need one of our kernels: a shape of the user's own has none
         let setting = self.setting(sides, terms, None);
-        self.ask_parry(sides, setting, reach, from, terms.deepest, out);
+        self.ask_parry(sides, setting, reach, group, terms.deepest, out);
         Some(f64::NEG_INFINITY)
     }
 
@@ -567,7 +485,7 @@ impl Finder<'_> {
         setting: Pair,
         sides: [&Leaf; 2],
         terms: &Terms,
-        from: usize,
+        group: &mut Group,
         found: &mut Vec<Touch>,
         out: &mut Detection,
     ) {
@@ -591,6 +509,7 @@ impl Finder<'_> {
             out.contacts.extend(points);
             return;
         }
+        let from = group.start(sides, out);
         for touch in found.iter() {
             let old = &out.contacts[from..];
             if !old.iter().any(|p| same_place(p, touch, setting.size)) {
@@ -606,7 +525,7 @@ impl Finder<'_> {
         sides: [&Leaf; 2],
         setting: Pair,
         reach: f64,
-        from: usize,
+        group: &mut Group,
         one: bool,
         out: &mut Detection,
     ) {
@@ -614,6 +533,7 @@ impl Finder<'_> {
         let bodies = sides.map(|leaf| self.present(leaf));
         let shapes = sides.map(|leaf| shapes::for_parry(&leaf.part.core));
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
+        let from = group.start(sides, out);
         let mut manifolds: Vec<ContactManifold> = Vec::new();
         // what parry cannot do is no contact in rapier either
         let _ = DefaultQueryDispatcher.contact_manifolds(
@@ -646,41 +566,4 @@ impl Finder<'_> {
 fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
     let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
     mix([a, of_a, b, of_b])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn row(first: u32, second: u32) -> Row {
-        Row {
-            order: [first, second, 0, 0],
-            leaves: [first, second],
-            budget: f64::NEG_INFINITY,
-        }
-    }
-
-    /// What was added comes in its place, wherever that is, and once; who was there keeps what is
-    /// known of it.
-    #[test]
-    fn new_rows_are_merged_and_none_stands_twice() {
-        let mut pairs = Pairs::default();
-        for stride in [7, 3, 11, 2, 5, 1] {
-            let before = pairs.rows.len();
-            pairs.rows.iter_mut().for_each(|row| row.budget = 1.0);
-            let all = (0..40u32).flat_map(|b| (0..b).map(move |a| [a, b]));
-            let new: Vec<_> = all.filter(|[a, b]| (3 * a + 7 * b) % stride == 0).collect();
-            pairs
-                .fresh
-                .extend(new.iter().rev().map(|[a, b]| row(*a, *b)));
-            pairs.fresh.push(row(new[0][0], new[0][1]));
-            pairs.sort();
-            assert!(pairs.rows.is_sorted_by(|one, two| one.key() < two.key()));
-            let old = pairs.rows.iter().filter(|row| row.budget == 1.0);
-            assert_eq!(old.count(), before);
-            let there = |[a, b]: &[u32; 2]| pairs.rows.iter().any(|row| row.leaves == [*a, *b]);
-            assert!(new.iter().all(there));
-        }
-        assert_eq!(pairs.rows.len(), 40 * 39 / 2);
-    }
 }

@@ -1,0 +1,194 @@
+//! Pairs of parts whose fat boxes overlap, in the order of their contacts.
+
+use super::super::joints::OUTSIDE;
+use super::leaves::Name;
+use rustc_hash::FxHashSet;
+
+/// Two parts whose fat boxes overlap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Row {
+    /// That of the lower collider first, as in rapier.
+    pub leaves: [u32; 2],
+    /// Way \[m\] of the two together below which they are too far apart to look at.
+    pub budget: f64,
+}
+
+/// Sorts pairs of parts by colliders, then parts, which must not depend on history; and tells any
+/// two apart, as leaves come last.
+type Key = [u64; 3];
+
+impl Row {
+    fn of(key: &Key) -> Row {
+        Row {
+            leaves: [(key[2] >> 32) as u32, key[2] as u32],
+            budget: f64::NEG_INFINITY,
+        }
+    }
+
+    #[inline]
+    fn key(&self, names: &[Name]) -> Key {
+        let [a, b] = self.leaves;
+        let (one, two) = (&names[a as usize], &names[b as usize]);
+        [(one.slot, two.slot), (one.sub, two.sub), (a, b)]
+            .map(|(high, low)| u64::from(high) << 32 | u64::from(low))
+    }
+
+    /// Indices of both colliders, then numbers of both parts: what a pair is called between steps.
+    pub fn order(leaves: [u32; 2], names: &[Name]) -> [u32; 4] {
+        let [one, two] = leaves.map(|leaf| &names[leaf as usize]);
+        [one.slot, two.slot, one.sub, two.sub]
+    }
+}
+
+/// All pairs of parts, sorted.
+#[derive(Default)]
+pub(super) struct Rows {
+    list: Vec<Row>,
+    /// Those that came since rows were sorted.
+    fresh: Vec<Key>,
+}
+
+impl Rows {
+    /// Notes that two leaves are near, unless they can never meet.
+    pub fn add(&mut self, a: u32, b: u32, names: &[Name]) {
+        let (one, two) = (&names[a as usize], &names[b as usize]);
+        if one.slot == two.slot || one.body == two.body && one.body != OUTSIDE {
+            return;
+        }
+        let leaves = if one.slot < two.slot { [a, b] } else { [b, a] };
+        let row = Row {
+            leaves,
+            budget: f64::NEG_INFINITY,
+        };
+        self.fresh.push(row.key(names));
+    }
+
+    /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
+    /// and meet again before their row is looked at.
+    pub fn sort(&mut self, names: &[Name]) {
+        let (rows, fresh) = (&mut self.list, &mut self.fresh);
+        fresh.sort_unstable();
+        fresh.dedup();
+        let (mut places, mut at) = (Vec::with_capacity(fresh.len()), 0);
+        fresh.retain(|key| {
+            at += below(&rows[at..], key, names);
+            let is_new = rows.get(at).is_none_or(|row| row.key(names) != *key);
+            if is_new {
+                places.push(at);
+            }
+            is_new
+        });
+        let mut end = rows.len();
+        rows.extend(fresh.iter().map(Row::of));
+        for (k, (new, &place)) in fresh.iter().zip(&places).enumerate().rev() {
+            rows.copy_within(place..end, place + k + 1);
+            rows[place + k] = Row::of(new);
+            end = place;
+        }
+        fresh.clear();
+    }
+
+    pub fn clear(&mut self) {
+        self.list.clear();
+        self.fresh.clear();
+    }
+
+    /// Drops all pairs of these leaves, each of which `dropped` is told.
+    pub fn forget(&mut self, gone: &FxHashSet<u32>, mut dropped: impl FnMut([u32; 2])) {
+        self.list.retain(|row| {
+            let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
+            if !stays {
+                dropped(row.leaves);
+            }
+            stays
+        });
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Row> {
+        self.list.iter()
+    }
+
+    /// Goes over all pairs in their order: `look` is given the leaves and the budget of each, and
+    /// gives the budget back, or none for a pair that is to be dropped.
+    pub fn retain(&mut self, mut look: impl FnMut([u32; 2], f64) -> Option<f64>) {
+        let mut kept = 0;
+        for k in 0..self.list.len() {
+            // by value: a row that is written in halves and read as a whole waits for its halves
+            let Row { leaves, budget } = self.list[k];
+            if let Some(budget) = look(leaves, budget) {
+                self.list[kept] = Row { leaves, budget };
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept);
+    }
+
+    /// The pairs of two colliders.
+    pub fn between(&self, slots: [u32; 2], names: &[Name]) -> impl Iterator<Item = &Row> {
+        let of = move |row: &Row| row.leaves.map(|leaf| names[leaf as usize].slot);
+        let start = self.list.partition_point(|row| of(row) < slots);
+        self.list[start..]
+            .iter()
+            .take_while(move |row| of(row) == slots)
+    }
+}
+
+/// How many rows come before a key. The answer is looked for near the front, where memory is
+/// read anyway.
+fn below(rows: &[Row], key: &Key, names: &[Name]) -> usize {
+    let before = |row: &Row| row.key(names) < *key;
+    let mut step = 1;
+    while rows.get(step).is_some_and(before) {
+        step *= 2;
+    }
+    let (low, high) = (step / 2, rows.len().min(step));
+    low + rows[low..high].partition_point(before)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was added comes in its place, wherever that is, and once; who was there keeps what is
+    /// known of it.
+    #[test]
+    fn new_rows_are_merged_and_none_stands_twice() {
+        let mut rows = Rows::default();
+        // leaves are numbered in another order than colliders
+        let names = (0..40).map(|leaf| Name {
+            slot: (7 * leaf) % 40,
+            sub: 0,
+            body: leaf,
+        });
+        let names: Vec<_> = names.collect();
+        for stride in [7, 3, 11, 2, 5, 1] {
+            let before = rows.list.len();
+            rows.retain(|_, _| Some(1.0));
+            let all = (0..40u32).flat_map(|b| (0..b).map(move |a| [a, b]));
+            let new: Vec<_> = all.filter(|[a, b]| (3 * a + 7 * b) % stride == 0).collect();
+            new.iter().rev().for_each(|[a, b]| rows.add(*a, *b, &names));
+            rows.add(new[0][1], new[0][0], &names);
+            rows.sort(&names);
+            let key = |row: &Row| row.key(&names);
+            assert!(rows.list.is_sorted_by(|one, two| key(one) < key(two)));
+            let low_first =
+                |row: &Row| Row::order(row.leaves, &names)[0] < Row::order(row.leaves, &names)[1];
+            assert!(rows.iter().all(low_first));
+            let old = rows.iter().filter(|row| row.budget == 1.0);
+            assert_eq!(old.count(), before);
+            let same = |row: &Row, pair: &[u32; 2]| pair.iter().all(|l| row.leaves.contains(l));
+            assert!(
+                new.iter()
+                    .all(|pair| rows.iter().any(|row| same(row, pair)))
+            );
+        }
+        assert_eq!(rows.list.len(), 40 * 39 / 2);
+        let between = rows.between([3, 9], &names);
+        assert_eq!(
+            between
+                .map(|row| Row::order(row.leaves, &names))
+                .collect::<Vec<_>>(),
+            [[3, 9, 0, 0]]
+        );
+    }
+}
