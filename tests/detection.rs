@@ -158,6 +158,71 @@ fn the_tree_finds_what_trying_all_pairs_finds() {
 
 /// Some drift, some jump, some change their speed and with it how far ahead is looked: their boxes
 /// part and meet over and over, and no pair may be lost or found twice.
+/// A wall of boxes with gaps of a quarter of a metre between its columns, and a ball 40 m away.
+fn wall_and_ball(speed: f64) -> (PhysicsWorld, [RigidBodyHandle; 2]) {
+    let mut world = PhysicsWorld::new();
+    world.insert(
+        RigidBodyBuilder::fixed().translation(at(0.0, -0.5)),
+        ColliderBuilder::cuboid(30.0, 0.5),
+    );
+    let mut last = RigidBodyHandle::invalid();
+    for i in 0..20 {
+        let place = at(0.75 * f64::from(i % 5), 0.25 + 0.5 * f64::from(i / 5));
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        (last, _) = world.insert(body, ColliderBuilder::cuboid(0.25, 0.25).friction(0.6));
+    }
+    let ball = RigidBodyBuilder::dynamic()
+        .translation(at(-40.0, 1.5))
+        .linvel(at(speed, 0.0))
+        .gravity_scale(0.0);
+    let (ball, _) = world.insert(ball, ColliderBuilder::ball(0.2).friction(0.6));
+    (world, [ball, last])
+}
+
+/// Columns see each other when the ball comes near enough to drive one into the next, or hangs on
+/// one, and not while it flies alone: that is so for both drives, at every step of its flight.
+#[test]
+fn a_far_ball_makes_a_wall_look_no_farther() {
+    let drives = [DetectionDrive::Tree, DetectionDrive::Exhaustive];
+    // columns stand on the floor, their boxes on each other; only the ball meets them from the side
+    let between = |all: &[ContactPoint]| {
+        let sideways = |p: &&ContactPoint| p.normal.x.abs() > 0.5 && !p.bodies.contains(&21);
+        all.iter().filter(sideways).count()
+    };
+    let looked = |speed: f64, rope: bool| {
+        let (mut world, ends) = wall_and_ball(speed);
+        if rope {
+            let rope = RopeJointBuilder::new(60.0).contacts_enabled(true);
+            world.insert_impulse_joint(ends[0], ends[1], rope);
+        }
+        between(&found(&mut pipeline(DetectionDrive::Tree), &mut world))
+    };
+    assert_eq!(looked(0.0, false), 0);
+    assert_eq!(looked(90.0, false), 0);
+    assert!(looked(90.0, true) >= 16);
+
+    let (mut world, ends) = wall_and_ball(90.0);
+    let mut stepper = pipeline(DetectionDrive::Tree);
+    let mut finders = drives.map(pipeline);
+    let (mut near, mut far) = (0, 0);
+    for step in 0..40 {
+        let [one, two] = finders.each_mut().map(|finder| found(finder, &mut world));
+        assert!(one == two, "step {step}");
+        let x = f64::from(world.bodies[ends[0]].translation().x);
+        match between(&one) {
+            0 => far += 1,
+            _ => {
+                assert!(x > -5.0, "step {step}: at {x}");
+                near += 1;
+            }
+        }
+        stepper.step(&mut world).unwrap();
+        let flown = f64::from(world.bodies[ends[0]].translation().x);
+        assert!(flown < 4.0, "step {step}: through the wall");
+    }
+    assert!(far > 20 && near > 2, "{far} {near}");
+}
+
 #[test]
 fn pairs_that_part_and_meet_again_are_found_once() {
     let mut world = PhysicsWorld::new();

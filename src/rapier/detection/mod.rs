@@ -20,6 +20,7 @@ mod pairs;
 mod points;
 mod rows;
 mod shapes;
+mod span;
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
@@ -34,6 +35,7 @@ pub(super) use pairs::Told;
 use pairs::{Apart, Finder, Pairs, apart};
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
+use span::Span;
 
 /// The cell of a contact on a collider without cells.
 pub const NO_CELL: u32 = 0;
@@ -123,12 +125,11 @@ impl Detector {
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
         self.span = Span::new(&self.present, acceleration, dt);
-        match self.drive {
-            DetectionDrive::Tree => self.find_near(bodies),
-            DetectionDrive::Exhaustive => {
-                self.leaves.follow(bodies);
-                self.try_all();
-            }
+        self.find_pairs(bodies);
+        if self.span.is_split() && !self.fast_are_alone(hooks, bodies) {
+            self.span = self.span.whole();
+            self.grid.begin(self.leaves.list.len());
+            self.find_pairs(bodies);
         }
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -167,7 +168,7 @@ impl Detector {
             }
         }
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(hooks, Span { dt, ..self.span });
+        let finder = self.finder(hooks, self.span.over(dt));
         pairs.some(&finder, wanted, out);
         self.pairs = pairs;
     }
@@ -229,6 +230,40 @@ impl Detector {
         told
     }
 
+    /// Moves all leaves, and finds all pairs that the span lets meet.
+    fn find_pairs(&mut self, bodies: &Bodies) {
+        match self.drive {
+            DetectionDrive::Tree => self.find_near(bodies),
+            DetectionDrive::Exhaustive => {
+                self.leaves.follow(bodies);
+                self.try_all();
+            }
+        }
+    }
+
+    /// Whether no fast body meets, or is joined to, a slow one that it could drive.
+    fn fast_are_alone(&mut self, hooks: Hooks, bodies: &Bodies) -> bool {
+        let side = |handle| bodies.index_of(handle).unwrap_or(OUTSIDE);
+        let mut joints = hooks.world.impulse_joints.iter();
+        if joints.any(|(_, joint)| self.drives(side(joint.body1()), side(joint.body2()))) {
+            return false;
+        }
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let finder = self.finder(hooks, self.span);
+        let alone = pairs.none_meet(&finder, |a, b| self.drives(a, b));
+        self.pairs = pairs;
+        alone
+    }
+
+    /// Whether one of two bodies is fast, and the other slow and not firm.
+    fn drives(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|body| present(&self.present, body));
+        let [fast, other] = [a, b].map(|body| self.span.is_fast(body.speed));
+        let slow = if fast { b } else { a };
+        // who sleeps can be woken
+        fast != other && (!slow.firm || slow.asleep)
+    }
+
     /// Moves all leaves, and brings the grid and the pairs up to date.
     fn find_near(&mut self, bodies: &Bodies) {
         let (span, leaves) = (self.span, &mut self.leaves);
@@ -251,50 +286,6 @@ impl Detector {
         let (rows, leaves) = (&mut self.pairs.rows, &self.leaves);
         self.grid.pairs(|a, b| rows.add(a, b, &leaves.names));
         rows.sort(&leaves.names);
-    }
-}
-
-/// How far things can come in a step.
-#[derive(Clone, Copy, Default)]
-struct Span {
-    dt: f64,
-    /// By acceleration alone \[m\].
-    drop: f64,
-    /// Of the fastest two together \[m\].
-    prediction: f64,
-}
-
-impl Span {
-    fn new(present: &[Present], acceleration: f64, dt: f64) -> Span {
-        let fastest = present.iter().map(|b| b.speed).fold(0.0, f64::max);
-        let drop = acceleration * dt * dt;
-        Span {
-            dt,
-            drop,
-            prediction: 2.0 * (fastest * dt + drop) + 1e-6,
-        }
-    }
-
-    /// How near two surfaces must be to matter \[m\]: what these two can do in a step, or what a
-    /// neighbour can do to them. `sizes` \[m\] are theirs.
-    fn reach(&self, speeds: [f64; 2], sizes: [f64; 2]) -> f64 {
-        let own = 1.1 * (speeds[0] + speeds[1]) * self.dt + 2.0 * self.drop;
-        own.max(self.prediction.min(sizes[0].min(sizes[1])))
-    }
-
-    /// One side's share of it: two of them are no less than the reach.
-    fn growth(&self, speed: f64, size: f64) -> f64 {
-        let own = 1.1 * speed * self.dt + self.drop;
-        own.max(0.5 * self.prediction.min(size))
-    }
-
-    /// Where a body goes in the next steps \[m\].
-    fn ahead(&self, bodies: &Bodies, body: u32) -> [f64; 2] {
-        if body == OUTSIDE {
-            return [0.0; 2];
-        }
-        let u = &bodies.velocities[body as usize];
-        [u.x, u.y].map(|v| (4.0 * self.dt * v).clamp(-1.0, 1.0))
     }
 }
 

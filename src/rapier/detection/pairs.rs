@@ -137,6 +137,17 @@ impl Pairs {
         scratch.marks.past.clear();
     }
 
+    /// Whether all pairs of parts of two bodies that `asked` says yes of are out of reach.
+    pub fn none_meet(&mut self, finder: &Finder, asked: impl Fn(u32, u32) -> bool) -> bool {
+        let (leaves, found) = (finder.leaves, &mut self.scratch.touches);
+        self.rows.iter().all(|row| {
+            let [a, b] = row.leaves.map(|leaf| leaf as usize);
+            !asked(leaves.names[a].body, leaves.names[b].body)
+                || leaves.near[a].apart(&leaves.near[b])
+                || finder.out_of_reach(row.leaves, found)
+        })
+    }
+
     /// What the user's hook wrote on pairs of parts: indices of colliders, numbers of parts, mark;
     /// sorted.
     pub fn marks(&self) -> Vec<([u32; 4], u32)> {
@@ -261,6 +272,17 @@ impl Finder<'_> {
             self.give(setting, sides, &Terms::default(), group, found, out);
         }
         bound
+    }
+
+    /// Whether two parts are surely too far apart to meet in this step, on whatever terms.
+    fn out_of_reach(&self, leaves: [u32; 2], found: &mut Vec<Touch>) -> bool {
+        let [one, two] = leaves.map(|leaf| self.leaves.get(leaf));
+        let speeds = [one, two].map(|leaf| self.present(leaf).speed);
+        let sizes = [one, two].map(|leaf| leaf.surface.size);
+        let reach = self.span.reach(speeds, sizes);
+        found.clear();
+        let known = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
+        known.is_some() && found.is_empty()
     }
 
     /// [`Finder::contacts`] of two parts on any terms, by any means.
