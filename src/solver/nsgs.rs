@@ -1,11 +1,19 @@
 use super::best::Best;
-use super::{ImpulseSolver, SolveReport};
+use super::four_sweep::FourSweep;
+use super::{ImpulseSolver, SolveReport, prox};
 use crate::contact::{
-    ContactProblem, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
+    ContactProblem, Delassus, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
 };
+use fearless_simd::Level;
 
-/// What a sweep makes of one block: from `G_ii`, `ξ_i − G_ii P_i`, `P_i` and the law.
-pub(super) type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
+/// What a sweep makes of one block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LocalStep {
+    /// The solution with all other blocks frozen.
+    Exact,
+    /// That of [`super::Prox`].
+    Prox,
+}
 
 /// Nonsmooth Gauss-Seidel: block after block, each solved exactly with the others frozen.
 ///
@@ -29,9 +37,13 @@ pub struct Nsgs {
     pub relaxation: f64,
     step: LocalStep,
     state: SweepState,
+    fours: FourSweep,
     judge: Judge,
     best: Best,
 }
+
+/// Blocks from which on groups of four are tried.
+const FEWEST_IN_FOURS: usize = 32;
 
 impl Default for Nsgs {
     fn default() -> Self {
@@ -42,9 +54,7 @@ impl Default for Nsgs {
 impl Nsgs {
     /// A solver that stops after `max_sweeps`.
     pub fn with_budget(max_sweeps: usize) -> Self {
-        Nsgs::with_step(max_sweeps, |block, free, _, law| {
-            solve_local(block, free, law)
-        })
+        Nsgs::with_step(max_sweeps, LocalStep::Exact)
     }
 
     /// Sweeps of another step.
@@ -54,6 +64,7 @@ impl Nsgs {
             relaxation: 1.0,
             step,
             state: SweepState::default(),
+            fours: FourSweep::default(),
             judge: Judge::default(),
             best: Best::default(),
         }
@@ -69,37 +80,38 @@ impl Nsgs {
         tolerance: f64,
         sweeps: usize,
     ) -> usize {
-        let n = problem.len();
         let operator = &problem.operator;
         operator.restart(impulses, &mut self.state);
+        let by_four = match operator {
+            Delassus::Bodies(op)
+                if self.takes_fours(problem) && self.fours.arrange(problem, op) =>
+            {
+                let (diagonal, bodies) = (judge.diagonal(), self.state.bodies());
+                (self.fours).gather(problem, op, diagonal, impulses, bodies);
+                Some(op)
+            }
+            _ => None,
+        };
+        let level = Level::new();
         let mut since_check = 0;
         for sweep in 0..sweeps {
-            // the largest change of a local velocity, and the largest velocity it compares with
-            let (mut change, mut scale) = (0.0f64, 0.0f64);
-            for k in 0..n {
-                let i = if sweep % 2 == 0 { k } else { n - 1 - k };
-                let (block, law) = (&judge.diagonal()[i], &problem.laws[i]);
-                let old = impulses[i];
-                let free = operator.read(i, &self.state) + problem.free[i] - block * old;
-                let mut new = (self.step)(block, free, old, law);
-                if self.relaxation != 1.0 {
-                    new = admitted(old + self.relaxation * (new - old), law);
-                }
-                let delta = new - old;
-                let trace = block.trace();
-                if delta != Vec2::zeros() {
-                    operator.push(i, delta, &mut self.state);
-                    impulses[i] = new;
-                    change = change.max(delta.amax() * trace);
-                }
-                scale = scale.max(new.amax() * trace).max(problem.free[i].amax());
-            }
+            let backwards = sweep % 2 == 1;
+            let diagonal = judge.diagonal();
+            let [change, scale] = match by_four {
+                Some(op) => self.fours.sweep(level, problem, op, diagonal, backwards),
+                None => self.one_by_one(problem, diagonal, impulses, backwards),
+            };
             since_check += 1;
-            if change == 0.0 {
+            // the change of a sweep is a cheap hint; only the judge decides
+            let rests = change == 0.0;
+            let asks = rests || change <= tolerance * scale || since_check == 50;
+            if by_four.is_some() && (asks || sweep + 1 == sweeps) {
+                self.fours.write(impulses);
+            }
+            if rests {
                 return sweep + 1;
             }
-            // the change of a sweep is a cheap hint; only the judge decides
-            if change <= tolerance * scale || since_check == 50 {
+            if asks {
                 since_check = 0;
                 if judge.natural_map(problem, impulses).certified(tolerance) {
                     return sweep + 1;
@@ -107,6 +119,47 @@ impl Nsgs {
             }
         }
         sweeps
+    }
+
+    /// Whether sweeps of `problem` are worth the groups of [`FourSweep`].
+    fn takes_fours(&self, problem: &ContactProblem) -> bool {
+        self.step == LocalStep::Exact && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
+    }
+
+    /// One sweep, block after block: the largest change of a local velocity, and the largest
+    /// velocity it compares with \[m/s\].
+    fn one_by_one(
+        &mut self,
+        problem: &ContactProblem,
+        diagonal: &[Mat2],
+        impulses: &mut [Vec2],
+        backwards: bool,
+    ) -> [f64; 2] {
+        let n = problem.len();
+        let operator = &problem.operator;
+        let (mut change, mut scale) = (0.0f64, 0.0f64);
+        for k in 0..n {
+            let i = if backwards { n - 1 - k } else { k };
+            let (block, law) = (&diagonal[i], &problem.laws[i]);
+            let old = impulses[i];
+            let free = operator.read(i, &self.state) + problem.free[i] - block * old;
+            let mut new = match self.step {
+                LocalStep::Exact => solve_local(block, free, law),
+                LocalStep::Prox => prox::step(block, free, old, law),
+            };
+            if self.relaxation != 1.0 {
+                new = admitted(old + self.relaxation * (new - old), law);
+            }
+            let delta = new - old;
+            let trace = block.trace();
+            if delta != Vec2::zeros() {
+                operator.push(i, delta, &mut self.state);
+                impulses[i] = new;
+                change = change.max(delta.amax() * trace);
+            }
+            scale = scale.max(new.amax() * trace).max(problem.free[i].amax());
+        }
+        [change, scale]
     }
 }
 
@@ -157,7 +210,9 @@ impl ImpulseSolver for Nsgs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::examples::{pyramid, tower};
+    use crate::contact::examples::{Lcg, heap, pyramid, tower};
+    use crate::contact::levels;
+    use crate::contact::problem_file::{StoredProblem, read};
     use crate::solver::Prox;
     use crate::solver::solve_cold;
 
@@ -189,6 +244,121 @@ mod tests {
             }
             let (_, report) = solve_cold::<Prox>(&problem, 1e-6);
             assert!(report.solved(), "prox: {report:?}");
+        }
+    }
+
+    fn stored(name: &str) -> ContactProblem {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/problems");
+        let bytes = std::fs::read(folder.join(name)).expect("a problem file");
+        match read(&bytes).expect("a problem").problem {
+            StoredProblem::Contact { problem, .. } => problem,
+            StoredProblem::Lcp { .. } => panic!("an LCP"),
+        }
+    }
+
+    fn bits(impulses: &[Vec2]) -> Vec<[u64; 2]> {
+        impulses
+            .iter()
+            .map(|p| [p.x.to_bits(), p.y.to_bits()])
+            .collect()
+    }
+
+    /// Sweeps of four contacts at a time against block after block, forwards and backwards, from
+    /// impulses of all kinds: the same impulses, change and scale to the last bit.
+    #[test]
+    fn four_at_a_time_is_block_after_block() {
+        let mut soft = heap(9, 7, 0.4, 1.0, 5).problem();
+        for (k, law) in soft.laws.iter_mut().enumerate() {
+            // smooth, rough and steep, hard and soft
+            *law = Law::Contact {
+                friction: [0.0, 0.3, 1.0, 30.0][k % 4],
+                compliance: [0.0, 0.0, 0.5][k % 3],
+            };
+        }
+        // bodies that one axis is locked of, and rows that are no contact's between points
+        let mut odd = heap(9, 7, 0.4, 1.0, 6).problem();
+        if let Delassus::Bodies(op) = &mut odd.operator {
+            op.inverse_mass[7].x = 0.0;
+            op.inverse_mass[20].y = 0.0;
+            op.rows[30].jacobian[1][1] *= 0.5;
+            op.rows[50].jacobian[0][0].x += 0.1;
+            op.rows[60].bodies[0] = op.rows[60].bodies[1];
+        }
+        for (name, problem, alone) in [
+            ("odd", odd, 0),
+            ("pyramid", pyramid(9, 0.5).problem(), 0),
+            ("heap", heap(12, 8, 0.5, 2.0, 1).problem(), 0),
+            ("soft", soft, 0),
+            ("all laws", stored("heap-all-laws.json"), 47),
+            ("drum", stored("drum-mu0.5-step400.json"), 0),
+            ("hit", stored("left-hit-heap-804.json"), 0),
+        ] {
+            let Delassus::Bodies(op) = &problem.operator else {
+                panic!("bodies");
+            };
+            let others = |law: &&Law| !matches!(law, Law::Contact { .. });
+            assert_eq!(problem.laws.iter().filter(others).count(), alone, "{name}");
+            let judge = Judge::new(&problem);
+            let diagonal = judge.diagonal();
+            let mut random = Lcg(11);
+            let mut one = Nsgs::default();
+            let mut impulses = vec![Vec2::zeros(); problem.len()];
+            for (p, law) in impulses.iter_mut().zip(&problem.laws) {
+                if law.rows() == 2 && random.next() < 0.5 {
+                    *p = Vec2::new(random.next(), random.next() - 0.5);
+                }
+            }
+            problem.operator.restart(&impulses, &mut one.state);
+            let (start, bodies) = (impulses.clone(), one.state.bodies().to_vec());
+            let wanted: Vec<_> = (0..60)
+                .map(|sweep| {
+                    let figures = one.one_by_one(&problem, diagonal, &mut impulses, sweep % 2 == 1);
+                    (figures.map(f64::to_bits), bits(&impulses))
+                })
+                .collect();
+            let mut four = FourSweep::default();
+            for level in levels() {
+                four.arrange(&problem, op);
+                four.gather(&problem, op, diagonal, &start, &bodies);
+                let mut by_four = vec![Vec2::zeros(); problem.len()];
+                for (sweep, wanted) in wanted.iter().enumerate() {
+                    let figures = four.sweep(level, &problem, op, diagonal, sweep % 2 == 1);
+                    four.write(&mut by_four);
+                    let found = (figures.map(f64::to_bits), bits(&by_four));
+                    assert!(found == *wanted, "{name}, sweep {sweep}, {level:?}");
+                }
+            }
+        }
+    }
+
+    /// A solve by fours ends where the same sweeps block after block do, with as many of them, on
+    /// whatever the solver was used for before.
+    #[test]
+    fn a_solve_by_fours_is_the_solve() {
+        let mut used = Nsgs::with_budget(120);
+        for problem in [
+            heap(12, 8, 0.5, 0.1, 1).problem(),
+            stored("heap-all-laws.json"),
+            tower(30, 0.5, |_| 1.0).problem(),
+            pyramid(9, 0.5).problem(),
+        ] {
+            let mut impulses = vec![Vec2::zeros(); problem.len()];
+            let report = used.solve(&problem, &mut impulses, 1e-5);
+            let mut judge = Judge::new(&problem);
+            let mut plain = Nsgs::default();
+            let mut wanted = vec![Vec2::zeros(); problem.len()];
+            problem.operator.restart(&wanted, &mut plain.state);
+            let mut best = vec![Vec2::zeros(); problem.len()];
+            for sweep in 0..report.sweeps {
+                let diagonal = judge.diagonal().to_vec();
+                plain.one_by_one(&problem, &diagonal, &mut wanted, sweep % 2 == 1);
+            }
+            let end = judge.natural_map(&problem, &wanted).merit();
+            if end < judge.natural_map(&problem, &best).merit() {
+                best.copy_from_slice(&wanted);
+            }
+            assert!(report.sweeps > 1);
+            assert_eq!(bits(&impulses), bits(&best));
         }
     }
 }
