@@ -31,6 +31,7 @@ pub mod examples;
 mod frontal;
 mod fronts;
 mod local;
+mod local_four;
 mod operator;
 mod ordering;
 mod panel;
@@ -43,6 +44,9 @@ pub(crate) mod sparse;
 pub use blocks::BlockMatrix;
 pub use cone::project_onto_cone;
 pub use local::solve_local;
+#[cfg(test)]
+pub(crate) use local_four::levels;
+pub(crate) use local_four::{Four, FourContacts, load_four, solve_four};
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};
 pub use problem::{ContactError, ContactProblem, Law};
 pub use residual::{Judge, Residual, natural_map};

@@ -143,7 +143,8 @@ pub struct SweepState {
 }
 
 impl SweepState {
-    pub(super) fn bodies(&self) -> &[Vec3] {
+    /// `M⁻¹ Jᵀ P` of every body; none of an explicit operator.
+    pub(crate) fn bodies(&self) -> &[Vec3] {
         &self.bodies
     }
 

@@ -41,6 +41,8 @@ mod carried;
 mod continuation;
 mod direct;
 mod enumeration;
+mod four_sweep;
+mod groups;
 mod interior_point;
 mod judged;
 mod lemke;

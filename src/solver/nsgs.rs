@@ -1,11 +1,19 @@
 use super::best::Best;
-use super::{ImpulseSolver, SolveReport};
+use super::four_sweep::FourSweep;
+use super::{ImpulseSolver, SolveReport, prox};
 use crate::contact::{
-    ContactProblem, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
+    ContactProblem, Delassus, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
 };
+use fearless_simd::Level;
 
-/// What a sweep makes of one block: from `G_ii`, `ξ_i − G_ii P_i`, `P_i` and the law.
-pub(super) type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
+/// What a sweep makes of one block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LocalStep {
+    /// The solution with all other blocks frozen.
+    Exact,
+    /// That of [`super::Prox`].
+    Prox,
+}
 
 /// Nonsmooth Gauss-Seidel: block after block, each solved exactly with the others frozen.
 ///
@@ -13,10 +21,26 @@ pub(super) type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 /// P_i ← Π_i(P_i + ω (solve_local(G_ii, ξ_i − G_ii P_i) − P_i))              (1)
 /// ```
 ///
-/// with the projection `Π_i` on what the law of the block admits, where ω is not 1. Sweeps
-/// alternate in direction, which carries a load through a stack twice as fast. Right for large,
+/// with the projection `Π_i` on what the law of the block admits, where ω is not 1. Right for large,
 /// well-conditioned islands; slow for good on towers and mass ratios. What is returned is never worse
 /// than the start.
+///
+/// # Order
+/// Ten sweeps go from the first block to the last, ten back, and so on. Of the problems that
+/// `moreau2d bench --solvers` measures this solves 100 to 1e-4, where a turn after each sweep solves 95
+/// and none 93; of those solved by all it takes 0.72 times the sweeps of a turn after each (0.64 to
+/// 1e-8; geometric means). [`super::Direct`], which starts from a few sweeps, turns after each: its
+/// work in the scenes of the catalogue has no order that is best throughout.
+///
+/// # Cost
+/// Frictional contacts are taken four at a time, in groups that change nothing but the time: each
+/// body meets its blocks in the same order, and every number is the same to the last bit. In a pyramid
+/// of 5050 boxes a core makes 88 million contact-sweeps a second, the judge included, where block
+/// after block made 30 (`moreau2d bench large-pyramid --solver nsgs --tolerance 1e-9 --settle 1 --steps
+/// 2`); in drums and smaller pyramids, which stay in its caches, sweeps alone 90 to 145. One by one go
+/// towers and arches, where each block waits for the one before, fewer than 32 blocks, and operators
+/// without bodies. Groups of eight are no faster. Inverses held ready would give 1.3 times the speed,
+/// and other last bits.
 ///
 /// # Source
 /// Jean & Moreau (1992); Acary, Brémond & Huber, *On solving contact problems with Coulomb
@@ -29,9 +53,34 @@ pub struct Nsgs {
     pub relaxation: f64,
     step: LocalStep,
     state: SweepState,
+    fours: FourSweep,
     judge: Judge,
     best: Best,
 }
+
+/// How a solve goes about its sweeps, see [`Nsgs`].
+struct Plan {
+    /// Sweeps in one direction before as many in the other.
+    turn: usize,
+    /// The judge, once asked, is not asked again before this share of all sweeps is done.
+    pause: f64,
+}
+
+/// Of a solve by sweeps alone. Slow sweeps change little, and the judge, at the cost of some three
+/// sweeps by fours, would be asked after each.
+const ALONE: Plan = Plan {
+    turn: 10,
+    pause: 1.0 / 16.0,
+};
+
+/// Of a few sweeps to start from.
+const START: Plan = Plan {
+    turn: 1,
+    pause: 0.0,
+};
+
+/// Blocks from which on groups of four are tried.
+const FEWEST_IN_FOURS: usize = 32;
 
 impl Default for Nsgs {
     fn default() -> Self {
@@ -42,9 +91,7 @@ impl Default for Nsgs {
 impl Nsgs {
     /// A solver that stops after `max_sweeps`.
     pub fn with_budget(max_sweeps: usize) -> Self {
-        Nsgs::with_step(max_sweeps, |block, free, _, law| {
-            solve_local(block, free, law)
-        })
+        Nsgs::with_step(max_sweeps, LocalStep::Exact)
     }
 
     /// Sweeps of another step.
@@ -54,13 +101,14 @@ impl Nsgs {
             relaxation: 1.0,
             step,
             state: SweepState::default(),
+            fours: FourSweep::default(),
             judge: Judge::default(),
             best: Best::default(),
         }
     }
 
-    /// Runs up to `sweeps` sweeps from `impulses`; stops early once the judge certifies them.
-    /// Returns the number of sweeps done. `judge` is prepared for `problem`.
+    /// Runs up to `sweeps` sweeps from `impulses`, by turns forwards and backwards; stops early once
+    /// the judge certifies them. Returns the number of sweeps done. `judge` is prepared for `problem`.
     pub(super) fn sweep(
         &mut self,
         problem: &ContactProblem,
@@ -69,37 +117,51 @@ impl Nsgs {
         tolerance: f64,
         sweeps: usize,
     ) -> usize {
-        let n = problem.len();
+        self.run(problem, judge, impulses, tolerance, sweeps, &START)
+    }
+
+    /// [`Nsgs::sweep`] by a plan.
+    fn run(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &mut Judge,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        sweeps: usize,
+        plan: &Plan,
+    ) -> usize {
         let operator = &problem.operator;
         operator.restart(impulses, &mut self.state);
+        let by_four = match operator {
+            Delassus::Bodies(op)
+                if self.takes_fours(problem) && self.fours.arrange(problem, op) =>
+            {
+                let (diagonal, bodies) = (judge.diagonal(), self.state.bodies());
+                (self.fours).gather(problem, op, diagonal, impulses, bodies);
+                Some(op)
+            }
+            _ => None,
+        };
+        let level = Level::new();
         let mut since_check = 0;
         for sweep in 0..sweeps {
-            // the largest change of a local velocity, and the largest velocity it compares with
-            let (mut change, mut scale) = (0.0f64, 0.0f64);
-            for k in 0..n {
-                let i = if sweep % 2 == 0 { k } else { n - 1 - k };
-                let (block, law) = (&judge.diagonal()[i], &problem.laws[i]);
-                let old = impulses[i];
-                let free = operator.read(i, &self.state) + problem.free[i] - block * old;
-                let mut new = (self.step)(block, free, old, law);
-                if self.relaxation != 1.0 {
-                    new = admitted(old + self.relaxation * (new - old), law);
-                }
-                let delta = new - old;
-                let trace = block.trace();
-                if delta != Vec2::zeros() {
-                    operator.push(i, delta, &mut self.state);
-                    impulses[i] = new;
-                    change = change.max(delta.amax() * trace);
-                }
-                scale = scale.max(new.amax() * trace).max(problem.free[i].amax());
-            }
+            let backwards = sweep / plan.turn % 2 == 1;
+            let diagonal = judge.diagonal();
+            let [change, scale] = match by_four {
+                Some(op) => self.fours.sweep(level, problem, op, diagonal, backwards),
+                None => self.one_by_one(problem, diagonal, impulses, backwards),
+            };
             since_check += 1;
-            if change == 0.0 {
+            let rests = change == 0.0;
+            let hint = change <= tolerance * scale;
+            let asks = rests || plan.asks(hint, since_check, sweep);
+            if by_four.is_some() && (asks || sweep + 1 == sweeps) {
+                self.fours.write(impulses);
+            }
+            if rests {
                 return sweep + 1;
             }
-            // the change of a sweep is a cheap hint; only the judge decides
-            if change <= tolerance * scale || since_check == 50 {
+            if asks {
                 since_check = 0;
                 if judge.natural_map(problem, impulses).certified(tolerance) {
                     return sweep + 1;
@@ -107,6 +169,54 @@ impl Nsgs {
             }
         }
         sweeps
+    }
+
+    /// Whether sweeps of `problem` are worth the groups of [`FourSweep`].
+    fn takes_fours(&self, problem: &ContactProblem) -> bool {
+        self.step == LocalStep::Exact && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
+    }
+
+    /// One sweep, block after block: the largest change of a local velocity, and the largest
+    /// velocity it compares with \[m/s\].
+    fn one_by_one(
+        &mut self,
+        problem: &ContactProblem,
+        diagonal: &[Mat2],
+        impulses: &mut [Vec2],
+        backwards: bool,
+    ) -> [f64; 2] {
+        let n = problem.len();
+        let operator = &problem.operator;
+        let (mut change, mut scale) = (0.0f64, 0.0f64);
+        for k in 0..n {
+            let i = if backwards { n - 1 - k } else { k };
+            let (block, law) = (&diagonal[i], &problem.laws[i]);
+            let old = impulses[i];
+            let free = operator.read(i, &self.state) + problem.free[i] - block * old;
+            let mut new = match self.step {
+                LocalStep::Exact => solve_local(block, free, law),
+                LocalStep::Prox => prox::step(block, free, old, law),
+            };
+            if self.relaxation != 1.0 {
+                new = admitted(old + self.relaxation * (new - old), law);
+            }
+            let delta = new - old;
+            let trace = block.trace();
+            if delta != Vec2::zeros() {
+                operator.push(i, delta, &mut self.state);
+                impulses[i] = new;
+                change = change.max(delta.amax() * trace);
+            }
+            scale = scale.max(new.amax() * trace).max(problem.free[i].amax());
+        }
+        [change, scale]
+    }
+}
+
+impl Plan {
+    /// Whether to ask the judge: the change of a sweep is a cheap hint, only the judge decides.
+    fn asks(&self, hint: bool, since_check: usize, sweep: usize) -> bool {
+        since_check == 50 || hint && since_check as f64 > self.pause * sweep as f64
     }
 }
 
@@ -140,7 +250,8 @@ impl ImpulseSolver for Nsgs {
         self.best.start(impulses, residual, tolerance);
         let mut sweeps = 0;
         if !self.best.solved() {
-            sweeps = self.sweep(problem, &mut judge, impulses, tolerance, self.max_sweeps);
+            let budget = self.max_sweeps;
+            sweeps = self.run(problem, &mut judge, impulses, tolerance, budget, &ALONE);
             // sweeps may diverge, until products of masses and arms overflow
             self.best
                 .offer(impulses, judge.natural_map(problem, impulses));
@@ -155,40 +266,5 @@ impl ImpulseSolver for Nsgs {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::examples::{pyramid, tower};
-    use crate::solver::Prox;
-    use crate::solver::solve_cold;
-
-    /// What the impulses do is unique where friction holds everything, and both methods find it.
-    #[test]
-    fn relaxed_and_split_sweeps_find_the_same_velocities() {
-        for bodies in [tower(4, 0.5, |_| 1.0), pyramid(4, 0.5)] {
-            let problem = bodies.problem();
-            let (exact, report) = solve_cold::<Nsgs>(&problem, 1e-6);
-            assert!(report.solved(), "{report:?}");
-            let end = problem.local_velocity(&exact);
-            for relaxation in [0.7, 1.4] {
-                let mut impulses = vec![Vec2::zeros(); problem.len()];
-                let mut relaxed = Nsgs {
-                    relaxation,
-                    ..Nsgs::default()
-                };
-                let report = relaxed.solve(&problem, &mut impulses, 1e-6);
-                assert!(report.solved(), "{relaxation}: {report:?}");
-                // the tolerance, times the size of the operator's rows
-                let apart = |a: &Vec2, b: &Vec2| (a - b).amax();
-                let found = problem.local_velocity(&impulses);
-                let worst = end
-                    .iter()
-                    .zip(&found)
-                    .map(|(a, b)| apart(a, b))
-                    .fold(0.0, f64::max);
-                assert!(worst < 1e-5, "{relaxation}: {worst}");
-            }
-            let (_, report) = solve_cold::<Prox>(&problem, 1e-6);
-            assert!(report.solved(), "prox: {report:?}");
-        }
-    }
-}
+#[path = "nsgs_tests.rs"]
+mod tests;

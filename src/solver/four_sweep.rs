@@ -1,0 +1,367 @@
+use super::groups::{Groups, NOTHING};
+use crate::contact::{
+    BodyOperator, ContactProblem, Four, FourContacts, Law, Mat2, NO_BODY, Rows, Vec2, Vec3,
+    load_four, solve_four, solve_local,
+};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
+
+/// Gauss-Seidel sweeps that take four contacts at a time, the same to the last bit as block after
+/// block.
+///
+/// What the contacts of a group need lies side by side, 150 B a contact. Joints, motors and rows
+/// other than those of a contact between points are groups of their own, solved one by one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FourSweep {
+    groups: Groups,
+    fours: Vec<FourRows>,
+    /// Every body; last one that does not move, for sides without a body.
+    bodies: Vec<Body>,
+    /// `max_i |b_i|` \[m/s\].
+    free: f64,
+}
+
+/// (v_x, v_y, ω) and the inverse of the mass.
+type Body = [f64; 4];
+
+/// Four blocks that share no body; where there are fewer, open contacts of the body that does not
+/// move fill up.
+#[derive(Debug, Clone, Default)]
+struct FourRows {
+    /// Whether the first block is the only one, and no contact between points.
+    alone: bool,
+    bodies: [[u32; 4]; 2],
+    /// `n` on side 2; `t` is `n` turned by 90 degrees, and side 1 has both with the other sign.
+    normal: [Four; 2],
+    /// What the rows (n, t) make of the spin, a side.
+    arms: [[Four; 2]; 2],
+    inverse_inertia: [Four; 2],
+    contacts: FourContacts,
+    free: [Four; 2],
+    impulses: [Four; 2],
+}
+
+/// Whether a block is no contact between points in the plane, of two bodies that are as heavy along x
+/// as along y.
+fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
+    let rows = &op.rows[i];
+    let [[n1, t1], [n2, t2]] = &rows.jacobian;
+    let [a, b] = rows.bodies;
+    let (n, t) = if b == NO_BODY { (-n1, -t1) } else { (*n2, *t2) };
+    let opposite = a == NO_BODY || (n1.xy(), t1.xy()) == (-n.xy(), -t.xy());
+    let heavy = |&body: &u32| {
+        op.inverse_mass
+            .get(body as usize)
+            .is_none_or(|m| m.x == m.y)
+    };
+    let between_points = a != b && opposite && (t.x, t.y) == (-n.y, n.x);
+    !(matches!(problem.laws[i], Law::Contact { .. })
+        && between_points
+        && rows.bodies.iter().all(heavy))
+}
+
+impl FourSweep {
+    /// Arranges the blocks of a problem; `false` where so many wait for each other that there are
+    /// hardly ever several to take at once, as in a tower: one by one is faster then.
+    pub fn arrange(&mut self, problem: &ContactProblem, op: &BodyOperator) -> bool {
+        self.groups.arrange(op, |i| is_alone(problem, op, i));
+        2 * self.groups.members().len() <= problem.len()
+    }
+
+    /// Gathers what the groups of the problem last arranged need.
+    ///
+    /// # Arguments
+    /// - `diagonal`: the blocks `G_ii` [1/kg].
+    /// - `velocities`: `M⁻¹ Jᵀ P` of the bodies at `impulses`.
+    pub fn gather(
+        &mut self,
+        problem: &ContactProblem,
+        op: &BodyOperator,
+        diagonal: &[Mat2],
+        impulses: &[Vec2],
+        velocities: &[Vec3],
+    ) {
+        let groups = self.groups.members();
+        let still = op.inverse_mass.len() as u32;
+        self.fours.clear();
+        self.fours.extend(groups.iter().map(|&blocks| {
+            let mut four = FourRows {
+                alone: is_alone(problem, op, blocks[0] as usize),
+                bodies: [[still; 4]; 2],
+                ..FourRows::default()
+            };
+            for (lane, &block) in blocks.iter().enumerate() {
+                if block == NOTHING {
+                    four.contacts.nn[lane] = 1.0;
+                    four.contacts.tt[lane] = 1.0;
+                } else {
+                    let i = block as usize;
+                    four.put(lane, &op.rows[i], &op.inverse_mass);
+                    four.set(lane, &diagonal[i], &problem.laws[i], problem.free[i]);
+                    four.impulses[0][lane] = impulses[i].x;
+                    four.impulses[1][lane] = impulses[i].y;
+                }
+            }
+            four
+        }));
+        let bodies = velocities.iter().zip(&op.inverse_mass);
+        self.bodies.clear();
+        (self.bodies).extend(bodies.map(|(u, m)| [u.x, u.y, u.z, m.x]));
+        self.bodies.push([0.0; 4]);
+        self.free = problem.free.iter().map(|b| b.amax()).fold(0.0, f64::max);
+    }
+
+    /// One sweep: the largest change of a local velocity, and the largest velocity it compares with
+    /// \[m/s\].
+    pub fn sweep(
+        &mut self,
+        level: Level,
+        problem: &ContactProblem,
+        op: &BodyOperator,
+        diagonal: &[Mat2],
+        backwards: bool,
+    ) -> [f64; 2] {
+        let of = (problem, op, diagonal);
+        let fours = self.fours.iter_mut().zip(self.groups.members());
+        let bodies = &mut self.bodies[..];
+        let [change, scale] = dispatch!(level, simd => if backwards {
+            pass(simd, fours.rev(), bodies, of)
+        } else {
+            pass(simd, fours, bodies, of)
+        });
+        [change, scale.max(self.free)]
+    }
+
+    /// Writes the impulses back, block by block.
+    pub fn write(&self, impulses: &mut [Vec2]) {
+        for (four, blocks) in self.fours.iter().zip(self.groups.members()) {
+            for (lane, &block) in blocks.iter().enumerate() {
+                if block != NOTHING {
+                    impulses[block as usize] =
+                        Vec2::new(four.impulses[0][lane], four.impulses[1][lane]);
+                }
+            }
+        }
+    }
+}
+
+impl FourRows {
+    fn put(&mut self, lane: usize, rows: &Rows, inverse_mass: &[Vec3]) {
+        for (side, &body) in rows.bodies.iter().enumerate() {
+            if body == NO_BODY {
+                continue;
+            }
+            self.bodies[side][lane] = body;
+            let [n, t] = &rows.jacobian[side];
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            self.normal[0][lane] = sign * n.x;
+            self.normal[1][lane] = sign * n.y;
+            self.arms[side][0][lane] = n.z;
+            self.arms[side][1][lane] = t.z;
+            self.inverse_inertia[side][lane] = inverse_mass[body as usize].z;
+        }
+    }
+
+    fn set(&mut self, lane: usize, block: &Mat2, law: &Law, free: Vec2) {
+        let contacts = &mut self.contacts;
+        contacts.nn[lane] = block[(0, 0)];
+        contacts.nt[lane] = block[(0, 1)];
+        contacts.tt[lane] = block[(1, 1)];
+        contacts.compliance[lane] = law.compliance();
+        if let Law::Contact { friction, .. } = law {
+            contacts.friction[lane] = *friction;
+        }
+        self.free[0][lane] = free.x;
+        self.free[1][lane] = free.y;
+    }
+}
+
+/// One sweep over the groups in the order given.
+#[inline(always)]
+fn pass<'a, S: Simd>(
+    simd: S,
+    fours: impl Iterator<Item = (&'a mut FourRows, &'a [u32; 4])>,
+    bodies: &mut [Body],
+    (problem, op, diagonal): (&ContactProblem, &BodyOperator, &[Mat2]),
+) -> [f64; 2] {
+    let mut largest = [f64x4::splat(simd, 0.0); 2];
+    let mut apart = [0.0f64; 2];
+    for (four, blocks) in fours {
+        if four.alone {
+            let i = blocks[0] as usize;
+            let block = (&op.rows[i], &diagonal[i], &problem.laws[i]);
+            let [change, scale] = four.step_alone(block, &op.inverse_mass, bodies);
+            apart = [apart[0].max(change), apart[1].max(scale)];
+        } else {
+            step(simd, four, bodies, &mut largest);
+        }
+    }
+    let of = |four: f64x4<S>, apart: f64| four.as_slice().iter().copied().fold(apart, f64::max);
+    [of(largest[0], apart[0]), of(largest[1], apart[1])]
+}
+
+/// The larger of two numbers, the second if either is NaN: the same on every machine.
+#[inline(always)]
+fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+    a.simd_gt(b).select(a, b)
+}
+
+/// Four contacts: velocities are read, the contacts solved, velocities written.
+#[inline(always)]
+fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mut [f64x4<S>; 2]) {
+    let zero = f64x4::splat(simd, 0.0);
+    let before = [
+        read(simd, bodies, &four.bodies[0]),
+        read(simd, bodies, &four.bodies[1]),
+    ];
+    let contacts = &four.contacts;
+    let n = [
+        load_four(simd, &four.normal[0]),
+        load_four(simd, &four.normal[1]),
+    ];
+    let t = [-n[1], n[0]];
+    let arms = [
+        [
+            load_four(simd, &four.arms[0][0]),
+            load_four(simd, &four.arms[0][1]),
+        ],
+        [
+            load_four(simd, &four.arms[1][0]),
+            load_four(simd, &four.arms[1][1]),
+        ],
+    ];
+    let ([u1, u2], [a1, a2]) = (before, arms);
+    // sums in the order of `Rows::velocity`, from 0, which is not −0
+    let xi = [
+        (zero + (a1[0] * u1[2] - (n[0] * u1[0] + n[1] * u1[1])))
+            + (n[0] * u2[0] + n[1] * u2[1] + a2[0] * u2[2]),
+        (zero + (a1[1] * u1[2] - (t[0] * u1[0] + t[1] * u1[1])))
+            + (t[0] * u2[0] + t[1] * u2[1] + a2[1] * u2[2]),
+    ];
+    let old = [
+        load_four(simd, &four.impulses[0]),
+        load_four(simd, &four.impulses[1]),
+    ];
+    let (nn, nt, tt) = (
+        load_four(simd, &contacts.nn),
+        load_four(simd, &contacts.nt),
+        load_four(simd, &contacts.tt),
+    );
+    let free = [
+        xi[0] + load_four(simd, &four.free[0]) - (nn * old[0] + nt * old[1]),
+        xi[1] + load_four(simd, &four.free[1]) - (nt * old[0] + tt * old[1]),
+    ];
+    let new = solve_four(simd, contacts, free);
+    let delta = [new[0] - old[0], new[1] - old[1]];
+    let trace = nn + tt;
+    largest[1] = larger(larger(new[0].abs(), new[1].abs()) * trace, largest[1]);
+    let moved = !(delta[0].simd_eq(zero) & delta[1].simd_eq(zero));
+    if !moved.any_true() {
+        return;
+    }
+    largest[0] = larger(larger(delta[0].abs(), delta[1].abs()) * trace, largest[0]);
+    moved
+        .select(new[0], old[0])
+        .store_slice(&mut four.impulses[0]);
+    moved
+        .select(new[1], old[1])
+        .store_slice(&mut four.impulses[1]);
+    // what both sides get, one with the other sign
+    let linear = [
+        n[0] * delta[0] + t[0] * delta[1],
+        n[1] * delta[0] + t[1] * delta[1],
+    ];
+    let [inertia1, inertia2] = &four.inverse_inertia;
+    let after = [
+        u1[0] - linear[0] * u1[3],
+        u1[1] - linear[1] * u1[3],
+        u1[2] + (a1[0] * delta[0] + a1[1] * delta[1]) * load_four(simd, inertia1),
+        u1[3],
+    ];
+    write(bodies, &four.bodies[0], after);
+    let after = [
+        u2[0] + linear[0] * u2[3],
+        u2[1] + linear[1] * u2[3],
+        u2[2] + (a2[0] * delta[0] + a2[1] * delta[1]) * load_four(simd, inertia2),
+        u2[3],
+    ];
+    write(bodies, &four.bodies[1], after);
+    // whatever overflows, what does not move does not
+    if let Some(still) = bodies.last_mut() {
+        *still = [0.0; 4];
+    }
+}
+
+/// Four bodies, number by number.
+#[inline(always)]
+fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
+    let a = load_four(simd, &bodies[own[0] as usize]);
+    let b = load_four(simd, &bodies[own[1] as usize]);
+    let c = load_four(simd, &bodies[own[2] as usize]);
+    let d = load_four(simd, &bodies[own[3] as usize]);
+    transposed([a, b, c, d])
+}
+
+/// Writes them back.
+#[inline(always)]
+fn write<S: Simd>(bodies: &mut [Body], own: &[u32; 4], numbers: [f64x4<S>; 4]) {
+    let [a, b, c, d] = transposed(numbers);
+    a.store_slice(&mut bodies[own[0] as usize]);
+    b.store_slice(&mut bodies[own[1] as usize]);
+    c.store_slice(&mut bodies[own[2] as usize]);
+    d.store_slice(&mut bodies[own[3] as usize]);
+}
+
+/// The transpose of a matrix of 4 × 4.
+#[inline(always)]
+fn transposed<S: Simd>([a, b, c, d]: [f64x4<S>; 4]) -> [f64x4<S>; 4] {
+    let (low, high) = ((a.zip_low(c), b.zip_low(d)), (a.zip_high(c), b.zip_high(d)));
+    [
+        low.0.zip_low(low.1),
+        low.0.zip_high(low.1),
+        high.0.zip_low(high.1),
+        high.0.zip_high(high.1),
+    ]
+}
+
+impl FourRows {
+    /// The step of a block that is alone: change and scale of its velocity \[m/s\].
+    fn step_alone(
+        &mut self,
+        (rows, block, law): (&Rows, &Mat2, &Law),
+        inverse_mass: &[Vec3],
+        bodies: &mut [Body],
+    ) -> [f64; 2] {
+        // its bodies by themselves, one where both sides are the same
+        let [a, b] = rows.bodies;
+        let number = |body: u32, own: u32| if body == NO_BODY { body } else { own };
+        let own = Rows {
+            bodies: [number(a, 0), number(b, u32::from(a != b))],
+            ..*rows
+        };
+        let mut u = [Vec3::zeros(); 2];
+        let mut m = [Vec3::zeros(); 2];
+        for (from, to) in rows.bodies.into_iter().zip(own.bodies) {
+            if from != NO_BODY {
+                let [x, y, spin, _] = bodies[from as usize];
+                u[to as usize] = Vec3::new(x, y, spin);
+                m[to as usize] = inverse_mass[from as usize];
+            }
+        }
+        let [old, b] = [&self.impulses, &self.free].map(|p| Vec2::new(p[0][0], p[1][0]));
+        let new = solve_local(block, own.velocity(&u) + b - block * old, law);
+        let delta = new - old;
+        let scale = new.amax() * block.trace();
+        if delta == Vec2::zeros() {
+            return [0.0, scale];
+        }
+        own.push(delta, &m, &mut u);
+        for (to, from) in rows.bodies.into_iter().zip(own.bodies) {
+            if to != NO_BODY {
+                let (u, body) = (u[from as usize], &mut bodies[to as usize]);
+                (body[0], body[1], body[2]) = (u.x, u.y, u.z);
+            }
+        }
+        (self.impulses[0][0], self.impulses[1][0]) = (new.x, new.y);
+        [delta.amax() * block.trace(), scale]
+    }
+}

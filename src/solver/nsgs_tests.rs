@@ -1,0 +1,202 @@
+use super::*;
+use crate::contact::examples::{Lcg, heap, pyramid, tower};
+use crate::contact::levels;
+use crate::contact::problem_file::{StoredProblem, read};
+use crate::solver::Prox;
+use crate::solver::solve_cold;
+
+/// What the impulses do is unique where friction holds everything, and both methods find it.
+#[test]
+fn relaxed_and_split_sweeps_find_the_same_velocities() {
+    for bodies in [tower(4, 0.5, |_| 1.0), pyramid(4, 0.5)] {
+        let problem = bodies.problem();
+        let (exact, report) = solve_cold::<Nsgs>(&problem, 1e-6);
+        assert!(report.solved(), "{report:?}");
+        let end = problem.local_velocity(&exact);
+        for relaxation in [0.7, 1.4] {
+            let mut impulses = vec![Vec2::zeros(); problem.len()];
+            let mut relaxed = Nsgs {
+                relaxation,
+                ..Nsgs::default()
+            };
+            let report = relaxed.solve(&problem, &mut impulses, 1e-6);
+            assert!(report.solved(), "{relaxation}: {report:?}");
+            // the tolerance, times the size of the operator's rows
+            let apart = |a: &Vec2, b: &Vec2| (a - b).amax();
+            let found = problem.local_velocity(&impulses);
+            let worst = end
+                .iter()
+                .zip(&found)
+                .map(|(a, b)| apart(a, b))
+                .fold(0.0, f64::max);
+            assert!(worst < 1e-5, "{relaxation}: {worst}");
+        }
+        let (_, report) = solve_cold::<Prox>(&problem, 1e-6);
+        assert!(report.solved(), "prox: {report:?}");
+    }
+}
+
+fn stored(name: &str) -> ContactProblem {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/problems");
+    let bytes = std::fs::read(folder.join(name)).expect("a problem file");
+    match read(&bytes).expect("a problem").problem {
+        StoredProblem::Contact { problem, .. } => problem,
+        StoredProblem::Lcp { .. } => panic!("an LCP"),
+    }
+}
+
+fn bits(impulses: &[Vec2]) -> Vec<[u64; 2]> {
+    impulses
+        .iter()
+        .map(|p| [p.x.to_bits(), p.y.to_bits()])
+        .collect()
+}
+
+/// Sweeps of four contacts at a time against block after block, forwards and backwards, from
+/// impulses of all kinds: the same impulses, change and scale to the last bit.
+#[test]
+fn four_at_a_time_is_block_after_block() {
+    let mut soft = heap(9, 7, 0.4, 1.0, 5).problem();
+    for (k, law) in soft.laws.iter_mut().enumerate() {
+        // smooth, rough and steep, hard and soft
+        *law = Law::Contact {
+            friction: [0.0, 0.3, 1.0, 30.0][k % 4],
+            compliance: [0.0, 0.0, 0.5][k % 3],
+        };
+    }
+    // bodies that one axis is locked of, and rows that are no contact's between points
+    let mut odd = heap(9, 7, 0.4, 1.0, 6).problem();
+    if let Delassus::Bodies(op) = &mut odd.operator {
+        op.inverse_mass[7].x = 0.0;
+        op.inverse_mass[20].y = 0.0;
+        op.rows[30].jacobian[1][1] *= 0.5;
+        op.rows[50].jacobian[0][0].x += 0.1;
+        op.rows[60].bodies[0] = op.rows[60].bodies[1];
+    }
+    for (name, problem, alone) in [
+        ("odd", odd, 0),
+        ("pyramid", pyramid(9, 0.5).problem(), 0),
+        ("heap", heap(12, 8, 0.5, 2.0, 1).problem(), 0),
+        ("soft", soft, 0),
+        ("all laws", stored("heap-all-laws.json"), 47),
+        ("drum", stored("drum-mu0.5-step400.json"), 0),
+        ("hit", stored("left-hit-heap-804.json"), 0),
+    ] {
+        let Delassus::Bodies(op) = &problem.operator else {
+            panic!("bodies");
+        };
+        let others = |law: &&Law| !matches!(law, Law::Contact { .. });
+        assert_eq!(problem.laws.iter().filter(others).count(), alone, "{name}");
+        let judge = Judge::new(&problem);
+        let diagonal = judge.diagonal();
+        let mut random = Lcg(11);
+        let mut one = Nsgs::default();
+        let mut impulses = vec![Vec2::zeros(); problem.len()];
+        for (p, law) in impulses.iter_mut().zip(&problem.laws) {
+            if law.rows() == 2 && random.next() < 0.5 {
+                *p = Vec2::new(random.next(), random.next() - 0.5);
+            }
+        }
+        problem.operator.restart(&impulses, &mut one.state);
+        let (start, bodies) = (impulses.clone(), one.state.bodies().to_vec());
+        let wanted: Vec<_> = (0..60)
+            .map(|sweep| {
+                let figures = one.one_by_one(&problem, diagonal, &mut impulses, sweep % 2 == 1);
+                (figures.map(f64::to_bits), bits(&impulses))
+            })
+            .collect();
+        let mut four = FourSweep::default();
+        for level in levels() {
+            four.arrange(&problem, op);
+            four.gather(&problem, op, diagonal, &start, &bodies);
+            let mut by_four = vec![Vec2::zeros(); problem.len()];
+            for (sweep, wanted) in wanted.iter().enumerate() {
+                let figures = four.sweep(level, &problem, op, diagonal, sweep % 2 == 1);
+                four.write(&mut by_four);
+                let found = (figures.map(f64::to_bits), bits(&by_four));
+                assert!(found == *wanted, "{name}, sweep {sweep}, {level:?}");
+            }
+        }
+    }
+}
+
+/// A turn after every tenth sweep takes fewer of them than a turn after each, whichever end the
+/// blocks are numbered from.
+#[test]
+fn ten_sweeps_in_one_direction_need_fewer() {
+    for name in ["pyramid-scene-step60.json", "drum-mu0.5-step400.json"] {
+        let problem = stored(name);
+        let mut turned = problem.clone();
+        turned.free.reverse();
+        turned.laws.reverse();
+        if let Delassus::Bodies(op) = &mut turned.operator {
+            op.rows.reverse();
+        }
+        for problem in [problem, turned] {
+            let mut impulses = vec![Vec2::zeros(); problem.len()];
+            let mut judge = Judge::new(&problem);
+            let each = Nsgs::default().sweep(&problem, &mut judge, &mut impulses, 1e-7, 20_000);
+            let (_, tenth) = solve_cold::<Nsgs>(&problem, 1e-7);
+            assert!(tenth.solved());
+            assert!(
+                10 * tenth.sweeps < 9 * each,
+                "{name}: {} {each}",
+                tenth.sweeps
+            );
+        }
+    }
+}
+
+/// A hint that was refused is not heard in each sweep that follows, where sweeps are all there is.
+#[test]
+fn the_judge_is_asked_ever_more_seldom() {
+    let asked = |plan: &Plan, from: usize| {
+        let mut since_check = 0;
+        let refused = (from..from + 1000).filter(|&sweep| {
+            since_check += 1;
+            let asks = plan.asks(true, since_check, sweep);
+            since_check *= usize::from(!asks);
+            asks
+        });
+        refused.count()
+    };
+    assert!((0..16).all(|sweep| ALONE.asks(true, 1, sweep)));
+    assert!(asked(&ALONE, 0) < 80, "{}", asked(&ALONE, 0));
+    // each fiftieth whatever the hint
+    assert_eq!(asked(&ALONE, 10_000), 20);
+    assert_eq!(asked(&START, 10_000), 1000);
+    for plan in [START, ALONE] {
+        assert!(!plan.asks(false, 49, 0) && plan.asks(false, 50, 0));
+    }
+}
+
+/// A solve by fours ends where the same sweeps block after block do, with as many of them, on
+/// whatever the solver was used for before.
+#[test]
+fn a_solve_by_fours_is_the_solve() {
+    let mut used = Nsgs::with_budget(120);
+    for problem in [
+        heap(12, 8, 0.5, 0.1, 1).problem(),
+        stored("heap-all-laws.json"),
+        tower(30, 0.5, |_| 1.0).problem(),
+        pyramid(9, 0.5).problem(),
+    ] {
+        let mut impulses = vec![Vec2::zeros(); problem.len()];
+        let report = used.solve(&problem, &mut impulses, 1e-5);
+        let mut judge = Judge::new(&problem);
+        let mut plain = Nsgs::default();
+        let mut wanted = vec![Vec2::zeros(); problem.len()];
+        problem.operator.restart(&wanted, &mut plain.state);
+        let mut best = vec![Vec2::zeros(); problem.len()];
+        for sweep in 0..report.sweeps {
+            let diagonal = judge.diagonal().to_vec();
+            plain.one_by_one(&problem, &diagonal, &mut wanted, sweep / 10 % 2 == 1);
+        }
+        let end = judge.natural_map(&problem, &wanted).merit();
+        if end < judge.natural_map(&problem, &best).merit() {
+            best.copy_from_slice(&wanted);
+        }
+        assert!(report.sweeps > 1);
+        assert_eq!(bits(&impulses), bits(&best));
+    }
+}
