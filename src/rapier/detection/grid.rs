@@ -363,13 +363,16 @@ mod tests {
         let (mut told, mut overlapping) = (0, 0);
         for call in 0..60 {
             if call % 7 == 3 {
-                for leaf in (0..COUNT).filter(|leaf| leaf % 5 == call % 5) {
+                let there = grid.nodes.len() as u32;
+                for leaf in (0..there).filter(|leaf| leaf % 5 == call % 5) {
                     grid.remove(leaf);
                     known.retain(|pair| !pair.contains(&leaf));
                 }
             }
-            grid.begin(COUNT as usize);
-            for leaf in 0..COUNT as usize {
+            // more and more, so that lists are dealt out anew
+            let count = (20 * call + 20).min(COUNT);
+            grid.begin(count as usize);
+            for leaf in 0..count as usize {
                 let new = grid.nodes[leaf].limit == f64::NEG_INFINITY;
                 if new || random() < 0.3 {
                     let size = 0.02 * 4f64.powi((leaf % 6) as i32);
@@ -382,7 +385,7 @@ mod tests {
                 assert!(known.insert([a.min(b), a.max(b)]), "{a} {b} is known");
             });
             known.retain(|[a, b]| grid.overlap(*a, *b));
-            let all = (0..COUNT).flat_map(|b| (0..b).map(move |a| [a, b]));
+            let all = (0..count).flat_map(|b| (0..b).map(move |a| [a, b]));
             let all: BTreeSet<_> = all.filter(|[a, b]| grid.overlap(*a, *b)).collect();
             overlapping += all.len();
             assert!(known == all, "call {call}");
@@ -411,20 +414,25 @@ mod tests {
         }
     }
 
-    /// Cells that are so many apart that they share a name, and with it a list.
+    /// Cells that are so many apart that they share a name, and with it a list: who lies in one of
+    /// them is told of once, and only to its neighbour.
     #[test]
     fn cells_of_one_name_are_no_neighbours() {
         let far = NAMED as f64;
         let mut grid = Grid::default();
-        grid.begin(64);
-        for leaf in 0..64 {
-            let x = if leaf % 2 == 0 { 0.0 } else { far };
-            let y = 3.0 * (leaf / 2) as f64;
+        grid.begin(96);
+        for leaf in 0..96 {
+            let x = [0.0, far, 0.3][leaf % 3];
+            let y = 3.0 * (leaf / 3) as f64;
             grid.place(leaf, [x, y, x + 1.1, y + 1.1], 0.0, 0.1, [0.0; 2]);
         }
         let name = |leaf: usize| grid.nodes[leaf].name;
-        assert!((0..32).all(|k| name(2 * k) == name(2 * k + 1)));
-        grid.pairs(|a, b| panic!("{a} and {b} are far apart"));
+        assert!((0..32).all(|k| name(3 * k) == name(3 * k + 1)));
+        let mut told = Vec::new();
+        grid.pairs(|a, b| told.push([a.min(b), a.max(b)]));
+        told.sort_unstable();
+        let neighbours: Vec<_> = (0..32).map(|k| [3 * k, 3 * k + 2]).collect();
+        assert_eq!(told, neighbours);
     }
 
     /// Cells are halves open, their numbers exact, and what has no number has a cell all the same.

@@ -124,10 +124,10 @@ impl Detector {
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
-        self.span = Span::new(&self.present, acceleration, dt);
+        self.look_ahead(Span::new(&self.present, acceleration, dt));
         self.find_pairs(bodies);
         if self.span.is_split() && !self.fast_are_alone(hooks, bodies) {
-            self.span = self.span.whole();
+            self.look_ahead(self.span.whole());
             self.grid.begin(self.leaves.list.len());
             self.find_pairs(bodies);
         }
@@ -164,7 +164,12 @@ impl Detector {
         for &slot in wanted.iter().flatten() {
             let body = self.colliders.body(slot, bodies);
             if body != OUTSIDE {
-                self.present[body as usize] = Present::of(bodies, body);
+                let known = &mut self.present[body as usize];
+                // whoever was fast has driven others in this step, though something has stopped it
+                *known = Present {
+                    fast: known.fast,
+                    ..Present::of(bodies, body)
+                };
             }
         }
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -230,6 +235,14 @@ impl Detector {
         told
     }
 
+    /// Looks as far as `span` in this step.
+    fn look_ahead(&mut self, span: Span) {
+        self.span = span;
+        for body in &mut self.present {
+            body.fast = span.is_fast(body.speed);
+        }
+    }
+
     /// Moves all leaves, and finds all pairs that the span lets meet.
     fn find_pairs(&mut self, bodies: &Bodies) {
         match self.drive {
@@ -258,10 +271,9 @@ impl Detector {
     /// Whether one of two bodies is fast, and the other slow and not firm.
     fn drives(&self, a: u32, b: u32) -> bool {
         let [a, b] = [a, b].map(|body| present(&self.present, body));
-        let [fast, other] = [a, b].map(|body| self.span.is_fast(body.speed));
-        let slow = if fast { b } else { a };
+        let slow = if a.fast { b } else { a };
         // who sleeps can be woken
-        fast != other && (!slow.firm || slow.asleep)
+        a.fast != b.fast && (!slow.firm || slow.asleep)
     }
 
     /// Moves all leaves, and brings the grid and the pairs up to date.
@@ -272,7 +284,7 @@ impl Detector {
                 continue;
             };
             let body = leaf.body;
-            let growth = span.growth(present(&self.present, body).speed, leaf.surface.size);
+            let growth = span.growth(present(&self.present, body), leaf.surface.size);
             let way = leaves.way[k];
             leaves.reach(k, growth);
             if self.grid.holds(k, way, growth) {
@@ -303,6 +315,8 @@ struct Present {
     firm: bool,
     /// Nothing about it can change in this step.
     still: bool,
+    /// See [`Span`].
+    fast: bool,
 }
 
 /// The world outside of all bodies.
@@ -314,6 +328,7 @@ static OUTER: Present = Present {
     asleep: false,
     firm: true,
     still: true,
+    fast: false,
 };
 
 impl Present {
@@ -327,6 +342,7 @@ impl Present {
             asleep: shadow.group != 0,
             firm: bodies.inverse_mass[k as usize] == Vec3::zeros(),
             still: bodies.still(k),
+            fast: false,
         }
     }
 }

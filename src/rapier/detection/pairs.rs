@@ -254,8 +254,8 @@ impl Finder<'_> {
             .iter()
             .any(|body| body.kind == RigidBodyType::Dynamic);
         let held = bodies.iter().all(|body| body.firm && !body.asleep);
-        let speeds = bodies.map(|body| body.speed);
-        let reach = self.span.reach(speeds, sides.map(|leaf| leaf.surface.size));
+        let sizes = sides.map(|leaf| leaf.surface.size);
+        let reach = self.span.reach(bodies, sizes);
         if !(plain && moving && !held) {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
@@ -276,13 +276,19 @@ impl Finder<'_> {
 
     /// Whether two parts are surely too far apart to meet in this step, on whatever terms.
     fn out_of_reach(&self, leaves: [u32; 2], found: &mut Vec<Touch>) -> bool {
-        let [one, two] = leaves.map(|leaf| self.leaves.get(leaf));
-        let speeds = [one, two].map(|leaf| self.present(leaf).speed);
-        let sizes = [one, two].map(|leaf| leaf.surface.size);
-        let reach = self.span.reach(speeds, sizes);
+        let sides = leaves.map(|leaf| self.leaves.get(leaf));
+        let bodies = sides.map(|leaf| self.present(leaf));
+        let reach = self.span.reach(bodies, sides.map(|leaf| leaf.surface.size));
+        let [one, two] = sides;
         found.clear();
-        let known = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
-        known.is_some() && found.is_empty()
+        match touches(&one.pose, &one.part, &two.pose, &two.part, reach, found) {
+            Some(_) => found.is_empty(),
+            // whose gap is parry's to tell
+            None => {
+                let [a, b] = sides.map(|leaf| shapes::extent(&leaf.part, &leaf.pose));
+                (0..2).any(|k| a[k] > b[k + 2] + reach || b[k] > a[k + 2] + reach)
+            }
+        }
     }
 
     /// [`Finder::contacts`] of two parts on any terms, by any means.

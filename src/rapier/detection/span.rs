@@ -81,9 +81,10 @@ impl Span {
 
     /// How near two surfaces must be to matter \[m\]: what these two can do in a step, or what a
     /// neighbour can do to them. `sizes` \[m\] are theirs.
-    pub fn reach(&self, speeds: [f64; 2], sizes: [f64; 2]) -> f64 {
-        let own = 1.1 * (speeds[0] + speeds[1]) * self.dt + 2.0 * self.drop;
-        let driven = match speeds.iter().any(|speed| self.is_fast(*speed)) {
+    pub fn reach(&self, bodies: [&Present; 2], sizes: [f64; 2]) -> f64 {
+        let [one, two] = bodies;
+        let own = 1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop;
+        let driven = match one.fast || two.fast {
             true => self.prediction,
             false => self.calm,
         };
@@ -91,10 +92,10 @@ impl Span {
     }
 
     /// One side's share of it: two of them are no less than the reach.
-    pub fn growth(&self, speed: f64, size: f64) -> f64 {
-        let own = 1.1 * speed * self.dt + self.drop;
+    pub fn growth(&self, body: &Present, size: f64) -> f64 {
+        let own = 1.1 * body.speed * self.dt + self.drop;
         // a fast one's share is all of it, whatever meets it
-        own.max(match self.is_fast(speed) {
+        own.max(match body.fast {
             true => self.prediction.min(size),
             false => 0.5 * self.calm.min(size),
         })
@@ -144,7 +145,12 @@ mod tests {
         assert!(split.is_split());
         let mut least = f64::INFINITY;
         for span in [split, split.whole()] {
-            for (a, b) in speeds.iter().flat_map(|a| speeds.map(|b| (*a, b))) {
+            let fast = |body: &Present| Present {
+                fast: span.is_fast(body.speed),
+                ..*body
+            };
+            let list: Vec<_> = bodies(speeds).iter().map(fast).collect();
+            for (a, b) in list.iter().flat_map(|a| list.iter().map(move |b| (a, b))) {
                 for sizes in [[0.01, 3.0], [0.5, 0.5], [9.0, 9.0], [0.2, 0.01]] {
                     let shares = span.growth(a, sizes[0]) + span.growth(b, sizes[1]);
                     least = least.min(shares - span.reach([a, b], sizes));
