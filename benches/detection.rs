@@ -1,11 +1,11 @@
 //! What finding the contacts costs, against the whole of rapier's default step.
 //!
 //! `cargo bench --bench detection` steps five scenes with rapier's default solver and finds the
-//! contacts of each state with ours, in turns; `-- --test` looks at a few steps only. Ratios are of
-//! the medians; bookkeeping and what the user may have changed are counted in, and every pose and
-//! velocity read anew, as it was rapier that moved all. The last column has a copy of the world that
-//! our own steps move, in turns with rapier's, from its start: what finding contacts costs within a step. Nothing here
-//! asserts a time.
+//! contacts of each state with ours, in turns; `-- --test` looks at a few steps only, `-- drum discs`
+//! at scenes with one of these words in their names. Ratios are of the medians; bookkeeping and what
+//! the user may have changed are counted in, and every pose and velocity read anew, as it was rapier
+//! that moved all. The last column has a copy of the world that our own steps move, in turns with
+//! rapier's, from its start: what finding contacts costs within a step. Nothing here asserts a time.
 
 use moreau2d::dynamics::Detection;
 use moreau2d::rapier::engine::prelude::*;
@@ -176,6 +176,12 @@ fn main() {
         ("polyline and 500 discs", terrain),
         ("drum with 2000 discs", drum),
     ];
+    let known = |part: &&String| scenes.iter().any(|(name, _)| name.contains(*part));
+    if let Some(part) = named.iter().find(|part| !known(part)) {
+        let names = scenes.map(|(name, _)| name).join(", ");
+        eprintln!("error: no scene has '{part}' in its name; there are: {names}");
+        std::process::exit(1);
+    }
     println!("scene                    rapier ms   ours ms  ratio  contacts  in a step of ours");
     let wanted = |name: &str| named.is_empty() || named.iter().any(|part| name.contains(part));
     for (name, build) in scenes.into_iter().filter(|(name, _)| wanted(name)) {

@@ -5,8 +5,8 @@
 //! holds. Fat boxes lie in square cells by their lower corner, on the level whose cells are no wider
 //! than the box, by less than twice; a new one asks the cells around it on all levels.
 //!
-//! Cells have no memory of their own: what lies in them hangs in lists, as many as there are boxes,
-//! to which cells are dealt out by a hash of their place.
+//! Cells have no memory of their own: what lies in them hangs in lists, at least as many as there are
+//! boxes, to which cells are dealt out by a hash of their place.
 //!
 //! Two boxes that overlap and did before are a pair that is known: nobody is told of it.
 //!
