@@ -150,7 +150,7 @@ fn within_a_step(build: fn() -> PhysicsWorld, warm: usize, steps: usize) -> f64 
         let start = Instant::now();
         theirs.step();
         let whole = start.elapsed().as_secs_f64();
-        pipeline.time_phases(true);
+        pipeline.time_phases(Some(moreau2d::peers::seconds));
         pipeline.step(&mut own).expect("a sound world");
         if step >= warm {
             times[0].push(whole);

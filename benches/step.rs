@@ -5,11 +5,10 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use moreau2d::contact::examples::{pyramid, tower};
 use moreau2d::contact::{ContactProblem, Vec2};
-use moreau2d::dynamics::{
-    MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor, Scheme, StepperSettings,
-};
+use moreau2d::dynamics::{MoreauStepper, NormalLaw, Scheme, StepperSettings};
+use moreau2d::models::{Rotor, RotorContact, RotorMotor};
+use moreau2d::oracles::{SOLVERS, solver_by_name};
 use moreau2d::scene::{self, Built};
-use moreau2d::solver::{SOLVERS, solver_by_name};
 use std::hint::black_box;
 
 fn build(name: &str) -> Built {

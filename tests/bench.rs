@@ -3,8 +3,8 @@
 mod common;
 
 use common::program::Place;
+use moreau2d::oracles::SOLVERS;
 use moreau2d::report::{Performance, PerformanceRow, ResultRow, read_rows};
-use moreau2d::solver::SOLVERS;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -11,9 +11,10 @@
 //!
 //! writes that file anew; its difference belongs into the change.
 
-use moreau2d::contact::problem_file::{StoredProblem, read};
 use moreau2d::contact::{ContactProblem, Vec2, natural_map};
-use moreau2d::solver::{SOLVERS, SolveReport, solver_by_name};
+use moreau2d::oracles::{SOLVERS, solver_by_name};
+use moreau2d::problems::{StoredProblem, read};
+use moreau2d::solver::SolveReport;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;

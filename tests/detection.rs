@@ -296,7 +296,8 @@ fn gaps_agree_with_the_distance_that_parry_computes() {
 #[test]
 fn gaps_are_exact_a_kilometre_from_the_origin() {
     use moreau2d::contact::Vec2;
-    use moreau2d::rapier::{MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
+    use moreau2d::peers::{MassSpec, Motion, ShapeSpec, Simulation, Surface};
+    use moreau2d::rapier::Pose64;
     let segment = ShapeSpec::Chain {
         points: vec![Vec2::new(0.75, 0.5), Vec2::new(-0.75, 0.5)],
         closed: false,

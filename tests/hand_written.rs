@@ -8,9 +8,12 @@ use common::{LADDER, Random, Run, load, order, parse, rms, run, run_steps};
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::ContactStatus;
 use moreau2d::dynamics::{
-    Configuration, Detection, JointKind, Linear, LinearContact, LinearSystem, ModelError,
-    MoreauStepper, MultibodyModel, Oscillation, Pivot, Planar, PlanarBody, PlanarShape, Pose64,
-    RotorMotor, StepperSettings,
+    Configuration, Detection, JointKind, ModelError, MoreauStepper, MultibodyModel, Pose64,
+    StepperSettings,
+};
+use moreau2d::models::{
+    Linear, LinearContact, LinearSystem, Oscillation, Pivot, Planar, PlanarBody, PlanarShape,
+    RotorMotor,
 };
 use moreau2d::scene::Scene;
 use nalgebra::Matrix3;

@@ -4,54 +4,47 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Every folder of `src/` and what it may use: a folder, or one module of it.
-const HOUSE: [(&str, &[&str]); 10] = [
-    ("contact", &[]),
-    ("solver", &["contact"]),
+/// The core, in order: each folder of `src/` and what it may use, a folder or one module of it.
+const CORE: [(&str, &[&str]); 6] = [
+    ("linalg", &[]),
+    ("contact", &["linalg"]),
+    ("solver", &["linalg", "contact"]),
     ("dynamics", &["contact", "solver"]),
     ("rapier", &["contact", "solver", "dynamics"]),
     ("wear", &["contact", "dynamics::record"]),
-    ("report", &["contact", "dynamics::record"]),
-    (
-        "scene",
-        &["contact", "solver", "dynamics", "rapier", "wear"],
-    ),
-    (
-        "experiment",
-        &[
-            "contact", "solver", "dynamics", "rapier", "wear", "scene", "report",
-        ],
-    ),
-    (
-        "cli",
-        &[
-            "contact",
-            "solver",
-            "dynamics",
-            "rapier",
-            "wear",
-            "scene",
-            "report",
-            "experiment",
-        ],
-    ),
-    // documentation alone, its examples are compiled as a user's
-    (
-        "guide",
-        &[
-            "contact",
-            "solver",
-            "dynamics",
-            "rapier",
-            "wear",
-            "scene",
-            "report",
-            "experiment",
-        ],
-    ),
 ];
 
-/// What only `src/rapier` may name. (A string may say `"f32"`, serde's forwarding macro lists all
+/// The lab, behind the feature `lab`, in order: each folder uses the core and the folders before it.
+const LAB: [&str; 9] = [
+    "models",
+    "oracles",
+    "problems",
+    "peers",
+    "scene",
+    "report",
+    "experiment",
+    "cli",
+    // documentation alone, its examples are compiled as a user's
+    "guide",
+];
+
+/// What no file of the core may name: files, the terminal, clocks, threads.
+const HOST: [&str; 9] = [
+    "std::fs",
+    "std::io",
+    "std::path",
+    "std::env",
+    "std::time",
+    "std::thread",
+    "std::process",
+    "println",
+    "eprintln",
+];
+
+/// The one file that shares work out to threads, behind the feature `parallel`.
+const THREADS: (&str, &str) = ("rayon", "crew.rs");
+
+/// What only `src/rapier` and `src/peers` may name. (A string may say `"f32"`, serde's forwarding macro lists all
 /// primitive types, and an inline test may borrow a number.)
 const ENGINE: [&str; 4] = ["rapier2d", "parry2d", "glamx", "f32"];
 const SERDE_LIST: &str = "u64 u128 f32 f64";
@@ -61,6 +54,20 @@ struct Source {
     path: PathBuf,
     module: Vec<String>,
     code: String,
+}
+
+impl Source {
+    /// The code without inline tests.
+    fn product(&self) -> String {
+        let product = self.code.split("#[cfg(test)]\nmod ").next();
+        product.unwrap_or("").to_owned()
+    }
+
+    /// Whether the whole file is a test.
+    fn is_test(&self) -> bool {
+        let name = self.module.last();
+        name.is_some_and(|name| name == "tests" || name.ends_with("_tests"))
+    }
 }
 
 fn sources() -> Vec<Source> {
@@ -180,19 +187,33 @@ fn uses(module: &[String], code: &str) -> Vec<Vec<String>> {
     out
 }
 
-/// What `code` in the folder `from` uses that it may not.
+/// What a folder may use; `None` for one that has no place in the house.
+fn allowed(folder: &str) -> Option<Vec<&'static str>> {
+    if let Some((_, allowed)) = CORE.iter().find(|(name, _)| *name == folder) {
+        return Some(allowed.to_vec());
+    }
+    let place = LAB.iter().position(|name| *name == folder)?;
+    let core = CORE.iter().map(|(name, _)| *name);
+    Some(core.chain(LAB[..place].iter().copied()).collect())
+}
+
+fn is_core(source: &Source) -> bool {
+    let folder = source.module.first();
+    folder.is_some_and(|f| CORE.iter().any(|(name, _)| name == f))
+}
+
+/// What `code` in a module uses that it may not.
 fn forbidden(module: &[String], code: &str) -> Vec<String> {
     let Some(folder) = module.first() else {
         return Vec::new();
     };
-    let (_, allowed) = HOUSE
-        .iter()
-        .find(|(name, _)| name == folder)
+    let allowed = allowed(folder)
         .unwrap_or_else(|| panic!("src/{folder} has no place in the house: add it to this test"));
+    let is_folder =
+        |name: &str| CORE.iter().any(|(folder, _)| *folder == name) || LAB.contains(&name);
     uses(module, code)
         .into_iter()
-        .filter(|path| HOUSE.iter().any(|(name, _)| *name == path[0]))
-        .filter(|path| path[0] != *folder)
+        .filter(|path| is_folder(&path[0]) && path[0] != *folder)
         .filter(|path| {
             !allowed.iter().any(|a| {
                 let words: Vec<&str> = a.split("::").collect();
@@ -229,15 +250,18 @@ fn no_folder_uses_one_above_it() {
 }
 
 #[test]
-fn only_src_rapier_names_the_engine() {
+fn only_rapier_and_peers_name_the_engine() {
     let mut broken = Vec::new();
     let mut inside = 0;
     for source in sources() {
-        let product = source.code.split("#[cfg(test)]").next();
-        let code = without_strings(product.unwrap_or("")).replace(SERDE_LIST, "");
+        let code = without_strings(&source.product()).replace(SERDE_LIST, "");
         for name in ENGINE {
             let count = words(&code, name).count();
-            if source.module.first().is_some_and(|m| m == "rapier") {
+            if source
+                .module
+                .first()
+                .is_some_and(|m| m == "rapier" || m == "peers")
+            {
                 // inside, the alias of either precision is the name
                 inside += count + words(&code, "super::engine").count();
             } else if count > 0 {
@@ -246,6 +270,31 @@ fn only_src_rapier_names_the_engine() {
         }
     }
     assert!(inside > 10, "{inside}");
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// The core can be compiled for the web: no files, terminal, clock or threads, and no feature of the
+/// lab.
+#[test]
+fn the_core_names_no_host() {
+    let mut broken = Vec::new();
+    let core: Vec<Source> = sources().into_iter().filter(is_core).collect();
+    assert!(core.len() > 80, "{}", core.len());
+    for source in &core {
+        let product = source.product();
+        let code = without_strings(&product);
+        let mut names: Vec<&str> = HOST.to_vec();
+        if !source.path.ends_with(THREADS.1) {
+            names.push(THREADS.0);
+        }
+        names.retain(|name| words(&code, name).count() > 0);
+        if product.contains("feature = \"lab\"") {
+            names.push("the feature lab");
+        }
+        if !names.is_empty() && !source.is_test() {
+            broken.push(format!("{} names {names:?}", source.path.display()));
+        }
+    }
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 

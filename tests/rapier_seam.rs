@@ -3,11 +3,11 @@
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use moreau2d::dynamics::{StepError, StepperSettings};
-use moreau2d::rapier::engine::prelude::*;
-use moreau2d::rapier::{
-    ColliderId, ExactBody, JointDrive, JointSpec, MassSpec, MoreauPipeline, MoreauSettings, Motion,
-    Pose64, ShapeSpec, Simulation, Surface,
+use moreau2d::peers::{
+    ColliderId, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec, Simulation, Surface,
 };
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{ExactBody, MoreauPipeline, MoreauSettings, Pose64};
 
 const DT: f64 = 1.0 / 120.0;
 

@@ -257,7 +257,7 @@ fn a_jammed_heap_is_resumed_bit_for_bit() {
 }
 
 /// With rapier's own serialisation of the world.
-#[cfg(feature = "serde")]
+#[cfg(feature = "serde-serialize")]
 #[test]
 fn a_world_saved_as_text_goes_on_bit_for_bit() {
     for (name, _) in SCENES {

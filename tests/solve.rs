@@ -4,9 +4,9 @@ mod common;
 
 use common::program::Place;
 use moreau2d::contact::examples::tower;
-use moreau2d::contact::problem_file::{DatStorage, StoredProblem, read, to_dat, to_json};
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
-use moreau2d::solver::{SOLVERS, solver_by_name};
+use moreau2d::oracles::{SOLVERS, solver_by_name};
+use moreau2d::problems::{DatStorage, StoredProblem, read, to_dat, to_json};
 use nalgebra::{DMatrix, DVector};
 use proptest::strategy::Strategy;
 use serde_json::Value;

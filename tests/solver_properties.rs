@@ -6,7 +6,8 @@ use common::Random;
 use common::problems::{Change, Known, apart, assert_laws, bodies_and_rows, largest};
 use moreau2d::contact::examples::tower;
 use moreau2d::contact::{ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3, natural_map};
-use moreau2d::solver::{SOLVERS, SolveReport, solver_by_name};
+use moreau2d::oracles::{SOLVERS, solver_by_name};
+use moreau2d::solver::SolveReport;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 

@@ -7,9 +7,11 @@ use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactStatus, StepRecord};
 use moreau2d::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, ImpactLaw, ModelError, MoreauStepper,
-    MultibodyModel, NormalLaw, Rotor, RotorContact, Scheme, StepperSettings,
+    MultibodyModel, NormalLaw, Scheme, StepperSettings,
 };
-use moreau2d::rapier::{BodyId, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface};
+use moreau2d::models::{Rotor, RotorContact};
+use moreau2d::peers::{BodyId, MassSpec, Motion, ShapeSpec, Simulation, Surface};
+use moreau2d::rapier::Pose64;
 
 /// Bodies that touch in one configuration, for one step: all a contact problem needs of geometry.
 #[derive(Clone)]
@@ -704,11 +706,11 @@ fn a_contact_that_slides_at_full_speed_never_counts_as_sticking() {
             position: Vec2::zeros(),
         });
     }
-    rotor.motor = Some(moreau2d::dynamics::RotorMotor {
+    rotor.motor = Some(moreau2d::models::RotorMotor {
         speed: 70.0,
         max_torque: 2.0 * 146.39,
     });
-    for solver in moreau2d::solver::SOLVERS {
+    for solver in moreau2d::oracles::SOLVERS {
         let mut rotor = rotor.clone();
         let mut stepper = MoreauStepper::new(StepperSettings {
             solver: solver.to_owned(),

@@ -7,12 +7,11 @@ use common::{load, small};
 use moreau2d::contact::{ContactProblem, Vec2};
 use moreau2d::dynamics::{Scheme, StepError, StepperSettings};
 use moreau2d::experiment::{Engine, simulate};
+use moreau2d::oracles::{SOLVERS, solver_by_name};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, StateError};
 use moreau2d::report::{ResultRow, read_rows};
-use moreau2d::solver::{
-    Auto, Carried, ImpulseSolver, SOLVERS, Shares, SolveReport, solver_by_name,
-};
+use moreau2d::solver::{Auto, Carried, ImpulseSolver, Shares, SolveReport};
 use std::collections::BTreeSet;
 use std::fs;
 use std::sync::{Arc, Mutex};

@@ -1,10 +1,10 @@
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
 use super::{Flags, Outcome, summary, tolerance};
-use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
+use crate::oracles::SOLVERS;
+use crate::problems::{StoredProblem, read};
 use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
-use crate::solver::SOLVERS;
 use clap::Args;
 use serde_json::{Value, json};
 use std::collections::HashMap;

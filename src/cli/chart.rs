@@ -5,7 +5,7 @@ use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear,
     wear_settings,
 };
-use crate::rapier::{BaselineSettings, Box2dSettings};
+use crate::peers::{BaselineSettings, Box2dSettings};
 use crate::report::{
     CsvFile, Domination, OutputFolder, PointRow, Progress, ResultRow, panels, read_rows, scatter,
     shared, work_precision, write_rows, written_rows,

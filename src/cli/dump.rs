@@ -1,6 +1,6 @@
 use super::RunArgs;
-use crate::contact::problem_file::{StoredProblem, to_json};
 use crate::experiment::{Engine, RunError};
+use crate::problems::{StoredProblem, to_json};
 use crate::report::OutputFolder;
 use crate::scene::{Built, Scene};
 use std::path::PathBuf;

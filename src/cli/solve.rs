@@ -1,13 +1,12 @@
 use super::{Outcome, print_err, print_out, summary, tolerance};
-use crate::contact::problem_file::{FileError, Loaded, StoredProblem, read};
 use crate::contact::{ContactProblem, Law, Vec2, natural_map};
 use crate::experiment::RunError;
+use crate::oracles::{LcpOptions, LcpStatus, complementarity_residual, solve_lcp};
+use crate::oracles::{SOLVERS, solver_by_name};
+use crate::problems::{FileError, Loaded, StoredProblem, read};
 use crate::report::{OutputFolder, ReportError, number};
 use crate::scene::Hint;
-use crate::solver::{
-    LcpOptions, LcpStatus, SOLVERS, Shares, Sharing, Uniqueness, complementarity_residual,
-    solve_lcp, solver_by_name,
-};
+use crate::solver::{Shares, Sharing, Uniqueness};
 use clap::Args;
 use nalgebra::{DMatrix, DVector};
 use serde_json::{Value, json};

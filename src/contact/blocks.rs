@@ -141,7 +141,7 @@ impl BlockMatrix {
     }
 
     /// Replaces the matrix by its symmetric part.
-    pub(super) fn symmetrise(&mut self) {
+    pub fn symmetrise(&mut self) {
         for j in 0..self.size() {
             for entry in self.start[j]..self.start[j + 1] {
                 let i = self.row[entry] as usize;

@@ -25,21 +25,13 @@
 //! Acary & Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008).
 
 mod blocks;
-mod columns;
 mod cone;
 pub mod examples;
-mod frontal;
-mod fronts;
 mod local;
 mod local_four;
 mod operator;
-mod ordering;
-mod panel;
-mod pivot;
 mod problem;
-pub mod problem_file;
 mod residual;
-pub(crate) mod sparse;
 
 pub use blocks::BlockMatrix;
 pub use cone::project_onto_cone;

@@ -3,13 +3,16 @@
 use super::island::Worker;
 use super::phases::PhaseClock;
 use super::stepper::StepError;
-use crate::solver::solver_by_name;
+use crate::solver::SolverTable;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 /// Most threads of a stepper.
 pub const MOST_THREADS: usize = 1024;
+
+/// What the error of another number adds.
+pub(super) const WHY: &str = "";
 
 /// Blocks of a batch, which one thread takes at a time: some 10 to 100 µs of work, so that handing
 /// it out costs next to nothing.
@@ -39,7 +42,11 @@ impl Crew {
     /// # Errors
     /// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] where the
     /// system has not so many; [`StepError::Solver`].
-    pub fn new(threads: usize, solver: &str) -> Result<Option<Crew>, StepError> {
+    pub fn new(
+        threads: usize,
+        solver: &str,
+        table: SolverTable,
+    ) -> Result<Option<Crew>, StepError> {
         if !(1..=MOST_THREADS).contains(&threads) {
             return Err(StepError::Threads(threads));
         }
@@ -47,7 +54,7 @@ impl Crew {
             return Ok(None);
         }
         let others = (1..threads).map(|_| {
-            let solver = solver_by_name(solver);
+            let solver = table(solver);
             Some(Hand {
                 worker: Worker::new(solver?),
                 clock: PhaseClock::default(),
@@ -146,11 +153,12 @@ impl Crew {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::solver_by_name;
     use std::sync::Barrier;
 
     fn crew(threads: usize) -> (Crew, Worker) {
         let solver = solver_by_name("auto").unwrap();
-        let crew = Crew::new(threads, "auto").unwrap().unwrap();
+        let crew = Crew::new(threads, "auto", solver_by_name).unwrap().unwrap();
         (crew, Worker::new(solver))
     }
 
@@ -198,12 +206,19 @@ mod tests {
         }
     }
 
+    fn seconds() -> f64 {
+        let now = std::time::SystemTime::now();
+        now.duration_since(std::time::UNIX_EPOCH)
+            .unwrap()
+            .as_secs_f64()
+    }
+
     /// The phases share the wall time out, however many threads spent theirs.
     #[test]
     fn phases_add_up_to_the_wall_time() {
         let (mut crew, mut worker) = crew(4);
         let mut clock = PhaseClock::default();
-        clock.switch(true);
+        clock.switch(Some(seconds));
         let start = std::time::Instant::now();
         clock.start();
         assert!(crew.shares([BATCH; 12].into_iter()));

@@ -20,6 +20,10 @@
 
 mod cap;
 mod cluster;
+#[cfg(feature = "parallel")]
+mod crew;
+#[cfg(not(feature = "parallel"))]
+#[path = "crew_absent.rs"]
 mod crew;
 mod events;
 mod island;
@@ -29,44 +33,34 @@ mod joint;
 mod joint_cap;
 mod joint_recovery;
 mod joint_rules;
-mod linear;
 mod local_bodies;
 mod memory;
 mod model;
 mod outcome;
 mod part;
 mod phases;
-mod planar;
-mod planar_shape;
 mod pose;
 pub mod record;
 mod recovery;
-mod rotor;
 mod rules;
 pub(crate) mod saved;
 mod solve;
 mod stage;
 mod standing;
 mod stepper;
-mod visco_elastic;
 
 pub use crew::MOST_THREADS;
 pub use island::SolvedProblem;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
-pub use linear::{Linear, LinearContact, LinearSystem};
 pub(crate) use memory::Memory;
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
-pub use phases::Phases;
-pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
-pub use planar_shape::PlanarShape;
+pub use phases::{Clock, Phases};
 pub use pose::Pose64;
-pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
 pub use standing::{Standing, Sweep};
 pub(crate) use stepper::StepperState;
 pub use stepper::{MoreauStepper, StepError, StepperSettings};
-pub use visco_elastic::damping_for_restitution;

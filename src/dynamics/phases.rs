@@ -1,6 +1,7 @@
 //! What a step's wall time goes into. Nothing that is computed depends on it.
 
-use std::time::Instant;
+/// Seconds since some moment, by the host's clock: the core has none of its own.
+pub type Clock = fn() -> f64;
 
 /// Wall time of all steps since it was asked for, by what they did \[s\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,31 +34,46 @@ impl Phases {
 /// Books time on phases, where it is switched on.
 #[derive(Default)]
 pub(crate) struct PhaseClock {
-    on: bool,
-    last: Option<Instant>,
+    clock: Option<Clock>,
+    last: Option<f64>,
     pub phases: Phases,
 }
 
 impl PhaseClock {
     /// Starts from nothing, or stops.
-    pub fn switch(&mut self, on: bool) {
+    pub fn switch(&mut self, clock: Option<Clock>) {
         *self = PhaseClock {
-            on,
+            clock,
             ..PhaseClock::default()
         };
     }
 
     /// What follows is to be booked.
     pub fn start(&mut self) {
-        if self.on {
-            self.last = Some(Instant::now());
+        self.last = self.clock.map(|now| now());
+    }
+
+    /// Books the time since the last call on a phase.
+    pub fn lap(&mut self, phase: impl FnOnce(&mut Phases) -> &mut f64) {
+        if let Some(elapsed) = self.elapsed() {
+            *phase(&mut self.phases) += elapsed;
         }
     }
 
+    /// Time since the last call \[s\], where there was one.
+    fn elapsed(&mut self) -> Option<f64> {
+        let now = self.clock?();
+        let before = self.last.replace(now)?;
+        Some(now - before)
+    }
+}
+
+#[cfg(feature = "parallel")]
+impl PhaseClock {
     /// A clock for another thread, which runs where this one does.
     pub fn another(&self) -> PhaseClock {
         let mut clock = PhaseClock::default();
-        clock.switch(self.on);
+        clock.switch(self.clock);
         clock
     }
 
@@ -74,22 +90,5 @@ impl PhaseClock {
             self.phases.assembly += elapsed * spent[0] / whole;
             self.phases.solve += elapsed * spent[1] / whole;
         }
-    }
-
-    /// Books the time since the last call on a phase.
-    pub fn lap(&mut self, phase: impl FnOnce(&mut Phases) -> &mut f64) {
-        if let Some(elapsed) = self.elapsed() {
-            *phase(&mut self.phases) += elapsed;
-        }
-    }
-
-    /// Time since the last call \[s\], where there was one.
-    fn elapsed(&mut self) -> Option<f64> {
-        if !self.on {
-            return None;
-        }
-        let now = Instant::now();
-        let before = self.last.replace(now)?;
-        Some((now - before).as_secs_f64())
     }
 }

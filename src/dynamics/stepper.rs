@@ -1,5 +1,5 @@
 use super::cluster::Context;
-use super::crew::{Crew, MOST_THREADS};
+use super::crew::{Crew, MOST_THREADS, WHY};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::island::SolvedProblem;
 use super::jam::Jams;
@@ -7,7 +7,7 @@ use super::joint_recovery::close_joints;
 use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
-use super::phases::{PhaseClock, Phases};
+use super::phases::{Clock, PhaseClock, Phases};
 use super::record::StepRecord;
 use super::recovery::OverlapRecovery;
 use super::rules::{ImpactLaw, Rules, Scheme};
@@ -15,7 +15,7 @@ use super::solve::IslandSolver;
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, solver_by_name};
+use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -91,7 +91,7 @@ pub enum StepError {
     #[error("solver tolerance is {0}, must be finite and above 0")]
     Tolerance(f64),
     /// No number of threads.
-    #[error("threads are {0}, must be 1 to {MOST_THREADS}")]
+    #[error("threads are {0}, must be 1 to {MOST_THREADS}{WHY}")]
     Threads(usize),
     /// The system does not give so many threads.
     #[error("{threads} threads cannot be started: {why}")]
@@ -109,6 +109,7 @@ pub enum StepError {
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
 pub struct MoreauStepper {
     settings: StepperSettings,
+    table: SolverTable,
     solver: IslandSolver,
     time: f64,
     memory: Memories,
@@ -143,8 +144,16 @@ impl MoreauStepper {
     /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`],
     /// [`StepError::Threads`], [`StepError::Spawn`].
     pub fn new(settings: StepperSettings) -> Result<Self, StepError> {
-        let solver = solver_by_name(&settings.solver)
-            .ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
+        MoreauStepper::with_solvers(settings, solver_by_name)
+    }
+
+    /// The same, with the solver that `table` has under the name in the settings.
+    ///
+    /// # Errors
+    /// Those of [`MoreauStepper::new`].
+    pub fn with_solvers(settings: StepperSettings, table: SolverTable) -> Result<Self, StepError> {
+        let solver =
+            table(&settings.solver).ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
         if !(settings.tolerance > 0.0 && settings.tolerance.is_finite()) {
             return Err(StepError::Tolerance(settings.tolerance));
         }
@@ -152,10 +161,11 @@ impl MoreauStepper {
             return Err(StepError::Events);
         }
         let mut solver = IslandSolver::new(solver, settings.tolerance);
-        solver.crew = Crew::new(settings.threads, &settings.solver)?;
+        solver.crew = Crew::new(settings.threads, &settings.solver, table)?;
         Ok(MoreauStepper {
             solver,
             settings,
+            table,
             time: 0.0,
             memory: Memories::default(),
             memory_next: Memories::default(),
@@ -197,7 +207,7 @@ impl MoreauStepper {
     /// # Errors
     /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
-        let crew = Crew::new(threads, &self.settings.solver)?;
+        let crew = Crew::new(threads, &self.settings.solver, self.table)?;
         self.solver.crew = crew.filter(|_| self.named);
         self.settings.threads = threads;
         Ok(())
@@ -262,9 +272,10 @@ impl MoreauStepper {
         self.solver.kept = keep.then(Vec::new);
     }
 
-    /// Whether the time of steps is booked from now on for [`MoreauStepper::phases`]; not at first.
-    pub fn time_phases(&mut self, on: bool) {
-        self.solver.clock.switch(on);
+    /// Times the phases of every step from now on by `clock`, see [`MoreauStepper::phases`]; `None`
+    /// stops it. Nothing is timed at first.
+    pub fn time_phases(&mut self, clock: Option<Clock>) {
+        self.solver.clock.switch(clock);
     }
 
     /// Where the time of all steps went since [`MoreauStepper::time_phases`].

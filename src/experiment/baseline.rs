@@ -1,5 +1,5 @@
 use crate::dynamics::ModelError;
-use crate::rapier::{BaselineSettings, Box2dSettings};
+use crate::peers::{BaselineSettings, Box2dSettings};
 use crate::scene::Built;
 use std::fmt;
 
@@ -15,7 +15,7 @@ impl Baseline {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a world that is not rapier's; those of
-    /// [`crate::rapier::Box2d::copy`].
+    /// [`crate::peers::Box2d::copy`].
     pub fn prepare(&self, built: &mut Built) -> Result<(), ModelError> {
         match self {
             Baseline::Rapier(settings) => built.peer()?.set_baseline(settings),

@@ -1,7 +1,8 @@
 use super::results::{interleave, median_and_spread};
 use crate::contact::{ContactProblem, Vec2, natural_map};
+use crate::oracles::{SOLVERS, solver_by_name};
 use crate::report::{Progress, ResultRow};
-use crate::solver::{ImpulseSolver, SOLVERS, solver_by_name};
+use crate::solver::ImpulseSolver;
 use std::time::Instant;
 
 /// Solves that are shorter are repeated inside one timing until it lasts as long \[s\]: a clock

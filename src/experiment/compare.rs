@@ -1,7 +1,7 @@
 use super::baseline::Baseline;
 use super::setting::Setting;
 use super::simulate::Engine;
-use crate::rapier::{BaselineSettings, Box2dSettings};
+use crate::peers::{BaselineSettings, Box2dSettings};
 use crate::scene::{Scheme, Step};
 
 /// The sweep of a peer's settings: every combination, at the scene's step and at a quarter of it.

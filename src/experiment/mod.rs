@@ -11,8 +11,8 @@
 //!
 //! The setting of a peer is spelled in full: natural frequency of its contacts, the factor on it at
 //! fixed bodies, substeps of a step, sweeps of projected Gauss-Seidel (PGS) in a substep, see
-//! [`crate::rapier::BaselineSettings`] and, with the feature `box2d`,
-//! [`crate::rapier::Box2dSettings`], which says what Box2D is given of a scene and what it is not. No single measure tells: contacts that never touch do not
+//! [`crate::peers::BaselineSettings`] and, with the feature `box2d`,
+//! [`crate::peers::Box2dSettings`], which says what Box2D is given of a scene and what it is not. No single measure tells: contacts that never touch do not
 //! penetrate.
 //!
 //! - `work-precision.svg`: error against wall time for a simulated second, a panel a measure.

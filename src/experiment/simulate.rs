@@ -1,9 +1,9 @@
 use super::baseline::Baseline;
 use crate::contact::Vec3;
-use crate::contact::problem_file::FileError;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{Pose64, StepError};
-use crate::rapier::{BOX2D_MISSING, BaselineSettings, Box2dSettings};
+use crate::peers::{BOX2D_MISSING, BaselineSettings, Box2dSettings};
+use crate::problems::FileError;
 use crate::report::ReportError;
 use crate::scene::{Built, Model, Scene, SceneError};
 use crate::wear::WearError;

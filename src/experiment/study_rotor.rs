@@ -2,7 +2,9 @@
 
 use super::simulate::{RunError, Totals};
 use crate::contact::Vec2;
-use crate::dynamics::{MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor};
+use crate::dynamics::{MoreauStepper, NormalLaw};
+use crate::models::{Rotor, RotorContact, RotorMotor};
+use crate::oracles::solver_by_name;
 use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update, Wear};
 use crate::wear::{self, Archard, CellArea, LoadSlip, Profile, WearError, WearSettings, WearState};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -157,7 +159,7 @@ pub(super) fn load_cycle(
     window: f64,
     totals: &mut Totals,
 ) -> Result<Cycle, RunError> {
-    let mut stepper = MoreauStepper::new(scene.step.stepper())?;
+    let mut stepper = MoreauStepper::with_solvers(scene.step.stepper(), solver_by_name)?;
     let dt = scene.step.dt;
     let mut sums = LoadSlip::new(rotor.contacts.len());
     let (mut wearing_steps, mut speed_after) = (0, f64::NAN);

@@ -7,7 +7,7 @@
 //! heaps without a simulation:
 //! [`crate::contact::examples`] makes them of any size, [`MoreauPipeline::keep_problems`] keeps those
 //! of a world, `moreau2d run SCENE --dump-problems DIR` writes those of a scene and
-//! [`crate::contact::problem_file`] reads them.
+//! [`crate::problems`] reads them.
 //!
 //! # A solver
 //! The fixed point of the natural map, block after block: `P_i ← Π_i(P_i − ρ_i ξ̂_i)` with

@@ -10,31 +10,28 @@
 //! gaps of shapes without a kernel of ours are good to 1e-7 of the shapes' size, in double to
 //! 1e-15.
 
-mod baseline;
 mod bodies;
 mod body_checks;
-mod box2d;
 mod changes;
 mod detection;
 mod joint_checks;
 mod joint_rows;
-mod joint_spec;
 mod joints;
 mod kernels;
-mod mass;
-mod peer;
 mod pipeline;
 mod pose;
 mod queries;
 mod reporter;
 mod results;
 mod shadow;
-mod simulation;
 mod sleeping;
 mod state;
-mod surfaces;
 mod widen;
 
+#[cfg(not(feature = "f64"))]
+pub(crate) use parry2d as parry;
+#[cfg(feature = "f64")]
+pub(crate) use parry2d_f64 as parry;
 #[cfg(not(feature = "f64"))]
 pub use rapier2d as engine;
 #[cfg(feature = "f64")]
@@ -44,15 +41,9 @@ pub use rapier2d_f64 as engine;
 pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 
 pub use crate::dynamics::Pose64;
-pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
-pub use box2d::{BOX2D_MISSING, Box2d, Box2dSettings};
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
-pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
-pub use simulation::{
-    BodyId, ColliderId, FrictionRule, MassSpec, Motion, ShapeSpec, Simulation, Surface,
-};
 pub use state::{PipelineState, StateError};
 pub use widen::widen;

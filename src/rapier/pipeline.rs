@@ -8,10 +8,10 @@ use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Configuration, Detection, JointRow, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64,
-    Scheme, SolvedProblem, Standing, StepError, StepperSettings,
+    Clock, Configuration, Detection, JointRow, ModelError, MoreauStepper, MultibodyModel, Phases,
+    Pose64, Scheme, SolvedProblem, Standing, StepError, StepperSettings,
 };
-use crate::solver::ImpulseSolver;
+use crate::solver::{ImpulseSolver, SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
 
 /// Settings of a [`MoreauPipeline`].
@@ -95,13 +95,21 @@ impl MoreauPipeline {
     /// # Errors
     /// Those of [`MoreauStepper::new`]; [`StepError::Dt`] for a bad step length.
     pub fn new(settings: MoreauSettings) -> Result<Self, StepError> {
+        MoreauPipeline::with_solvers(settings, solver_by_name)
+    }
+
+    /// The same, with the solver that `table` has under the name in the settings.
+    ///
+    /// # Errors
+    /// Those of [`MoreauPipeline::new`].
+    pub fn with_solvers(settings: MoreauSettings, table: SolverTable) -> Result<Self, StepError> {
         if let Some(dt) = settings.dt
             && !(dt > 0.0 && dt.is_finite())
         {
             return Err(StepError::Dt(dt));
         }
         Ok(MoreauPipeline {
-            stepper: MoreauStepper::new(settings.stepper.clone())?,
+            stepper: MoreauStepper::with_solvers(settings.stepper.clone(), table)?,
             detector: Detector::new(settings.detection),
             settings,
             bodies: Bodies::default(),
@@ -297,8 +305,8 @@ impl MoreauPipeline {
     }
 
     /// See [`MoreauStepper::time_phases`].
-    pub fn time_phases(&mut self, on: bool) {
-        self.stepper.time_phases(on);
+    pub fn time_phases(&mut self, clock: Option<Clock>) {
+        self.stepper.time_phases(clock);
     }
 
     /// See [`MoreauStepper::phases`].
@@ -312,8 +320,7 @@ impl MoreauPipeline {
     }
 
     /// What colliders were given so.
-    #[cfg(feature = "box2d")]
-    pub(super) fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
+    pub fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
         self.detector.surfaces()
     }
 
@@ -323,7 +330,7 @@ impl MoreauPipeline {
     }
 
     /// Forgets a collider that was removed.
-    pub(super) fn forget_surface(&mut self, collider: ColliderHandle) {
+    pub fn forget_surface(&mut self, collider: ColliderHandle) {
         self.detector.forget_surface(collider);
     }
 

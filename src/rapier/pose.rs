@@ -7,7 +7,7 @@ use crate::dynamics::Pose64;
 
 impl Pose64 {
     /// From rapier's rounded pose, its rotation made a unit again.
-    pub(super) fn from_rapier(pose: &Pose) -> Self {
+    pub fn from_rapier(pose: &Pose) -> Self {
         Pose64::read(pose, widen)
     }
 
@@ -29,7 +29,7 @@ impl Pose64 {
     }
 
     /// Rounded for rapier.
-    pub(super) fn to_rapier(self) -> Pose {
+    pub fn to_rapier(self) -> Pose {
         Pose::from_parts(
             Vector::new(self.translation.x as Real, self.translation.y as Real),
             Rotation::from_cos_sin_unchecked(self.cos as Real, self.sin as Real),

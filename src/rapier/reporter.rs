@@ -10,13 +10,13 @@ use super::detection::{Detector, Told};
 use super::engine::geometry::{
     CollisionEventFlags, ContactManifold, ContactManifoldData, PairContacts,
 };
-use super::engine::parry::query::TrackedContact;
-use super::engine::parry::shape::PackedFeatureId;
 use super::engine::prelude::*;
 use super::joints::OUTSIDE;
 use super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::record::{ContactRecord, StepRecord};
+use crate::rapier::parry::query::TrackedContact;
+use crate::rapier::parry::shape::PackedFeatureId;
 use std::collections::BTreeMap;
 
 type Pair = [ColliderHandle; 2];

@@ -9,6 +9,7 @@ use super::sleeping::Sleepers;
 use super::{PRECISION, widen};
 use crate::contact::Vec3;
 use crate::dynamics::{Configuration, ModelError, Pose64, StepError, StepperState};
+use crate::solver::{SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -19,7 +20,7 @@ const VERSION: u32 = 2;
 ///
 /// With the world it stepped, saved at the same time, [`MoreauPipeline::resume`] goes on bit for
 /// bit. The world is the user's to save: rapier's own types are serialisable with this crate's
-/// feature `serde`, or are cloned.
+/// feature `serde-serialize`, or are cloned.
 ///
 /// ```
 /// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
@@ -134,6 +135,18 @@ impl MoreauPipeline {
     /// # Errors
     /// [`StateError`]; the world is as before.
     pub fn resume(state: &PipelineState, world: &mut PhysicsWorld) -> Result<Self, StateError> {
+        MoreauPipeline::resume_with_solvers(state, world, solver_by_name)
+    }
+
+    /// The same, with the solver that `table` has under the name in the saved settings.
+    ///
+    /// # Errors
+    /// Those of [`MoreauPipeline::resume`].
+    pub fn resume_with_solvers(
+        state: &PipelineState,
+        world: &mut PhysicsWorld,
+        table: SolverTable,
+    ) -> Result<Self, StateError> {
         if state.version != VERSION {
             return Err(StateError::Version {
                 found: state.version,
@@ -146,7 +159,7 @@ impl MoreauPipeline {
                 expected: PRECISION,
             });
         }
-        let mut pipeline = MoreauPipeline::new(state.settings.clone())?;
+        let mut pipeline = MoreauPipeline::with_solvers(state.settings.clone(), table)?;
         pipeline.stepper.restore(&state.stepper);
         for ((index, generation), law) in &state.surfaces {
             let handle = ColliderHandle::from_raw_parts(*index, *generation);

@@ -6,9 +6,9 @@ use super::world::{Built, HandWritten, World};
 use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Wear, planar};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
-use crate::rapier::{
-    JointSpec, MassSpec, Motion, Pose64, ShapeSpec, Simulation, Surface, SurfaceLaw,
-};
+use crate::oracles::solver_by_name;
+use crate::peers::{JointSpec, MassSpec, Motion, ShapeSpec, Simulation, Surface};
+use crate::rapier::{Pose64, SurfaceLaw};
 use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 
 impl Step {
@@ -62,7 +62,7 @@ impl Scene {
     /// [`StepError`] if rapier cannot hold what the file asks for; a scene that passed its checks
     /// fails here only on shapes that `f32` cannot tell from degenerate ones.
     pub fn build(&self) -> Result<Built, StepError> {
-        let stepper = || MoreauStepper::new(self.step.stepper());
+        let stepper = || MoreauStepper::with_solvers(self.step.stepper(), solver_by_name);
         let world = match (self.model(), &self.linear) {
             (Model::Linear, Some(block)) => World::Linear(HandWritten {
                 model: block.model()?,
@@ -154,7 +154,7 @@ impl Scene {
                 (Some(damping), _) => damping,
                 (None, Some(e)) => {
                     let m = body_mass(body);
-                    crate::dynamics::damping_for_restitution(e, stiffness, m)
+                    crate::models::damping_for_restitution(e, stiffness, m)
                 }
                 (None, None) => 0.0,
             };

@@ -9,7 +9,8 @@ use super::study::{Study, Tooth, Wear};
 use super::thresher::Thresher;
 use super::{Part, Shape};
 use crate::dynamics::{ImpactLaw, Scheme};
-use crate::solver::{SOLVERS, Shares};
+use crate::oracles::SOLVERS;
+use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
 
 /// A whole file, as written and with its defaults filled in; not yet checked.
@@ -101,7 +102,7 @@ pub struct Step {
     pub recovery: bool,
     /// How a load is shared out among redundant contacts, default `found`: as the solver finds it.
     pub shares: Shares,
-    /// A name of [`crate::solver::SOLVERS`]; default the first, `auto`.
+    /// A name of [`crate::oracles::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
     pub tolerance: f64,

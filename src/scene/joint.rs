@@ -1,6 +1,6 @@
 //! `[[joint]]`: the schema of a joint, and what it is in a rapier world.
 
-use crate::rapier::{JointDrive, JointShape};
+use crate::peers::{JointDrive, JointShape};
 use serde::{Deserialize, Serialize};
 
 /// What joints call the fixed ground.

@@ -1,7 +1,8 @@
 //! The `[linear]` block: a mechanism with constant matrices, in place of bodies.
 
 use crate::contact::Vec3;
-use crate::dynamics::{Linear, LinearContact, LinearSystem, ModelError};
+use crate::dynamics::ModelError;
+use crate::models::{Linear, LinearContact, LinearSystem};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 

@@ -126,9 +126,9 @@ pub struct Body {
 pub enum Model {
     /// A rapier world: any shape of the file but rods, lines and bowls.
     Rapier,
-    /// [`crate::dynamics::Planar`]: closed-form geometry in `f64`.
+    /// [`crate::models::Planar`]: closed-form geometry in `f64`.
     Planar,
-    /// [`crate::dynamics::Linear`]: constant matrices and levers.
+    /// [`crate::models::Linear`]: constant matrices and levers.
     Linear,
 }
 

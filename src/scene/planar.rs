@@ -2,9 +2,8 @@
 
 use super::{Body, Joint, Mass, Scene, Shape};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::{
-    ModelError, Oscillation, Pivot, Planar, PlanarBody, PlanarShape, Pose64, RotorMotor,
-};
+use crate::dynamics::{ModelError, Pose64};
+use crate::models::{Oscillation, Pivot, Planar, PlanarBody, PlanarShape, RotorMotor};
 use std::f64::consts::PI;
 
 /// The model of a scene whose every shape has closed-form gaps.

@@ -13,10 +13,11 @@ use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord};
 use crate::dynamics::{JointPart, ModelError, StepError};
-use crate::rapier::{
-    BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, Pose64, ShapeSpec,
+use crate::peers::{
+    BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec,
     Simulation, Surface,
 };
+use crate::rapier::Pose64;
 use crate::wear::{Profile, WearError};
 use std::collections::VecDeque;
 

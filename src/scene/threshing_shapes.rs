@@ -2,8 +2,9 @@
 
 use super::{Thresher, Tooth};
 use crate::contact::Vec2;
-use crate::dynamics::damping_for_restitution;
-use crate::rapier::{FrictionRule, JointDrive, ShapeSpec, Surface, SurfaceLaw};
+use crate::models::damping_for_restitution;
+use crate::peers::{FrictionRule, JointDrive, ShapeSpec, Surface};
+use crate::rapier::SurfaceLaw;
 use crate::wear::{Profile, WearError};
 use std::f64::consts::TAU;
 

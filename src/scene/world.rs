@@ -4,10 +4,10 @@ use super::overlap::Overlaps;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Linear, ModelError, MoreauStepper, MultibodyModel, Phases, Planar, Pose64, SolvedProblem,
-    StepError,
+    Clock, ModelError, MoreauStepper, MultibodyModel, Phases, Pose64, SolvedProblem, StepError,
 };
-use crate::rapier::{BodyId, Box2d, Box2dSettings, Simulation};
+use crate::models::{Linear, Planar};
+use crate::peers::{BodyId, Box2d, Box2dSettings, Simulation, seconds};
 
 /// A scene's world; bodies are counted in the scene's order, coordinates of a `[linear]` block
 /// count as bodies.
@@ -77,10 +77,11 @@ impl Built {
 
     /// Whether the time of nonsmooth steps is booked from now on for [`Built::phases`].
     pub fn time_phases(&mut self, on: bool) {
+        let clock: Option<Clock> = on.then_some(seconds);
         match &mut self.world {
-            World::Rapier { simulation, .. } => simulation.pipeline.time_phases(on),
-            World::Planar(planar) => planar.stepper.time_phases(on),
-            World::Linear(linear) => linear.stepper.time_phases(on),
+            World::Rapier { simulation, .. } => simulation.pipeline.time_phases(clock),
+            World::Planar(planar) => planar.stepper.time_phases(clock),
+            World::Linear(linear) => linear.stepper.time_phases(clock),
         }
     }
 

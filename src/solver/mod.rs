@@ -9,8 +9,6 @@
 //! | [`Enumeration`] | 1 to 4 frictional contacts: exact, and a stated one of several solutions |
 //! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance; a start for `direct` |
 //! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 |
-//! | [`Lemke`] | up to some 100 blocks: an oracle independent of `direct`, and the last resort |
-//! | [`Prox`] | the published study's own method, for reference |
 //!
 //! `moreau2d bench --solvers` measures them on `tests/data/problems`: 146 frozen problems, from a
 //! single contact to drums of 470. Of the 140 known to be solvable `auto` and `direct` solve all to
@@ -45,18 +43,14 @@ mod four_sweep;
 mod groups;
 mod interior_point;
 mod judged;
-mod lemke;
 mod nsgs;
 mod pairs;
-mod prox;
 mod response;
 mod shares;
 mod status_newton;
 
 #[cfg(test)]
 mod direct_tests;
-#[cfg(test)]
-mod explicit_tests;
 
 pub use auto::Auto;
 pub use carried::Carried;
@@ -64,12 +58,9 @@ pub(crate) use carried::CarriedState;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
 pub(crate) use judged::Judged;
-pub use lemke::{
-    LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual,
-    proves_infeasible, solve_lcp,
-};
-pub use nsgs::Nsgs;
-pub use prox::Prox;
+#[cfg(test)]
+pub(crate) use nsgs::tests as nsgs_tests;
+pub use nsgs::{LocalStep, Nsgs};
 pub use shares::{Shares, Sharing, Uniqueness};
 
 use crate::contact::{ContactProblem, Judge, Residual, Vec2, Vec3, natural_map};
@@ -204,8 +195,11 @@ fn drop_unless_finite(impulses: &mut [Vec2]) {
     }
 }
 
-/// Names of all solvers, in the order the help shows them.
-pub const SOLVERS: [&str; 6] = ["auto", "enumeration", "nsgs", "direct", "lemke", "prox"];
+/// Names of all solvers here, in the order the help shows them.
+pub const SOLVERS: [&str; 4] = ["auto", "enumeration", "nsgs", "direct"];
+
+/// A table of solvers by name: [`solver_by_name`], or one of the user's own.
+pub type SolverTable = fn(&str) -> Option<Box<dyn ImpulseSolver>>;
 
 /// The solver of that name, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
@@ -214,15 +208,13 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "enumeration" => Box::new(Enumeration::default()),
         "direct" => Box::new(Direct::default()),
         "nsgs" => Box::new(Nsgs::default()),
-        "lemke" => Box::new(Lemke::default()),
-        "prox" => Box::new(Prox::default()),
         _ => return None,
     })
 }
 
 /// Solves from zero with a new solver; checks that the solver's word is the judge's.
 #[cfg(test)]
-fn solve_cold<S: ImpulseSolver + Default>(
+pub(crate) fn solve_cold<S: ImpulseSolver + Default>(
     problem: &ContactProblem,
     tolerance: f64,
 ) -> (Vec<Vec2>, SolveReport) {

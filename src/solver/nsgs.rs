@@ -1,19 +1,13 @@
 use super::best::Best;
 use super::four_sweep::FourSweep;
-use super::{ImpulseSolver, SolveReport, prox};
+use super::{ImpulseSolver, SolveReport};
 use crate::contact::{
     ContactProblem, Delassus, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
 };
 use fearless_simd::Level;
 
-/// What a sweep makes of one block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum LocalStep {
-    /// The solution with all other blocks frozen.
-    Exact,
-    /// That of [`super::Prox`].
-    Prox,
-}
+/// New impulse of one block, from `G_ii`, `ξ_i − G_ii P_i`, the old impulse `P_i` and the law.
+pub type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 
 /// Nonsmooth Gauss-Seidel: block after block, each solved exactly with the others frozen.
 ///
@@ -51,7 +45,8 @@ pub struct Nsgs {
     pub max_sweeps: usize,
     /// ω in (0, 2); above 1 is over-relaxation, which may oscillate.
     pub relaxation: f64,
-    step: LocalStep,
+    /// `None`: the exact solution with all other blocks frozen.
+    step: Option<LocalStep>,
     state: SweepState,
     fours: FourSweep,
     judge: Judge,
@@ -91,19 +86,22 @@ impl Default for Nsgs {
 impl Nsgs {
     /// A solver that stops after `max_sweeps`.
     pub fn with_budget(max_sweeps: usize) -> Self {
-        Nsgs::with_step(max_sweeps, LocalStep::Exact)
-    }
-
-    /// Sweeps of another step.
-    pub(super) fn with_step(max_sweeps: usize, step: LocalStep) -> Self {
         Nsgs {
             max_sweeps,
             relaxation: 1.0,
-            step,
+            step: None,
             state: SweepState::default(),
             fours: FourSweep::default(),
             judge: Judge::default(),
             best: Best::default(),
+        }
+    }
+
+    /// A solver whose sweeps take `step` in each block, in place of the exact local solution.
+    pub fn with_local_step(max_sweeps: usize, step: LocalStep) -> Self {
+        Nsgs {
+            step: Some(step),
+            ..Nsgs::with_budget(max_sweeps)
         }
     }
 
@@ -173,7 +171,7 @@ impl Nsgs {
 
     /// Whether sweeps of `problem` are worth the groups of [`FourSweep`].
     fn takes_fours(&self, problem: &ContactProblem) -> bool {
-        self.step == LocalStep::Exact && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
+        self.step.is_none() && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
     }
 
     /// One sweep, block after block: the largest change of a local velocity, and the largest
@@ -194,8 +192,8 @@ impl Nsgs {
             let old = impulses[i];
             let free = operator.read(i, &self.state) + problem.free[i] - block * old;
             let mut new = match self.step {
-                LocalStep::Exact => solve_local(block, free, law),
-                LocalStep::Prox => prox::step(block, free, old, law),
+                None => solve_local(block, free, law),
+                Some(step) => step(block, free, old, law),
             };
             if self.relaxation != 1.0 {
                 new = admitted(old + self.relaxation * (new - old), law);
@@ -267,4 +265,4 @@ impl ImpulseSolver for Nsgs {
 
 #[cfg(test)]
 #[path = "nsgs_tests.rs"]
-mod tests;
+pub(crate) mod tests;

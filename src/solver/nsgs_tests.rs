@@ -1,13 +1,11 @@
 use super::*;
 use crate::contact::examples::{Lcg, heap, pyramid, tower};
 use crate::contact::levels;
-use crate::contact::problem_file::{StoredProblem, read};
-use crate::solver::Prox;
 use crate::solver::solve_cold;
 
-/// What the impulses do is unique where friction holds everything, and both methods find it.
+/// What the impulses do is unique where friction holds everything.
 #[test]
-fn relaxed_and_split_sweeps_find_the_same_velocities() {
+fn relaxed_sweeps_find_the_same_velocities() {
     for bodies in [tower(4, 0.5, |_| 1.0), pyramid(4, 0.5)] {
         let problem = bodies.problem();
         let (exact, report) = solve_cold::<Nsgs>(&problem, 1e-6);
@@ -31,17 +29,6 @@ fn relaxed_and_split_sweeps_find_the_same_velocities() {
                 .fold(0.0, f64::max);
             assert!(worst < 1e-5, "{relaxation}: {worst}");
         }
-        let (_, report) = solve_cold::<Prox>(&problem, 1e-6);
-        assert!(report.solved(), "prox: {report:?}");
-    }
-}
-
-fn stored(name: &str) -> ContactProblem {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/problems");
-    let bytes = std::fs::read(folder.join(name)).expect("a problem file");
-    match read(&bytes).expect("a problem").problem {
-        StoredProblem::Contact { problem, .. } => problem,
-        StoredProblem::Lcp { .. } => panic!("an LCP"),
     }
 }
 
@@ -78,73 +65,63 @@ fn four_at_a_time_is_block_after_block() {
         ("pyramid", pyramid(9, 0.5).problem(), 0),
         ("heap", heap(12, 8, 0.5, 2.0, 1).problem(), 0),
         ("soft", soft, 0),
-        ("all laws", stored("heap-all-laws.json"), 47),
-        ("drum", stored("drum-mu0.5-step400.json"), 0),
-        ("hit", stored("left-hit-heap-804.json"), 0),
     ] {
-        let Delassus::Bodies(op) = &problem.operator else {
-            panic!("bodies");
-        };
-        let others = |law: &&Law| !matches!(law, Law::Contact { .. });
-        assert_eq!(problem.laws.iter().filter(others).count(), alone, "{name}");
-        let judge = Judge::new(&problem);
-        let diagonal = judge.diagonal();
-        let mut random = Lcg(11);
-        let mut one = Nsgs::default();
-        let mut impulses = vec![Vec2::zeros(); problem.len()];
-        for (p, law) in impulses.iter_mut().zip(&problem.laws) {
-            if law.rows() == 2 && random.next() < 0.5 {
-                *p = Vec2::new(random.next(), random.next() - 0.5);
-            }
+        check_sweeps_by_four(name, &problem, alone);
+    }
+}
+
+/// Fails unless sweeps of `problem` by four are those block after block to the last bit; `alone` of
+/// its blocks are no contacts.
+pub(crate) fn check_sweeps_by_four(name: &str, problem: &ContactProblem, alone: usize) {
+    let Delassus::Bodies(op) = &problem.operator else {
+        panic!("bodies");
+    };
+    let others = |law: &&Law| !matches!(law, Law::Contact { .. });
+    assert_eq!(problem.laws.iter().filter(others).count(), alone, "{name}");
+    let judge = Judge::new(problem);
+    let diagonal = judge.diagonal();
+    let mut random = Lcg(11);
+    let mut one = Nsgs::default();
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    for (p, law) in impulses.iter_mut().zip(&problem.laws) {
+        if law.rows() == 2 && random.next() < 0.5 {
+            *p = Vec2::new(random.next(), random.next() - 0.5);
         }
-        problem.operator.restart(&impulses, &mut one.state);
-        let (start, bodies) = (impulses.clone(), one.state.bodies().to_vec());
-        let wanted: Vec<_> = (0..60)
-            .map(|sweep| {
-                let figures = one.one_by_one(&problem, diagonal, &mut impulses, sweep % 2 == 1);
-                (figures.map(f64::to_bits), bits(&impulses))
-            })
-            .collect();
-        let mut four = FourSweep::default();
-        for level in levels() {
-            four.arrange(&problem, op);
-            four.gather(&problem, op, diagonal, &start, &bodies);
-            let mut by_four = vec![Vec2::zeros(); problem.len()];
-            for (sweep, wanted) in wanted.iter().enumerate() {
-                let figures = four.sweep(level, &problem, op, diagonal, sweep % 2 == 1);
-                four.write(&mut by_four);
-                let found = (figures.map(f64::to_bits), bits(&by_four));
-                assert!(found == *wanted, "{name}, sweep {sweep}, {level:?}");
-            }
+    }
+    problem.operator.restart(&impulses, &mut one.state);
+    let (start, bodies) = (impulses.clone(), one.state.bodies().to_vec());
+    let wanted: Vec<_> = (0..60)
+        .map(|sweep| {
+            let figures = one.one_by_one(problem, diagonal, &mut impulses, sweep % 2 == 1);
+            (figures.map(f64::to_bits), bits(&impulses))
+        })
+        .collect();
+    let mut four = FourSweep::default();
+    for level in levels() {
+        four.arrange(problem, op);
+        four.gather(problem, op, diagonal, &start, &bodies);
+        let mut by_four = vec![Vec2::zeros(); problem.len()];
+        for (sweep, wanted) in wanted.iter().enumerate() {
+            let figures = four.sweep(level, problem, op, diagonal, sweep % 2 == 1);
+            four.write(&mut by_four);
+            let found = (figures.map(f64::to_bits), bits(&by_four));
+            assert!(found == *wanted, "{name}, sweep {sweep}, {level:?}");
         }
     }
 }
 
-/// A turn after every tenth sweep takes fewer of them than a turn after each, whichever end the
-/// blocks are numbered from.
-#[test]
-fn ten_sweeps_in_one_direction_need_fewer() {
-    for name in ["pyramid-scene-step60.json", "drum-mu0.5-step400.json"] {
-        let problem = stored(name);
-        let mut turned = problem.clone();
-        turned.free.reverse();
-        turned.laws.reverse();
-        if let Delassus::Bodies(op) = &mut turned.operator {
-            op.rows.reverse();
-        }
-        for problem in [problem, turned] {
-            let mut impulses = vec![Vec2::zeros(); problem.len()];
-            let mut judge = Judge::new(&problem);
-            let each = Nsgs::default().sweep(&problem, &mut judge, &mut impulses, 1e-7, 20_000);
-            let (_, tenth) = solve_cold::<Nsgs>(&problem, 1e-7);
-            assert!(tenth.solved());
-            assert!(
-                10 * tenth.sweeps < 9 * each,
-                "{name}: {} {each}",
-                tenth.sweeps
-            );
-        }
-    }
+/// Fails unless a turn after every tenth sweep takes fewer sweeps than a turn after each.
+pub(crate) fn check_turns_after_ten(name: &str, problem: &ContactProblem) {
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let mut judge = Judge::new(problem);
+    let each = Nsgs::default().sweep(problem, &mut judge, &mut impulses, 1e-7, 20_000);
+    let (_, tenth) = solve_cold::<Nsgs>(problem, 1e-7);
+    assert!(tenth.solved());
+    assert!(
+        10 * tenth.sweeps < 9 * each,
+        "{name}: {} {each}",
+        tenth.sweeps
+    );
 }
 
 /// A hint that was refused is not heard in each sweep that follows, where sweeps are all there is.
@@ -177,26 +154,30 @@ fn a_solve_by_fours_is_the_solve() {
     let mut used = Nsgs::with_budget(120);
     for problem in [
         heap(12, 8, 0.5, 0.1, 1).problem(),
-        stored("heap-all-laws.json"),
         tower(30, 0.5, |_| 1.0).problem(),
         pyramid(9, 0.5).problem(),
     ] {
-        let mut impulses = vec![Vec2::zeros(); problem.len()];
-        let report = used.solve(&problem, &mut impulses, 1e-5);
-        let mut judge = Judge::new(&problem);
-        let mut plain = Nsgs::default();
-        let mut wanted = vec![Vec2::zeros(); problem.len()];
-        problem.operator.restart(&wanted, &mut plain.state);
-        let mut best = vec![Vec2::zeros(); problem.len()];
-        for sweep in 0..report.sweeps {
-            let diagonal = judge.diagonal().to_vec();
-            plain.one_by_one(&problem, &diagonal, &mut wanted, sweep / 10 % 2 == 1);
-        }
-        let end = judge.natural_map(&problem, &wanted).merit();
-        if end < judge.natural_map(&problem, &best).merit() {
-            best.copy_from_slice(&wanted);
-        }
-        assert!(report.sweeps > 1);
-        assert_eq!(bits(&impulses), bits(&best));
+        check_solve_by_four(&mut used, &problem);
     }
+}
+
+/// Fails unless a solve of `problem` ends with the impulses of as many sweeps block after block.
+pub(crate) fn check_solve_by_four(used: &mut Nsgs, problem: &ContactProblem) {
+    let mut impulses = vec![Vec2::zeros(); problem.len()];
+    let report = used.solve(problem, &mut impulses, 1e-5);
+    let mut judge = Judge::new(problem);
+    let mut plain = Nsgs::default();
+    let mut wanted = vec![Vec2::zeros(); problem.len()];
+    problem.operator.restart(&wanted, &mut plain.state);
+    let mut best = vec![Vec2::zeros(); problem.len()];
+    for sweep in 0..report.sweeps {
+        let diagonal = judge.diagonal().to_vec();
+        plain.one_by_one(problem, &diagonal, &mut wanted, sweep / 10 % 2 == 1);
+    }
+    let end = judge.natural_map(problem, &wanted).merit();
+    if end < judge.natural_map(problem, &best).merit() {
+        best.copy_from_slice(&wanted);
+    }
+    assert!(report.sweeps > 1);
+    assert_eq!(bits(&impulses), bits(&best));
 }

@@ -1,7 +1,7 @@
 //! A linear mechanism with contacts, followed from event to event.
 
 use crate::contact::Vec3;
-use crate::dynamics::LinearContact;
+use crate::models::LinearContact;
 use crate::scene::LinearBlock;
 use nalgebra::{DMatrix, DVector, Matrix3};
 

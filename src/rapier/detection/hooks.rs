@@ -7,8 +7,6 @@
 use super::super::engine::geometry::{
     ContactManifold, ContactManifoldData, SolverContact, SolverContacts, SolverFlags,
 };
-use super::super::engine::parry::query::TrackedContact;
-use super::super::engine::parry::shape::PackedFeatureId;
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
 use super::super::widen;
@@ -16,6 +14,8 @@ use super::colliders::Known;
 use super::points::Pair;
 use crate::contact::Vec2;
 use crate::dynamics::{NormalLaw, Pose64};
+use crate::rapier::parry::query::TrackedContact;
+use crate::rapier::parry::shape::PackedFeatureId;
 
 /// Who is asked, and about which world.
 #[derive(Clone, Copy)]

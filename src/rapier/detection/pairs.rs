@@ -2,9 +2,6 @@
 
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
-use super::super::engine::parry::query::{
-    DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
-};
 use super::super::engine::prelude::*;
 use super::super::kernels::{Core, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
@@ -15,6 +12,9 @@ use super::points::{Pair, mix, parry_points, same_place};
 use super::rows::{Row, Rows};
 use super::{Present, Span, SurfaceLaw, present, shapes};
 use crate::dynamics::{Detection, NormalLaw, Pose64};
+use crate::rapier::parry::query::{
+    DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// All pairs of parts, and what looking at them leaves behind.

@@ -1,12 +1,12 @@
 //! From what touches to contact points: rows, keys, laws.
 
 use super::super::engine::geometry::ContactManifold;
-use super::super::engine::parry::query::TrackedContact;
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
 use super::Present;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
+use crate::rapier::parry::query::TrackedContact;
 
 /// What all contacts of a pair of colliders share.
 #[derive(Clone, Copy)]

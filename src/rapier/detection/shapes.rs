@@ -1,12 +1,12 @@
 //! rapier's shapes as parts with closed-form gaps.
 
-use super::super::engine::parry::bounding_volume::{Aabb, BoundingVolume};
-use super::super::engine::parry::shape::{PolylineFlags, TriMesh, TypedShape};
 use super::super::engine::prelude::*;
 use super::super::kernels::{Core, Edge, Part, Polygon, corners};
 use super::super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
+use crate::rapier::parry::bounding_volume::{Aabb, BoundingVolume};
+use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// One part of a collider.

@@ -14,7 +14,7 @@ use super::document::{Document, Segment};
 use super::error::{Hint, Place, SceneError};
 use super::file::{Gravity, Header, Material, SceneFile, Step};
 use crate::dynamics::Scheme;
-use crate::solver::SOLVERS;
+use crate::oracles::SOLVERS;
 
 /// Checks everything that can be checked without placing the bodies.
 ///

@@ -1,7 +1,7 @@
 //! Rods, lines and bowls, and what a scene with one may hold.
 
 use super::*;
-use crate::dynamics::PlanarShape;
+use crate::models::PlanarShape;
 use crate::scene::document::Value;
 use crate::scene::file::{BodyEntry, BodyKind};
 use crate::scene::planar::{build, may_touch, shape, tied};

@@ -1,13 +1,13 @@
 //! rapier's own solver on the same world, told in the same record.
 
-use super::engine::parry::utils::PoseOpt;
-use super::engine::prelude::*;
 use super::peer::{self, PeerContact, Surface};
 use super::simulation::{BodyId, Simulation};
-use super::widen;
 use crate::contact::Vec3;
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
+use crate::rapier::engine::prelude::*;
+use crate::rapier::parry::utils::PoseOpt;
+use crate::rapier::widen;
 use std::fmt;
 use std::time::Instant;
 
@@ -134,8 +134,8 @@ impl Simulation {
 
 fn contacts(
     world: &PhysicsWorld,
-    pair: &super::engine::geometry::ContactPair,
-    manifold: &super::engine::geometry::ContactManifold,
+    pair: &crate::rapier::engine::geometry::ContactPair,
+    manifold: &crate::rapier::engine::geometry::ContactManifold,
     record: &mut StepRecord,
 ) {
     let colliders = [pair.collider1, pair.collider2];

@@ -1,8 +1,8 @@
-use super::super::detection::SurfaceLaw;
-use super::super::engine::parry::shape::PolylineFlags;
-use super::super::engine::prelude::*;
 use super::world::{lacks, narrow, told, widened};
 use crate::dynamics::ModelError;
+use crate::rapier::SurfaceLaw;
+use crate::rapier::engine::prelude::*;
+use crate::rapier::parry::shape::PolylineFlags;
 use boxdd::{
     BodyId, ChainDef, Filter, MixerId, ShapeDef, ShapeId, SurfaceMaterial, Transform, World, shapes,
 };

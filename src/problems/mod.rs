@@ -73,6 +73,10 @@ mod symmetry;
 mod words;
 
 #[cfg(test)]
+mod explicit_tests;
+#[cfg(test)]
+mod solver_tests;
+#[cfg(test)]
 mod sparse_tests;
 #[cfg(test)]
 mod tests;
@@ -81,7 +85,7 @@ pub use dat_write::{DatStorage, to_dat};
 pub use json::to_json;
 pub use symmetry::ASYMMETRY;
 
-use super::{ContactError, ContactProblem, Delassus, Vec2};
+use crate::contact::{ContactError, ContactProblem, Delassus, Vec2};
 use nalgebra::{DMatrix, DVector};
 use symmetry::{check_semidefinite, symmetrise};
 use thiserror::Error;

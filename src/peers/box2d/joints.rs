@@ -1,6 +1,6 @@
-use super::super::engine::prelude::*;
 use super::world::{lacks, narrow, told};
 use crate::dynamics::ModelError;
+use crate::rapier::engine::prelude::*;
 use boxdd::{
     BodyId, DistanceJointDef, JointBase, PrismaticJointDef, RevoluteJointDef, Transform,
     WeldJointDef, WheelJointDef, World,

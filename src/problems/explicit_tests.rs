@@ -1,9 +1,9 @@
 //! Problems that hold the operator alone: as good as from bodies, large, and full.
 
-use super::{Auto, Direct, solve_cold};
+use super::{DatStorage, StoredProblem, read, to_dat};
 use crate::contact::examples::{Bodies, Lcg, heap, pyramid, tower};
-use crate::contact::problem_file::{DatStorage, StoredProblem, read, to_dat};
 use crate::contact::{ContactProblem, Delassus, Vec2};
+use crate::solver::{Auto, Direct, solve_cold};
 use nalgebra::DVector;
 
 fn explicit(problem: &ContactProblem) -> ContactProblem {

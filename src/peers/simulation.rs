@@ -1,13 +1,14 @@
-use super::bodies::ExactBody;
-use super::detection::SurfaceLaw;
-use super::engine::prelude::*;
 use super::mass::area_moments;
-use super::pipeline::{MoreauPipeline, MoreauSettings};
 use super::surfaces::SurfaceHooks;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
+use crate::oracles::solver_by_name;
+use crate::rapier::ExactBody;
+use crate::rapier::SurfaceLaw;
+use crate::rapier::engine::prelude::*;
+use crate::rapier::{MoreauPipeline, MoreauSettings};
 
 /// What moves a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,13 +146,16 @@ impl Simulation {
         world.integration_parameters.dt = dt as Real;
         Ok(Simulation {
             world,
-            pipeline: MoreauPipeline::new(MoreauSettings {
-                stepper,
-                gravity: Some(gravity),
-                dt: Some(dt),
-                stay_awake: true,
-                ..MoreauSettings::default()
-            })?,
+            pipeline: MoreauPipeline::with_solvers(
+                MoreauSettings {
+                    stepper,
+                    gravity: Some(gravity),
+                    dt: Some(dt),
+                    stay_awake: true,
+                    ..MoreauSettings::default()
+                },
+                solver_by_name,
+            )?,
             ground: None,
             peer_time: 0.0,
             peer_seconds: 0.0,

@@ -1,10 +1,10 @@
-use super::super::engine::prelude::*;
 use super::super::peer::{self, PeerContact, Touch};
 use super::super::simulation::{BodyId as Named, Simulation};
-use super::super::widen;
 use super::{Box2dSettings, joints, shapes};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
+use crate::rapier::engine::prelude::*;
+use crate::rapier::widen;
 use boxdd::{BodyId, BodyType, Foundation, MassData, ShapeId, World};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::fmt::Display;

@@ -1,8 +1,8 @@
-use super::model::{
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, JointRow, ModelError, MultibodyModel,
     NormalLaw,
 };
-use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use nalgebra::Matrix3;
 
 /// Constant mass, stiffness and load in one to three coordinates; what is beyond the coordinates

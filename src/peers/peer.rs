@@ -1,9 +1,9 @@
 //! What the step of a peer leaves in our record, whoever it was that stepped the rapier world.
 
-use super::engine::prelude::*;
 use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
+use crate::rapier::engine::prelude::*;
 
 /// A record without contacts, in which all that a peer does not tell is NaN
 /// ([`StepRecord::accounted`]).

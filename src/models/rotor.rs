@@ -1,9 +1,8 @@
-use super::joint::Bend;
-use super::model::{
-    Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NormalLaw,
-};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{
+    Bend, Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind,
+    JointPart, JointRow, ModelError, MultibodyModel, NormalLaw,
+};
 
 /// A contact of a rotor: constant levers, gap linear in the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -175,6 +175,7 @@ impl<const N: usize> BlockLdu<N> {
 
     /// Whether the matrix, cleared as symmetric and factorised, is positive definite: all its
     /// pivots are.
+    #[allow(dead_code)] // asked by readers of stored problems only
     pub fn is_positive(&self) -> bool {
         match &self.factors {
             Factors::Columns(columns) => columns.is_positive(),

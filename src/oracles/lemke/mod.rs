@@ -10,8 +10,8 @@ mod tree;
 pub use infeasible::proves_infeasible;
 pub use lcp::{LcpError, LcpOptions, LcpSolution, LcpStatus, complementarity_residual, solve_lcp};
 
-use super::{ImpulseSolver, SolveReport};
 use crate::contact::{ContactProblem, Vec2};
+use crate::solver::{ImpulseSolver, SolveReport};
 use reduction::{Form, Rows};
 
 /// Lemke's complementary pivoting on the contact problem as an LCP: an oracle and a fallback.

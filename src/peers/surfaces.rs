@@ -1,7 +1,7 @@
 //! Belts and one-way surfaces through rapier's hooks, for its own solver and for ours.
 
-use super::engine::prelude::*;
 use crate::contact::Vec2;
+use crate::rapier::engine::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// How far from its direction \[rad\] a one-way surface still pushes: rapier's example has 0.1.
@@ -14,7 +14,7 @@ pub(super) struct SurfaceHooks {
     pub speeds: FxHashMap<ColliderHandle, f64>,
     /// In the collider's frame.
     pub one_way: FxHashMap<ColliderHandle, Vec2>,
-    /// Whether belts go through the hook: ours know them from [`super::SurfaceLaw`].
+    /// Whether belts go through the hook: ours know them from [`crate::rapier::SurfaceLaw`].
     pub belts: bool,
 }
 

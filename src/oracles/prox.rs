@@ -1,6 +1,5 @@
-use super::nsgs::LocalStep;
-use super::{ImpulseSolver, Nsgs, SolveReport};
 use crate::contact::{ContactProblem, Law, Mat2, Vec2};
+use crate::solver::{ImpulseSolver, Nsgs, SolveReport};
 
 /// Augmented Lagrangian fixed point by proximal points, relaxed one row after the other.
 ///
@@ -25,14 +24,14 @@ impl Default for Prox {
     /// At most 20 000 sweeps.
     fn default() -> Self {
         Prox {
-            sweeps: Nsgs::with_step(20_000, LocalStep::Prox),
+            sweeps: Nsgs::with_local_step(20_000, step),
         }
     }
 }
 
 /// What a sweep makes of one block: from `G_ii`, `ξ_i − G_ii P_i`, `P_i` and the law.
 #[inline]
-pub(super) fn step(block: &Mat2, free: Vec2, old: Vec2, law: &Law) -> Vec2 {
+fn step(block: &Mat2, free: Vec2, old: Vec2, law: &Law) -> Vec2 {
     // a row that nothing can move has no impulse of its own
     let row = |free: f64, gain: f64, old: f64| if gain > 0.0 { -free / gain } else { old };
     let (nn, nt, tt) = (

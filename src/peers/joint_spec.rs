@@ -1,9 +1,9 @@
 //! Joints of a [`Simulation`], described in `f64`.
 
-use super::engine::prelude::*;
 use super::simulation::{BodyId, Simulation, vector};
 use crate::contact::Vec2;
 use crate::dynamics::ModelError;
+use crate::rapier::engine::prelude::*;
 
 /// What a joint leaves free; axes are those of [`JointSpec::angles`].
 #[derive(Debug, Clone, Copy, PartialEq)]

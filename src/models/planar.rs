@@ -1,11 +1,11 @@
-use super::joint::{JointFrames, RowName};
-use super::model::{
+use super::RotorMotor;
+use super::planar_shape::{PlanarShape, Tip};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw,
 };
-use super::planar_shape::{PlanarShape, Tip};
-use super::{Pose64, RotorMotor};
-use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+use crate::dynamics::{JointFrames, Pose64, RowName};
 
 /// A sinusoidal motion on top of a constant velocity: `x(t) = x₀ + v t + A sin(ω t)`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,42 @@
+//! In place of other threads where the feature `parallel` is not built in: there are none.
+
+use super::island::Worker;
+use super::phases::PhaseClock;
+use super::stepper::StepError;
+use crate::solver::SolverTable;
+
+/// Most threads of a stepper.
+pub const MOST_THREADS: usize = 1;
+
+/// What the error of another number adds.
+pub(super) const WHY: &str = ": more need the feature `parallel`";
+
+/// No value of it exists.
+pub(super) enum Crew {}
+
+impl Crew {
+    /// `None` for one thread.
+    ///
+    /// # Errors
+    /// [`StepError::Threads`] for any other number.
+    pub fn new(threads: usize, _: &str, _: SolverTable) -> Result<Option<Crew>, StepError> {
+        if threads != MOST_THREADS {
+            return Err(StepError::Threads(threads));
+        }
+        Ok(None)
+    }
+
+    pub fn shares(&mut self, _: impl Iterator<Item = usize>) -> bool {
+        match *self {}
+    }
+
+    pub fn solve<J: Send, R: Send>(
+        &mut self,
+        _: &mut Worker,
+        _: &mut PhaseClock,
+        _: Vec<J>,
+        _: impl Fn(&mut Worker, &mut PhaseClock, J) -> R + Sync,
+    ) -> Vec<R> {
+        match *self {}
+    }
+}
