@@ -57,10 +57,23 @@ struct Source {
 }
 
 impl Source {
-    /// The code without inline tests.
+    /// The code up to its inline tests, without declarations of test files.
     fn product(&self) -> String {
-        let product = self.code.split("#[cfg(test)]\nmod ").next();
-        product.unwrap_or("").to_owned()
+        let lines: Vec<&str> = self.code.lines().collect();
+        let mut product = Vec::new();
+        let mut at = 0;
+        while at < lines.len() {
+            if lines[at].trim() == "#[cfg(test)]" {
+                if !lines.get(at + 1).is_some_and(|next| next.ends_with(';')) {
+                    break;
+                }
+                at += 2;
+                continue;
+            }
+            product.push(lines[at]);
+            at += 1;
+        }
+        product.join("\n")
     }
 
     /// Whether the whole file is a test.

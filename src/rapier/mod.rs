@@ -13,6 +13,8 @@
 mod bodies;
 mod body_checks;
 mod changes;
+#[cfg(feature = "debug-render")]
+mod debug_render;
 mod detection;
 mod joint_checks;
 mod joint_rows;
@@ -42,6 +44,8 @@ pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 
 pub use crate::dynamics::Pose64;
 pub use bodies::ExactBody;
+#[cfg(feature = "debug-render")]
+pub use debug_render::ContactStyle;
 pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
