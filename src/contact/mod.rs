@@ -27,6 +27,7 @@
 mod blocks;
 mod cone;
 pub mod examples;
+mod law;
 mod local;
 mod local_four;
 mod operator;
@@ -35,12 +36,13 @@ mod residual;
 
 pub use blocks::BlockMatrix;
 pub use cone::project_onto_cone;
+pub use law::Law;
 pub use local::solve_local;
 #[cfg(test)]
 pub(crate) use local_four::levels;
 pub(crate) use local_four::{Four, FourContacts, load_four, solve_four};
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};
-pub use problem::{ContactError, ContactProblem, Law};
+pub use problem::{ContactError, ContactProblem};
 pub use residual::{Judge, Residual, natural_map};
 
 /// A pair (n, t).

@@ -1,8 +1,8 @@
 //! Factorisation column by column: for matrices with few entries a column.
 
+use super::fill::{MOST_FILL, Place, TooMuchFill};
 use super::ordering::Graph;
 use super::pivot::Pivot;
-use super::sparse::{MOST_FILL, Place, TooMuchFill};
 use nalgebra::{SMatrix, SVector};
 
 /// Factors of a [`BlockLdu`](super::sparse::BlockLdu), entry by entry.

@@ -1,10 +1,10 @@
 //! Factorisation front by front: for matrices with many entries a column.
 
+use super::fill::{MOST_FILL, Place};
 use super::fronts::{Front, Fronts, PANEL};
 use super::ordering::Graph;
 use super::panel::{ALIGN, subtract_columns, subtract_product, subtract_products};
 use super::pivot::Pivot;
-use super::sparse::{MOST_FILL, Place};
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::{SMatrix, SVector};
 

@@ -1,12 +1,17 @@
-//! Sparse linear algebra: the block LDLᵀ factorisation behind every direct solve.
+//! Sparse linear algebra: the block LDU factorisation behind every direct solve.
 //!
-//! The pattern is ordered by minimum degree; columns of small systems are factorised one by one, large
-//! ones in fronts of dense panels.
+//! The pattern is ordered by minimum degree; small systems are factorised column by column, large ones
+//! in fronts of dense panels.
 
 mod columns;
+mod fill;
 mod frontal;
 mod fronts;
 mod ordering;
 mod panel;
 mod pivot;
-pub(crate) mod sparse;
+mod sparse;
+
+#[allow(unused_imports)] // MOST_FILL is for readers of stored problems
+pub(crate) use fill::{MOST_FILL, Place};
+pub(crate) use sparse::BlockLdu;

@@ -2,26 +2,14 @@
 //! contacts (2).
 
 use super::columns::Columns;
+use super::fill::{Place, TooMuchFill};
 use super::frontal::Frontal;
 use super::ordering::{Graph, minimum_degree};
 use nalgebra::{SMatrix, SVector};
 
-/// Most blocks that a factor may have below its diagonal: as many as a full matrix of 7071 block
-/// rows has. Blocks of 2 × 2 take 1.6 GB with those above.
-pub const MOST_FILL: usize = 25_000_000;
-
 /// Products of blocks of a symmetric factorisation from which on fronts are faster than columns:
 /// at 7 000 (a heap of 200) they are with symmetric values and not yet with others.
 const MANY: usize = 10_000;
-
-/// Place of a block in a [`BlockLdu`].
-#[derive(Debug, Clone, Copy)]
-pub struct Place {
-    pub(super) entry: usize,
-    pub(super) stride: usize,
-    /// Whether its row is eliminated after its column.
-    pub(super) below: bool,
-}
 
 /// A square matrix of N × N blocks with a symmetric pattern, and its factors in place.
 ///
@@ -54,10 +42,6 @@ impl<const N: usize> Default for Factors<N> {
         Factors::Columns(Columns::default())
     }
 }
-
-/// The factors of a matrix would have more than [`MOST_FILL`] blocks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TooMuchFill;
 
 impl<const N: usize> BlockLdu<N> {
     /// Prepares a matrix of `size` nodes coupled by `pairs` (each `a < b`, sorted, unique).

@@ -4,7 +4,7 @@ use super::dat_matrix::Matrix;
 use super::symmetry::{Mirrored, is_asymmetric};
 use super::{FileError, MOST_ROWS};
 use crate::contact::{BlockMatrix, Mat2};
-use crate::linalg::sparse::MOST_FILL;
+use crate::linalg::MOST_FILL;
 use nalgebra::{DMatrix, DVector};
 
 /// Reduces `M v = q + H r`, `u = Hᵀ v + b` to `u = W r + Hᵀ M⁻¹ q + b`, `W = Hᵀ M⁻¹ H`; returns W

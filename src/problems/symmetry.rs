@@ -1,6 +1,6 @@
 use super::FileError;
 use crate::contact::BlockMatrix;
-use crate::linalg::sparse::{BlockLdu, MOST_FILL};
+use crate::linalg::{BlockLdu, MOST_FILL};
 use nalgebra::DVector;
 
 /// Largest `|W_ij − W_ji| / √(W_ii W_jj)` that passes for rounding, no unit: listings of six digits

@@ -1,7 +1,7 @@
 //! What is carried from one contact problem of an island to its next one.
 
+use super::block_status::Status;
 use super::response::{Factored, Response};
-use super::status_newton::Status;
 use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,8 @@
 use super::best::Best;
-use super::pairs::{Block, Direction, PAIRS};
+use super::block_status::Status;
+use super::pairs::{Block, Direction, PAIRS, Size};
 use super::response::Response;
-use super::status_newton::{Status, StatusNewton};
+use super::status_newton::StatusNewton;
 use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
 
 /// Interior point on the Stewart-Trinkle form of Coulomb friction, with status-Newton polish.
@@ -262,13 +263,6 @@ impl InteriorPoint {
         }
         step
     }
-}
-
-/// What the pairs are measured by: an impulse [N s] and a velocity \[m/s\].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Size {
-    pub impulse: f64,
-    pub velocity: f64,
 }
 
 /// The mass that impulses could carry at most \[kg\].

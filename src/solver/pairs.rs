@@ -1,11 +1,17 @@
 //! The complementary pairs of one block, as the interior point sees them.
 
-use super::interior_point::Size;
-use super::status_newton::Status;
+use super::block_status::Status;
 use crate::contact::{Law, Mat2, Vec2};
 
 /// Most pairs of a block.
 pub(super) const PAIRS: usize = 4;
+
+/// What the pairs are measured by: an impulse [N s] and a velocity \[m/s\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Size {
+    pub impulse: f64,
+    pub velocity: f64,
+}
 
 /// Pairs `x ⟂ w` of one block, all positive, and its impulse.
 #[derive(Debug, Clone, Copy)]

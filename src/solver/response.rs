@@ -1,7 +1,7 @@
 use crate::contact::{
     BlockMatrix, BodyOperator, ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec2, Vec3,
 };
-use crate::linalg::sparse::{BlockLdu, Place};
+use crate::linalg::{BlockLdu, Place};
 use nalgebra::Matrix3;
 
 /// Velocities of a contact problem when impulses answer them linearly, block by block.

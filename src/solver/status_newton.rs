@@ -1,8 +1,8 @@
 use super::best::Best;
+use super::block_status::Status;
 use super::carried::{Carried, Newton};
 use super::response::Response;
 use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, project_onto_cone};
-use serde::{Deserialize, Serialize};
 
 /// Newton's method on the natural map, by the status of every block.
 ///
@@ -49,49 +49,6 @@ const PROXIMAL: f64 = 1e-6;
 const SLOW: f64 = 0.1;
 const LIGHTER: f64 = 1e-2;
 const LIGHTEST: f64 = 0.9e-10;
-
-/// Which rows of a block are active.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum Status {
-    /// No impulse.
-    Open,
-    /// All rows hold: a sticking or frictionless contact, a pin, a bounded row within its bounds.
-    Closed,
-    /// Sliding, `P_T = μ P_N` and `P_T = −μ P_N`.
-    SlipPlus,
-    SlipMinus,
-    /// A bounded row at its lower and upper bound.
-    Lower,
-    Upper,
-}
-
-impl Status {
-    fn of(law: &Law, z: Vec2) -> Status {
-        match *law {
-            Law::Contact { friction, .. } => {
-                if z.x <= 0.0 {
-                    Status::Open
-                } else if friction == 0.0 || z.y.abs() <= friction * z.x {
-                    Status::Closed
-                } else if z.y > 0.0 {
-                    Status::SlipPlus
-                } else {
-                    Status::SlipMinus
-                }
-            }
-            Law::Pin => Status::Closed,
-            Law::Bounded { lower, upper, .. } => {
-                if z.x <= lower {
-                    Status::Lower
-                } else if z.x >= upper {
-                    Status::Upper
-                } else {
-                    Status::Closed
-                }
-            }
-        }
-    }
-}
 
 impl StatusNewton {
     /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.

@@ -1,0 +1,18 @@
+use super::{Auto, Direct, Enumeration, ImpulseSolver, Nsgs};
+
+/// Names of all solvers here, in the order the help shows them.
+pub const SOLVERS: [&str; 4] = ["auto", "enumeration", "nsgs", "direct"];
+
+/// A table of solvers by name: [`solver_by_name`], or one of the user's own.
+pub type SolverTable = fn(&str) -> Option<Box<dyn ImpulseSolver>>;
+
+/// The solver of that name, or `None`.
+pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
+    Some(match name {
+        "auto" => Box::new(Auto::default()),
+        "enumeration" => Box::new(Enumeration::default()),
+        "direct" => Box::new(Direct::default()),
+        "nsgs" => Box::new(Nsgs::default()),
+        _ => return None,
+    })
+}
