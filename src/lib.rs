@@ -10,6 +10,7 @@ pub mod rapier;
 pub mod report;
 pub mod scene;
 pub mod solver;
+pub mod thresher;
 pub mod wear;
 
 /// The README, whose code must run.

@@ -4,7 +4,7 @@
 //! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
 //! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
 //! with its crop, its calibration and its life, is the scene `thresher` and
-//! [`crate::scene::threshing`].
+//! [`crate::thresher`].
 //!
 //! # 1. A drum with teeth
 //! An oriented polyline is one-sided: the solid lies on the left of its direction.

@@ -1,12 +1,15 @@
 //! The thresher's life: revolutions simulated, wear measured, cycles jumped.
 
-use super::simulate::{RunError, Totals};
+use super::blocks::{Calibration, Tooth, Wear};
+use super::machine::Setup;
+use super::parameters::Thresher;
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
+use super::world::{Outlines, Part, ThreshingError, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
+use crate::experiment::{RunError, Totals};
 use crate::report::Progress;
-use crate::scene::threshing::{Outlines, Part, ThreshingError, ThreshingWorld};
-use crate::scene::{Calibration, Scene, Thresher, Tooth, Wear};
+use crate::scene::Scene;
 use crate::wear::{Archard, CellArea, JumpRule, LoadSlip, Profile, WearError, WearState};
 use std::f64::consts::TAU;
 
@@ -264,16 +267,6 @@ fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
     (variance / n).sqrt() / mean[node]
 }
 
-fn parameters(scene: &Scene) -> Result<(&Thresher, &Tooth), RunError> {
-    match (&scene.thresher, &scene.tooth) {
-        (Some(parameters), Some(tooth)) => Ok((parameters, tooth)),
-        _ => Err(RunError::Unfit(format!(
-            "scene {}: has no [thresher] block",
-            scene.name
-        ))),
-    }
-}
-
 /// Runs the thresher over its life.
 ///
 /// 1. The strip fills the machine; the crop's stiffness is scaled until the mean torque of a new
@@ -287,12 +280,11 @@ fn parameters(scene: &Scene) -> Result<(&Thresher, &Tooth), RunError> {
 /// [`RunError`].
 pub fn run_threshing(
     scene: &Scene,
+    setup: &Setup<Thresher>,
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
-    let (parameters, tooth) = parameters(scene)?;
-    let default_wear = Wear::default();
-    let wear = scene.wear.as_ref().unwrap_or(&default_wear);
+    let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut stiffness = parameters.crop_stiffness;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
@@ -390,10 +382,12 @@ pub fn run_threshing(
 ///
 /// # Errors
 /// [`RunError`].
-pub(super) fn first_cycle(scene: &Scene, progress: &Progress) -> Result<WornCycle, RunError> {
-    let (parameters, tooth) = parameters(scene)?;
-    let default_wear = Wear::default();
-    let wear = scene.wear.as_ref().unwrap_or(&default_wear);
+pub(super) fn first_cycle(
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+    progress: &Progress,
+) -> Result<WornCycle, RunError> {
+    let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
     machine.run(FILLING, progress)?;
@@ -408,8 +402,8 @@ pub(super) fn first_cycle(scene: &Scene, progress: &Progress) -> Result<WornCycl
 }
 
 /// Steps of [`first_cycle`] at `dt` \[s\].
-pub(super) fn first_cycle_steps(scene: &Scene, dt: f64) -> usize {
-    let revolution = scene.thresher.as_ref().map_or(0.0, |p| TAU / p.speed);
+pub(super) fn first_cycle_steps(p: &Thresher, dt: f64) -> usize {
+    let revolution = TAU / p.speed;
     let steps = |revolutions: f64| (revolutions * revolution / dt).ceil() as usize;
     steps(FILLING) + steps(1.0)
 }

@@ -1,6 +1,7 @@
 //! Shapes, masses and laws of the threshing machine, all from its parameters.
 
-use super::{Thresher, Tooth};
+use super::blocks::Tooth;
+use super::parameters::Thresher;
 use crate::contact::Vec2;
 use crate::dynamics::damping_for_restitution;
 use crate::rapier::{FrictionRule, JointDrive, ShapeSpec, Surface, SurfaceLaw};

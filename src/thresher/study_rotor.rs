@@ -1,9 +1,10 @@
 //! The study's rotor: levers of the cells, their loads, one load cycle, and the wear it makes.
 
-use super::simulate::{RunError, Totals};
+use super::blocks::{Reading, Shares, Study, Tooth, Update, Wear};
 use crate::contact::Vec2;
 use crate::dynamics::{MoreauStepper, NormalLaw, Rotor, RotorContact, RotorMotor};
-use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update, Wear};
+use crate::experiment::{RunError, Totals};
+use crate::scene::Scene;
 use crate::wear::{self, Archard, CellArea, LoadSlip, Profile, WearError, WearSettings, WearState};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -3,11 +3,12 @@
 //! One load cycle wears a new tooth; its depth per cell is compared with the algebra of the study
 //! where the scene is one, else with our own run converged over three step lengths.
 
-use super::results::{Results, interleave, median_and_spread, row};
-use super::setting::Setting;
-use super::simulate::{Engine, RunError, Totals};
+use super::life::{first_cycle, first_cycle_steps};
+use super::machine::Machine;
 use super::study::study_cycle;
-use super::threshing::{first_cycle, first_cycle_steps};
+use crate::experiment::{
+    Engine, Results, RunError, Setting, Totals, interleave, median_and_spread, row,
+};
 use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::{Scene, Scheme, Step};
 
@@ -29,66 +30,6 @@ pub(super) struct WornCycle {
     /// What it must be, where an algebra tells.
     pub exact: Option<Vec<f64>>,
     pub totals: Totals,
-}
-
-/// Points of a wear scene: ours in both schemes over the ladder of steps; at the scene's step and
-/// scheme other tolerances and solvers. A quick one has three steps and the scheme alone.
-pub fn wear_settings(step: &Step, quick: bool) -> Vec<Setting> {
-    let other = match step.scheme {
-        Scheme::Staggered => Scheme::Moreau,
-        Scheme::Moreau => Scheme::Staggered,
-    };
-    let base = Setting::new(Engine::Moreau, step);
-    let (schemes, lengths) = match quick {
-        true => (vec![step.scheme], &LADDER[..3]),
-        false => (vec![step.scheme, other], &LADDER[..]),
-    };
-    let mut settings: Vec<Setting> = Vec::new();
-    for scheme in schemes {
-        let mut setting = base.clone();
-        setting.step.scheme = scheme;
-        settings.extend(lengths.iter().map(|by| setting.with_dt(by * step.dt)));
-    }
-    if !quick {
-        let mut variants = vec![base.clone(); TOLERANCES.len() + SOLVERS.len()];
-        for (setting, tolerance) in variants.iter_mut().zip(TOLERANCES) {
-            setting.step.tolerance = tolerance;
-        }
-        for (setting, solver) in variants[TOLERANCES.len()..].iter_mut().zip(SOLVERS) {
-            setting.step.solver = solver.to_owned();
-        }
-        for setting in variants {
-            if !settings.contains(&setting) {
-                settings.push(setting);
-            }
-        }
-    }
-    settings
-}
-
-/// Steps of all runs, for a progress bar.
-pub(super) fn wear_steps(scene: &Scene, settings: &[Setting], repeats: usize) -> usize {
-    if scene.thresher.is_none() {
-        return settings.len() * repeats;
-    }
-    let of = |dt: f64| first_cycle_steps(scene, dt);
-    let points: usize = settings.iter().map(|s| of(s.step.dt)).sum();
-    let reference: usize = REFERENCE.iter().map(|by| of(by * scene.step.dt)).sum();
-    points * repeats + reference
-}
-
-fn cycle(scene: &Scene, step: &Step, progress: &Progress) -> Result<WornCycle, RunError> {
-    let scene = Scene {
-        step: step.clone(),
-        ..scene.clone()
-    };
-    match scene.thresher.is_some() {
-        true => first_cycle(&scene, progress),
-        false => {
-            progress.advance();
-            study_cycle(&scene)
-        }
-    }
 }
 
 /// One number of how far a wear is from another.
@@ -119,18 +60,155 @@ struct Against {
 }
 
 impl Against {
-    fn of(scene: &Scene, progress: &Progress) -> Result<(Against, Vec<String>), RunError> {
-        let run = |by: f64| {
-            let mut step = scene.step.clone();
-            step.dt *= by;
-            cycle(scene, &step, progress)
+    fn describe(&self, known: f64) -> String {
+        match known > 0.0 {
+            true => format!("{} ±{known:.1e}", self.words),
+            false => self.words.to_owned(),
+        }
+    }
+}
+
+/// The chart of a machine: who steps it how finely, and how far the wear of a load cycle is off.
+#[derive(Debug, Clone)]
+pub struct WearChart<'a> {
+    pub scene: &'a Scene,
+    pub machine: &'a Machine,
+    pub settings: Vec<Setting>,
+    pub repeats: usize,
+}
+
+impl WearChart<'_> {
+    /// Points of a machine's chart: ours in both schemes over the ladder of steps; at the scene's step and
+    /// scheme other tolerances and solvers. A quick one has three steps and the scheme alone.
+    pub fn settings(step: &Step, quick: bool) -> Vec<Setting> {
+        let other = match step.scheme {
+            Scheme::Staggered => Scheme::Moreau,
+            Scheme::Moreau => Scheme::Staggered,
         };
-        if scene.study.is_some() {
+        let base = Setting::new(Engine::Moreau, step);
+        let (schemes, lengths) = match quick {
+            true => (vec![step.scheme], &LADDER[..3]),
+            false => (vec![step.scheme, other], &LADDER[..]),
+        };
+        let mut settings: Vec<Setting> = Vec::new();
+        for scheme in schemes {
+            let mut setting = base.clone();
+            setting.step.scheme = scheme;
+            settings.extend(lengths.iter().map(|by| setting.with_dt(by * step.dt)));
+        }
+        if !quick {
+            let mut variants = vec![base.clone(); TOLERANCES.len() + SOLVERS.len()];
+            for (setting, tolerance) in variants.iter_mut().zip(TOLERANCES) {
+                setting.step.tolerance = tolerance;
+            }
+            for (setting, solver) in variants[TOLERANCES.len()..].iter_mut().zip(SOLVERS) {
+                setting.step.solver = solver.to_owned();
+            }
+            for setting in variants {
+                if !settings.contains(&setting) {
+                    settings.push(setting);
+                }
+            }
+        }
+        settings
+    }
+
+    /// Steps of all runs, for a progress bar.
+    pub fn steps(&self) -> usize {
+        let Machine::Thresher(setup) = self.machine else {
+            return self.settings.len() * self.repeats;
+        };
+        let of = |dt: f64| first_cycle_steps(&setup.parameters, dt);
+        let points: usize = self.settings.iter().map(|s| of(s.step.dt)).sum();
+        let finer = REFERENCE.iter().map(|by| of(by * self.scene.step.dt));
+        points * self.repeats + finer.sum::<usize>()
+    }
+
+    /// Runs every setting and compares the wear of one load cycle.
+    ///
+    /// # Returns
+    /// `wear-per-cell`, `wear-deepest` and `wear-total` of every point, relative, and no less than
+    /// what the reference is known to; `residual` and `unsolved-islands`.
+    ///
+    /// # Errors
+    /// [`RunError`] where the scene or its reference cannot be run; a point that fails is a row.
+    pub fn run(&self, progress: &Progress) -> Result<Results, RunError> {
+        let settings = &self.settings;
+        progress.message("reference");
+        let (against, notes) = self.against(progress)?;
+        progress.message("");
+        type Run = Result<(WornCycle, Vec<f64>), String>;
+        let mut points: Vec<Option<Run>> = settings.iter().map(|_| None).collect();
+        interleave(&mut points, self.repeats, |k, point| {
+            if matches!(point, Some(Err(_))) {
+                return Ok(());
+            }
+            match self.cycle(&settings[k].step, progress) {
+                Ok(found) => {
+                    let now = found.totals.wall / found.totals.time;
+                    let mut times = match point.take() {
+                        Some(Ok((_, times))) => times,
+                        _ => Vec::new(),
+                    };
+                    times.push(now);
+                    *point = Some(Ok((found, times)));
+                }
+                Err(RunError::Step(error)) => *point = Some(Err(error.to_string())),
+                Err(RunError::Wear(error)) => *point = Some(Err(error.to_string())),
+                Err(error) => return Err(error),
+            }
+            Ok(())
+        })?;
+        let mut results = Results {
+            rows: Vec::new(),
+            notes,
+        };
+        for (setting, point) in settings.iter().zip(points.into_iter().flatten()) {
+            let blank = row(self.scene, setting);
+            match point {
+                Ok((found, mut times)) => {
+                    let (time, spread) = median_and_spread(&mut times);
+                    let unsolved = found.totals.unsolved_islands;
+                    let blank = ResultRow {
+                        seconds_per_simulated_second: time,
+                        spread,
+                        verdict: if unsolved > 0 { "unsolved" } else { "" }.to_owned(),
+                        ..blank
+                    };
+                    results.rows.extend(figures(&against, &blank, Some(&found)));
+                }
+                Err(reason) => {
+                    let blank = ResultRow {
+                        verdict: "fail".to_owned(),
+                        mode: "stops".to_owned(),
+                        ..blank
+                    };
+                    let dt = step_length(setting.step.dt);
+                    let label = setting.label();
+                    results.notes.push(format!(
+                        "{} failed, {label}, dt {dt}: {reason}",
+                        setting.name()
+                    ));
+                    results.rows.extend(figures(&against, &blank, None));
+                }
+            }
+        }
+        Ok(results)
+    }
+
+    /// What the points are compared with, and sentences that say how.
+    fn against(&self, progress: &Progress) -> Result<(Against, Vec<String>), RunError> {
+        let run = |by: f64| {
+            let mut step = self.scene.step.clone();
+            step.dt *= by;
+            self.cycle(&step, progress)
+        };
+        if let Machine::Study(_) = self.machine {
             let cycle = run(LADDER[0])?;
             let depth = cycle.exact.ok_or_else(|| {
                 RunError::Unfit(format!(
                     "scene {}: this reading has no algebra to compare with",
-                    scene.name
+                    self.scene.name
                 ))
             })?;
             let against = Against {
@@ -142,7 +220,7 @@ impl Against {
         }
         let levels = [run(REFERENCE[0])?, run(REFERENCE[1])?, run(REFERENCE[2])?];
         let steps = REFERENCE
-            .map(|by| step_length(by * scene.step.dt))
+            .map(|by| step_length(by * self.scene.step.dt))
             .join(", ");
         let mut notes = Vec::new();
         let known = DISTANCES.map(|(name, distance)| {
@@ -170,88 +248,20 @@ impl Against {
         Ok((against, notes))
     }
 
-    fn describe(&self, known: f64) -> String {
-        match known > 0.0 {
-            true => format!("{} ±{known:.1e}", self.words),
-            false => self.words.to_owned(),
-        }
-    }
-}
-
-/// Runs every setting on a wear scene and compares the wear of one load cycle.
-///
-/// # Returns
-/// `wear-per-cell`, `wear-deepest` and `wear-total` of every point, relative, and no less than
-/// what the reference is known to; `residual` and `unsolved-islands`.
-///
-/// # Errors
-/// [`RunError`] where the scene or its reference cannot be run; a point that fails is a row.
-pub(super) fn run_wear(
-    scene: &Scene,
-    settings: &[Setting],
-    repeats: usize,
-    progress: &Progress,
-) -> Result<Results, RunError> {
-    progress.message("reference");
-    let (against, notes) = Against::of(scene, progress)?;
-    progress.message("");
-    type Run = Result<(WornCycle, Vec<f64>), String>;
-    let mut points: Vec<Option<Run>> = settings.iter().map(|_| None).collect();
-    interleave(&mut points, repeats, |k, point| {
-        if matches!(point, Some(Err(_))) {
-            return Ok(());
-        }
-        match cycle(scene, &settings[k].step, progress) {
-            Ok(found) => {
-                let now = found.totals.wall / found.totals.time;
-                let mut times = match point.take() {
-                    Some(Ok((_, times))) => times,
-                    _ => Vec::new(),
-                };
-                times.push(now);
-                *point = Some(Ok((found, times)));
-            }
-            Err(RunError::Step(error)) => *point = Some(Err(error.to_string())),
-            Err(RunError::Wear(error)) => *point = Some(Err(error.to_string())),
-            Err(error) => return Err(error),
-        }
-        Ok(())
-    })?;
-    let mut results = Results {
-        rows: Vec::new(),
-        notes,
-    };
-    for (setting, point) in settings.iter().zip(points.into_iter().flatten()) {
-        let blank = row(scene, setting);
-        match point {
-            Ok((found, mut times)) => {
-                let (time, spread) = median_and_spread(&mut times);
-                let unsolved = found.totals.unsolved_islands;
-                let blank = ResultRow {
-                    seconds_per_simulated_second: time,
-                    spread,
-                    verdict: if unsolved > 0 { "unsolved" } else { "" }.to_owned(),
-                    ..blank
-                };
-                results.rows.extend(figures(&against, &blank, Some(&found)));
-            }
-            Err(reason) => {
-                let blank = ResultRow {
-                    verdict: "fail".to_owned(),
-                    mode: "stops".to_owned(),
-                    ..blank
-                };
-                let dt = step_length(setting.step.dt);
-                let label = setting.label();
-                results.notes.push(format!(
-                    "{} failed, {label}, dt {dt}: {reason}",
-                    setting.name()
-                ));
-                results.rows.extend(figures(&against, &blank, None));
+    /// One load cycle by `step`.
+    fn cycle(&self, step: &Step, progress: &Progress) -> Result<WornCycle, RunError> {
+        let scene = Scene {
+            step: step.clone(),
+            ..self.scene.clone()
+        };
+        match self.machine {
+            Machine::Thresher(setup) => first_cycle(&scene, setup, progress),
+            Machine::Study(setup) => {
+                progress.advance();
+                study_cycle(&scene, setup)
             }
         }
     }
-    Ok(results)
 }
 
 fn figures(against: &Against, blank: &ResultRow, found: Option<&WornCycle>) -> Vec<ResultRow> {
@@ -281,7 +291,7 @@ fn figures(against: &Against, blank: &ResultRow, found: Option<&WornCycle>) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::load;
+    use crate::thresher::load;
 
     #[test]
     fn distances_are_relative_and_tell_a_shift_from_a_loss() {
@@ -295,22 +305,26 @@ mod tests {
 
     #[test]
     fn no_point_of_a_wear_chart_runs_twice() {
-        let settings = wear_settings(&Step::default(), false);
+        let settings = WearChart::settings(&Step::default(), false);
         for (k, setting) in settings.iter().enumerate() {
             assert!(!settings[..k].contains(setting), "{setting:?}");
         }
         // two schemes at five steps, three tolerances and a solver more
         assert_eq!(settings.len(), 10 + 3 + 1);
-        assert_eq!(wear_settings(&Step::default(), true).len(), 3);
+        assert_eq!(WearChart::settings(&Step::default(), true).len(), 3);
     }
 
     /// The study's rotor slides at constant speed under given loads: exact at every step.
     #[test]
     fn the_study_is_exact_at_every_step_length() {
-        let scene = load("thresher-study", &[]).unwrap();
-        let settings = wear_settings(&scene.step, true);
-        let hidden = Progress::new("", 1, true);
-        let results = run_wear(&scene, &settings, 1, &hidden).unwrap();
+        let (scene, machine) = load("thresher-study", &[]).unwrap();
+        let chart = WearChart {
+            scene: &scene,
+            machine: &machine.unwrap(),
+            settings: WearChart::settings(&scene.step, true),
+            repeats: 1,
+        };
+        let results = chart.run(&Progress::new("", 1, true)).unwrap();
         let wear: Vec<&ResultRow> = results
             .rows
             .iter()

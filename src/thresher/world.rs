@@ -5,11 +5,12 @@
 //! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
 //! the ramp (toe, large x) leads.
 
-use super::threshing_shapes::{
+use super::blocks::Tooth;
+use super::parameters::{ConcaveSetting, Thresher};
+use super::shapes::{
     CROP, STEEL, arc_length, bar_axes, base_radius, bending, concave_chain, segment_mass,
     segment_shape, steel, steel_law, strip_pose, tooth_chain, turned, unit,
 };
-use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord};
 use crate::dynamics::{JointPart, ModelError, StepError};
@@ -17,6 +18,7 @@ use crate::rapier::{
     BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, Pose64, ShapeSpec,
     Simulation, Surface,
 };
+use crate::scene::Scene;
 use crate::wear::{Profile, WearError};
 use std::collections::VecDeque;
 
