@@ -47,7 +47,7 @@ pub use crate::dynamics::Pose64;
 pub use baseline::BaselineSettings;
 pub use bodies::ExactBody;
 pub use box2d::{BOX2D_MISSING, Box2d, Box2dSettings};
-pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
+pub use detection::{DetectionDrive, SurfaceLaw};
 pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};

@@ -57,6 +57,7 @@ row! {
         time_s: f64,
         body_1: u32,
         body_2: u32,
+        /// The larger of the two cells: on the surface of several pieces, if only one is.
         cell: u32,
         x_m: f64,
         y_m: f64,
@@ -209,7 +210,7 @@ impl ContactRow {
             time_s: contact.time,
             body_1: contact.bodies[0],
             body_2: contact.bodies[1],
-            cell: contact.cell,
+            cell: contact.cells[0].max(contact.cells[1]),
             x_m: contact.position.x,
             y_m: contact.position.y,
             nx: contact.normal.x,
@@ -478,7 +479,7 @@ mod tests {
             time: 0.5,
             bodies: [1, 2],
             surfaces: [0, 0],
-            cell: 3,
+            cells: [3, 0],
             position: Vec2::new(4.0, 5.0),
             normal: Vec2::new(6.0, 7.0),
             gap: 8.0,
@@ -545,11 +546,11 @@ mod tests {
 
     #[test]
     fn another_header_is_refused_by_name() {
-        let (_root, path) = written::<WearRow>(&[]);
-        let error = read_rows::<ProfileRow>(&path).unwrap_err();
+        let (_root, path) = written::<BodyRow>(&[]);
+        let error = read_rows::<StepRow>(&path).unwrap_err();
         assert!(matches!(error, ReportError::Header { .. }));
         assert!(
-            error.to_string().contains("cycles,hours,bar,node"),
+            error.to_string().contains("time_s,dt_s,contacts"),
             "{error}"
         );
     }
