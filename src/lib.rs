@@ -26,6 +26,8 @@ pub mod problems;
 pub mod report;
 #[cfg(feature = "lab")]
 pub mod scene;
+#[cfg(feature = "lab")]
+pub mod thresher;
 
 /// The README, whose code must run.
 #[cfg(all(doctest, feature = "lab"))]

@@ -3,8 +3,9 @@
 mod common;
 
 use common::program::Place;
-use moreau2d::experiment::{Atlas, ENTRIES, Engine, Entry};
+use moreau2d::experiment::{Atlas, Engine, Entry};
 use moreau2d::report::{Progress, ResultRow, read_rows};
+use moreau2d::thresher::atlas_entries;
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -34,7 +35,7 @@ fn verdicts(rows: &[ResultRow]) -> Vec<String> {
 /// Without feature `f64` what needs it is skipped, with it all of it runs.
 #[test]
 fn our_verdicts_on_the_quick_rungs() {
-    let atlas = Atlas::new(&[], true).unwrap();
+    let atlas = Atlas::new(&atlas_entries(), &[], true).unwrap();
     let rows = atlas.run(&[Engine::Moreau], &quiet()).unwrap().rows;
     let found = verdicts(&rows);
     let expected: Vec<&str> = OURS.lines().collect();
@@ -71,7 +72,10 @@ fn our_verdicts_on_the_quick_rungs() {
         .filter(|r| r.verdict == "fail" || r.verdict == "unsolved")
     {
         assert_ne!(row.mode, "explodes", "{row:?}");
-        let entry = ENTRIES.iter().find(|e| e.name == row.scene).unwrap();
+        let entry = atlas_entries()
+            .into_iter()
+            .find(|e| e.name == row.scene)
+            .unwrap();
         assert!(
             entry.explanation(&row.rung).is_some(),
             "{} {}",
@@ -95,7 +99,7 @@ fn the_committed_atlas_is_explained() {
     );
     let rows: Vec<ResultRow> = read_rows(path.as_ref()).unwrap();
     let ours: Vec<ResultRow> = rows.into_iter().filter(|r| r.engine == "moreau").collect();
-    for entry in ENTRIES {
+    for entry in atlas_entries() {
         assert!(ours.iter().any(|r| r.scene == entry.name), "{}", entry.name);
     }
     let lines = verdicts(&ours);
@@ -107,7 +111,10 @@ fn the_committed_atlas_is_explained() {
         .filter(|r| r.verdict == "fail" || r.verdict == "unsolved")
     {
         assert_ne!(row.mode, "explodes");
-        let entry = ENTRIES.iter().find(|e| e.name == row.scene).unwrap();
+        let entry = atlas_entries()
+            .into_iter()
+            .find(|e| e.name == row.scene)
+            .unwrap();
         assert!(
             entry.explanation(&row.rung).is_some(),
             "{} {}",
@@ -129,7 +136,10 @@ fn no_two_entries_share_a_cause() {
         let rungs = rows.iter().filter(|r| r.scene == entry.name);
         rungs.filter_map(|r| entry.explanation(&r.rung)).collect()
     };
-    let all: Vec<(&str, BTreeSet<&str>)> = ENTRIES.iter().map(|e| (e.name, causes(e))).collect();
+    let all: Vec<(&str, BTreeSet<&str>)> = atlas_entries()
+        .into_iter()
+        .map(|e| (e.name, causes(e)))
+        .collect();
     assert!(all.iter().map(|(_, own)| own.len()).sum::<usize>() > 5);
     for (k, (name, own)) in all.iter().enumerate() {
         for (other, theirs) in &all[..k] {
@@ -148,7 +158,7 @@ fn every_pass_is_within_its_limits() {
         "stick-slip-incline",
     ]
     .map(str::to_owned);
-    let atlas = Atlas::new(&names, true).unwrap();
+    let atlas = Atlas::new(&atlas_entries(), &names, true).unwrap();
     let engines = Engine::ALL.map(|(_, engine)| engine);
     let rows = atlas.run(&engines, &quiet()).unwrap().rows;
     let mut failed = 0;
@@ -177,7 +187,7 @@ fn every_pass_is_within_its_limits() {
 
 #[test]
 fn all_but_the_times_is_the_same_again() {
-    let atlas = Atlas::new(&["overhang".to_owned()], true).unwrap();
+    let atlas = Atlas::new(&atlas_entries(), &["overhang".to_owned()], true).unwrap();
     let run = || {
         let engines = [Engine::Moreau, Engine::RapierStiff];
         let mut rows = atlas.run(&engines, &quiet()).unwrap().rows;
@@ -229,7 +239,10 @@ fn a_failure_of_ours_is_said() {
     let place = Place::new();
     let (code, out, err) = place.run(&["atlas", "ball-and-chain", "--quick", "--out", "a"]);
     assert_eq!(code, 2, "{err}");
-    let entry = ENTRIES.iter().find(|e| e.name == "ball-and-chain").unwrap();
+    let entry = atlas_entries()
+        .into_iter()
+        .find(|e| e.name == "ball-and-chain")
+        .unwrap();
     assert!(out.contains(entry.explanation("1/60 s").unwrap()), "{out}");
     // the figure in the table has its unit
     assert!(out.contains("of the length)"), "{out}");
@@ -267,17 +280,18 @@ fn bad_input_is_refused_and_nothing_is_written() {
 /// Every entry of the reference cases' table is there, and has rungs, some of them quick.
 #[test]
 fn entries_are_whole() {
-    for (k, entry) in ENTRIES.iter().enumerate() {
+    let all = atlas_entries();
+    for (k, entry) in all.iter().enumerate() {
         assert!(
-            ENTRIES[..k].iter().all(|e| e.name != entry.name),
+            all[..k].iter().all(|e| e.name != entry.name),
             "{}",
             entry.name
         );
         assert!(!entry.shows.is_empty() && !entry.passes.is_empty());
         let names = [entry.name.to_owned()];
-        let all = Atlas::new(&names, false).unwrap().runs();
-        let quick = Atlas::new(&names, true).unwrap().runs();
+        let all = Atlas::new(&atlas_entries(), &names, false).unwrap().runs();
+        let quick = Atlas::new(&atlas_entries(), &names, true).unwrap().runs();
         assert!(quick <= all && all > 0, "{}", entry.name);
     }
-    assert!(ENTRIES.len() >= 33);
+    assert!(atlas_entries().len() >= 33);
 }

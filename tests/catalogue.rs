@@ -8,6 +8,7 @@ use moreau2d::contact::Vec2;
 use moreau2d::dynamics::record::{ContactRecord, StepRecord};
 use moreau2d::experiment::Engine;
 use moreau2d::scene::{self, Body, Built, Model, Scene, Shape};
+use moreau2d::thresher;
 use std::collections::HashMap;
 
 /// Scenes of bodies, and how many steps show what they are about: 50 or all there are, and for the
@@ -16,8 +17,8 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
     scene::scenes()
         .unwrap()
         .iter()
+        .filter(|listing| thresher::load(listing.name, &[]).unwrap().1.is_none())
         .map(|listing| load(listing.name, small(listing.name)))
-        .filter(|scene| scene.study.is_none() && scene.thresher.is_none())
         .map(|scene| {
             let whole = (scene.step.time / scene.step.dt).round() as usize;
             let steps = match scene.name.as_str() {

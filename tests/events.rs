@@ -381,7 +381,7 @@ impl MultibodyModel for Press {
                 },
                 bodies,
                 surfaces: [0, k as u32],
-                cell: 0,
+                cells: [0; 2],
                 position: Vec2::zeros(),
                 normal: Vec2::x(),
                 gap,

@@ -15,7 +15,7 @@ const CORE: [(&str, &[&str]); 6] = [
 ];
 
 /// The lab, behind the feature `lab`, in order: each folder uses the core and the folders before it.
-const LAB: [&str; 9] = [
+const LAB: [&str; 10] = [
     "models",
     "oracles",
     "problems",
@@ -23,6 +23,7 @@ const LAB: [&str; 9] = [
     "scene",
     "report",
     "experiment",
+    "thresher",
     "cli",
     // documentation alone, its examples are compiled as a user's
     "guide",

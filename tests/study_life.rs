@@ -1,13 +1,15 @@
 //! The life of the study's tooth: worn by our own wear layer, apart from the published comparison.
 
-use moreau2d::experiment::{StudyOutcome, run_study};
-use moreau2d::report::{Progress, depth_per_cell, worn_profile};
-use moreau2d::scene;
+use moreau2d::report::Progress;
+use moreau2d::thresher::{self, Machine, StudyOutcome, depth_per_cell, run_study, worn_profile};
 
 fn run(flags: &[&str]) -> Result<StudyOutcome, String> {
     let flags: Vec<String> = flags.iter().map(|f| (*f).to_owned()).collect();
-    let scene = scene::load("thresher-study", &flags).unwrap();
-    run_study(&scene, &Progress::new("", 1, true)).map_err(|e| e.to_string())
+    let (scene, Some(Machine::Study(setup))) = thresher::load("thresher-study", &flags).unwrap()
+    else {
+        panic!("no study");
+    };
+    run_study(&scene, &setup, &Progress::new("", 1, true)).map_err(|e| e.to_string())
 }
 
 /// One operating point of the comparison, that of the life.

@@ -1,17 +1,19 @@
 //! The main job's machine, for a part of a revolution.
 
-use moreau2d::scene::threshing::{Part, ThreshingWorld};
-use moreau2d::scene::{self, Scene};
+use moreau2d::thresher::{self, Machine, Part, Setup, Thresher, ThreshingWorld};
 use moreau2d::wear::Profile;
 
-fn machine(flags: &[&str]) -> (Scene, Profile, ThreshingWorld) {
+fn machine(flags: &[&str]) -> (Setup<Thresher>, Profile, ThreshingWorld) {
     let flags: Vec<String> = flags.iter().map(|f| (*f).to_owned()).collect();
-    let scene = scene::load("thresher", &flags).unwrap();
-    let (parameters, tooth) = (scene.thresher.clone().unwrap(), scene.tooth.unwrap());
+    let (scene, Some(Machine::Thresher(setup))) = thresher::load("thresher", &flags).unwrap()
+    else {
+        panic!("no thresher");
+    };
+    let (parameters, tooth) = (&setup.parameters, &setup.tooth);
     let profile = tooth.profile().unwrap().raised_to(0.0).unwrap();
     let stiffness = parameters.crop_stiffness;
-    let world = ThreshingWorld::new(&scene, &parameters, &tooth, &profile, stiffness).unwrap();
-    (scene, profile, world)
+    let world = ThreshingWorld::new(&scene, parameters, tooth, &profile, stiffness).unwrap();
+    (setup, profile, world)
 }
 
 /// A profile lower by `by` \[m\] everywhere.
@@ -27,7 +29,7 @@ fn lower(profile: &Profile, by: f64) -> Profile {
 
 #[test]
 fn every_step_is_certified_and_balances_its_energy() {
-    let (scene, _, mut world) = machine(&[]);
+    let (setup, _, mut world) = machine(&[]);
     let (mut teeth, mut concave) = (0, 0);
     for step in 0..1000 {
         let record = world.step().unwrap();
@@ -49,7 +51,7 @@ fn every_step_is_certified_and_balances_its_energy() {
     assert!(teeth > 1000 && concave > 1000, "{teeth} {concave}");
     // the strip lies on its concave: it has not folded, nor been lost
     assert!((35..45).contains(&world.segments()), "{}", world.segments());
-    let speed = scene.thresher.unwrap().speed;
+    let speed = setup.parameters.speed;
     assert!(
         (world.speed() / speed - 1.0).abs() < 0.01,
         "{}",
@@ -75,7 +77,7 @@ fn no_part_of_a_tooth_gives_energy() {
         bending += record.energy.motors - world.drive_work(&record);
         for contact in &record.contacts {
             if let Some(Part::Tooth(_)) = world.part(contact) {
-                *cells.entry(contact.cell).or_insert(0.0) += contact.normal_work;
+                *cells.entry(contact.cells).or_insert(0.0) += contact.normal_work;
             }
         }
     }

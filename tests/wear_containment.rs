@@ -2,9 +2,8 @@
 //! before it is no more steel than was there.
 
 use moreau2d::contact::Vec2;
-use moreau2d::experiment::{WearHistory, run_study, run_threshing};
 use moreau2d::report::Progress;
-use moreau2d::scene;
+use moreau2d::thresher::{self, Machine, WearHistory, run_study, run_threshing};
 use moreau2d::wear::{
     Archard, CellArea, JumpRule, Profile, Update, WearError, WearSettings, WearState,
 };
@@ -83,17 +82,23 @@ fn assert_volumes(history: &WearHistory, profiles: &[Vec<Vec2>]) {
 #[test]
 fn the_tooth_of_the_study_grows_nowhere() {
     let one = ["study.torques=[146.39]", "study.speeds=[70]"].map(str::to_owned);
-    let scene = scene::load("thresher-study", &one).unwrap();
-    let outcome = run_study(&scene, &Progress::new("", 1, true)).unwrap();
+    let (scene, Some(Machine::Study(setup))) = thresher::load("thresher-study", &one).unwrap()
+    else {
+        panic!("no study");
+    };
+    let outcome = run_study(&scene, &setup, &Progress::new("", 1, true)).unwrap();
     assert_contained(&outcome.history.unwrap());
 }
 
 #[test]
 fn the_teeth_of_the_thresher_grow_nowhere() {
     let short = ["wear.max_hours=40", "wear.revolutions=1", "wear.jump=0.3"].map(str::to_owned);
-    let scene = scene::load("thresher", &short).unwrap();
+    let (scene, Some(Machine::Thresher(setup))) = thresher::load("thresher", &short).unwrap()
+    else {
+        panic!("no thresher");
+    };
     let hidden = |_: &str, _: u64| Progress::new("", 1, true);
-    let outcome = run_threshing(&scene, hidden, &mut |_, _| Ok(())).unwrap();
+    let outcome = run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap();
     assert_contained(&outcome.history);
 }
 

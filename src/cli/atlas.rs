@@ -3,6 +3,7 @@ use super::atlas_table::{explanations, shares, table};
 use super::summary::{self, Say};
 use crate::experiment::{Atlas, Engine, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
+use crate::thresher::atlas_entries;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -30,7 +31,7 @@ const PICTURE: &str = "atlas.svg";
 
 /// Runs the atlas with every engine, writes the results, and draws them.
 pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
-    let atlas = Atlas::new(&args.entries, args.quick)?;
+    let atlas = Atlas::new(&atlas_entries(), &args.entries, args.quick)?;
     let folder = OutputFolder::create(&args.out)?;
     let progress = Progress::new("atlas", atlas.runs() as u64, args.quiet);
     let results = atlas.run(&Engine::ALL.map(|(_, engine)| engine), &progress)?;

@@ -128,8 +128,8 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
         let mut flags = args.flags.clone();
         // the size first, so that what the user sets has the last word
         flags.set.splice(0..0, size.iter().map(|s| (*s).to_owned()));
-        let scene = flags.load_on_one_thread(name)?;
-        if scene.study.is_some() || scene.thresher.is_some() {
+        let (scene, machine) = flags.load_on_one_thread(name)?;
+        if machine.is_some() {
             return Err(RunError::Unfit(format!(
                 "scene {}: a wear scene is stepped in load cycles, `run` says what they cost",
                 scene.name

@@ -2,8 +2,7 @@ use super::chart_table::table;
 use super::compare::{leave_out, schemes};
 use super::{Flags, Outcome, summary};
 use crate::experiment::{
-    Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes, is_wear,
-    wear_settings,
+    Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
 use crate::peers::{BaselineSettings, Box2dSettings};
 use crate::report::{
@@ -11,9 +10,13 @@ use crate::report::{
     shared, work_precision, write_rows, written_rows,
 };
 use crate::scene::Scene;
+use crate::thresher::{Machine, WearChart};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+
+/// Machines, which a whole chart shows last.
+const MACHINES: [&str; 2] = ["thresher-study", "thresher"];
 
 /// Tolerances of ours beside the default one, and solvers beside `auto`.
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-10];
@@ -123,10 +126,13 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());
     }
-    let names = match args.scenes.is_empty() {
-        true => charted_scenes(args.quick)?,
-        false => args.scenes.clone(),
-    };
+    let mut names = args.scenes.clone();
+    if names.is_empty() {
+        names = charted_scenes(args.quick)?;
+        if !args.quick {
+            names.extend(MACHINES.map(str::to_owned));
+        }
+    }
     // all input is read before anything runs
     let works: Vec<Work> = names
         .iter()
@@ -165,6 +171,7 @@ struct Work {
     /// As the user named it.
     name: String,
     scene: Scene,
+    machine: Option<Machine>,
     comparison: Comparison,
     settings: Vec<Setting>,
     notes: Vec<String>,
@@ -185,8 +192,8 @@ impl Work {
                 ..flags.clone()
             },
         };
-        let mut scene = base.load(name)?;
-        if is_wear(&scene) {
+        let (mut scene, machine) = base.load(name)?;
+        if machine.is_some() {
             refuse(args, &scene)?;
         }
         if let Some(steps) = flags.steps {
@@ -207,10 +214,10 @@ impl Work {
             },
         };
         let mut settings = match args.engine {
-            None if is_wear(&scene) => wear_settings(&scene.step, args.quick),
+            None if machine.is_some() => WearChart::settings(&scene.step, args.quick),
             None => once(comparison.settings(&scene.step)),
             Some(engine) => {
-                let mut step = flags.load(name)?.step;
+                let mut step = flags.load(name)?.0.step;
                 step.time = scene.step.time;
                 let mut setting = Setting::new(engine, &step);
                 setting.baseline = soft(args, engine)?;
@@ -222,6 +229,7 @@ impl Work {
         Ok(Work {
             name: name.to_owned(),
             scene,
+            machine,
             comparison,
             settings,
             notes,
@@ -230,11 +238,24 @@ impl Work {
 
     /// Rows, and notes that name the scene.
     fn run(&self, args: &ChartArgs) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
-        let repeats = args.repeats.unwrap_or(if args.quick { 1 } else { 3 });
-        let settings = self.settings.clone();
-        let plan = ChartPlan::new(&self.scene, &self.comparison, settings, repeats as usize);
-        let bar = Progress::new(&self.scene.name, plan.steps() as u64, args.flags.quiet);
-        let results = plan.run(&bar)?;
+        let (scene, settings) = (&self.scene, self.settings.clone());
+        let repeats = args.repeats.unwrap_or(if args.quick { 1 } else { 3 }) as usize;
+        let bar = |steps| Progress::new(&scene.name, steps as u64, args.flags.quiet);
+        let results = match &self.machine {
+            Some(machine) => {
+                let chart = WearChart {
+                    scene,
+                    machine,
+                    settings,
+                    repeats,
+                };
+                chart.run(&bar(chart.steps()))?
+            }
+            None => {
+                let plan = ChartPlan::new(scene, &self.comparison, settings, repeats);
+                plan.run(&bar(plan.steps()))?
+            }
+        };
         let notes = self.notes.iter().chain(&results.notes);
         let named = notes.map(|note| format!("{}: {note}", self.scene.name));
         Ok((results.rows, named.collect()))

@@ -8,8 +8,8 @@ use crate::scene::{Scene, Scheme};
 use serde_json::json;
 
 pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
-    let mut scene = args.common.load()?;
-    if scene.study.is_some() || scene.thresher.is_some() {
+    let (mut scene, machine) = args.common.load()?;
+    if machine.is_some() {
         return Err(RunError::Unfit(format!(
             "scene {}: a wear scene is not compared with rapier, which gives no slip; use `run`",
             scene.name

@@ -12,14 +12,14 @@ mod compare_table;
 mod dump;
 mod run;
 mod run_files;
-mod run_study;
-mod run_threshing;
+mod run_machine;
 mod solve;
 mod summary;
 
 use crate::dynamics::MOST_THREADS;
 use crate::experiment::{Engine, RunError, step_count};
 use crate::scene::{self, Scene, SceneError};
+use crate::thresher::{self, Machine};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -191,9 +191,10 @@ impl Flags {
         summary::Say::of(self.json, self.quiet)
     }
 
-    /// The scene `name` with all flags applied; warnings about it go to standard error.
-    fn load(&self, name: &str) -> Result<Scene, RunError> {
-        let mut scene = self.load_on_one_thread(name)?;
+    /// The scene `name` with all flags applied, and its machine if it has one; warnings about it go
+    /// to standard error.
+    fn load(&self, name: &str) -> Result<(Scene, Option<Machine>), RunError> {
+        let (mut scene, machine) = self.load_on_one_thread(name)?;
         scene.step.threads = match self.threads[..] {
             [] => 1,
             [one] => one as usize,
@@ -203,11 +204,11 @@ impl Flags {
                 ));
             }
         };
-        Ok(scene)
+        Ok((scene, machine))
     }
 
     /// The same without `--threads`.
-    fn load_on_one_thread(&self, name: &str) -> Result<Scene, SceneError> {
+    fn load_on_one_thread(&self, name: &str) -> Result<(Scene, Option<Machine>), SceneError> {
         let mut flags = self.set.clone();
         // changes of the scene, and how the user typed them
         let mut typed: Vec<(String, String)> = Vec::new();
@@ -235,16 +236,16 @@ impl Flags {
             let each = typed.iter();
             each.fold(error, |error, (change, words)| error.typed(change, words))
         };
-        let scene = scene::load(name, &flags).map_err(in_words)?;
+        let (scene, machine) = thresher::load(name, &flags).map_err(in_words)?;
         if !self.quiet {
-            let text: String = scene
-                .step_warnings()
-                .iter()
+            let of_machine = machine.iter().flat_map(|m| m.step_warnings(scene.step.dt));
+            let text: String = (scene.step_warnings().into_iter())
+                .chain(of_machine)
                 .map(|warning| format!("warning: {warning}\n"))
                 .collect();
             print_err(&text);
         }
-        Ok(scene)
+        Ok((scene, machine))
     }
 
     /// Number of steps of the run.
@@ -263,7 +264,7 @@ impl Flags {
 
 impl Common {
     /// See [`Flags::load`].
-    fn load(&self) -> Result<Scene, RunError> {
+    fn load(&self) -> Result<(Scene, Option<Machine>), RunError> {
         self.flags.load(&self.scene)
     }
 

@@ -1,9 +1,9 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
-use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
+use super::{Outcome, RunArgs, print_out, run_machine, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
-use crate::scene::{Built, Scene};
+use crate::scene::Built;
 use serde_json::json;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
@@ -22,17 +22,9 @@ const OURS_ALONE: [&str; 8] = [
 ];
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
-    let scene = args.common.load()?;
-    if scene.study.is_some() || scene.thresher.is_some() {
-        args.refuse("--dump-problems", args.dump_problems.is_some(), &scene)?;
-    }
-    if scene.study.is_some() {
-        only_moreau(args, &scene)?;
-        return run_study::run(args, &scene);
-    }
-    if scene.thresher.is_some() {
-        only_moreau(args, &scene)?;
-        return run_threshing::run(args, &scene);
+    let (scene, machine) = args.common.load()?;
+    if let Some(machine) = machine {
+        return run_machine::run(args, &scene, &machine);
     }
     args.engine.has_model(&scene)?;
     ours_only(args)?;
@@ -137,17 +129,6 @@ fn ours_only(args: &RunArgs) -> Result<(), RunError> {
             args.engine.name()
         ))),
         _ => Ok(()),
-    }
-}
-
-fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
-    match args.engine {
-        Engine::Moreau => Ok(()),
-        other => Err(RunError::Unfit(format!(
-            "--engine {}: scene {} wears, and only moreau gives the impulses that wear needs",
-            other.name(),
-            scene.name
-        ))),
     }
 }
 

@@ -216,7 +216,7 @@ pub(super) mod tests {
                 rows,
                 bodies: rows.bodies,
                 surfaces: rows.bodies,
-                cell: 0,
+                cells: [0; 2],
                 position: Vec2::zeros(),
                 normal: Vec2::x(),
                 gap,

@@ -30,11 +30,12 @@ pub struct ContactPoint {
     pub key: ContactKey,
     /// Rows (n, t) over the model's velocity blocks.
     pub rows: Rows,
-    /// The model's numbers of both bodies and of the cell, for the record.
+    /// The model's numbers of both bodies, for the record.
     pub bodies: [u32; 2],
     /// The model's numbers of both surfaces: a body may have several.
     pub surfaces: [u32; 2],
-    pub cell: u32,
+    /// The cell on each surface, see [`super::record::ContactRecord::cells`].
+    pub cells: [u32; 2],
     /// Point \[m\], unit normal, gap \[m\].
     pub position: Vec2,
     pub normal: Vec2,

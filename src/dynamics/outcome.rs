@@ -116,7 +116,7 @@ fn record_contact(
             time,
             bodies: contact.bodies,
             surfaces: contact.surfaces,
-            cell: contact.cell,
+            cells: contact.cells,
             position: contact.position,
             normal: contact.normal,
             gap: contact.gap,

@@ -39,8 +39,9 @@ pub struct ContactRecord {
     pub bodies: [u32; 2],
     /// The model's number of each surface: a body may have several.
     pub surfaces: [u32; 2],
-    /// Where on the surface the contact lies: the model's cell number (0 where it has none).
-    pub cell: u32,
+    /// Where on each surface the contact lies, as detection found it: of a polyline the number of the
+    /// segment, from 0; 0 on a surface of one piece.
+    pub cells: [u32; 2],
     /// Contact point \[m\] and unit normal, at the configuration where it was detected.
     pub position: Vec2,
     pub normal: Vec2,
@@ -61,6 +62,14 @@ pub struct ContactRecord {
     /// `P_N γ̄_N` \[J\], energy given by the normal impulse; negative in a loss.
     pub normal_work: f64,
     pub status: ContactStatus,
+}
+
+impl ContactRecord {
+    /// The cell on `surface`; `None` for a contact of other surfaces.
+    pub fn cell_on(&self, surface: u32) -> Option<u32> {
+        let side = self.surfaces.iter().position(|s| *s == surface)?;
+        Some(self.cells[side])
+    }
 }
 
 /// One part of a joint in one step.

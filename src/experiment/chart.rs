@@ -3,7 +3,6 @@ use super::results::{Results, run_settings};
 use super::self_reference::SelfReference;
 use super::setting::{Setting, step_count};
 use super::simulate::RunError;
-use super::wear_chart::{run_wear, wear_steps};
 use crate::report::{Progress, step_length};
 use crate::scene::{self, Scene, SceneError};
 
@@ -20,14 +19,11 @@ const STABILITY: [&str; 8] = [
     "chain",
 ];
 
-/// The mission.
-const WEAR: [&str; 2] = ["thresher-study", "thresher"];
-
 /// Of a quick chart: a stop, an impact, a verdict, and a stack without a closed form.
 const QUICK: [&str; 4] = ["sliding-block", "bouncing-ball", "beam", "tower"];
 
 /// Names of the scenes that a chart takes by default: all with a closed form, in the order of the
-/// catalogue, then those of stability and of wear; a quick one takes four.
+/// catalogue, then those of stability; a quick one takes four.
 ///
 /// # Errors
 /// Those of [`scene::scenes`].
@@ -37,18 +33,12 @@ pub fn charted_scenes(quick: bool) -> Result<Vec<String>, SceneError> {
     }
     let mut names = Vec::new();
     for listing in scene::scenes()? {
-        if scene::load(listing.name, &[])?.reference.is_some() {
+        if listing.has_reference {
             names.push(listing.name.to_owned());
         }
     }
     names.extend(STABILITY.map(str::to_owned));
-    names.extend(WEAR.map(str::to_owned));
     Ok(names)
-}
-
-/// Whether a chart of the scene is about its wear.
-pub fn is_wear(scene: &Scene) -> bool {
-    scene.study.is_some() || scene.thresher.is_some()
 }
 
 /// What one scene's chart runs.
@@ -71,7 +61,7 @@ impl<'a> ChartPlan<'a> {
         settings: Vec<Setting>,
         repeats: usize,
     ) -> Self {
-        let own = scene.reference.is_none() && !is_wear(scene);
+        let own = scene.reference.is_none();
         ChartPlan {
             scene,
             settings,
@@ -82,9 +72,6 @@ impl<'a> ChartPlan<'a> {
 
     /// Steps of all its runs, for a progress bar.
     pub fn steps(&self) -> usize {
-        if is_wear(self.scene) {
-            return wear_steps(self.scene, &self.settings, self.repeats);
-        }
         let each: usize = self.settings.iter().map(|s| step_count(&s.step)).sum();
         let reference = self
             .reference
@@ -95,15 +82,12 @@ impl<'a> ChartPlan<'a> {
     /// Runs it.
     ///
     /// # Returns
-    /// The rows of [`run_settings`], of a wear scene the errors of its wear; the notes say of a scene without a closed form what it is
-    /// compared with instead, or that nothing can be.
+    /// The rows of [`run_settings`]. Of a scene without a closed form the notes say what it is compared
+    /// with instead, or that nothing can be.
     ///
     /// # Errors
     /// Those of [`run_settings`].
     pub fn run(&self, progress: &Progress) -> Result<Results, RunError> {
-        if is_wear(self.scene) {
-            return run_wear(self.scene, &self.settings, self.repeats, progress);
-        }
         let mut notes = Vec::new();
         let mut reference = None;
         if let Some((finest, period)) = self.reference {

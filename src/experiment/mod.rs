@@ -1,7 +1,6 @@
 //! Runs: a scene, an engine, settings, and what comes of them.
 //!
-//! One loop steps every engine; a wear experiment wraps it in load cycles and jumps. Everything
-//! printed, drawn and written is made of what these return.
+//! One loop steps every engine. Everything printed, drawn and written is made of what these return.
 //!
 //! # A comparison and its pictures
 //!
@@ -59,13 +58,9 @@
 //! the cards of `card-house` do by rapier's dimensions, must be lifted off each other: `energy-rise`
 //! holds that too, of every engine, and `energy-recovery` says how much of ours it is.
 //!
-//! The chart of a wear scene is about the mission: the wear depth per cell of one load cycle.
-//! `wear-per-cell` is `Σ|h − h'|/Σ h'` over the cells, `wear-deepest` and `wear-total` the relative
-//! errors of the deepest cell and of the sum. The study has an algebra to compare with, the thresher
-//! its own run converged over three steps. No peer has their contact law or a slip. Where
-//! it can be asked, on blocks and discs that slide, the measure `wear` is the sum of
-//! `load_slip` against its closed form; a peer's is its impulse times the slip velocity at the
-//! end of the step, for want of the one at its start.
+//! The measure `wear` of blocks and discs that slide is the sum of `load_slip` against its closed
+//! form; a peer's is its impulse times the slip velocity at the end of the step, as it does not give
+//! the one at the start.
 //!
 //! **A scene** is added as a file of `scenes/` and a line of the catalogue. With a
 //! `[reference]` it is in the chart from then on; a new closed form is a function beside the others
@@ -100,7 +95,6 @@ mod baseline;
 mod bench;
 mod chart;
 mod compare;
-mod contact_time;
 mod equilibrium;
 mod joint_gap;
 mod reference;
@@ -108,31 +102,20 @@ mod results;
 mod self_reference;
 mod setting;
 mod simulate;
-mod stall;
-mod study;
-mod study_life;
-mod study_rotor;
-mod threshing;
 mod throughput;
-mod wear_chart;
-mod wear_history;
 
 pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
+pub(crate) use atlas::{Check, Finding, RELATIVE, Rung};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
-pub use chart::{ChartPlan, charted_scenes, is_wear};
+pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use reference::{Measure, Samples, measures};
 pub use results::{Results, run_settings};
+pub(crate) use results::{interleave, median_and_spread, row};
 pub use self_reference::SelfReference;
 pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
-pub use stall::Stall;
-pub use study::{PublishedPoint, StudyOutcome, run_study};
-pub use study_rotor::oracle_load_slip;
-pub use threshing::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
 pub use throughput::{Throughput, Workload, growth};
-pub use wear_chart::wear_settings;
-pub use wear_history::WearHistory;

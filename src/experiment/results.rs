@@ -83,7 +83,7 @@ pub fn run_settings(
 }
 
 /// Visits all of `points` once a repeat.
-pub(super) fn interleave<P, E>(
+pub(crate) fn interleave<P, E>(
     points: &mut [P],
     repeats: usize,
     mut visit: impl FnMut(usize, &mut P) -> Result<(), E>,
@@ -344,7 +344,7 @@ fn driven(scene: &Scene) -> bool {
 }
 
 /// A row of `setting` without a figure.
-pub(super) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
+pub(crate) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
     ResultRow {
         scene: scene.name.clone(),
         rung: String::new(),
@@ -367,7 +367,7 @@ pub(super) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
 }
 
 /// Median, and half the range over it where there is a range.
-pub(super) fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
+pub(crate) fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
     times.sort_by(f64::total_cmp);
     let (Some(least), Some(most)) = (times.first(), times.last()) else {
         return (None, None);

@@ -4,7 +4,7 @@
 //! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
 //! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
 //! with its crop, its calibration and its life, is the scene `thresher` and
-//! [`crate::scene::threshing`].
+//! [`crate::thresher`].
 //!
 //! # 1. A drum with teeth
 //! An oriented polyline is one-sided: the solid lies on the left of its direction.
@@ -222,8 +222,8 @@
 //! ```
 //!
 //! # 8. Load and slip of every cell
-//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 1 in the order
-//! of its points; 0 is a contact without a cell. Archard's law eats `load_slip`, the impulse times
+//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 0 in the order
+//! of its points. Archard's law eats `load_slip`, the impulse times
 //! the slip velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a
 //! cell that sticks stays at 0.
 //!
@@ -246,9 +246,8 @@
 //! for _ in 0..400 {
 //!     let record = pipeline.step(&mut world)?;
 //!     sum.add(&record.contacts, |contact| {
-//!         let steel = steel.into_raw_parts().0;
-//!         let node = (contact.cell as usize).checked_sub(1);
-//!         node.filter(|_| contact.surfaces.contains(&steel))
+//!         let cell = contact.cell_on(steel.into_raw_parts().0)?;
+//!         Some(cell as usize)
 //!     })?;
 //! }
 //!
@@ -265,10 +264,10 @@
 //! let load_slip: f64 = sum.sums().iter().sum();
 //! assert!((volume / (1e-13 * load_slip) - 1.0).abs() < 1e-12);
 //! // of a tooth's five segments, trailing flank, tip, leading flank and twice the drum between, the
-//! // tip and the leading flank meet the grains
+//! // leading flank and the drum before it meet the grains
 //! let share = |kind: usize| (0..8).map(|k| sum.sums()[5 * k + kind]).sum::<f64>() / load_slip;
-//! assert!(share(1) > 0.1 && share(2) > 0.1 && share(1) + share(2) > 0.99);
-//! assert_eq!(depths[0], 0.0);
+//! assert!(share(2) > 0.1 && share(3) > 0.1 && share(2) + share(3) > 0.99);
+//! assert_eq!(depths[1], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

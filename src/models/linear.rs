@@ -195,7 +195,7 @@ impl MultibodyModel for Linear {
                 },
                 bodies: [NO_BODY, 0],
                 surfaces: [1, 0],
-                cell: i as u32,
+                cells: [0, i as u32],
                 // levers are all that is known of its place
                 position: Vec2::zeros(),
                 normal: Vec2::y(),

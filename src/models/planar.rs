@@ -208,7 +208,7 @@ impl Planar {
             rows: rows([Some(surface), Some(body)], arms, normal),
             bodies: [surface as u32, body as u32],
             surfaces: [surface as u32, body as u32],
-            cell: feature as u32,
+            cells: [0, feature as u32],
             position: tip - normal * below,
             normal,
             gap,

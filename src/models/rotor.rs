@@ -145,7 +145,7 @@ impl MultibodyModel for Rotor {
                 rows: Rotor::rows(c.lever),
                 bodies: [NO_BODY, 0],
                 surfaces: [1, 0],
-                cell: i as u32,
+                cells: [0, i as u32],
                 position: c.position,
                 normal: Vec2::y(),
                 gap: c.gap + c.lever.x * turned,

@@ -159,7 +159,7 @@ fn contacts(
         );
         let mut contact = PeerContact {
             colliders,
-            cell: parts[0].max(parts[1]),
+            cells: parts,
             touch,
             impulse_n: f64::from(point.data.impulse),
             impulse_t: 0.0,

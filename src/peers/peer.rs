@@ -141,7 +141,7 @@ pub(super) fn pose(world: &PhysicsWorld, handle: ColliderHandle) -> Pose {
 /// What a peer tells of a contact point.
 pub(super) struct PeerContact {
     pub colliders: [ColliderHandle; 2],
-    pub cell: u32,
+    pub cells: [u32; 2],
     pub touch: Touch,
     /// On the second collider \[N s\].
     pub impulse_n: f64,
@@ -191,7 +191,7 @@ impl PeerContact {
             time: record.time,
             bodies: colliders.map(number),
             surfaces: self.colliders.map(|h| h.into_raw_parts().0),
-            cell: self.cell,
+            cells: self.cells,
             position: wide(self.touch.place),
             normal: self.touch.normal,
             gap: self.touch.gap,

@@ -46,7 +46,7 @@ pub use crate::dynamics::Pose64;
 pub use bodies::ExactBody;
 #[cfg(feature = "debug-render")]
 pub use debug_render::ContactStyle;
-pub use detection::{DetectionDrive, NO_CELL, SurfaceLaw};
+pub use detection::{DetectionDrive, SurfaceLaw};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
 pub use state::{PipelineState, StateError};

@@ -3,8 +3,8 @@ use std::fs::File;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
 use super::{OutputFolder, ReportError};
 use crate::dynamics::record::{ContactRecord, StepRecord};
@@ -23,17 +23,18 @@ macro_rules! row {
         $($(#[$field_doc:meta])* $field:ident: $kind:ty,)*
     }) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         pub struct $name {
             $($(#[$field_doc])* pub $field: $kind,)*
         }
 
-        impl Row for $name {
+        impl $crate::report::Row for $name {
             const FILE: &'static str = $file;
             const HEADER: &'static [&'static str] = &[$(stringify!($field)),*];
         }
     };
 }
+pub(crate) use row;
 
 row! {
     /// Position and velocity of one body at one time.
@@ -56,6 +57,7 @@ row! {
         time_s: f64,
         body_1: u32,
         body_2: u32,
+        /// The larger of the two cells: on the surface of several pieces, if only one is.
         cell: u32,
         x_m: f64,
         y_m: f64,
@@ -103,68 +105,6 @@ row! {
         penetration_m: f64,
         penetration_impact_m: Option<f64>,
         joint_gap_m: Option<f64>,
-    }
-}
-
-row! {
-    /// Wear of one cell after a number of cycles.
-    WearRow in "wear.csv" {
-        cycles: f64,
-        hours: f64,
-        bar: u32,
-        cell: u32,
-        x_m: f64,
-        depth_m: f64,
-        load_slip_nm_per_cycle: f64,
-    }
-}
-
-row! {
-    /// Worn volume of one cell after a number of cycles, per metre of width: its share of the area
-    /// between the new profile and the worn one, which is the sum over the cells.
-    VolumeRow in "worn-volume.csv" {
-        cycles: f64,
-        hours: f64,
-        bar: u32,
-        cell: u32,
-        volume_m3_per_m: f64,
-    }
-}
-
-row! {
-    /// One node of the worn profile after a number of cycles.
-    ProfileRow in "profile.csv" {
-        cycles: f64,
-        hours: f64,
-        bar: u32,
-        node: u32,
-        x_m: f64,
-        y_m: f64,
-    }
-}
-
-row! {
-    /// When a limit is crossed, where, and how well that is known.
-    LifeRow in "life.csv" {
-        limit: String,
-        hours: f64,
-        cycles: f64,
-        error_hours: f64,
-        bar: u32,
-        cell: u32,
-    }
-}
-
-row! {
-    /// A published wear depth beside the computed one.
-    ComparisonRow in "comparison.csv" {
-        torque_nm: f64,
-        omega_rad_s: f64,
-        published_um: f64,
-        computed_um: f64,
-        relative_error: f64,
-        /// Whether a constant was fitted to this very point.
-        calibrated: bool,
     }
 }
 
@@ -270,7 +210,7 @@ impl ContactRow {
             time_s: contact.time,
             body_1: contact.bodies[0],
             body_2: contact.bodies[1],
-            cell: contact.cell,
+            cell: contact.cells[0].max(contact.cells[1]),
             x_m: contact.position.x,
             y_m: contact.position.y,
             nx: contact.normal.x,
@@ -462,23 +402,6 @@ mod tests {
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
              work_recovery_j,imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
         );
-        assert_eq!(
-            header::<WearRow>(),
-            "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle\n"
-        );
-        assert_eq!(
-            header::<VolumeRow>(),
-            "cycles,hours,bar,cell,volume_m3_per_m\n"
-        );
-        assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m\n");
-        assert_eq!(
-            header::<LifeRow>(),
-            "limit,hours,cycles,error_hours,bar,cell\n"
-        );
-        assert_eq!(
-            header::<ComparisonRow>(),
-            "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated\n"
-        );
         assert_eq!(header::<PerformanceRow>(), "solver,ratio,share\n");
         assert_eq!(
             header::<ResultRow>(),
@@ -500,23 +423,25 @@ mod tests {
             -f64::from_bits(0x000f_ffff_ffff_ffff),
             4e6,
         ];
-        let rows: Vec<ProfileRow> = values
+        let rows: Vec<BodyRow> = values
             .iter()
-            .map(|&v| ProfileRow {
-                cycles: v,
-                hours: -v,
-                bar: 1,
-                node: 2,
-                x_m: v,
+            .map(|&v| BodyRow {
+                time_s: v,
+                body: 1,
+                x_m: -v,
                 y_m: v,
+                angle_rad: v,
+                vx_m_s: v,
+                vy_m_s: v,
+                omega_rad_s: v,
             })
             .collect();
         let (_root, path) = written(&rows);
-        let back: Vec<ProfileRow> = read_rows(&path).unwrap();
+        let back: Vec<BodyRow> = read_rows(&path).unwrap();
         assert_eq!(back.len(), values.len());
         for (row, value) in back.iter().zip(values) {
-            assert_eq!(row.cycles.to_bits(), value.to_bits());
-            assert_eq!(row.hours.to_bits(), (-value).to_bits());
+            assert_eq!(row.time_s.to_bits(), value.to_bits());
+            assert_eq!(row.x_m.to_bits(), (-value).to_bits());
         }
     }
 
@@ -554,7 +479,7 @@ mod tests {
             time: 0.5,
             bodies: [1, 2],
             surfaces: [0, 0],
-            cell: 3,
+            cells: [3, 0],
             position: Vec2::new(4.0, 5.0),
             normal: Vec2::new(6.0, 7.0),
             gap: 8.0,
@@ -621,11 +546,11 @@ mod tests {
 
     #[test]
     fn another_header_is_refused_by_name() {
-        let (_root, path) = written::<WearRow>(&[]);
-        let error = read_rows::<ProfileRow>(&path).unwrap_err();
+        let (_root, path) = written::<BodyRow>(&[]);
+        let error = read_rows::<StepRow>(&path).unwrap_err();
         assert!(matches!(error, ReportError::Header { .. }));
         assert!(
-            error.to_string().contains("cycles,hours,bar,node"),
+            error.to_string().contains("time_s,dt_s,contacts"),
             "{error}"
         );
     }

@@ -315,11 +315,11 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let folder = OutputFolder::create(root.path().join("mine")).unwrap();
         fs::remove_dir_all(folder.files()).unwrap();
-        let rows: &[crate::report::LifeRow] = &[];
+        let rows: &[crate::report::PointRow] = &[];
         for error in [
             folder.write("steps.csv", "time_s\n").unwrap_err(),
             crate::report::write_rows(&folder, rows).unwrap_err(),
-            crate::report::written_rows::<crate::report::LifeRow>(&folder).unwrap_err(),
+            crate::report::written_rows::<crate::report::PointRow>(&folder).unwrap_err(),
         ] {
             let text = error.to_string();
             assert!(

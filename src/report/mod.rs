@@ -22,15 +22,14 @@ mod progress;
 mod result_charts;
 mod scatter;
 mod table;
-mod wear_charts;
 
 pub use atlas_matrix::matrix;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
+pub(crate) use csv_files::row;
 pub use csv_files::{
-    BodyRow, ComparisonRow, ContactRow, CsvFile, DominationRow, LifeRow, PerformanceRow, PointRow,
-    ProfileRow, ResultRow, Row, StepRow, UndominatedRow, VolumeRow, WearRow, read_rows, write_rows,
-    written_rows,
+    BodyRow, ContactRow, CsvFile, DominationRow, PerformanceRow, PointRow, ResultRow, Row, StepRow,
+    UndominatedRow, read_rows, write_rows, written_rows,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::OutputFolder;
@@ -41,9 +40,6 @@ pub use progress::Progress;
 pub use result_charts::{convergence, energy, work_precision};
 pub use scatter::scatter;
 pub use table::{Align, Table, number, plus_minus, quantity, step_length};
-pub use wear_charts::{
-    HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile,
-};
 
 use std::path::{Path, PathBuf};
 

@@ -3,13 +3,12 @@
 use super::joint::WORLD;
 use super::overlap::Overlaps;
 use super::world::{Built, HandWritten, World};
-use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, Tooth, Wear, planar};
+use super::{Body, BodyKind, Joint, Mass, Model, Scene, Shape, Step, planar};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{ModelError, MoreauStepper, StepError, StepperSettings};
 use crate::oracles::solver_by_name;
 use crate::peers::{JointSpec, MassSpec, Motion, ShapeSpec, Simulation, Surface};
 use crate::rapier::{Pose64, SurfaceLaw};
-use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 
 impl Step {
     /// The stepper that `[step]` asks for.
@@ -23,34 +22,6 @@ impl Step {
             solver: self.solver.clone(),
             tolerance: self.tolerance,
             threads: self.threads,
-        }
-    }
-}
-
-impl Tooth {
-    /// The new tooth's profile, its nodes the cells.
-    ///
-    /// # Errors
-    /// Those of [`Profile::quadratic`].
-    pub fn profile(&self) -> Result<Profile, WearError> {
-        Profile::quadratic(
-            self.alpha,
-            self.beta,
-            self.gamma,
-            self.width,
-            self.cells as usize,
-        )
-    }
-}
-
-impl Wear {
-    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\], along its normals.
-    pub fn settings(&self, law: Archard, cycle_seconds: f64) -> WearSettings {
-        WearSettings {
-            law,
-            update: wear::Update::Normal,
-            smoothing_length: self.smoothing_length,
-            cycle_seconds,
         }
     }
 }

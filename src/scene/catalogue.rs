@@ -1,7 +1,10 @@
 //! The scenes that come with the program, embedded in it.
 
-use super::Scene;
+use super::document::Document;
 use super::error::{Hint, SceneError};
+use super::{At, Scene};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// Name and text of every embedded scene, in the order the catalogue shows them.
@@ -114,18 +117,26 @@ pub struct Listing {
     pub name: &'static str,
     /// What the scene shows.
     pub title: String,
+    /// Whether it has a closed form to be compared with.
+    pub has_reference: bool,
 }
 
 /// The catalogue, in the order it is shown.
 ///
 /// # Errors
-/// Those of [`Scene::parse`], if an embedded scene is broken; a test loads them all.
+/// [`SceneError::Syntax`], if an embedded scene is broken; a test loads them all.
 pub fn scenes() -> Result<Vec<Listing>, SceneError> {
     EMBEDDED
         .iter()
         .map(|&(name, text)| {
-            let title = Scene::parse(&file_of(name), text, &[])?.title;
-            Ok(Listing { name, title })
+            let document = Document::parse(&file_of(name), text)?;
+            let header = document.root.entry("scene");
+            let title = header.and_then(|header| header.node.string("title"));
+            Ok(Listing {
+                name,
+                title: title.unwrap_or_default().to_owned(),
+                has_reference: document.root.entry("reference").is_some(),
+            })
         })
         .collect()
 }
@@ -143,8 +154,30 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
 /// [`SceneError::Read`], and those of
 /// [`Scene::parse`].
 pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
+    with_text(name_or_path, |file, text| Scene::parse(file, text, flags))
+}
+
+/// Loads a scene that may hold a machine, as [`load`] does, by [`Scene::parse_machine`].
+///
+/// # Errors
+/// Those of [`load`], and those of `check`.
+pub fn load_machine<M: DeserializeOwned + Serialize>(
+    name_or_path: &str,
+    flags: &[String],
+    check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
+) -> Result<(Scene, M), SceneError> {
+    with_text(name_or_path, |file, text| {
+        Scene::parse_machine(file, text, flags, &check)
+    })
+}
+
+/// What `parse` makes of the text of a scene and of what errors call it.
+fn with_text<T>(
+    name_or_path: &str,
+    parse: impl Fn(&str, &str) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == name_or_path) {
-        return Scene::parse(&file_of(name), text, flags);
+        return parse(&file_of(name), text);
     }
     let path = Path::new(name_or_path);
     if path
@@ -153,7 +186,7 @@ pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
         || path.is_file()
     {
         let text = std::fs::read_to_string(path).map_err(|source| unread(path, source))?;
-        return Scene::parse(name_or_path, &text, flags);
+        return parse(name_or_path, &text);
     }
     Err(SceneError::UnknownScene {
         name: name_or_path.to_owned(),

@@ -137,6 +137,15 @@ impl Document {
         })
     }
 
+    /// The same document with the blocks `keys` alone.
+    pub fn only(&self, keys: &[&str]) -> Document {
+        let mut part = self.clone();
+        if let Value::Table(entries) = &mut part.root.value {
+            entries.retain(|entry| keys.contains(&entry.key.as_str()));
+        }
+        part
+    }
+
     /// Where the value at `path` was written; the nearest ancestor for one that was not.
     ///
     /// Elements of arrays of tables go by their [`labels`].

@@ -5,8 +5,7 @@
 
 use super::joint::JointEntry;
 use super::linear::LinearBlock;
-use super::study::{Study, Tooth, Wear};
-use super::thresher::Thresher;
+use super::machine::Kept;
 use super::{Part, Shape};
 use crate::dynamics::{ImpactLaw, Scheme};
 use crate::oracles::SOLVERS;
@@ -14,6 +13,8 @@ use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
 
 /// A whole file, as written and with its defaults filled in; not yet checked.
+///
+/// The blocks of a machine are only noted here: see [`super::machine`].
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
@@ -31,10 +32,15 @@ pub struct SceneFile {
     #[serde(default)]
     pub repeat: Vec<RepeatEntry>,
     pub linear: Option<LinearBlock>,
-    pub tooth: Option<Tooth>,
-    pub wear: Option<Wear>,
-    pub study: Option<Study>,
-    pub thresher: Option<Thresher>,
+    #[serde(skip_serializing)]
+    pub tooth: Option<Kept>,
+    #[serde(skip_serializing)]
+    pub wear: Option<Kept>,
+    #[serde(skip_serializing)]
+    pub study: Option<Kept>,
+    #[serde(skip_serializing)]
+    pub thresher: Option<Kept>,
+    #[serde(skip_serializing)]
     pub reference: Option<Reference>,
 }
 

@@ -1,17 +1,19 @@
 //! A number that tells resolved scenes apart.
 
 use super::file::SceneFile;
+use super::machine::Whole;
+use serde::Serialize;
 
 /// FNV-1a, 64 bits (Fowler, Noll & Vo), over the JSON of the file without title and notes.
 ///
 /// Keys stand in the order of the structs and floats in their shortest exact form, so the number
 /// depends on the values alone, not on platform, key order or comments. Not cryptographic.
-pub(super) fn of(file: &SceneFile) -> u64 {
+pub(super) fn of<M: Serialize>(file: &SceneFile, machine: &M) -> u64 {
     let mut file = file.clone();
     file.scene.title.clear();
     file.scene.notes.clear();
     // Structs of strings and finite numbers always have a JSON form.
-    let json = serde_json::to_string(&file).unwrap_or_default();
+    let json = serde_json::to_string(&Whole::new(&file, machine)).unwrap_or_default();
     fnv1a(json.as_bytes())
 }
 

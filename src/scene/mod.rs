@@ -36,30 +36,30 @@ pub mod file;
 mod hash;
 pub mod joint;
 mod linear;
+mod machine;
 mod outline;
 mod overlap;
 mod overrides;
 mod planar;
 mod reader;
-pub mod study;
-pub mod thresher;
-pub mod threshing;
-mod threshing_shapes;
 mod time_scales;
 mod world;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
-pub use catalogue::{Listing, load, scenes};
+pub use catalogue::{Listing, load, load_machine, scenes};
+pub use check::{At, Range, distinct, range};
 pub use error::{Hint, Origin, Place, SceneError};
 pub use file::{BodyKind, ClosedForm, Material, Oscillation, Step};
 pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
-pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
-pub use thresher::{ConcaveSetting, Thresher};
+pub use time_scales::Motion;
 pub use world::Built;
 
 use document::Document;
 use file::{BodyEntry, DEFAULT_DENSITY, SceneFile};
+use machine::NoMachine;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// A scene that was read, checked and expanded: every number is finite and in its range, every
 /// name resolved.
@@ -74,19 +74,13 @@ pub struct Scene {
     pub step: Step,
     /// At least one.
     pub materials: Vec<Material>,
-    /// Every body placed, repeats expanded, in a fixed order. Empty with a study or thresher.
+    /// Every body placed, repeats expanded, in a fixed order. Empty where a machine makes its own.
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
     /// A mechanism in place of bodies.
     pub linear: Option<LinearBlock>,
     /// The closed form that the result is compared with.
     pub reference: Option<ClosedForm>,
-    /// There whenever a study or thresher is.
-    pub tooth: Option<Tooth>,
-    /// There whenever a study is, and where the file has the block.
-    pub wear: Option<Wear>,
-    pub study: Option<Study>,
-    pub thresher: Option<Thresher>,
     /// FNV-1a (64 bits) of the resolved file without title and notes, see [`Scene::parse`].
     pub hash: u64,
 }
@@ -209,14 +203,40 @@ impl Scene {
     /// not cryptographic, and it changes when a release adds a key.
     ///
     /// # Errors
-    /// Every variant of [`SceneError`] but `UnknownScene` and `Read`.
+    /// Every variant of [`SceneError`] but `UnknownScene` and `Read`. A file with the blocks of a
+    /// machine is refused: read it with [`Scene::parse_machine`].
     pub fn parse(file: &str, text: &str, flags: &[String]) -> Result<Scene, SceneError> {
+        let (scene, NoMachine { .. }) = Scene::parse_machine(file, text, flags, machine::refuse)?;
+        Ok(scene)
+    }
+
+    /// Reads a scene that may hold a machine: `[tooth]`, `[wear]`, `[study]` and `[thresher]`
+    /// belong to whoever calls this. The scene knows these names and nothing else of them.
+    ///
+    /// # Arguments
+    /// - `file`, `text`, `flags`: those of [`Scene::parse`].
+    /// - `check`: the ranges of the machine's values, called when all else is checked; it is given
+    ///   the top of the file.
+    /// - `M`: a struct of the four blocks in this order, each an `Option`.
+    ///
+    /// # Returns
+    /// The scene, its hash that of the whole file, and the machine's blocks.
+    ///
+    /// # Errors
+    /// Those of [`Scene::parse`], and those of `check`.
+    pub fn parse_machine<M: DeserializeOwned + Serialize>(
+        file: &str,
+        text: &str,
+        flags: &[String],
+        check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
+    ) -> Result<(Scene, M), SceneError> {
         let mut document = Document::parse(file, text)?;
-        overrides::apply(&mut document, flags)?;
-        let read: SceneFile = reader::read(&document)?;
+        overrides::apply::<M>(&mut document, flags)?;
+        let (read, machine) = machine::read(&document)?;
         check::check(&read, &document)?;
-        let hash = hash::of(&read);
-        resolve(read, &document, hash)
+        check(&machine, &At::top(&document))?;
+        let hash = hash::of(&read, &machine);
+        Ok((resolve(read, &document, hash)?, machine))
     }
 }
 
@@ -251,7 +271,6 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         body.touches = touches;
     }
     check::planar(&bodies, &joints, document)?;
-    let model = file.study.is_some() || file.thresher.is_some();
     let scene = Scene {
         name: file.scene.name,
         title: file.scene.title,
@@ -263,10 +282,6 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         joints,
         linear: file.linear,
         reference: file.reference.map(|reference| reference.closed_form),
-        tooth: file.tooth.or(model.then(Tooth::default)),
-        wear: file.wear.or(file.study.is_some().then(Wear::default)),
-        study: file.study,
-        thresher: file.thresher,
         hash,
     };
     check::starts(&scene, document)?;

@@ -2,8 +2,9 @@
 
 use super::document::{Document, Entry, Node, Traits, Value, flag_value, labels, node_labels};
 use super::error::{Hint, Origin, Place, SceneError};
-use super::file::SceneFile;
-use super::reader;
+use super::machine::{self, Whole};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 /// Blocks of which a scene has any number.
@@ -21,7 +22,10 @@ const ARRAYS: [&str; 4] = ["material", "body", "joint", "repeat"];
 /// does not exist, [`SceneError::Conflict`] where the scene has none of its kind;
 /// [`SceneError::WrongType`] for a path through a plain value. Keys that the
 /// schema does not have are found when the document is read, under the flag's name.
-pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), SceneError> {
+pub(super) fn apply<M: DeserializeOwned + Serialize>(
+    document: &mut Document,
+    flags: &[String],
+) -> Result<(), SceneError> {
     for flag in flags {
         let (key, text) = flag
             .split_once('=')
@@ -32,7 +36,7 @@ pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), Sce
         let path = if key.contains('.') {
             key.split('.').map(str::to_owned).collect()
         } else {
-            full_path(document, flag, key)?
+            full_path::<M>(document, flag, key)?
         };
         let value = flag_value(text, &origin);
         set(document, &path, &origin, value)?;
@@ -41,11 +45,15 @@ pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), Sce
 }
 
 /// The path of a bare key: itself at the top of the file, or the only block that has it.
-fn full_path(document: &Document, flag: &str, key: &str) -> Result<Vec<String>, SceneError> {
-    let file: SceneFile = reader::read(document)?;
+fn full_path<M: DeserializeOwned + Serialize>(
+    document: &Document,
+    flag: &str,
+    key: &str,
+) -> Result<Vec<String>, SceneError> {
+    let (file, machine) = machine::read::<M>(document)?;
     // Keys at their default are settable too, so they are looked up in the file as read. A number
     // that is finite and a key that is a string always have a JSON form.
-    let all = serde_json::to_value(&file).unwrap_or(Json::Null);
+    let all = serde_json::to_value(Whole::new(&file, &machine)).unwrap_or(Json::Null);
     if all.get(key).is_some() {
         return Ok(vec![key.to_owned()]);
     }

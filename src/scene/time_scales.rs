@@ -1,6 +1,5 @@
 //! Whether a step is short enough for the fastest motion of a scene.
 
-use super::threshing_shapes::segment_mass;
 use super::{Body, BodyKind, Mass, Scene, Shape};
 use std::f64::consts::{PI, TAU};
 
@@ -8,57 +7,48 @@ use std::f64::consts::{PI, TAU};
 const STEPS: f64 = 20.0;
 
 /// A motion of the scene and its period \[s\].
-struct Motion {
-    what: String,
-    period: f64,
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    pub what: String,
+    pub period: f64,
+}
+
+impl Motion {
+    /// A warning with the step that would do, if steps of `dt` \[s\] are longer than T/20.
+    pub fn warning(&self, dt: f64) -> Option<String> {
+        (dt > self.period / STEPS * (1.0 + 1e-9)).then(|| {
+            format!(
+                "step.dt = {dt} s is too long for {}: its period of {:.3e} s needs {STEPS} steps; \
+                 step.dt = {:.2e} would do",
+                self.what,
+                self.period,
+                // rounded down to what is printed
+                round_down(self.period / STEPS)
+            )
+        })
+    }
 }
 
 impl Scene {
     /// What is too fast for `step.dt`, in words with the step that would do: at most one warning
-    /// each for compliant contacts, spinning bodies and joint springs, about the fastest of them.
+    /// each for compliant contacts and spinning bodies, about the fastest of them.
     ///
     /// A motion of period T asks for `Δt ≤ T/20`:
     ///
     /// ```text
     /// compliant contact    T = π √(m_eff/k)          the time of an impact without damping
     /// body that spins      T = 2 π/|ω|               a disc without a joint looks always the same
-    /// spring of a joint    T = 2 π √(I_eff/k)
     /// ```
     ///
     /// with `1/m_eff = Σ (1/m + r²/I)` of the two bodies, r the longest arm along a face. It is an
     /// estimate from the scene as it starts; rigid contacts have no period.
     pub fn step_warnings(&self) -> Vec<String> {
-        [
-            self.fastest_contact(),
-            self.fastest_spin(),
-            self.fastest_spring(),
-        ]
-        .into_iter()
-        .flatten()
-        .filter(|motion| self.step.dt > motion.period / STEPS * (1.0 + 1e-9))
-        .map(|motion| {
-            format!(
-                "step.dt = {} s is too long for {}: its period of {:.3e} s needs {STEPS} steps; \
-                     step.dt = {:.2e} would do",
-                self.step.dt,
-                motion.what,
-                motion.period,
-                // rounded down to what is printed
-                round_down(motion.period / STEPS)
-            )
-        })
-        .collect()
+        let fastest = [self.fastest_contact(), self.fastest_spin()];
+        let found = fastest.into_iter().flatten();
+        found.filter_map(|m| m.warning(self.step.dt)).collect()
     }
 
     fn fastest_contact(&self) -> Option<Motion> {
-        if let Some(thresher) = &self.thresher {
-            let (mass, _) = segment_mass(thresher);
-            let stiffness = thresher.crop_stiffness * thresher.segment_length;
-            return Some(Motion {
-                what: "the crop's contacts".to_owned(),
-                period: PI * (mass / stiffness).sqrt(),
-            });
-        }
         // of each material, its two bodies that move most easily: they may meet each other
         let mut light: Vec<Vec<(f64, &Body)>> = vec![Vec::new(); self.materials.len()];
         for body in &self.bodies {
@@ -113,16 +103,6 @@ impl Scene {
                 what: format!("the spin of {}", body.name),
                 period: TAU / body.spin.abs(),
             })
-    }
-
-    fn fastest_spring(&self) -> Option<Motion> {
-        let thresher = self.thresher.as_ref()?;
-        let (_, inertia) = segment_mass(thresher);
-        (thresher.crop_bending_stiffness > 0.0).then(|| Motion {
-            what: "the bending of the crop".to_owned(),
-            // two equal segments against each other
-            period: TAU * (0.5 * inertia / thresher.crop_bending_stiffness).sqrt(),
-        })
     }
 }
 

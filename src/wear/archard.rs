@@ -2,22 +2,25 @@ use super::{WearError, all_finite, in_range, same_length};
 use crate::dynamics::record::ContactRecord;
 use serde::{Deserialize, Serialize};
 
-/// Sum of `load_slip` per node over simulated cycles.
+/// Sum of `load_slip` per cell over simulated cycles.
 ///
-/// `S_i = Σ P_N |γ̄_T|` over the contacts of node `i`                                   (1)
+/// `S_i = Σ P_N |γ̄_T|` over the contacts of cell `i`                                   (1)
 ///
 /// taken from the solver's own impulses: no force is formed and nothing is divided by a time step,
-/// so an impact counts like sustained contact, and a node that sticks stays at exactly 0.
+/// so an impact counts like sustained contact, and a cell that sticks stays at exactly 0.
+///
+/// A cell is what detection calls one, [`ContactRecord::cells`]: of a polyline an edge. What the
+/// edges of a profile carry goes to its nodes by [`Profile::on_nodes`](super::Profile::on_nodes).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSlip {
     sums: Vec<f64>,
 }
 
 impl LoadSlip {
-    /// Zero sums for `nodes` nodes.
-    pub fn new(nodes: usize) -> Self {
+    /// Zero sums for `cells` cells.
+    pub fn new(cells: usize) -> Self {
         LoadSlip {
-            sums: vec![0.0; nodes],
+            sums: vec![0.0; cells],
         }
     }
 
@@ -25,20 +28,20 @@ impl LoadSlip {
     ///
     /// # Arguments
     /// - `contacts`: the records of the step, [`crate::dynamics::record::StepRecord::contacts`].
-    /// - `node_of`: the node that a contact wears, counted from 0, or `None` for a contact that
-    ///   does not count (another body, another bar).
+    /// - `cell_of`: the cell that a contact wears, counted from 0, or `None` for a contact that
+    ///   does not count (another body, another bar): [`ContactRecord::cell_on`] the worn surface.
     ///
     /// # Errors
     /// [`WearError::NonFinite`] and [`WearError::Range`] for a `load_slip` that is NaN, infinite or
-    /// negative; [`WearError::Range`] for a node outside the profile. Nothing is added then.
+    /// negative; [`WearError::Range`] for a cell that there is not. Nothing is added then.
     pub fn add(
         &mut self,
         contacts: &[ContactRecord],
-        node_of: impl Fn(&ContactRecord) -> Option<usize>,
+        cell_of: impl Fn(&ContactRecord) -> Option<usize>,
     ) -> Result<(), WearError> {
         let mut counted = Vec::new();
         for (index, contact) in contacts.iter().enumerate() {
-            let Some(node) = node_of(contact) else {
+            let Some(cell) = cell_of(contact) else {
                 continue;
             };
             let value = contact.load_slip;
@@ -50,15 +53,15 @@ impl LoadSlip {
             }
             in_range("load_slip [N m]", value, value >= 0.0, "at least 0")?;
             in_range(
-                "node of a contact",
-                node as f64,
-                node < self.sums.len(),
-                "a node of the profile",
+                "cell of a contact",
+                cell as f64,
+                cell < self.sums.len(),
+                "a cell of the surface",
             )?;
-            counted.push((node, value));
+            counted.push((cell, value));
         }
-        for (node, value) in counted {
-            self.sums[node] += value;
+        for (cell, value) in counted {
+            self.sums[cell] += value;
         }
         Ok(())
     }
@@ -165,8 +168,8 @@ mod tests {
         ContactRecord {
             time: 0.0,
             bodies: [0, 1],
-            surfaces: [0, 0],
-            cell,
+            surfaces: [7, 8],
+            cells: [cell, 0],
             position: Vec2::zeros(),
             normal: Vec2::y(),
             gap: 0.0,
@@ -185,12 +188,15 @@ mod tests {
     fn impacts_count_sticking_does_not_and_others_are_left_out() {
         let mut sum = LoadSlip::new(2);
         let contacts = [
-            record(1, 0.25, ContactStatus::SlipPlus),
-            record(1, 0.5, ContactStatus::Impact),
-            record(2, 0.0, ContactStatus::Stick),
-            record(0, 9.0, ContactStatus::SlipMinus),
+            record(0, 0.25, ContactStatus::SlipPlus),
+            record(0, 0.5, ContactStatus::Impact),
+            record(1, 0.0, ContactStatus::Stick),
+            ContactRecord {
+                surfaces: [8, 9],
+                ..record(0, 9.0, ContactStatus::SlipMinus)
+            },
         ];
-        sum.add(&contacts, |c| (c.cell as usize).checked_sub(1))
+        sum.add(&contacts, |c| Some(c.cell_on(7)? as usize))
             .unwrap();
         assert_eq!(sum.sums(), [0.75, 0.0]);
         assert_eq!(sum.per_cycle(3.0).unwrap(), [0.25, 0.0]);

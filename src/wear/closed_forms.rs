@@ -51,13 +51,14 @@ fn rough(n: usize) -> Vec<f64> {
     (1..=n).map(golden).collect()
 }
 
-fn contact(x: f64, load_slip: f64) -> ContactRecord {
+/// A contact on an edge of each of two surfaces, 0 and 1.
+fn contact(cells: [u32; 2], load_slip: f64) -> ContactRecord {
     ContactRecord {
         time: 0.0,
         bodies: [0, 1],
-        surfaces: [0, 0],
-        cell: 0,
-        position: Vec2::new(x, 0.0),
+        surfaces: [0, 1],
+        cells,
+        position: Vec2::zeros(),
         normal: Vec2::y(),
         gap: 0.0,
         impulse_n: 0.0,
@@ -206,26 +207,26 @@ fn reciprocating_pad() {
             k_pad,
         );
         let mut face = tributary(Profile::quadratic(0.0, 0.0, 0.0, 0.08, 81).unwrap(), k_face);
-        let (mut on_pad, mut on_face) = (LoadSlip::new(nodes), LoadSlip::new(81));
+        let (mut on_pad, mut on_face) = (LoadSlip::new(nodes - 1), LoadSlip::new(80));
         let points = 2 * (nodes - 1);
         let step = 1e-4;
-        // forth and back; 0.037 mm keeps the points off the borders between nodes
+        // forth and back; 0.037 mm keeps the points off the borders between edges of 1 mm
         for i in 0..2 * 300 {
             let along = if i < 300 { i } else { 599 - i };
             let left = 0.04 - 0.5 * (stroke + width) + 3.7e-5 + f64::from(along) * step;
             let at = |j: usize| left + (j as f64 + 0.5) * 5e-4;
             let share = load * step / points as f64;
-            let contacts: Vec<_> = (0..points).map(|j| contact(at(j), share)).collect();
-            let nearest = |s: &WearState, x: f64| s.profile().nearest(Vec2::new(x, 0.0));
-            on_pad
-                .add(&contacts, |c| nearest(&pad, c.position.x - left))
-                .unwrap();
-            on_face
-                .add(&contacts, |c| nearest(&face, c.position.x))
-                .unwrap();
+            let cells = |j: usize| [j as u32 / 2, (at(j) / 1e-3) as u32];
+            let contacts: Vec<_> = (0..points).map(|j| contact(cells(j), share)).collect();
+            for (surface, sum) in [(0, &mut on_pad), (1, &mut on_face)] {
+                let edge = |c: &ContactRecord| Some(c.cell_on(surface)? as usize);
+                sum.add(&contacts, edge).unwrap();
+            }
         }
-        pad.advance(on_pad.sums(), cycles, 0.0).unwrap();
-        face.advance(on_face.sums(), cycles, 0.0).unwrap();
+        for (part, sum) in [(&mut pad, &on_pad), (&mut face, &on_face)] {
+            let load_slip = part.profile().on_nodes(sum.sums()).unwrap();
+            part.advance(&load_slip, cycles, 0.0).unwrap();
+        }
         let expected = k_pad * load * 2.0 * stroke * cycles / width;
         // sums of thousands of equal shares: round-off
         for h in pad.depth() {

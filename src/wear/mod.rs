@@ -1,14 +1,15 @@
 //! Archard wear of a surface: from the record of a simulated cycle to the life of a part.
 //!
 //! ```text
-//! contact records → load_slip per node → Archard depth → cycle jump → profile → re-mesh → life
+//! contact records → load_slip per edge → per node → Archard depth → cycle jump → profile → re-mesh → life
 //! ```
 //!
 //! # Conventions, stated once
 //!
 //! A [`Profile`] is an open polyline in the frame of the part, from its tall end to its toe, with
 //! the solid on its right: `x` grows along it and the outward normal is the tangent turned by
-//! +90 degrees. A **node** belongs to the current mesh; a **cell** is a station `x` of the first
+//! +90 degrees. Detection names the **edge** of a contact ([`ContactRecord::cells`]), and nothing else
+//! decides where it wears. A **node** belongs to the current mesh; a **cell** is a station `x` of the first
 //! mesh and never changes, so that reports keep their columns when the mesh does. Both count from
 //! 0 here; the first cell of a table is cell 1.
 //!
@@ -20,6 +21,9 @@
 //! Archard, J. Appl. Phys. 24 (1953); Põdra & Andersson, Tribol. Int. 32 (1999), wear by explicit
 //! steps on a Winkler foundation; Ibrahim, Shash & Abboud, DYSONA Appl. Sci. 6(1) (2025), the
 //! tooth of the thresher.
+
+#[cfg(doc)]
+use crate::dynamics::record::ContactRecord;
 
 mod archard;
 #[cfg(test)]

@@ -1,5 +1,5 @@
 use super::polygon::{check_nodes, check_polygon, crossing};
-use super::{WearError, in_range};
+use super::{WearError, in_range, same_length};
 use crate::contact::Vec2;
 
 /// The worn surface: an open polyline of nodes in the frame of the part.
@@ -140,21 +140,21 @@ impl Profile {
         self.area_vectors().iter().map(|v| v.y).collect()
     }
 
-    /// The node nearest along the profile to the foot of `point` \[m\] on it; `None` for a point
-    /// that is not finite. Where two feet are equally near, the first along the profile.
-    pub fn nearest(&self, point: Vec2) -> Option<usize> {
-        let mut best = None;
-        let mut least = f64::INFINITY;
-        for (i, e) in self.nodes.windows(2).enumerate() {
-            let edge = e[1] - e[0];
-            let t = ((point - e[0]).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
-            let distance = (point - e[0] - t * edge).norm_squared();
-            if distance < least {
-                least = distance;
-                best = Some(if t <= 0.5 { i } else { i + 1 });
-            }
+    /// Sums over the edges as sums over the nodes: half of each edge's to either end.
+    ///
+    /// An even load wears every node of a straight profile alike, its ends too: a node's tributary
+    /// width is half of the edges beside it.
+    ///
+    /// # Errors
+    /// [`WearError::Length`] unless there is one sum an edge.
+    pub fn on_nodes(&self, edges: &[f64]) -> Result<Vec<f64>, WearError> {
+        same_length("sums over edges", edges.len(), self.nodes.len() - 1)?;
+        let mut nodes = vec![0.0; self.nodes.len()];
+        for (i, sum) in edges.iter().enumerate() {
+            nodes[i] += 0.5 * sum;
+            nodes[i + 1] += 0.5 * sum;
         }
-        best
+        Ok(nodes)
     }
 
     /// The highest node and its height `max y` \[m\].
@@ -248,12 +248,20 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_belongs_to_the_nearest_node_along_the_profile() {
+    fn an_even_load_on_edges_wears_all_nodes_alike() {
         let flat = Profile::quadratic(0.0, 0.0, 0.0, 4.0, 5).unwrap();
-        assert_eq!(flat.nearest(Vec2::new(1.4, 7.0)), Some(1));
-        assert_eq!(flat.nearest(Vec2::new(1.6, -7.0)), Some(2));
-        assert_eq!(flat.nearest(Vec2::new(-9.0, 0.0)), Some(0));
-        assert_eq!(flat.nearest(Vec2::new(f64::NAN, 0.0)), None);
+        let nodes = flat.on_nodes(&[3.0; 4]).unwrap();
+        for (sum, width) in nodes.iter().zip(flat.widths()) {
+            assert_eq!(sum / width, 3.0);
+        }
+        assert!(matches!(
+            flat.on_nodes(&[3.0; 5]),
+            Err(WearError::Length {
+                given: 5,
+                expected: 4,
+                ..
+            })
+        ));
     }
 
     #[test]

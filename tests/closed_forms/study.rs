@@ -1,12 +1,15 @@
 //! The published study of tooth wear, against the rebuilt data and its own algebra.
 
-use crate::common::load;
-use moreau2d::experiment::{StudyOutcome, run_study};
 use moreau2d::report::Progress;
+use moreau2d::thresher::{self, Machine, StudyOutcome, run_study};
 
 fn study(flags: &[&str]) -> StudyOutcome {
-    let scene = load("thresher-study", flags);
-    run_study(&scene, &Progress::new("test", 1, true)).unwrap()
+    let flags: Vec<String> = flags.iter().map(|f| (*f).to_owned()).collect();
+    let (scene, Some(Machine::Study(setup))) = thresher::load("thresher-study", &flags).unwrap()
+    else {
+        panic!("no study");
+    };
+    run_study(&scene, &setup, &Progress::new("test", 1, true)).unwrap()
 }
 
 /// Gate of the study: the row "torque-balanced Winkler share quadratic refit" of the rebuilt data,

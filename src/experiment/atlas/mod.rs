@@ -41,9 +41,10 @@ use super::simulate::{Engine, RunError};
 use crate::report::{Progress, ResultRow, number};
 use crate::scene::{Built, Hint, Scene, load};
 use trace::Trace;
-use verdict::{Check, Finding, Verdict};
+use verdict::Verdict;
 
 pub use table::ENTRIES;
+pub(crate) use verdict::{Check, Finding, RELATIVE};
 
 /// A scene of the atlas and its ladder.
 pub struct Entry {
@@ -52,9 +53,9 @@ pub struct Entry {
     pub shows: &'static str,
     /// When a rung passes, in words.
     pub passes: &'static str,
-    rungs: fn() -> Result<Vec<Rung>, RunError>,
+    pub(crate) rungs: fn() -> Result<Vec<Rung>, RunError>,
     /// Why ours fails a rung, in a sentence: the rung's name, or `*` for all of them.
-    ours: &'static [(&'static str, &'static str)],
+    pub(crate) ours: &'static [(&'static str, &'static str)],
 }
 
 impl Entry {
@@ -81,7 +82,7 @@ enum Work {
 }
 
 /// One difficulty of an entry.
-pub(super) struct Rung {
+pub(crate) struct Rung {
     name: String,
     scene: Scene,
     /// The mode of a pass.
@@ -115,7 +116,7 @@ impl Rung {
     }
 
     /// A rung of `scene`'s parts that is not a plain run.
-    fn own(
+    pub fn own(
         name: impl Into<String>,
         scene: Scene,
         work: impl Fn(Engine) -> Result<Finding, RunError> + 'static,
@@ -132,7 +133,7 @@ impl Rung {
         self
     }
 
-    fn quick(self) -> Rung {
+    pub fn quick(self) -> Rung {
         self.quick_if(true)
     }
 
@@ -142,7 +143,7 @@ impl Rung {
     }
 
     /// Only ours has what it asks for.
-    fn ours_alone(mut self, why: &'static str) -> Rung {
+    pub fn ours_alone(mut self, why: &'static str) -> Rung {
         self.ours_alone = Some(why);
         self
     }
@@ -227,20 +228,25 @@ impl Atlas {
     /// The rungs of the entries called `names`, of all where there are none.
     ///
     /// # Arguments
+    /// - `entries`: [`ENTRIES`], with more that need what this folder does not know.
     /// - `quick`: the cheap rungs only.
     ///
     /// # Errors
     /// [`RunError::Unfit`] for an unknown entry, with the nearest; [`RunError::Scene`] if a scene of
     /// an entry is broken.
-    pub fn new(names: &[String], quick: bool) -> Result<Atlas, RunError> {
+    pub fn new(
+        entries: &[&'static Entry],
+        names: &[String],
+        quick: bool,
+    ) -> Result<Atlas, RunError> {
         for name in names {
-            if !ENTRIES.iter().any(|e| e.name == name) {
-                let hint = Hint::new(name, ENTRIES.iter().map(|e| e.name));
+            if !entries.iter().any(|e| e.name == name) {
+                let hint = Hint::new(name, entries.iter().map(|e| e.name));
                 return Err(RunError::Unfit(format!("atlas: no entry `{name}`{hint}")));
             }
         }
         let mut plan = Vec::new();
-        for entry in ENTRIES {
+        for &entry in entries {
             if names.is_empty() || names.iter().any(|name| name == entry.name) {
                 let rungs = (entry.rungs)()?.into_iter();
                 plan.extend(rungs.filter(|r| r.quick || !quick).map(|r| (entry, r)));

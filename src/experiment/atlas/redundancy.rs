@@ -1,11 +1,10 @@
 //! More contacts than a load can tell apart.
 
 use super::trace::{Trace, larger};
-use super::verdict::{Check, Finding, RELATIVE};
-use super::{Rung, catalogue, drafted, material, step};
+use super::verdict::{Check, RELATIVE};
+use super::{Rung, drafted, material, step};
 use crate::contact::{Vec2, Vec3};
-use crate::experiment::{Engine, RunError, run_study};
-use crate::report::Progress;
+use crate::experiment::RunError;
 
 /// A plank with a load at its end on a row of small discs or on the edges of a polyline: whatever the
 /// shares, the wrench of the normal forces is that of the weights.
@@ -68,63 +67,4 @@ fn rung(name: String, quick: bool, support: &str) -> Result<Rung, RunError> {
         ]
     };
     Ok(Rung::new(name, drafted("redundant-contacts", &text)?, "holds", judge).quick_if(quick))
-}
-
-/// The study's rotor, 26 contacts on one coordinate: rigid it stalls in a step under shares that
-/// mean nothing, which is said; under a compliant crop they are those of the algebra.
-pub(super) fn rotor() -> Result<Vec<Rung>, RunError> {
-    let rung = |name: &str, reading: &str| {
-        let flags = [
-            format!("reading={reading}"),
-            "study.speeds=[70]".to_owned(),
-            "study.torques=[146.39]".to_owned(),
-            "study.batches=1".to_owned(),
-        ];
-        let scene = catalogue("thresher-study", &flags)?;
-        let own = scene.clone();
-        let work = move |_: Engine| {
-            let outcome = run_study(&own, &Progress::new("", 1, true))?;
-            let (checks, passes) = match (outcome.stall, outcome.oracle_difference) {
-                (Some(stall), _) => {
-                    let (certified, cells) = stall.single_cell;
-                    let silent = f64::from(u8::from(outcome.totals.redundant_steps == 0));
-                    let found = vec![
-                        Check::new(
-                            "speed-left",
-                            stall.speed_after.abs(),
-                            "rad/s",
-                            1e-9,
-                            "turns",
-                        ),
-                        Check::new(
-                            "single-cells-refused",
-                            (cells - certified) as f64,
-                            "cells",
-                            0.0,
-                            "unique",
-                        ),
-                        Check::new("silent", silent, "yes or no", 0.0, "silent"),
-                    ];
-                    (found, "stalls")
-                }
-                (None, difference) => {
-                    let off = difference.unwrap_or(f64::NAN);
-                    (
-                        vec![Check::new("shares", off, RELATIVE, 1e-6, "wrong-load")],
-                        "shares",
-                    )
-                }
-            };
-            let unsolved = Some(outcome.totals.unsolved_islands);
-            Ok(Finding::judged(checks, passes, true, unsolved))
-        };
-        let rung = Rung::own(name, scene, work).quick();
-        Ok(rung.ours_alone("it has no body of one coordinate with levers for contacts"))
-    };
-    [
-        rung("rigid", "literal"),
-        rung("compliant", "torque-balanced"),
-    ]
-    .into_iter()
-    .collect()
 }

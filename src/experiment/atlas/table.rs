@@ -104,13 +104,6 @@ pub const ENTRIES: &[Entry] = &[
         ours: &[],
     },
     Entry {
-        name: "rotor",
-        shows: "26 contacts on one coordinate",
-        passes: "rigid: stalls, and says that shares are not unique; compliant: shares within 1e-6",
-        rungs: redundancy::rotor,
-        ours: &[],
-    },
-    Entry {
         name: "painleve",
         shows: "a rod that slides on its tip with too much friction for a sliding force",
         passes: "jams within two steps above the threshold, slides below; energy rises below 1e-6",

@@ -2,11 +2,11 @@ use super::super::simulate::{Engine, RunError};
 use super::trace::Trace;
 
 /// Unit of a difference over what it is compared with.
-pub(super) const RELATIVE: &str = "relative error";
+pub(crate) const RELATIVE: &str = "relative error";
 
 /// One figure of a run and the most that it may be.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Check {
+pub(crate) struct Check {
     pub measure: &'static str,
     pub value: f64,
     /// SI, or in words what it is a part of or counts: a bare figure tells a reader nothing.
@@ -41,7 +41,7 @@ impl Check {
 
 /// What came of a rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     Pass,
     Fail,
     /// All measures hold, but some island of some step was not certified.
@@ -64,7 +64,7 @@ impl Verdict {
 
 /// A verdict, how it came to it in a word, and what it was seen by.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Finding {
+pub(crate) struct Finding {
     pub verdict: Verdict,
     pub mode: String,
     pub checks: Vec<Check>,
@@ -141,7 +141,7 @@ impl Finding {
     }
 
     /// The verdict on a run that came to its end.
-    pub fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
+    pub(super) fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
         let totals = &trace.totals;
         let certifies = trace.engine == Engine::Moreau;
         let mut finding = Finding::judged(

@@ -213,7 +213,7 @@ impl Box2d {
                     let start = a_moves.start + arms[0];
                     let contact = PeerContact {
                         colliders,
-                        cell: a.cell.max(b.cell),
+                        cells: [a.cell, b.cell],
                         touch: Touch {
                             place: start + (first + second) * 0.5,
                             normal: peer::wide(n),

@@ -37,9 +37,6 @@ use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 use span::Span;
 
-/// The cell of a contact on a collider without cells.
-pub const NO_CELL: u32 = 0;
-
 /// Who finds the pairs of colliders that come near each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -79,7 +79,7 @@ impl Pair {
             },
             bodies: self.numbers,
             surfaces: self.surfaces,
-            cell: segments[0].max(segments[1]),
+            cells: segments,
             position: p,
             normal: n,
             gap: touch.gap,

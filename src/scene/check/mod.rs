@@ -43,22 +43,23 @@ pub(super) fn check(file: &SceneFile, document: &Document) -> Result<(), SceneEr
     blocks::check(&top, file)
 }
 
-/// A place in the document under which values are checked.
+/// A place in the file under which values are checked.
 #[derive(Clone)]
-pub(super) struct At<'a> {
+pub struct At<'a> {
     document: &'a Document,
     path: Vec<Segment>,
 }
 
-/// A closed range of numbers and how it is told to the user.
+/// A closed range of numbers and how errors call it.
 #[derive(Clone, Copy)]
-struct Range {
+pub struct Range {
     least: f64,
     most: f64,
     text: &'static str,
 }
 
-const fn range(least: f64, most: f64, text: &'static str) -> Range {
+/// See [`Range`].
+pub const fn range(least: f64, most: f64, text: &'static str) -> Range {
     Range { least, most, text }
 }
 
@@ -87,18 +88,20 @@ const TIME: Range = range(0.0, 1e9, "0 to 1e9 s");
 const TOLERANCE: Range = range(1e-15, 1e-2, "1e-15 to 1e-2");
 
 impl<'a> At<'a> {
-    fn top(document: &'a Document) -> Self {
+    pub(super) fn top(document: &'a Document) -> Self {
         At {
             document,
             path: Vec::new(),
         }
     }
 
-    fn key(&self, key: &str) -> Self {
+    /// The block or key `key` in it.
+    pub fn key(&self, key: &str) -> Self {
         self.then(Segment::Key(key.to_owned()))
     }
 
-    fn index(&self, index: usize) -> Self {
+    /// The element `index` in it, from 0.
+    pub fn index(&self, index: usize) -> Self {
         self.then(Segment::Index(index))
     }
 
@@ -108,11 +111,16 @@ impl<'a> At<'a> {
         at
     }
 
-    fn place(&self) -> Box<Place> {
+    /// What an error calls it.
+    pub fn place(&self) -> Box<Place> {
         self.document.place(&self.path)
     }
 
-    fn within(&self, key: &str, value: f64, range: Range) -> Result<(), SceneError> {
+    /// Checks that the value of a key is in its range.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`].
+    pub fn within(&self, key: &str, value: f64, range: Range) -> Result<(), SceneError> {
         if (range.least..=range.most).contains(&value) {
             return Ok(());
         }
@@ -128,8 +136,16 @@ impl<'a> At<'a> {
     }
 
     fn pair(&self, key: &str, pair: [f64; 2], range: Range) -> Result<(), SceneError> {
-        for (index, value) in pair.into_iter().enumerate() {
-            if !(range.least..=range.most).contains(&value) {
+        self.each(key, &pair, range)
+    }
+
+    /// Checks that all values of a list are in one range.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`].
+    pub fn each(&self, key: &str, values: &[f64], range: Range) -> Result<(), SceneError> {
+        for (index, value) in values.iter().enumerate() {
+            if !(range.least..=range.most).contains(value) {
                 return Err(SceneError::OutOfRange {
                     at: self.key(key).index(index).place(),
                     value: format!("{value:?}"),
@@ -155,7 +171,11 @@ impl<'a> At<'a> {
         Ok(())
     }
 
-    fn count(&self, key: &str, value: u32, least: u32, most: u32) -> Result<(), SceneError> {
+    /// Checks that a whole number is between `least` and `most`.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`].
+    pub fn count(&self, key: &str, value: u32, least: u32, most: u32) -> Result<(), SceneError> {
         if (least..=most).contains(&value) {
             return Ok(());
         }
@@ -166,8 +186,11 @@ impl<'a> At<'a> {
         })
     }
 
-    /// A name that can stand in a path of keys, a file name and a CSV column.
-    fn name(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    /// Checks a name: it can stand in a path of keys, a file name and a CSV column.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`].
+    pub fn name(&self, key: &str, name: &str) -> Result<(), SceneError> {
         let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if (1..=64).contains(&name.len()) && name.chars().all(good) {
             return Ok(());
@@ -179,7 +202,7 @@ impl<'a> At<'a> {
         })
     }
 
-    fn conflict(&self, problem: impl Into<String>) -> SceneError {
+    pub(super) fn conflict(&self, problem: impl Into<String>) -> SceneError {
         SceneError::Conflict {
             at: self.place(),
             problem: problem.into(),
@@ -202,7 +225,10 @@ impl<'a> At<'a> {
 }
 
 /// Refuses two elements of one array with the same name.
-fn distinct<'n>(
+///
+/// # Errors
+/// [`SceneError::Duplicate`].
+pub fn distinct<'n>(
     array: &At<'_>,
     what: &'static str,
     names: impl Iterator<Item = &'n str>,

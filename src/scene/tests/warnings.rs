@@ -47,22 +47,14 @@ fn spinning_bodies_need_twenty_steps_a_turn() {
 }
 
 #[test]
-fn the_crop_of_the_thresher_needs_its_short_steps() {
-    let warnings = |dt: &str| {
-        load("thresher", &[format!("step.dt={dt}")])
-            .unwrap()
-            .step_warnings()
-    };
-    let found = warnings("1e-4");
-    assert_eq!(found.len(), 2, "{found:?}");
-    assert!(found[0].contains("the crop's contacts"), "{found:?}");
-    assert!(found[1].contains("the bending of the crop"), "{found:?}");
-}
-
-#[test]
 fn no_scene_of_the_catalogue_steps_too_far() {
     for listing in scenes().unwrap() {
-        let found = load(listing.name, &[]).unwrap().step_warnings();
+        let found = match load(listing.name, &[]) {
+            Ok(scene) => scene.step_warnings(),
+            // machines have a test of their own
+            Err(error) if error.to_string().contains("belongs to a machine") => Vec::new(),
+            Err(error) => panic!("{error}"),
+        };
         assert!(found.is_empty(), "{}: {found:?}", listing.name);
     }
 }

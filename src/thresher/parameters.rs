@@ -3,10 +3,10 @@
 //! Machine totals (inertia, torques, feed) are given as on the machine; a 2D scene is a slice
 //! one metre deep, so the builder divides them by `machine_width` and outputs multiply back.
 //!
-//! Sources: the study named in [`super::study`] for feed, torque, clearances and the tooth;
+//! Sources: the study named in [`super::blocks`] for feed, torque, clearances and the tooth;
 //! straw on steel: Agriculture 15:1686 (2025); the rest assumed or from combine manuals.
 
-use super::study::Calibration;
+use super::blocks::Calibration;
 use serde::{Deserialize, Serialize};
 
 /// `[thresher]`

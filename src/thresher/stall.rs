@@ -1,11 +1,11 @@
 //! What the study's literal reading does: it stalls, and its shares mean nothing.
 
-use super::simulate::RunError;
+use super::blocks::{Study, Tooth, Update};
 use super::study_rotor::Levers;
 use crate::contact::{
     BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3, natural_map,
 };
-use crate::scene::{Study, Tooth, Update};
+use crate::experiment::RunError;
 
 /// What the literal reading does.
 #[derive(Debug, Clone, Copy, PartialEq)]

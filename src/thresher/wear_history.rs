@@ -1,6 +1,9 @@
-use crate::report::{HeightLimit, LifeRow, ProfileRow, VolumeRow, WearRow};
-use crate::scene::Limit as SceneLimit;
+use super::blocks::Limit as SceneLimit;
+use super::pictures::{HeightLimit, depth_per_cell, heights, tooth_height, worn_profile};
+use super::rows::{LifeRow, ProfileRow, VolumeRow, WearRow};
+use crate::report::{OutputFolder, ReportError, number, plus_minus, quantity, write_rows};
 use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
+use serde_json::{Value, json};
 
 /// The rows of a wear run, gathered while it goes.
 #[derive(Debug, Clone, Default)]
@@ -97,5 +100,75 @@ impl WearHistory {
             .filter(|row| row.cycles == self.cycles)
             .map(|row| (row.cell, row.depth_m))
             .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Wear, worn volume, profile and life as CSV, and the three pictures drawn from them.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    pub fn write(
+        &self,
+        folder: &OutputFolder,
+        subtitle: &str,
+        base: f64,
+    ) -> Result<(), ReportError> {
+        write_rows(folder, &self.wear)?;
+        write_rows(folder, &self.volume)?;
+        write_rows(folder, &self.profile)?;
+        write_rows(folder, &self.life)?;
+        let chart = worn_profile(&self.profile, 1, base, subtitle)?;
+        folder.write("worn-profile.svg", chart.to_svg()?)?;
+        let chart = depth_per_cell(&self.wear, 1, subtitle)?;
+        folder.write("depth-per-cell.svg", chart.to_svg()?)?;
+        let points = heights(&self.profile);
+        let chart = tooth_height(&points, &self.limits, &self.life, subtitle);
+        folder.write("tooth-height.svg", chart.to_svg()?)
+    }
+
+    /// Crossings of the limits for `summary.json`.
+    pub(super) fn life_json(&self) -> Vec<Value> {
+        self.crossings
+            .iter()
+            .map(|c| {
+                json!({
+                    "limit": c.limit,
+                    "cell": c.cell + 1,
+                    "hours": c.hours,
+                    "cycles": c.cycles,
+                    "error_hours": c.error_hours,
+                    "extrapolated_hours": c.extrapolated_hours,
+                })
+            })
+            .collect()
+    }
+
+    /// Hours to each limit, in words.
+    pub(super) fn describe(&self) -> String {
+        let mut out = String::new();
+        for (limit, c) in self.limits.iter().zip(&self.crossings) {
+            let what = format!("{} (height {})", c.limit, quantity(limit.height, "m", 3));
+            let when = match (c.hours, c.error_hours, c.extrapolated_hours) {
+                // an error that is not known is left out
+                (Some(h), e, _) => {
+                    let hours = plus_minus(h, e.unwrap_or(f64::NAN));
+                    format!("after {hours} hours")
+                }
+                (None, _, Some(h)) => format!(
+                    "not reached in {} hours; about {} at the last rate",
+                    number(self.hours, 4),
+                    number(h, 3)
+                ),
+                (None, _, None) => "never: nothing wears".to_owned(),
+            };
+            out.push_str(&format!("  {what}: {when}, cell {} decides\n", c.cell + 1));
+        }
+        if let Some((cell, depth)) = self.deepest() {
+            out.push_str(&format!(
+                "  deepest wear {} in cell {cell} after {} hours\n",
+                quantity(depth, "m", 4),
+                number(self.hours, 4)
+            ));
+        }
+        out
     }
 }

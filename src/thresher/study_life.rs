@@ -5,11 +5,12 @@
 //! of the thresher: the worn profile stays within the new one. In the literal reading, where the
 //! shares of the cells are not unique, there is no life to follow.
 
+use super::blocks::{Study, Tooth, Update, Wear};
 use super::contact_time::contact_time;
-use super::simulate::{RunError, Totals};
 use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_history::WearHistory;
-use crate::scene::{Scene, Study, Tooth, Update, Wear};
+use crate::experiment::{RunError, Totals};
+use crate::scene::Scene;
 use crate::wear::{JumpRule, Profile, WearState};
 use std::f64::consts::TAU;
 

@@ -1,6 +1,7 @@
 //! Shapes, masses and laws of the threshing machine, all from its parameters.
 
-use super::{Thresher, Tooth};
+use super::blocks::Tooth;
+use super::parameters::Thresher;
 use crate::contact::Vec2;
 use crate::models::damping_for_restitution;
 use crate::peers::{FrictionRule, JointDrive, ShapeSpec, Surface};
@@ -53,7 +54,8 @@ pub(super) fn strip_pose(p: &Thresher, s: f64) -> (Vec2, Vec2) {
     (unit(angle) * radius + along * beyond, along)
 }
 
-/// A tooth's outline in the cylinder's frame.
+/// A tooth's outline in the cylinder's frame: the nodes of its profile from the tall end to the toe,
+/// then the back of its base. Segment k is edge k of the profile.
 pub(super) fn tooth_chain(
     p: &Thresher,
     tooth: &Tooth,

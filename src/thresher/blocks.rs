@@ -4,6 +4,7 @@
 //! units*, DYSONA - Applied Science 6(1), 2025, doi 10.30493/das.2024.485466. Defaults are the
 //! study's numbers unless said otherwise.
 
+use crate::wear::{self, Archard, Profile, WearError, WearSettings};
 use serde::{Deserialize, Serialize};
 
 /// `[tooth]`: the profile `y = α x² + β x + γ` over `x` in [0, width], on a base.
@@ -38,9 +39,18 @@ impl Default for Tooth {
 }
 
 impl Tooth {
-    /// Height `y(x)` \[m\] above the base line.
-    pub fn height(&self, x: f64) -> f64 {
-        (self.alpha * x + self.beta) * x + self.gamma
+    /// The new tooth's profile, its nodes the cells.
+    ///
+    /// # Errors
+    /// Those of [`Profile::quadratic`].
+    pub fn profile(&self) -> Result<Profile, WearError> {
+        Profile::quadratic(
+            self.alpha,
+            self.beta,
+            self.gamma,
+            self.width,
+            self.cells as usize,
+        )
     }
 }
 
@@ -72,6 +82,18 @@ impl Default for Wear {
             revolutions: 1,
             smoothing_length: 0.0,
             max_hours: 1000.0,
+        }
+    }
+}
+
+impl Wear {
+    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\], along its normals.
+    pub fn settings(&self, law: Archard, cycle_seconds: f64) -> WearSettings {
+        WearSettings {
+            law,
+            update: wear::Update::Normal,
+            smoothing_length: self.smoothing_length,
+            cycle_seconds,
         }
     }
 }

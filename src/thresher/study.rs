@@ -1,14 +1,17 @@
 //! The published study, rebuilt: one rotor, 26 cells, a wear law.
 
+use super::blocks::{Reading, Study, Tooth, Wear};
 use super::contact_time::contact_time;
-use super::simulate::{RunError, Totals};
+use super::machine::Setup;
+use super::rows::ComparisonRow;
 use super::stall::{Stall, exponent, single_cells};
 use super::study_life::study_life;
 use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
-use crate::report::{ComparisonRow, Progress};
-use crate::scene::{Reading, Scene, Study, Tooth, Wear};
+use crate::experiment::{RunError, Totals};
+use crate::report::Progress;
+use crate::scene::Scene;
 use crate::wear::{WearError, WearState};
 
 /// One published depth after 4e6 cycles.
@@ -71,8 +74,8 @@ pub struct StudyOutcome {
 ///
 /// # Errors
 /// [`RunError`].
-pub(super) fn study_cycle(scene: &Scene) -> Result<WornCycle, RunError> {
-    let (study, tooth, wear) = blocks(scene)?;
+pub(super) fn study_cycle(scene: &Scene, setup: &Setup<Study>) -> Result<WornCycle, RunError> {
+    let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let update = study.update;
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let worn = |load_slip: &[f64]| -> Result<Vec<f64>, RunError> {
@@ -104,16 +107,6 @@ pub(super) fn study_cycle(scene: &Scene) -> Result<WornCycle, RunError> {
     })
 }
 
-fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
-    match (&scene.study, &scene.tooth, &scene.wear) {
-        (Some(study), Some(tooth), Some(wear)) => Ok((study, tooth, wear)),
-        _ => Err(RunError::Unfit(format!(
-            "scene {}: has no [study] block",
-            scene.name
-        ))),
-    }
-}
-
 /// Runs the study's reading over all its torques and speeds.
 ///
 /// In the torque-balanced reading the contact time of a cycle is one constant, fitted to one
@@ -122,8 +115,12 @@ fn blocks(scene: &Scene) -> Result<(&Study, &Tooth, &Wear), RunError> {
 ///
 /// # Errors
 /// [`RunError`].
-pub fn run_study(scene: &Scene, progress: &Progress) -> Result<StudyOutcome, RunError> {
-    let (study, tooth, wear) = blocks(scene)?;
+pub fn run_study(
+    scene: &Scene,
+    setup: &Setup<Study>,
+    progress: &Progress,
+) -> Result<StudyOutcome, RunError> {
+    let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let update = study.update;
     let calibrated = study.reading == Reading::TorqueBalanced;
     let contact_time = if calibrated {

@@ -1,11 +1,12 @@
 //! The study's rotor: levers of the cells, their loads, one load cycle, and the wear it makes.
 
-use super::simulate::{RunError, Totals};
+use super::blocks::{Reading, Shares, Study, Tooth, Update, Wear};
 use crate::contact::Vec2;
 use crate::dynamics::{MoreauStepper, NormalLaw};
+use crate::experiment::{RunError, Totals};
 use crate::models::{Rotor, RotorContact, RotorMotor};
 use crate::oracles::solver_by_name;
-use crate::scene::{Reading, Scene, Shares, Study, Tooth, Update, Wear};
+use crate::scene::Scene;
 use crate::wear::{self, Archard, CellArea, LoadSlip, Profile, WearError, WearSettings, WearState};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -175,7 +176,7 @@ pub(super) fn load_cycle(
         let record = stepper.step(&mut rotor, h)?;
         totals.wall += start.elapsed().as_secs_f64();
         totals.add(&record);
-        sums.add(&record.contacts, |c| Some(c.cell as usize))?;
+        sums.add(&record.contacts, |c| Some(c.cells[1] as usize))?;
         let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
         most_worn = most_worn.max(worn);
         // round-off of a rotor that stands still is no wear

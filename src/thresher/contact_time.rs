@@ -1,9 +1,10 @@
 //! The one constant of the torque-balanced reading: the contact time of a load cycle, fitted to one
 //! published depth.
 
-use super::simulate::RunError;
+use super::blocks::Calibration;
+use crate::experiment::RunError;
 use crate::report::number;
-use crate::scene::{Calibration, Scene};
+use crate::scene::Scene;
 use std::f64::consts::TAU;
 
 /// How near the depth must come to the published one, relative.
@@ -82,10 +83,10 @@ pub(super) fn contact_time(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::load;
+    use crate::thresher::load;
 
     fn search(depth: impl Fn(f64) -> f64) -> Result<f64, String> {
-        let scene = load("thresher-study", &[]).unwrap();
+        let (scene, _) = load("thresher-study", &[]).unwrap();
         let target = Calibration {
             depth: 4e-3,
             ..Calibration::default()

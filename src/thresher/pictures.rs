@@ -1,8 +1,7 @@
-use super::ReportError;
-use super::axis::Axis;
-use super::chart::{Chart, Colour, HLine, Mark, Series, Style};
-use super::csv_files::{LifeRow, ProfileRow, WearRow};
-use super::table::{number, plus_minus};
+use super::rows::{LifeRow, ProfileRow, WearRow};
+use crate::report::{
+    Axis, Chart, Colour, HLine, Mark, ReportError, Series, Style, number, plus_minus,
+};
 
 const MM: f64 = 1e3;
 /// Times in a picture, at most: the same in all pictures of a run.

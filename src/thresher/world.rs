@@ -5,11 +5,12 @@
 //! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
 //! the ramp (toe, large x) leads.
 
-use super::threshing_shapes::{
-    CROP, STEEL, arc_length, bar_axes, base_radius, bending, concave_chain, segment_mass,
-    segment_shape, steel, steel_law, strip_pose, tooth_chain, turned, unit,
+use super::blocks::Tooth;
+use super::parameters::{ConcaveSetting, Thresher};
+use super::shapes::{
+    CROP, STEEL, arc_length, base_radius, bending, concave_chain, segment_mass, segment_shape,
+    steel, steel_law, strip_pose, tooth_chain, turned, unit,
 };
-use super::{ConcaveSetting, Scene, Thresher, Tooth};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord};
 use crate::dynamics::{JointPart, ModelError, StepError};
@@ -18,6 +19,7 @@ use crate::peers::{
     Simulation, Surface,
 };
 use crate::rapier::Pose64;
+use crate::scene::Scene;
 use crate::wear::{Profile, WearError};
 use std::collections::VecDeque;
 
@@ -210,15 +212,14 @@ impl ThreshingWorld {
         })
     }
 
-    /// A contact's place in the tooth frame of `bar` \[m\], at the present angle of the cylinder.
-    pub fn in_tooth_frame(&self, bar: usize, position: Vec2) -> Vec2 {
-        let pose = self.cylinder_pose();
-        let (out, along) = bar_axes(&self.parameters, bar);
-        let local = pose.apply_inverse(position);
-        Vec2::new(
-            along.dot(&local),
-            out.dot(&local) - base_radius(&self.parameters, &self.tooth),
-        )
+    /// The bar that a contact wears and the edge of its profile, both from 0, as detection found
+    /// them; `None` for a contact on no bar, and on the sides and the back of one, which do not wear.
+    pub fn worn_edge(&self, contact: &ContactRecord, profile: &Profile) -> Option<(usize, usize)> {
+        let mut bars = self.bars.iter().enumerate();
+        let (bar, segment) =
+            bars.find_map(|(bar, b)| Some((bar, contact.cell_on(b.number())? as usize)))?;
+        // the outline of a bar starts with its profile, see `tooth_chain`
+        (segment + 1 < profile.node_count()).then_some((bar, segment))
     }
 
     /// Work \[J\] of the drive in a step, without that of the strip's springs.

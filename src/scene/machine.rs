@@ -1,0 +1,78 @@
+//! A machine in a scene file: blocks that the scene keeps for a folder above it.
+//!
+//! A machine makes its own bodies. The scene knows the names of its blocks, so that a misspelt one
+//! is told from an unknown one, and no more. Who owns them gives [`Scene::parse_machine`] a type to
+//! read them into and a function that checks them. Errors are the same as in the scene's own
+//! blocks, and keys of both can be set by `--set`.
+//!
+//! [`Scene::parse_machine`]: super::Scene::parse_machine
+
+use super::SceneError;
+use super::check::At;
+use super::document::Document;
+use super::file::{Reference, SceneFile};
+use super::reader;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Names of the blocks that may belong to a machine.
+const KEYS: [&str; 4] = ["tooth", "wear", "study", "thresher"];
+
+/// A block that is there, of which the scene reads nothing.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+pub struct Kept {}
+
+/// The scene's own blocks, and the machine's.
+///
+/// # Errors
+/// Those of [`reader::read`].
+pub(super) fn read<M: DeserializeOwned>(document: &Document) -> Result<(SceneFile, M), SceneError> {
+    let file = reader::read(document)?;
+    Ok((file, reader::read(&document.only(&KEYS))?))
+}
+
+/// The whole file as JSON, defaults filled in, the machine's blocks at their place.
+#[derive(Serialize)]
+pub(super) struct Whole<'a, M> {
+    #[serde(flatten)]
+    file: &'a SceneFile,
+    #[serde(flatten)]
+    machine: &'a M,
+    reference: Option<Reference>,
+}
+
+impl<'a, M> Whole<'a, M> {
+    pub fn new(file: &'a SceneFile, machine: &'a M) -> Self {
+        Whole {
+            file,
+            machine,
+            reference: file.reference,
+        }
+    }
+}
+
+/// Stands for the machine of a scene that must have none.
+#[derive(Deserialize, Serialize)]
+pub(super) struct NoMachine {
+    tooth: Option<Kept>,
+    wear: Option<Kept>,
+    study: Option<Kept>,
+    thresher: Option<Kept>,
+}
+
+/// Refuses a machine.
+pub(super) fn refuse(machine: &NoMachine, top: &At<'_>) -> Result<(), SceneError> {
+    let blocks = [
+        &machine.tooth,
+        &machine.wear,
+        &machine.study,
+        &machine.thresher,
+    ];
+    match KEYS.iter().zip(blocks).find(|(_, block)| block.is_some()) {
+        Some((key, _)) => Err(top.key(key).conflict(format!(
+            "[{key}] belongs to a machine, which is more than a scene of bodies: read the file by \
+             `thresher::load`"
+        ))),
+        None => Ok(()),
+    }
+}

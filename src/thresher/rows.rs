@@ -1,0 +1,96 @@
+//! Rows of the files that a machine's run writes.
+
+use crate::report::row;
+
+row! {
+    /// Wear of one cell after a number of cycles.
+    WearRow in "wear.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        cell: u32,
+        x_m: f64,
+        depth_m: f64,
+        load_slip_nm_per_cycle: f64,
+    }
+}
+
+row! {
+    /// Worn volume of one cell after a number of cycles, per metre of width: its share of the area
+    /// between the new profile and the worn one, which is the sum over the cells.
+    VolumeRow in "worn-volume.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        cell: u32,
+        volume_m3_per_m: f64,
+    }
+}
+
+row! {
+    /// One node of the worn profile after a number of cycles.
+    ProfileRow in "profile.csv" {
+        cycles: f64,
+        hours: f64,
+        bar: u32,
+        node: u32,
+        x_m: f64,
+        y_m: f64,
+    }
+}
+
+row! {
+    /// When a limit is crossed, where, and how well that is known.
+    LifeRow in "life.csv" {
+        limit: String,
+        hours: f64,
+        cycles: f64,
+        error_hours: f64,
+        bar: u32,
+        cell: u32,
+    }
+}
+
+row! {
+    /// A published wear depth beside the computed one.
+    ComparisonRow in "comparison.csv" {
+        torque_nm: f64,
+        omega_rad_s: f64,
+        published_um: f64,
+        computed_um: f64,
+        relative_error: f64,
+        /// Whether a constant was fitted to this very point.
+        calibrated: bool,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Row;
+
+    /// The headers as the interface document spells them.
+    #[test]
+    fn headers_are_those_of_the_interface() {
+        fn header<R: Row>() -> String {
+            R::HEADER.join(",")
+        }
+        assert_eq!(
+            header::<WearRow>(),
+            "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle"
+        );
+        assert_eq!(
+            header::<VolumeRow>(),
+            "cycles,hours,bar,cell,volume_m3_per_m"
+        );
+        assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m");
+        assert_eq!(
+            header::<LifeRow>(),
+            "limit,hours,cycles,error_hours,bar,cell"
+        );
+        assert_eq!(
+            header::<ComparisonRow>(),
+            "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated"
+        );
+    }
+}

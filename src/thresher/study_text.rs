@@ -1,0 +1,151 @@
+//! What a run of the study writes and says.
+
+use super::blocks::{Reading, Study, Tooth};
+use super::study::StudyOutcome;
+use crate::report::{Align, OutputFolder, ReportError, Table, number, quantity, write_rows};
+use serde_json::{Value, json};
+
+fn reading(study: &Study) -> &'static str {
+    match study.reading {
+        Reading::Literal => "literal",
+        Reading::TorqueBalanced => "torque-balanced",
+    }
+}
+
+impl StudyOutcome {
+    /// The comparison and the life, as CSV and pictures.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    pub fn write(
+        &self,
+        folder: &OutputFolder,
+        study: &Study,
+        tooth: &Tooth,
+    ) -> Result<(), ReportError> {
+        write_rows(folder, &self.comparison)?;
+        let Some(history) = &self.history else {
+            return Ok(());
+        };
+        let subtitle = format!(
+            "{} N m, {} rad/s, reading {}",
+            self.torque,
+            self.speed,
+            reading(study)
+        );
+        history.write(folder, &subtitle, tooth.base)
+    }
+
+    /// What was found, for `summary.json`.
+    pub fn json(&self, study: &Study) -> Value {
+        json!({
+            "reading": reading(study),
+            "contact_time_s": self.contact_time,
+            "life_contact_time_s": self.life_contact_time,
+            "contact_time_calibrated": self.calibrated,
+            "stepper_against_algebra": self.oracle_difference,
+            "life": self.history.as_ref().map(|h| h.life_json()),
+        })
+    }
+
+    /// What was found, for a person.
+    pub fn describe(&self, study: &Study) -> String {
+        let mut out = format!("reading: {}\n", reading(study));
+        if let Some(stall) = &self.stall {
+            out.push_str(&format!(
+                "The rotor stalls: with e = 0 one closed contact stops it in one step (speed after it \
+                 {} rad/s); {} step of a cycle wears, sliding under load is impossible.\n\
+                 Wear per cycle goes as torque^{:.4} speed^{:.4}.\n\
+                 {} of {} loadings by a single cell pass the judge: the Delassus operator has rank \
+                 one, and the shares of the cells are not unique. Depths per cell mean nothing here, and no \
+                 life is followed.\n",
+                number(stall.speed_after, 2),
+                stall.wearing_steps,
+                stall.torque_exponent,
+                stall.speed_exponent,
+                stall.single_cell.0,
+                stall.single_cell.1,
+            ));
+        } else {
+            out.push_str(&format!(
+                "calibrated: contact time of one cycle {}, of the life below {} (one published depth: {} \
+                 at {} N m, {} rad/s)\n\
+                 assumed: axis distance {} m, friction {}; the study does not give them\n\
+                 stepper against the algebra: {} (largest relative difference of a depth)\n",
+                quantity(self.contact_time, "s", 5),
+                quantity(self.life_contact_time.unwrap_or(f64::NAN), "s", 5),
+                quantity(study.calibrate.depth, "m", 4),
+                study.calibrate.torque,
+                study.calibrate.speed,
+                study.axis_distance,
+                study.friction,
+                number(self.oracle_difference.unwrap_or(f64::NAN), 2),
+            ));
+        }
+        out.push('\n');
+        out.push_str(&self.comparison_table());
+        if let Some(history) = &self.history {
+            out.push_str(&format!(
+                "\nlife at {} N m, {} rad/s, worn along the normals of the profile:\n{}",
+                self.torque,
+                self.speed,
+                history.describe()
+            ));
+        }
+        out.push_str(&format!(
+            "{} steps, {} per step; worst residual {}\n",
+            self.totals.steps,
+            quantity(self.totals.wall / self.totals.steps.max(1) as f64, "s", 3),
+            number(self.totals.residual, 2)
+        ));
+        out
+    }
+
+    /// The published depths beside ours, and how far off we are.
+    fn comparison_table(&self) -> String {
+        let mut table = Table::new([
+            ("torque [N m]", Align::Right),
+            ("speed [rad/s]", Align::Right),
+            ("published [um]", Align::Right),
+            ("computed [um]", Align::Right),
+            ("error", Align::Right),
+            ("", Align::Left),
+        ]);
+        let (mut sum, mut worst, mut count) = (0.0, 0.0f64, 0);
+        for row in &self.comparison {
+            let error = row.relative_error;
+            if !row.calibrated && error.is_finite() {
+                sum += error.abs();
+                worst = worst.max(error.abs());
+                count += 1;
+            }
+            let published = if row.published_um.is_nan() {
+                "-".to_owned()
+            } else {
+                format!("{:.0}", row.published_um)
+            };
+            let percent = if error.is_nan() {
+                "-".to_owned()
+            } else {
+                format!("{:+.1} %", 100.0 * error)
+            };
+            table.push([
+                number(row.torque_nm, 5),
+                number(row.omega_rad_s, 4),
+                published,
+                format!("{:.0}", row.computed_um),
+                percent,
+                if row.calibrated { "calibrated" } else { "" }.to_owned(),
+            ]);
+        }
+        let mut out = format!("{table}");
+        if count > 0 {
+            out.push_str(&format!(
+                "mean error of the other {count} points {:.1} %, worst {:.1} %\n",
+                100.0 * sum / f64::from(count),
+                100.0 * worst
+            ));
+        }
+        out
+    }
+}
