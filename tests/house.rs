@@ -1,6 +1,7 @@
 //! The order of the house: a folder of `src/` uses only those before it in the list of the design,
 //! and only `src/rapier` knows the engine.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -353,4 +354,139 @@ fn planted_edges_are_found() {
         assert_eq!(found.len(), expected, "{module}: {code}\n{found:?}");
     }
     assert_eq!(words("let x: f32 = af32 + f32x4;", "f32").count(), 1);
+}
+
+/// Folders in which no file may import, by whatever way round, a file that imports it.
+const WITHOUT_CIRCLES: [&str; 4] = ["linalg", "contact", "solver", "dynamics"];
+
+/// Which file imports which within a folder; a name that `mod.rs` re-exports is the file's that has it.
+fn imports(sources: &[Source], folder: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let own =
+        |source: &&Source| !source.is_test() && source.module.first().is_some_and(|m| m == folder);
+    let files: BTreeMap<String, String> = sources
+        .iter()
+        .filter(own)
+        .map(|source| (source.module.join("::"), source.product()))
+        .collect();
+    // what a module re-exports, and from where; and its code without that
+    let mut exports = BTreeMap::new();
+    let mut codes = BTreeMap::new();
+    for (module, code) in &files {
+        let mut rest = String::new();
+        for statement in code.split_inclusive(';') {
+            let start = statement
+                .find("pub use ")
+                .or(statement.find("pub(crate) use "));
+            let Some(start) = start.filter(|_| statement.ends_with(';')) else {
+                rest.push_str(statement);
+                continue;
+            };
+            rest.push_str(&statement[..start]);
+            let tree = &statement[start..];
+            let tree = &tree[tree.find("use ").unwrap_or(0) + 4..];
+            let prefix: Vec<String> = module.split("::").map(str::to_owned).collect();
+            let mut paths = Vec::new();
+            expand(tree, &prefix, &mut paths);
+            for path in paths {
+                let (name, home) = path.split_last().expect("a path has a name");
+                exports.insert((module.clone(), name.clone()), home.join("::"));
+            }
+        }
+        codes.insert(module.clone(), rest);
+    }
+    let resolve = |path: &[String]| -> Option<String> {
+        let prefixes = (1..=path.len()).rev();
+        let (mut file, length) = prefixes
+            .map(|k| (path[..k].join("::"), k))
+            .find(|(file, _)| files.contains_key(file))?;
+        if let Some(name) = path.get(length) {
+            while let Some(home) = exports.get(&(file.clone(), name.clone())) {
+                if !files.contains_key(home) {
+                    break;
+                }
+                file.clone_from(home);
+            }
+        }
+        Some(file)
+    };
+    let mut graph: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (module, code) in &codes {
+        let depth: Vec<String> = module.split("::").map(str::to_owned).collect();
+        let mut paths = Vec::new();
+        for (at, _) in code.match_indices("crate::") {
+            expand(&code[at + "crate::".len()..], &[], &mut paths);
+        }
+        let mut end = 0;
+        for (at, _) in code.match_indices("super::") {
+            if at < end {
+                continue;
+            }
+            let mut rest = &code[at..];
+            let mut climbed = 0;
+            while let Some(after) = rest.strip_prefix("super::") {
+                rest = after;
+                climbed += 1;
+            }
+            end = code.len() - rest.len();
+            let prefix = &depth[..depth.len().saturating_sub(climbed)];
+            expand(rest, prefix, &mut paths);
+        }
+        let found = paths.iter().filter_map(|path| resolve(path));
+        let others = found.filter(|file| file != module);
+        graph.entry(module.clone()).or_default().extend(others);
+    }
+    graph
+}
+
+/// Files of a graph that can be reached from themselves.
+fn in_circles(graph: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+    let reaches = |start: &String| {
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<&String> = graph[start].iter().collect();
+        while let Some(file) = open.pop() {
+            if seen.insert(file) {
+                open.extend(graph.get(file).into_iter().flatten());
+            }
+        }
+        seen.contains(start)
+    };
+    graph.keys().filter(|file| reaches(file)).cloned().collect()
+}
+
+#[test]
+fn no_file_imports_what_imports_it() {
+    let sources = sources();
+    let mut edges = 0;
+    for folder in WITHOUT_CIRCLES {
+        let graph = imports(&sources, folder);
+        edges += graph.values().map(BTreeSet::len).sum::<usize>();
+        let circles = in_circles(&graph);
+        assert!(circles.is_empty(), "import circles through {circles:?}");
+    }
+    // a reader that finds nothing proves nothing
+    assert!(edges > 100, "{edges} edges");
+}
+
+/// The reader of circles: a circle through a re-export is seen, a chain is none.
+#[test]
+fn planted_circles_are_found() {
+    let source = |path: &str, code: &str| Source {
+        path: PathBuf::from(path),
+        module: path.split("::").map(str::to_owned).collect(),
+        code: code.to_owned(),
+    };
+    let facade = "mod law;\nmod problem;\npub use law::Law;\npub use problem::Problem;\n";
+    let circle = [
+        source("contact", facade),
+        source("contact::law", "use super::Problem;"),
+        source("contact::problem", "use crate::contact::{Law, Other};"),
+    ];
+    let graph = imports(&circle, "contact");
+    assert_eq!(in_circles(&graph), ["contact::law", "contact::problem"]);
+    let chain = [
+        source("contact", facade),
+        source("contact::law", "use crate::linalg::Block;"),
+        source("contact::problem", "use super::Law;"),
+    ];
+    assert!(in_circles(&imports(&chain, "contact")).is_empty());
 }
