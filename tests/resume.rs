@@ -242,7 +242,7 @@ fn a_jammed_heap_is_resumed_bit_for_bit() {
     let gave_way: usize = (0..6).map(|_| p.step(world).unwrap().relaxed).sum();
     assert!(gave_way > 0);
     let text = serde_json::to_string(&p.state()).unwrap();
-    let jams = &serde_json::to_value(p.state()).unwrap()["stepper"]["jams"];
+    let jams = &serde_json::to_value(p.state()).unwrap()["stepper"]["islands"]["fallback"];
     assert!(!jams.as_array().unwrap().is_empty(), "{jams}");
     let mut other = copy(world);
     let mut resumed =

@@ -7,8 +7,8 @@
 //! the trial gave them, so that an event costs as much as its own cluster of bodies.
 
 use super::cluster::{Cluster, Context, Runner};
+use super::contact_cache::CachedContacts;
 use super::islands::Islands;
-use super::memory::Memories;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solve::IslandSolver;
@@ -156,7 +156,7 @@ pub(super) fn release_lone(
 pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     model: &mut M,
     stage: &mut Stage,
-    memory: &Memories,
+    memory: &CachedContacts,
     rules: &Rules,
     start: impl Fn(u32) -> Option<Configuration>,
     length: f64,

@@ -1,8 +1,9 @@
 //! One island of a stage: its contact problem posed, solved, capped and judged.
 
 use super::cap::{CapBlock, cap, is_rigid, work};
+use super::contact_cache::JointEnergy;
 use super::jam::{self, Jam, LARGE, SOFTNESS, soften};
-use super::joint_cap::{Account, cap_joints};
+use super::joint_cap::cap_joints;
 use super::local_bodies::LocalBodies;
 use super::outcome::redundant;
 use super::phases::PhaseClock;
@@ -94,7 +95,7 @@ pub(super) struct Solved {
     free: Option<Vec<Vec2>>,
     /// `M⁻¹ Wᵀ P` of its bodies, where the solver had it at hand.
     given: Option<Vec<(u32, Vec3)>>,
-    accounts: Vec<(u32, Account)>,
+    accounts: Vec<(u32, JointEnergy)>,
     loose: Vec<usize>,
 }
 

@@ -1,7 +1,6 @@
 //! Large islands that no rigid impulses are found for: their contacts give way a little.
 
 use super::cap::is_rigid;
-use super::model::ContactKey;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, Law, Vec2};
 use crate::solver::SolveReport;
@@ -72,10 +71,6 @@ impl Jam {
         self.jammed()
     }
 }
-
-/// How islands jam, by each of their contacts and joints: in a heap that moves any one of them is
-/// gone in the next step.
-pub(super) type Jams = Vec<(ContactKey, Jam)>;
 
 /// Adds to the rigid contacts of a problem `ξ_N + R P_N`, `R = softness G_NN`.
 pub(super) fn soften(problem: &mut ContactProblem, softness: f64) {
@@ -152,7 +147,7 @@ pub(super) fn yield_to(
 pub(super) mod tests {
     use super::*;
     use crate::contact::{NO_BODY, Residual, Rows, Vec3};
-    use crate::dynamics::model::{ContactPoint, NormalLaw};
+    use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
     use crate::dynamics::rules::{ImpactLaw, Rules, Scheme};
     use crate::dynamics::solve::IslandSolver;
     use crate::dynamics::stage::Block;
@@ -270,7 +265,7 @@ pub(super) mod tests {
                 // it gives way
                 assert!(stage.impulses.iter().all(|p| p.x > 0.0));
             }
-            solver.carry_on();
+            solver.cache.commit();
             tried.load(Ordering::Relaxed)
         };
         assert_eq!(step(0, &[true, false, false]), 1);
@@ -298,7 +293,7 @@ pub(super) mod tests {
             let mut stage = row(0, 600, -1e-3);
             solver.begin();
             solver.solve(&mut stage, &masses, &RULES);
-            solver.carry_on();
+            solver.cache.commit();
             posed.extend(solver.take_kept(0).iter().map(|s| s.problem.free[7].x));
             // what a step records is what was asked
             assert_eq!(stage.asked[7].x, -1.0);

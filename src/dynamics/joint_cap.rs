@@ -1,12 +1,12 @@
 //! Joints that give no energy, however far bodies turn in a step.
 
 use super::cap::{is_rigid, largest_share};
+use super::contact_cache::JointEnergy;
 use super::island::hopeless;
 use super::outcome::kinetic_of;
 use super::stage::{Source, Stage};
 use crate::contact::{ContactProblem, NO_BODY, Vec2, Vec3};
 use crate::solver::{ImpulseSolver, SolveReport};
-use serde::{Deserialize, Serialize};
 
 /// Share of the energy of an island that its joints may have put in.
 const SHARE: f64 = 0.01;
@@ -14,22 +14,13 @@ const SHARE: f64 = 0.01;
 /// Share of the account, and of the energy it is held against, that is forgotten in a step.
 const FORGOTTEN: f64 = 1.0 / 256.0;
 
-/// What the joints of an island have put in, shared out among them.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(crate) struct Account {
-    /// `A` \[J\].
-    added: f64,
-    /// The largest energy it was held against lately \[J\].
-    scale: f64,
-}
-
 /// What became of an island's joints.
 pub(super) struct JointCap {
     pub report: SolveReport,
     /// Whether gaps were closed by less than asked: what the blocks ask for is in the problem then.
     pub capped: bool,
     /// Blocks of pins and locked axes, each with its new account.
-    pub accounts: Vec<(u32, Account)>,
+    pub accounts: Vec<(u32, JointEnergy)>,
     /// Their joints, where gaps were closed by less than asked.
     pub loose: Vec<usize>,
 }
@@ -98,7 +89,7 @@ pub(super) fn cap_joints(
     for &k in &held {
         let before = match stage.blocks[members[k] as usize].source {
             Source::Joint(index) => stage.accounts[index],
-            Source::Contact(_) => Account::default(),
+            Source::Contact(_) => JointEnergy::default(),
         };
         account += (1.0 - FORGOTTEN) * before.added;
         most += (1.0 - FORGOTTEN) * before.scale;
@@ -159,7 +150,7 @@ pub(super) fn cap_joints(
         result.capped = true;
     }
     let share = 1.0 / held.len() as f64;
-    let account = Account {
+    let account = JointEnergy {
         added: share * (account + added).clamp(-limit, limit),
         scale: share * scale,
     };

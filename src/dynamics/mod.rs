@@ -20,9 +20,11 @@
 
 mod cap;
 mod cluster;
+mod contact_cache;
 mod crew;
 mod events;
 mod island;
+mod island_cache;
 mod islands;
 mod jam;
 mod joint;
@@ -31,7 +33,6 @@ mod joint_recovery;
 mod joint_rules;
 mod linear;
 mod local_bodies;
-mod memory;
 mod model;
 mod outcome;
 mod part;
@@ -50,12 +51,12 @@ mod standing;
 mod stepper;
 mod visco_elastic;
 
+pub(crate) use contact_cache::CachedContact;
 pub use crew::MOST_THREADS;
 pub use island::SolvedProblem;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
-pub(crate) use memory::Memory;
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,

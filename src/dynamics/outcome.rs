@@ -1,7 +1,6 @@
 //! What a step did: energy, contacts, what is remembered, and whether its shares are unique.
 
-use super::joint_cap::Account;
-use super::memory::{Memories, Memory};
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::stage::{Source, Stage};
@@ -14,7 +13,7 @@ pub(super) fn record_stage(
     inverse_mass: &[Vec3],
     time: f64,
     record: &mut StepRecord,
-    memory: &mut Memories,
+    memory: &mut CachedContacts,
 ) {
     // impulses do no work on what moves on its own
     let velocities = stage.start.iter().zip(&stage.end).zip(inverse_mass);
@@ -51,12 +50,12 @@ pub(super) fn record_stage(
                     impulse: p,
                     work,
                 });
-                let kept = Memory {
+                let kept = CachedContact {
                     impulse: p,
                     dt: stage.length,
                     stuck: None,
                     rebounded: false,
-                    account: stage.accounts[index],
+                    energy: stage.accounts[index],
                 };
                 memory.push(joint.key, kept);
             }
@@ -85,7 +84,7 @@ fn record_contact(
     impulse: Vec2,
     time: f64,
     record: &mut StepRecord,
-) -> Memory {
+) -> CachedContact {
     let block = &stage.blocks[i];
     let surface = Vec2::new(0.0, contact.surface_velocity);
     let gamma_e = contact.rows.velocity(&stage.end) + surface;
@@ -140,12 +139,12 @@ fn record_contact(
         let end_gap = contact.gap + 0.5 * stage.length * gamma_e.x;
         record.penetration = record.penetration.max(-end_gap);
     }
-    Memory {
+    CachedContact {
         impulse,
         dt: stage.length,
         stuck: sticks.then_some(gamma_e.y),
         rebounded: block.impact,
-        account: Account::default(),
+        energy: JointEnergy::default(),
     }
 }
 

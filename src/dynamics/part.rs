@@ -1,9 +1,9 @@
 //! The blocks of a stage that its contact problem is made of: who is far away is left out, and
 //! taken in where the solution shows that it was needed.
 
+use super::contact_cache::JointEnergy;
 use super::island::{IslandOutcome, SolvedProblem};
 use super::islands::Islands;
-use super::joint_cap::Account;
 use super::stage::{Source, Stage};
 use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;
@@ -29,7 +29,7 @@ pub(super) struct Part {
     added: Vec<bool>,
     /// `b` of each block and the account of each joint as they were: a cap on joints changes them.
     asked: Vec<Vec2>,
-    accounts: Vec<Account>,
+    accounts: Vec<JointEnergy>,
     loose: Vec<usize>,
 }
 

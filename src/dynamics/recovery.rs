@@ -1,5 +1,6 @@
 //! Pairs that start overlapped are moved apart, without a launch.
 
+use super::contact_cache::Overlaps;
 use super::islands::Islands;
 use super::jam::{LARGE, soften};
 use super::joint_rules::joint_impact_rule;
@@ -9,7 +10,6 @@ use super::rules::{reference_acceleration, rest_velocity};
 use super::solve::IslandSolver;
 use super::stage::{Stage, diagonal, movable};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Share of an overlap that is undone in a step.
@@ -28,7 +28,42 @@ const STRIDE: f64 = 0.1;
 const ASKED_SOFTNESS: f64 = 1.0;
 const OTHER_SOFTNESS: f64 = 1e-4;
 
-/// Position correction for pairs that were overlapped when they were first seen.
+/// Pairs of surfaces that a step has to move apart: those that overlapped when they were first seen.
+/// Pairs that touch later are never corrected: noise of their gaps would make them creep.
+pub(super) fn find_overlaps(last: &Overlaps, stage: &Stage, inverse_mass: &[Vec3]) -> Overlaps {
+    let rigid = |c: &&ContactPoint| {
+        matches!(c.law, NormalLaw::Rigid { .. })
+            && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
+    };
+    let seen = stage.pairs.clone();
+    let mut open = last.open.clone();
+    // mostly no pair comes or goes
+    if seen != last.seen {
+        let sorted = |all: &[u64]| {
+            let mut all = all.to_vec();
+            all.sort_unstable();
+            all
+        };
+        let (before, now) = (sorted(&last.seen), sorted(&seen));
+        for contact in stage.detection.contacts.iter().filter(rigid) {
+            let pair = contact.key.pair;
+            if before.binary_search(&pair).is_ok() {
+                continue;
+            }
+            let opening = contact.rows.velocity(&stage.start).x;
+            let at_start = contact.gap - 0.5 * stage.length * opening;
+            if at_start < -slop(contact, stage) {
+                open.insert(pair);
+            }
+        }
+        // a pair that is gone is forgotten
+        open.retain(|pair| now.binary_search(pair).is_ok());
+    }
+    Overlaps { seen, open }
+}
+
+/// Displacements that move overlapped pairs apart, after the step that `stage` was. Pairs that are
+/// apart then leave `open`.
 ///
 /// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
 /// it is above a slop, displacements `d` of least kinetic norm are found with
@@ -38,147 +73,91 @@ const OTHER_SOFTNESS: f64 = 1e-4;
 /// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
 /// ```
 ///
-/// a frictionless contact problem of its own. Bodies that are wedged in escape along their surfaces
-/// only, and (1) then asks for many times the overlap: of an island all displacements are cut alike
-/// until no body goes farther than a tenth of its size, which keeps the two lower lines. Where (1) has no solution, as of a body wedged in
-/// between walls, its rows get `R P_N` on the left, much where a displacement is asked for and
-/// hardly any elsewhere, and the body is moved to where it overlaps them least. Velocities
-/// and kinetic energy stay as they are. Pairs that touch later are never corrected: noise of their
-/// gaps would make them creep.
-#[derive(Clone, Default, Serialize, Deserialize)]
-pub(super) struct OverlapRecovery {
-    /// Pairs of surfaces seen in the last step, in its order, and those that overlapped at first.
-    seen: Vec<u64>,
-    overlapped: BTreeSet<u64>,
-    /// Whether (1) had no solution for a large island last time: it is not tried again, which takes
-    /// seconds, while anything is overlapped.
-    #[serde(default)]
-    wedged: bool,
-}
-
-impl OverlapRecovery {
-    /// What is known with the contacts of a step, before it is solved.
-    pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
-        let rigid = |c: &&ContactPoint| {
-            matches!(c.law, NormalLaw::Rigid { .. })
-                && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
+/// This is a contact problem without friction. Velocities and kinetic energy stay as they are.
+///
+/// Bodies that are wedged in escape along their surfaces only. (1) then asks for many times the
+/// overlap. All displacements of an island are therefore scaled down alike, until no body goes
+/// farther than a tenth of its size.
+///
+/// Where (1) has no solution, as of a body wedged in between walls, its rows get `R P_N` on the left:
+/// much where a displacement is asked for, hardly any elsewhere. The body then goes to where it
+/// overlaps the walls least.
+pub(super) fn part_overlaps(
+    open: &mut BTreeSet<u64>,
+    stage: &Stage,
+    inverse_mass: &[Vec3],
+    dt: f64,
+    solver: &mut IslandSolver,
+) -> Vec<(u32, Vec3)> {
+    let mut wedged = solver.cache.wedged && !open.is_empty();
+    solver.cache.wedged = wedged;
+    if open.is_empty() {
+        return Vec::new();
+    }
+    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    let mut excess = BTreeSet::new();
+    for contact in &stage.detection.contacts {
+        let movable = movable(contact.rows.bodies, inverse_mass);
+        let bodies = (stage.standing).receiving(contact.rows.bodies, movable);
+        if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
+            continue;
+        }
+        let left = contact.gap + dt * contact.rows.velocity(&stage.end).x;
+        let slop = slop(contact, stage);
+        let x = -left - slop;
+        // a share at a time never gets there: a tenth of the slop is near enough
+        let moves = x > 0.1 * slop && open.contains(&contact.key.pair);
+        if moves {
+            excess.insert(contact.key.pair);
+        }
+        rows.push(Rows {
+            bodies,
+            ..contact.rows
+        });
+        free.push(Vec2::new(
+            if moves { -SHARE * x } else { left.max(0.0) },
+            0.0,
+        ));
+        laws.push(Law::Contact {
+            friction: 0.0,
+            compliance: 0.0,
+        });
+    }
+    *open = excess;
+    if open.is_empty() {
+        return Vec::new();
+    }
+    for joint in &stage.detection.joints {
+        let own = Rows {
+            bodies: movable(joint.rows.bodies, inverse_mass),
+            ..joint.rows
         };
-        let pairs = stage.pairs.clone();
-        let mut overlapped = self.overlapped.clone();
-        // mostly nobody comes or goes
-        if pairs != self.seen {
-            let sorted = |all: &[u64]| {
-                let mut all = all.to_vec();
-                all.sort_unstable();
-                all
-            };
-            let (seen, now) = (sorted(&self.seen), sorted(&pairs));
-            for contact in stage.detection.contacts.iter().filter(rigid) {
-                let pair = contact.key.pair;
-                if seen.binary_search(&pair).is_ok() {
-                    continue;
-                }
-                let opening = contact.rows.velocity(&stage.start).x;
-                let at_start = contact.gap - 0.5 * stage.length * opening;
-                if at_start < -slop(contact, stage) {
-                    overlapped.insert(pair);
-                }
-            }
-            // who is gone is forgotten
-            overlapped.retain(|pair| now.binary_search(pair).is_ok());
-        }
-        stage.excused.clone_from(&overlapped);
-        OverlapRecovery {
-            seen: pairs,
-            wedged: self.wedged && !overlapped.is_empty(),
-            overlapped,
+        // a limit stays as far from its end as it is
+        let gap = match joint.kind {
+            JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&stage.end).x).max(0.0),
+            _ => 0.0,
+        };
+        if let Some((_, law)) = joint_impact_rule(joint, true)
+            && own.bodies != [NO_BODY; 2]
+            && diagonal(joint, inverse_mass) > 0.0
+        {
+            rows.push(own);
+            free.push(Vec2::new(gap, 0.0));
+            laws.push(law);
         }
     }
-
-    /// Pairs that come back as they went: seen before.
-    pub fn take_back(&mut self, pairs: impl Iterator<Item = u64>) {
-        self.seen.extend(pairs);
-    }
-
-    /// Pairs that are still overlapped.
-    pub fn pairs(&self) -> usize {
-        self.overlapped.len()
-    }
-
-    /// Displacements of bodies after the step that `stage` was.
-    pub fn moves(
-        &mut self,
-        stage: &Stage,
-        inverse_mass: &[Vec3],
-        dt: f64,
-        solver: &mut IslandSolver,
-    ) -> Vec<(u32, Vec3)> {
-        if self.overlapped.is_empty() {
-            return Vec::new();
-        }
-        let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
-        let mut excess = BTreeSet::new();
-        for contact in &stage.detection.contacts {
-            let movable = movable(contact.rows.bodies, inverse_mass);
-            let bodies = (stage.standing).receiving(contact.rows.bodies, movable);
-            if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
-                continue;
-            }
-            let left = contact.gap + dt * contact.rows.velocity(&stage.end).x;
-            let slop = slop(contact, stage);
-            let x = -left - slop;
-            // a share at a time never gets there: a tenth of the slop is near enough
-            let moves = x > 0.1 * slop && self.overlapped.contains(&contact.key.pair);
-            if moves {
-                excess.insert(contact.key.pair);
-            }
-            rows.push(Rows {
-                bodies,
-                ..contact.rows
-            });
-            free.push(Vec2::new(
-                if moves { -SHARE * x } else { left.max(0.0) },
-                0.0,
-            ));
-            laws.push(Law::Contact {
-                friction: 0.0,
-                compliance: 0.0,
-            });
-        }
-        self.overlapped = excess;
-        if self.overlapped.is_empty() {
-            return Vec::new();
-        }
-        for joint in &stage.detection.joints {
-            let own = Rows {
-                bodies: movable(joint.rows.bodies, inverse_mass),
-                ..joint.rows
-            };
-            // a limit stays as far from its end as it is
-            let gap = match joint.kind {
-                JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&stage.end).x).max(0.0),
-                _ => 0.0,
-            };
-            if let Some((_, law)) = joint_impact_rule(joint, true)
-                && own.bodies != [NO_BODY; 2]
-                && diagonal(joint, inverse_mass) > 0.0
-            {
-                rows.push(own);
-                free.push(Vec2::new(gap, 0.0));
-                laws.push(law);
-            }
-        }
-        let tolerance = solver.tolerance.max(ENOUGH);
-        displacements(
-            &rows,
-            &free,
-            &laws,
-            inverse_mass,
-            solver,
-            tolerance,
-            (STRIDE, &mut self.wedged),
-        )
-    }
+    let tolerance = solver.tolerance.max(ENOUGH);
+    let moves = displacements(
+        &rows,
+        &free,
+        &laws,
+        inverse_mass,
+        solver,
+        tolerance,
+        (STRIDE, &mut wedged),
+    );
+    solver.cache.wedged = wedged;
+    moves
 }
 
 /// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`;
@@ -297,20 +276,26 @@ mod tests {
             let mut stage = row(0, balls, -0.1);
             // the left wall overlaps by more: what gives way moves to the right
             stage.detection.contacts[0].gap = -0.2;
-            let mut recovery = OverlapRecovery::default();
+            let mut overlaps = Overlaps::default();
+            let look = |last: &mut Overlaps, stage: &Stage| {
+                *last = find_overlaps(last, stage, &masses);
+            };
+            solver.cache.wedged = false;
             let mut counts = Vec::new();
             let mut moves = Vec::new();
             for _ in 0..3 {
-                recovery = recovery.look(&mut stage, &masses);
-                assert_eq!(recovery.pairs(), stage.blocks.len());
-                moves.push(recovery.moves(&stage, &masses, 0.01, &mut solver));
+                look(&mut overlaps, &stage);
+                let open = &mut overlaps.open;
+                assert_eq!(open.len(), stage.blocks.len());
+                moves.push(part_overlaps(open, &stage, &masses, 0.01, &mut solver));
                 counts.push(tried.load(Ordering::Relaxed));
             }
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
-            recovery = recovery.look(&mut Stage::default(), &masses);
-            recovery = recovery.look(&mut stage, &masses);
-            recovery.moves(&stage, &masses, 0.01, &mut solver);
+            look(&mut overlaps, &Stage::default());
+            part_overlaps(&mut overlaps.open, &stage, &masses, 0.01, &mut solver);
+            look(&mut overlaps, &stage);
+            part_overlaps(&mut overlaps.open, &stage, &masses, 0.01, &mut solver);
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }

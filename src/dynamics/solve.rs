@@ -2,16 +2,15 @@
 
 use super::crew::Crew;
 use super::island::{IslandOutcome, Solved, SolvedProblem, Task, Worker};
+use super::island_cache::IslandCache;
 use super::islands::Islands;
-use super::jam::{Jam, Jams, LARGE};
-use super::model::ContactKey;
+use super::jam::{Jam, LARGE};
 use super::part::{Begin, Part};
 use super::phases::PhaseClock;
 use super::rules::Rules;
 use super::stage::Stage;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::solver::{Carried, CarriedState, ImpulseSolver, SolveReport};
-use rustc_hash::FxHashMap;
+use crate::solver::{Carried, ImpulseSolver, SolveReport};
 
 /// An island to be solved.
 struct Job {
@@ -33,14 +32,7 @@ pub(super) struct IslandSolver {
     pub outcomes: Vec<IslandOutcome>,
     /// Copies of all problems of a step, where they are asked for.
     pub kept: Option<Vec<SolvedProblem>>,
-    /// What islands of the last step carry, by the key of their first block, and those of this one.
-    carried: FxHashMap<ContactKey, Carried>,
-    carried_next: FxHashMap<ContactKey, Carried>,
-    /// How they jam, by the keys of all their blocks.
-    jams: FxHashMap<ContactKey, Jam>,
-    jams_next: FxHashMap<ContactKey, Jam>,
-    /// Of what is solved within this step, interval by interval, after the whole of it.
-    jams_within: FxHashMap<ContactKey, Jam>,
+    pub cache: IslandCache,
     pub clock: PhaseClock,
 }
 
@@ -56,26 +48,9 @@ impl IslandSolver {
             islands: Islands::default(),
             outcomes: Vec::new(),
             kept: None,
-            carried: FxHashMap::default(),
-            carried_next: FxHashMap::default(),
-            jams: FxHashMap::default(),
-            jams_next: FxHashMap::default(),
-            jams_within: FxHashMap::default(),
+            cache: IslandCache::default(),
             clock: PhaseClock::default(),
         }
-    }
-
-    /// Carries nothing any more.
-    pub fn forget_carried(&mut self) {
-        self.forget_failed();
-        self.jams.clear();
-    }
-
-    /// After a step that failed: nothing is carried, but islands jam as they did before it.
-    pub fn forget_failed(&mut self) {
-        self.carried.clear();
-        self.carried_next.clear();
-        self.jams_next.clear();
     }
 
     /// Begins a step.
@@ -83,40 +58,7 @@ impl IslandSolver {
         if let Some(kept) = &mut self.kept {
             kept.clear();
         }
-        self.jams_within.clear();
-    }
-
-    /// Ends a step: what its islands carry is for the next one.
-    pub fn carry_on(&mut self) {
-        self.carried = std::mem::take(&mut self.carried_next);
-        self.jams = std::mem::take(&mut self.jams_next);
-    }
-
-    /// What islands carry, in the order of their keys.
-    pub fn carried_state(&self) -> Vec<(ContactKey, CarriedState)> {
-        let all = self.carried.iter();
-        let states = all.filter_map(|(key, carried)| Some((*key, carried.state()?)));
-        let mut states: Vec<_> = states.collect();
-        states.sort_by_key(|(key, _)| (key.pair, key.feature));
-        states
-    }
-
-    /// Goes on with what [`IslandSolver::carried_state`] gave.
-    pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
-        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
-        self.carried = states.iter().map(restored).collect();
-    }
-
-    /// How islands jam, in the order of their keys.
-    pub fn jams(&self) -> Jams {
-        let mut jams: Jams = self.jams.iter().map(|(key, jam)| (*key, *jam)).collect();
-        jams.sort_by_key(|(key, _)| (key.pair, key.feature));
-        jams
-    }
-
-    /// Goes on with what [`IslandSolver::jams`] gave.
-    pub fn restore_jams(&mut self, jams: &Jams) {
-        self.jams = jams.iter().copied().collect();
+        self.cache.begin();
     }
 
     /// Number of problems kept so far.
@@ -134,7 +76,7 @@ impl IslandSolver {
     pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
         (self.islands).build(inverse_mass.len(), stage.sides.iter().copied());
         self.outcomes.clear();
-        if !self.jams.is_empty() {
+        if self.cache.any_fallback() {
             stage.before.clone_from(&stage.impulses);
         }
         if stage.standing.dominance.is_empty() {
@@ -186,37 +128,18 @@ impl IslandSolver {
         }
     }
 
-    /// How the island jammed in the last step that the first of these blocks to be known was in. What
-    /// gives way in a step does so in all intervals of it.
-    fn jam(&self, members: &[u32], stage: &Stage) -> Jam {
-        let known = |jams: &FxHashMap<ContactKey, Jam>| {
-            let mut members = members.iter().filter(|_| !jams.is_empty());
-            members.find_map(|&i| jams.get(&stage.key(i as usize)).copied())
-        };
-        let of_step = if stage.whole {
-            known(&self.jams)
-        } else {
-            let within = known(&self.jams_within).or_else(|| known(&self.jams_next));
-            within.map(Jam::within)
-        };
-        of_step.unwrap_or_default()
-    }
-
     /// Takes out what an island of a step carried from the last one.
     fn job(&mut self, island: usize, spent: Vec<SolveReport>, stage: &Stage) -> Job {
         let members = self.islands.blocks(island);
         let carries = members.len() >= CARRIES && stage.whole;
         let key = stage.key(members[0] as usize);
         let jam = if members.len() > LARGE {
-            self.jam(members, stage)
+            let keys = members.iter().map(|&i| stage.key(i as usize));
+            self.cache.fallback(keys, stage.whole)
         } else {
             Jam::default()
         };
-        let carried = carries.then(|| {
-            let earlier = self.carried_next.remove(&key);
-            let earlier = earlier.or_else(|| self.carried.remove(&key));
-            earlier.unwrap_or_default()
-        });
+        let carried = carries.then(|| self.cache.take_factors(&key));
         Job {
             island,
             spent,
@@ -235,23 +158,10 @@ impl IslandSolver {
     ) -> (IslandOutcome, Option<SolvedProblem>) {
         let members = self.islands.blocks(job.island);
         let key = stage.key(members[0] as usize);
-        // what an earlier round of the step noted is of no account
-        if stage.whole && !self.jams_next.is_empty() {
-            for &i in members {
-                self.jams_next.remove(&stage.key(i as usize));
-            }
-        }
-        if job.jam.jammed() {
-            let jams = if stage.whole {
-                &mut self.jams_next
-            } else {
-                &mut self.jams_within
-            };
-            let keys = members.iter().map(|&i| stage.key(i as usize));
-            jams.extend(keys.map(|key| (key, job.jam)));
-        }
-        if let Some(carried) = job.carried.filter(|c| !c.is_empty()) {
-            self.carried_next.insert(key, carried);
+        let keys = members.iter().map(|&i| stage.key(i as usize));
+        self.cache.keep_fallback(keys, stage.whole, job.jam);
+        if let Some(carried) = job.carried {
+            self.cache.keep_factors(key, carried);
         }
         let (mut outcome, kept) = solved.settle(members, impulses, stage);
         for earlier in job.spent {

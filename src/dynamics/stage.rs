@@ -1,10 +1,9 @@
 //! One interval of time, or one instant, for some of the bodies: the blocks of rows that take
 //! part, their rules, and the contact problem of an island.
 
-use super::joint_cap::Account;
+use super::contact_cache::{CachedContacts, JointEnergy};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::local_bodies::LocalBodies;
-use super::memory::Memories;
 use super::model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
@@ -85,7 +84,7 @@ pub(super) struct Stage {
     pub told: Vec<bool>,
     pub given: Vec<Vec3>,
     /// Of each joint of the detection: its share of what its island's joints have put in.
-    pub accounts: Vec<Account>,
+    pub accounts: Vec<JointEnergy>,
     /// Those of the last step \[N s\], where an island gave way in it.
     pub before: Vec<Vec2>,
     /// Velocity that the solve of a block's island resolves \[m/s\].
@@ -170,7 +169,7 @@ impl Stage {
     pub fn collect(
         &mut self,
         rules: &Rules,
-        memory: &Memories,
+        memory: &CachedContacts,
         members: Option<&[bool]>,
         inverse_mass: &[Vec3],
         span: Span,
@@ -313,7 +312,7 @@ impl Stage {
     fn collect_joints(
         &mut self,
         rules: &Rules,
-        memory: &Memories,
+        memory: &CachedContacts,
         members: Option<&[bool]>,
         inverse_mass: &[Vec3],
         span: Span,
@@ -345,7 +344,7 @@ impl Stage {
             }
             let known = memory.get(&joint.key);
             let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            self.accounts[index] = known.map_or(Account::default(), |m| m.account);
+            self.accounts[index] = known.map_or(JointEnergy::default(), |m| m.energy);
             let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
             let sides = movable(joint.rows.bodies, inverse_mass);
             self.push(block, sides, now.gamma_f + free, law, warm);
@@ -355,7 +354,7 @@ impl Stage {
 
     fn open_accounts(&mut self, joints: usize) {
         self.accounts.clear();
-        self.accounts.resize(joints, Account::default());
+        self.accounts.resize(joints, JointEnergy::default());
     }
 
     /// Takes in a block that asks for `b` and starts from an impulse.

@@ -1,21 +1,21 @@
 use super::cluster::Context;
+use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
 use super::crew::{Crew, MOST_THREADS};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
 use super::island::SolvedProblem;
-use super::jam::Jams;
+use super::island_cache::IslandCacheState;
 use super::joint_recovery::close_joints;
-use super::memory::{Memories, Memory};
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
 use super::outcome::{forces_work, kinetic, record_stage};
 use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
-use super::recovery::OverlapRecovery;
+use super::recovery::{find_overlaps, part_overlaps};
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solve::IslandSolver;
 use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, solver_by_name};
+use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -111,14 +111,12 @@ pub struct MoreauStepper {
     settings: StepperSettings,
     solver: IslandSolver,
     time: f64,
-    memory: Memories,
-    memory_next: Memories,
+    cache: ContactCache,
+    /// The next step's contacts.
+    contacts_next: CachedContacts,
     stage: Stage,
-    recovery: OverlapRecovery,
     origin: Vec<Configuration>,
     inverse_mass: Vec<Vec3>,
-    /// Whether contacts have been met that hardly rebound.
-    lands: bool,
     /// Whether the solver is the one that the settings name.
     named: bool,
 }
@@ -127,13 +125,8 @@ pub struct MoreauStepper {
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,
-    lands: bool,
-    memory: Vec<(ContactKey, Memory)>,
-    #[serde(default)]
-    carried: Vec<(ContactKey, CarriedState)>,
-    #[serde(default)]
-    jams: Jams,
-    recovery: OverlapRecovery,
+    contacts: ContactCache,
+    islands: IslandCacheState,
 }
 
 impl MoreauStepper {
@@ -157,16 +150,14 @@ impl MoreauStepper {
             solver,
             settings,
             time: 0.0,
-            memory: Memories::default(),
-            memory_next: Memories::default(),
+            cache: ContactCache::default(),
+            contacts_next: CachedContacts::default(),
             stage: Stage {
                 whole: true,
                 ..Stage::default()
             },
-            recovery: OverlapRecovery::default(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
-            lands: false,
             named: true,
         })
     }
@@ -187,7 +178,7 @@ impl MoreauStepper {
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
         self.solver.own.solver = Box::new(Judged::new(solver));
         self.solver.crew = None;
-        self.solver.forget_carried();
+        self.solver.cache.clear();
         self.named = false;
     }
 
@@ -205,34 +196,32 @@ impl MoreauStepper {
 
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
     pub fn forget_contacts(&mut self) {
-        self.memory.clear();
-        self.solver.forget_carried();
+        self.cache.contacts.clear();
+        self.solver.cache.clear();
     }
 
     /// What the next step depends on.
     pub(crate) fn state(&self) -> StepperState {
         StepperState {
             time: self.time,
-            lands: self.lands,
-            memory: self.memory.entries().to_vec(),
-            carried: self.solver.carried_state(),
-            jams: self.solver.jams(),
-            recovery: self.recovery.clone(),
+            contacts: self.cache.clone(),
+            islands: self.solver.cache.state(),
         }
     }
 
     /// Goes on from where [`MoreauStepper::state`] was taken.
     pub(crate) fn restore(&mut self, state: &StepperState) {
-        (self.time, self.lands) = (state.time, state.lands);
-        self.memory = state.memory.iter().copied().collect();
-        self.solver.restore_carried(&state.carried);
-        self.solver.restore_jams(&state.jams);
-        self.recovery = state.recovery.clone();
+        self.time = state.time;
+        self.cache = state.contacts.clone();
+        self.solver.cache.restore(&state.islands);
     }
 
     /// What is remembered of the contacts and joints of bodies to which `group` gives a number, all
     /// that move on both sides: it is lost after a step without them.
-    pub(crate) fn set_aside(&self, group: impl Fn(u32) -> u32) -> Vec<(u32, ContactKey, Memory)> {
+    pub(crate) fn set_aside(
+        &self,
+        group: impl Fn(u32) -> u32,
+    ) -> Vec<(u32, ContactKey, CachedContact)> {
         let found = &self.stage.detection;
         let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
         let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
@@ -244,17 +233,17 @@ impl MoreauStepper {
                 (a, NO_BODY) => group(a),
                 (a, b) => group(a).min(group(b)),
             };
-            let memory = self.memory.get(key).filter(|_| own != 0)?;
+            let memory = self.cache.contacts.get(key).filter(|_| own != 0)?;
             Some((own, *key, *memory))
         };
         all.filter_map(of).collect()
     }
 
     /// Remembers again what was set aside.
-    pub(crate) fn take_back(&mut self, memory: &[(ContactKey, Memory)]) {
-        self.memory.extend(memory.iter().copied());
-        self.recovery
-            .take_back(memory.iter().map(|(key, _)| key.pair));
+    pub(crate) fn take_back(&mut self, memory: &[(ContactKey, CachedContact)]) {
+        self.cache.contacts.extend(memory.iter().copied());
+        let seen = &mut self.cache.overlaps.seen;
+        seen.extend(memory.iter().map(|(key, _)| key.pair));
     }
 
     /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
@@ -311,7 +300,7 @@ impl MoreauStepper {
             .extend((0..bodies).map(|body| model.configuration(body)));
         let result = self.step_from_start(model, dt);
         if result.is_err() {
-            self.solver.forget_failed();
+            self.solver.cache.drop_step();
             model.set_velocities(&self.stage.start);
             for (body, place) in self.origin.iter().enumerate() {
                 model.set_configuration(body, place);
@@ -346,26 +335,30 @@ impl MoreauStepper {
 
         model.advance(0.5 * dt);
         // a crowd that lands must be seen a step before it closes: see `find_crowds`
-        let ahead = if rules.events && self.lands {
+        let ahead = if rules.events && self.cache.lands {
             2.0 * dt
         } else {
             dt
         };
         stage.detect(model, ahead)?;
-        self.lands |= rules.events && stage.detection.contacts.iter().any(lands);
+        self.cache.lands |= rules.events && stage.detection.contacts.iter().any(lands);
         if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;
+            see_from_the_start(model, stage, &self.cache.contacts, &rules, place, dt, dt)?;
         }
         self.solver.clock.lap(|t| &mut t.detection);
         stage.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
             find_crowds(stage, w);
         }
-        stage.collect(&rules, &self.memory, None, w, Span::whole(dt));
+        stage.collect(&rules, &self.cache.contacts, None, w, Span::whole(dt));
         // kept apart until nothing can fail any more
         let recovers = self.settings.recovers();
-        let recovery = recovers.then(|| self.recovery.look(stage, w));
+        let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, stage, w));
+        match &overlaps {
+            Some(overlaps) => stage.excused.clone_from(&overlaps.open),
+            None => stage.excused.clear(),
+        }
         self.solver.solve(stage, w, &rules);
         if rules.locates() {
             release_lone(stage, &self.solver, &rules, w, dt);
@@ -378,7 +371,7 @@ impl MoreauStepper {
         let mut clusters = if rules.locates() {
             let context = Context {
                 main: stage,
-                memory: &self.memory,
+                memory: &self.cache.contacts,
                 rules,
                 inverse_mass: w,
                 origin: &self.origin,
@@ -414,14 +407,14 @@ impl MoreauStepper {
         }
         (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
 
-        self.memory_next.clear();
+        self.contacts_next.clear();
         let end = self.time + dt;
-        record_stage(stage, used, w, end, &mut record, &mut self.memory_next);
+        record_stage(stage, used, w, end, &mut record, &mut self.contacts_next);
         record.energy.forces += forces_work(stage, w, |body| !apart[body]);
         for cluster in &clusters {
             record.add(&cluster.record);
             let memory = cluster.memory.entries();
-            self.memory_next.extend(memory.iter().copied());
+            self.contacts_next.extend(memory.iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 stage.end[body as usize] = *u;
             }
@@ -444,21 +437,22 @@ impl MoreauStepper {
                 model.set_configuration(body as usize, place);
             }
         }
-        let moves = !stage.loose.is_empty() || recovery.as_ref().is_some_and(|r| r.pairs() > 0);
+        let moves =
+            !stage.loose.is_empty() || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if !stage.loose.is_empty() {
             close_joints(model, stage, w, &mut self.solver)?;
         }
-        if let Some(recovery) = recovery {
-            self.recovery = recovery;
-            let moves = self.recovery.moves(stage, w, dt, &mut self.solver);
-            record.recovering = self.recovery.pairs();
+        if let Some(mut overlaps) = overlaps {
+            let moves = part_overlaps(&mut overlaps.open, stage, w, dt, &mut self.solver);
+            record.recovering = overlaps.open.len();
+            self.cache.overlaps = overlaps;
             for (body, d) in moves {
                 model.shift(body as usize, &d, 1.0);
             }
         }
-        std::mem::swap(&mut self.memory, &mut self.memory_next);
-        self.solver.carry_on();
+        std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
+        self.solver.cache.commit();
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();

@@ -7,7 +7,7 @@ use super::sleeping::Sleepers;
 use super::widen::{widen, widen_state};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
-use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
+use crate::dynamics::{CachedContact, ContactKey, Pose64, Standing, Sweep};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +61,7 @@ impl Bodies {
         world: &mut PhysicsWorld,
         dt: f64,
         stay_awake: bool,
-        woken: &mut Vec<(ContactKey, Memory)>,
+        woken: &mut Vec<(ContactKey, CachedContact)>,
     ) -> Result<(), ModelError> {
         for handle in std::mem::take(&mut self.promised) {
             if !world.bodies.contains(handle) {

@@ -1,8 +1,8 @@
 //! An impact of no duration, where a cluster stands.
 
 use super::{Context, Rest, Runner};
+use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
-use crate::dynamics::memory::{Memories, Memory};
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::outcome::record_stage;
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
@@ -98,7 +98,7 @@ impl Runner {
             outcome.count_work(record);
             outcome.count(record);
         }
-        let mut pressed = Memories::default();
+        let mut pressed = CachedContacts::default();
         record_stage(instant, |_| true, w, over, record, &mut pressed);
         record.events += 1;
         // what landed alone stays in contact, rolls on along a curve, say; what it pressed in an
@@ -111,7 +111,7 @@ impl Runner {
                 let dt = f64::INFINITY;
                 remembered.insert(
                     key,
-                    Memory {
+                    CachedContact {
                         dt,
                         stuck: None,
                         ..*hit

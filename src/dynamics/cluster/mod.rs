@@ -4,9 +4,9 @@ mod instant;
 mod search;
 
 use super::StepError;
+use super::contact_cache::CachedContacts;
 use super::events::{release_lone, see_from_the_start};
 use super::island::SolvedProblem;
-use super::memory::Memories;
 use super::model::{Configuration, ContactKey, MultibodyModel};
 use super::outcome::{forces_work, record_stage};
 use super::record::StepRecord;
@@ -24,7 +24,7 @@ const LONE_EVENTS: usize = 64;
 /// What all clusters of a step share.
 pub(super) struct Context<'a> {
     pub main: &'a Stage,
-    pub memory: &'a Memories,
+    pub memory: &'a CachedContacts,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -43,7 +43,7 @@ pub(super) struct Cluster {
     pub configuration: Vec<Configuration>,
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
-    pub memory: Memories,
+    pub memory: CachedContacts,
     /// Its problems, where they are kept.
     pub kept: Vec<SolvedProblem>,
 }
@@ -67,7 +67,7 @@ pub(super) struct Runner {
     /// Problems of the interval solved last, which may be a trial.
     trial: Vec<SolvedProblem>,
     /// What the cluster remembers of its own since the step began.
-    remembered: Option<Memories>,
+    remembered: Option<CachedContacts>,
     record: StepRecord,
 }
 
@@ -116,7 +116,7 @@ impl Runner {
             displacement: vec![Vec3::zeros(); bodies.len()],
             bodies,
             record: StepRecord::default(),
-            memory: Memories::default(),
+            memory: CachedContacts::default(),
             kept: Vec::new(),
         };
         let before = solver.kept_count();
