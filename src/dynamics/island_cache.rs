@@ -1,6 +1,6 @@
 //! The island cache: what islands hand on from one step to the next.
 
-use super::jam::Jam;
+use super::fallback::Fallback;
 use super::model::ContactKey;
 use crate::solver::{Carried, CarriedState};
 use rustc_hash::FxHashMap;
@@ -13,7 +13,7 @@ struct Generation {
     factors: FxHashMap<ContactKey, Carried>,
     /// Fallback state of large islands, by the keys of all their blocks: in a heap that moves any
     /// one of them may be gone in the next step.
-    fallback: FxHashMap<ContactKey, Jam>,
+    fallback: FxHashMap<ContactKey, Fallback>,
 }
 
 /// Everything that islands hand on from one step to the next.
@@ -25,7 +25,7 @@ pub(super) struct IslandCache {
     last: Generation,
     next: Generation,
     /// Fallback state of islands that were solved for a part of this step only.
-    within: FxHashMap<ContactKey, Jam>,
+    within: FxHashMap<ContactKey, Fallback>,
     /// Whether the overlaps of a large island had no solution: its displacements are then softened
     /// at once, as long as anything overlaps.
     pub wedged: bool,
@@ -35,7 +35,7 @@ pub(super) struct IslandCache {
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct IslandCacheState {
     factors: Vec<(ContactKey, CarriedState)>,
-    fallback: Vec<(ContactKey, Jam)>,
+    fallback: Vec<(ContactKey, Fallback)>,
     wedged: bool,
 }
 
@@ -77,15 +77,14 @@ impl IslandCache {
         }
     }
 
-    /// Whether any island used its fallback in the last step.
-    pub fn any_fallback(&self) -> bool {
-        !self.last.fallback.is_empty()
-    }
-
     /// Fallback state of an island: that of the first of its `keys` which is known. In a `whole` step
     /// it is that of the last step. In a part of a step it is what was found earlier in this step.
-    pub fn fallback(&self, keys: impl Iterator<Item = ContactKey> + Clone, whole: bool) -> Jam {
-        let known = |states: &FxHashMap<ContactKey, Jam>| {
+    pub fn fallback(
+        &self,
+        keys: impl Iterator<Item = ContactKey> + Clone,
+        whole: bool,
+    ) -> Fallback {
+        let known = |states: &FxHashMap<ContactKey, Fallback>| {
             let mut keys = keys.clone().filter(|_| !states.is_empty());
             keys.find_map(|key| states.get(&key).copied())
         };
@@ -93,7 +92,7 @@ impl IslandCache {
             known(&self.last.fallback)
         } else {
             let within = known(&self.within).or_else(|| known(&self.next.fallback));
-            within.map(Jam::within)
+            within.map(Fallback::within)
         };
         found.unwrap_or_default()
     }
@@ -103,7 +102,7 @@ impl IslandCache {
         &mut self,
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,
-        state: Jam,
+        state: Fallback,
     ) {
         // an earlier round of the step may have noted another state
         if whole && !self.next.fallback.is_empty() {
@@ -111,7 +110,7 @@ impl IslandCache {
                 self.next.fallback.remove(&key);
             }
         }
-        if state.jammed() {
+        if state.active() {
             let states = if whole {
                 &mut self.next.fallback
             } else {

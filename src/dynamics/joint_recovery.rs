@@ -1,10 +1,11 @@
 //! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
 
+use super::interval::{Interval, diagonal, movable};
 use super::joint_rules::joint_impact_rule;
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable};
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 
 /// Newton steps at most; from a gap of half an arm three or four reach round-off.
@@ -30,13 +31,14 @@ const TURN: f64 = 0.5;
 /// Those of the model.
 pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     model: &mut M,
-    stage: &Stage,
+    interval: &Interval,
+    solution: &Solution,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
 ) -> Result<(), ModelError> {
-    let half = 0.5 * stage.length;
+    let half = 0.5 * interval.length;
     let rigid = |law: &NormalLaw| matches!(law, NormalLaw::Rigid { .. });
-    let contacts = stage.detection.contacts.iter();
+    let contacts = interval.detection.contacts.iter();
     let mut contacts: Vec<_> = contacts
         .filter(|c| rigid(&c.law))
         .map(|c| {
@@ -44,15 +46,15 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
                 bodies: movable(c.rows.bodies, inverse_mass),
                 ..c.rows
             };
-            (own, c.gap + half * c.rows.velocity(&stage.end).x)
+            (own, c.gap + half * c.rows.velocity(&solution.end).x)
         })
         .filter(|(rows, _)| rows.bodies != [NO_BODY; 2])
         .collect();
     let mut found = Vec::new();
     for _ in 0..STEPS {
         found.clear();
-        model.detect_joints(stage.length, &mut found)?;
-        let loose = |k: usize| stage.loose.binary_search(&k).is_ok();
+        model.detect_joints(interval.length, &mut found)?;
+        let loose = |k: usize| solution.unclosed.binary_search(&k).is_ok();
         let joints = found.iter().enumerate();
         let worst = joints
             .filter(|(k, _)| loose(*k))

@@ -1,8 +1,7 @@
 //! What each row of a joint asks of the contact problem: free term and law.
 
 use super::model::{JointKind, JointRow, Spring};
-use super::rules::Rules;
-use super::stage::Span;
+use super::rules::{Rules, Span};
 use crate::contact::{Law, Vec2};
 
 /// What is known of a joint row when its rule is chosen.

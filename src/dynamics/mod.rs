@@ -18,42 +18,46 @@
 //! - pairs that start overlapped are moved apart by position alone
 //!   ([`StepperSettings::recovery`]).
 
-mod cap;
 mod cluster;
+mod collect;
 mod contact_cache;
 mod crew;
+mod energy_bound;
 mod events;
+mod fallback;
+mod interval;
 mod island;
 mod island_cache;
+mod island_problem;
 mod islands;
-mod jam;
 mod joint;
-mod joint_cap;
 mod joint_recovery;
 mod joint_rules;
+mod kinetic;
 mod linear;
 mod local_bodies;
 mod model;
 mod outcome;
-mod part;
 mod phases;
 mod planar;
 mod planar_shape;
 mod pose;
 pub mod record;
+mod recording;
 mod recovery;
+mod redundancy;
 mod rotor;
 mod rules;
 pub(crate) mod saved;
+mod solution;
 mod solve;
-mod stage;
 mod standing;
 mod stepper;
 mod visco_elastic;
+mod working_set;
 
 pub(crate) use contact_cache::CachedContact;
 pub use crew::MOST_THREADS;
-pub use island::SolvedProblem;
 pub(crate) use islands::Islands;
 pub use joint::{Bend, Coordinate, JointFrames, RowName};
 pub use linear::{Linear, LinearContact, LinearSystem};
@@ -61,6 +65,7 @@ pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
+pub use outcome::SolvedProblem;
 pub use phases::Phases;
 pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
 pub use planar_shape::PlanarShape;

@@ -1,7 +1,6 @@
 //! What each contact asks of the contact problem: activation, free term, law.
 
 use super::model::{ContactPoint, NormalLaw};
-use super::stage::Span;
 use crate::contact::{Law, Vec2, Vec3};
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
@@ -84,6 +83,28 @@ impl Rules {
     /// Whether anything can wait.
     pub fn locates(&self) -> bool {
         self.events || self.sweeps
+    }
+}
+
+/// Lengths of time that rules need \[s\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    /// Of the whole step: what thresholds are made of.
+    pub step: f64,
+    /// Of this interval; 0 for an instant.
+    pub length: f64,
+    /// From this midpoint to the next one: over it gaps are closed.
+    pub horizon: f64,
+}
+
+impl Span {
+    /// A step that is not divided.
+    pub fn whole(dt: f64) -> Span {
+        Span {
+            step: dt,
+            length: dt,
+            horizon: dt,
+        }
     }
 }
 

@@ -2,17 +2,19 @@ use super::cluster::Context;
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
 use super::crew::{Crew, MOST_THREADS};
 use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
-use super::island::SolvedProblem;
+use super::interval::{Interval, movable};
 use super::island_cache::IslandCacheState;
 use super::joint_recovery::close_joints;
+use super::kinetic::kinetic;
 use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
-use super::outcome::{forces_work, kinetic, record_stage};
+use super::outcome::SolvedProblem;
 use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
+use super::recording::{forces_work, record_interval};
 use super::recovery::{find_overlaps, part_overlaps};
-use super::rules::{ImpactLaw, Rules, Scheme};
+use super::rules::{ImpactLaw, Rules, Scheme, Span};
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Span, Stage, movable};
 use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
@@ -114,7 +116,10 @@ pub struct MoreauStepper {
     cache: ContactCache,
     /// The next step's contacts.
     contacts_next: CachedContacts,
-    stage: Stage,
+    interval: Interval,
+    solution: Solution,
+    /// Of the last step, where they are kept.
+    problems: Vec<SolvedProblem>,
     origin: Vec<Configuration>,
     inverse_mass: Vec<Vec3>,
     /// Whether the solver is the one that the settings name.
@@ -152,10 +157,12 @@ impl MoreauStepper {
             time: 0.0,
             cache: ContactCache::default(),
             contacts_next: CachedContacts::default(),
-            stage: Stage {
+            interval: Interval {
                 whole: true,
-                ..Stage::default()
+                ..Interval::default()
             },
+            solution: Solution::default(),
+            problems: Vec::new(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
             named: true,
@@ -222,7 +229,7 @@ impl MoreauStepper {
         &self,
         group: impl Fn(u32) -> u32,
     ) -> Vec<(u32, ContactKey, CachedContact)> {
-        let found = &self.stage.detection;
+        let found = &self.interval.detection;
         let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
         let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
         let of = |(key, rows): (&ContactKey, &Rows)| {
@@ -248,7 +255,8 @@ impl MoreauStepper {
 
     /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
     pub fn keep_problems(&mut self, keep: bool) {
-        self.solver.kept = keep.then(Vec::new);
+        self.solver.keep = keep;
+        self.problems.clear();
     }
 
     /// Whether the time of steps is booked from now on for [`MoreauStepper::phases`]; not at first.
@@ -269,7 +277,7 @@ impl MoreauStepper {
     /// The contact problems of the last step, island after island, those of located impacts last;
     /// none unless they are kept.
     pub fn problems(&self) -> &[SolvedProblem] {
-        self.solver.kept.as_deref().unwrap_or(&[])
+        &self.problems
     }
 
     /// Advances `model` by `dt` \[s\].
@@ -287,21 +295,22 @@ impl MoreauStepper {
         }
         self.solver.clock.start();
         model.begin_step(dt)?;
-        self.solver.begin();
-        let start = &mut self.stage.start;
+        self.solver.cache.begin();
+        self.problems.clear();
+        let start = &mut self.interval.start;
         start.clear();
         start.extend_from_slice(model.velocities());
         check_finite(start, self.time)?;
         self.inverse_mass.clear();
         self.inverse_mass.extend_from_slice(model.inverse_mass());
         self.origin.clear();
-        let bodies = self.stage.start.len();
+        let bodies = self.interval.start.len();
         self.origin
             .extend((0..bodies).map(|body| model.configuration(body)));
         let result = self.step_from_start(model, dt);
         if result.is_err() {
             self.solver.cache.drop_step();
-            model.set_velocities(&self.stage.start);
+            model.set_velocities(&self.interval.start);
             for (body, place) in self.origin.iter().enumerate() {
                 model.set_configuration(body, place);
             }
@@ -316,14 +325,15 @@ impl MoreauStepper {
     ) -> Result<StepRecord, StepError> {
         let mut rules = self.settings.rules();
         match model.standing() {
-            Some(standing) => self.stage.standing.clone_from(standing),
-            None => self.stage.standing = Standing::default(),
+            Some(standing) => self.interval.standing.clone_from(standing),
+            None => self.interval.standing = Standing::default(),
         }
         // event location follows all that is fast: sweeps add to it only what was asked for
-        let sweeps = &self.stage.standing.sweeps;
+        let sweeps = &self.interval.standing.sweeps;
         let asked = sweeps.iter().any(|s| s.all);
         rules.sweeps = rules.corrects_gaps() && (asked || !rules.events && !sweeps.is_empty());
-        let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
+        let (interval, solution) = (&mut self.interval, &mut self.solution);
+        let w = self.inverse_mass.as_slice();
         let mut record = StepRecord {
             time: self.time + dt,
             dt,
@@ -331,7 +341,7 @@ impl MoreauStepper {
             ..StepRecord::default()
         };
         record.energy.potential_start = model.potential_energy();
-        record.energy.kinetic_start = kinetic(&stage.start, w);
+        record.energy.kinetic_start = kinetic(&interval.start, w);
 
         model.advance(0.5 * dt);
         // a crowd that lands must be seen a step before it closes: see `find_crowds`
@@ -340,37 +350,36 @@ impl MoreauStepper {
         } else {
             dt
         };
-        stage.detect(model, ahead)?;
-        self.cache.lands |= rules.events && stage.detection.contacts.iter().any(lands);
+        interval.detect(model, ahead)?;
+        self.cache.lands |= rules.events && interval.detection.contacts.iter().any(lands);
         if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, stage, &self.cache.contacts, &rules, place, dt, dt)?;
+            see_from_the_start(model, interval, &self.cache.contacts, &rules, place, dt, dt)?;
         }
         self.solver.clock.lap(|t| &mut t.detection);
-        stage.free_velocities(model, self.time + 0.5 * dt, dt);
+        interval.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
-            find_crowds(stage, w);
+            find_crowds(interval, w);
         }
-        stage.collect(&rules, &self.cache.contacts, None, w, Span::whole(dt));
+        interval.collect(&rules, &self.cache.contacts, None, w, Span::whole(dt));
         // kept apart until nothing can fail any more
         let recovers = self.settings.recovers();
-        let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, stage, w));
+        let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
         match &overlaps {
-            Some(overlaps) => stage.excused.clone_from(&overlaps.open),
-            None => stage.excused.clear(),
+            Some(overlaps) => interval.excused.clone_from(&overlaps.open),
+            None => interval.excused.clear(),
         }
-        self.solver.solve(stage, w, &rules);
+        self.solver.solve(interval, solution, w, &rules);
         if rules.locates() {
-            release_lone(stage, &self.solver, &rules, w, dt);
+            release_lone(interval, solution, &rules, w, dt);
         }
-        stage.end_velocities(w);
-        check_finite(&stage.end, self.time)?;
+        solution.end_velocities(interval, w);
+        check_finite(&solution.end, self.time)?;
 
-        let islands = std::mem::take(&mut self.solver.islands);
-        let outcomes = std::mem::take(&mut self.solver.outcomes);
         let mut clusters = if rules.locates() {
             let context = Context {
-                main: stage,
+                main: interval,
+                trial: solution,
                 memory: &self.cache.contacts,
                 rules,
                 inverse_mass: w,
@@ -388,39 +397,47 @@ impl MoreauStepper {
             apart[body as usize] = true;
         }
         let used = |i: usize| {
-            let mut sides = stage.sides[i].iter().filter(|b| **b != NO_BODY);
+            let mut sides = interval.sides[i].iter().filter(|b| **b != NO_BODY);
             sides.all(|b| !apart[*b as usize])
         };
-        let mut counts = vec![false; outcomes.len()];
-        for (k, outcome) in outcomes.iter().enumerate() {
+        let mut counts = vec![false; solution.outcomes.len()];
+        for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(&mut record);
-            counts[k] = islands.blocks(k).iter().any(|&i| used(i as usize));
+            counts[k] = solution.islands.blocks(k).iter().any(|&i| used(i as usize));
             if counts[k] {
                 outcome.count(&mut record);
             }
         }
-        if let Some(kept) = &mut self.solver.kept {
-            let mut counts = counts.iter();
-            kept.retain(|_| counts.next().is_some_and(|counts| *counts));
-            let located = clusters.iter_mut().map(|c| &mut c.kept);
-            located.for_each(|own| kept.append(own));
+        if self.solver.keep {
+            let problems = solution.problems.drain(..).zip(&counts);
+            let used = problems.filter_map(|(problem, used)| used.then_some(problem));
+            self.problems.extend(used);
+            let located = clusters.iter_mut().map(|c| &mut c.problems);
+            located.for_each(|own| self.problems.append(own));
         }
-        (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
 
         self.contacts_next.clear();
         let end = self.time + dt;
-        record_stage(stage, used, w, end, &mut record, &mut self.contacts_next);
-        record.energy.forces += forces_work(stage, w, |body| !apart[body]);
+        record_interval(
+            interval,
+            solution,
+            used,
+            w,
+            end,
+            &mut record,
+            &mut self.contacts_next,
+        );
+        record.energy.forces += forces_work(interval, solution, w, |body| !apart[body]);
         for cluster in &clusters {
             record.add(&cluster.record);
             let memory = cluster.memory.entries();
             self.contacts_next.extend(memory.iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
-                stage.end[body as usize] = *u;
+                solution.end[body as usize] = *u;
             }
         }
-        record.energy.kinetic_end = kinetic(&stage.end, w);
-        let own = [&stage.start, &stage.end].map(|u| model.kinetic_energy(u));
+        record.energy.kinetic_end = kinetic(&solution.end, w);
+        let own = [&interval.start, &solution.end].map(|u| model.kinetic_energy(u));
         if let [Some(start), Some(end)] = own {
             let energy = &mut record.energy;
             let change = energy.kinetic_end - energy.kinetic_start;
@@ -428,9 +445,9 @@ impl MoreauStepper {
             (energy.kinetic_start, energy.kinetic_end) = (start, end);
         }
         self.solver.clock.lap(|t| &mut t.record);
-        model.set_velocities(&stage.end);
+        model.set_velocities(&solution.end);
         for body in (0..apart.len()).filter(|&body| !apart[body]) {
-            model.shift(body, &stage.end[body], 0.5 * dt);
+            model.shift(body, &solution.end[body], 0.5 * dt);
         }
         for cluster in &clusters {
             for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
@@ -438,13 +455,20 @@ impl MoreauStepper {
             }
         }
         let moves =
-            !stage.loose.is_empty() || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
+            !solution.unclosed.is_empty() || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
         let potential = moves.then(|| model.potential_energy());
-        if !stage.loose.is_empty() {
-            close_joints(model, stage, w, &mut self.solver)?;
+        if !solution.unclosed.is_empty() {
+            close_joints(model, interval, solution, w, &mut self.solver)?;
         }
         if let Some(mut overlaps) = overlaps {
-            let moves = part_overlaps(&mut overlaps.open, stage, w, dt, &mut self.solver);
+            let moves = part_overlaps(
+                &mut overlaps.open,
+                interval,
+                solution,
+                w,
+                dt,
+                &mut self.solver,
+            );
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {

@@ -3,11 +3,11 @@
 use super::{Context, Rest, Runner};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
+use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
-use crate::dynamics::outcome::record_stage;
+use crate::dynamics::recording::record_interval;
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
-use crate::dynamics::stage::belongs;
 
 impl Runner {
     /// An impact disturbs what stuck: the correction of its drift would see a jump.
@@ -91,15 +91,17 @@ impl Runner {
             |i| touching[i].then_some(in_force[i]),
             carried,
         );
-        solver.solve(instant, w, &context.rules);
-        instant.end_velocities(w);
+        let hit = &mut self.hit;
+        solver.solve(instant, hit, w, &context.rules);
+        hit.end_velocities(instant, w);
+        self.problems.append(&mut hit.problems);
         let record = &mut self.record;
-        for outcome in &solver.outcomes {
+        for outcome in &hit.outcomes {
             outcome.count_work(record);
             outcome.count(record);
         }
         let mut pressed = CachedContacts::default();
-        record_stage(instant, |_| true, w, over, record, &mut pressed);
+        record_interval(instant, hit, |_| true, w, over, record, &mut pressed);
         record.events += 1;
         // what landed alone stays in contact, rolls on along a curve, say; what it pressed in an
         // instant says nothing of a load

@@ -6,13 +6,14 @@ mod search;
 use super::StepError;
 use super::contact_cache::CachedContacts;
 use super::events::{release_lone, see_from_the_start};
-use super::island::SolvedProblem;
+use super::interval::{Interval, Source, belongs};
 use super::model::{Configuration, ContactKey, MultibodyModel};
-use super::outcome::{forces_work, record_stage};
+use super::outcome::SolvedProblem;
 use super::record::StepRecord;
-use super::rules::Rules;
+use super::recording::{forces_work, record_interval};
+use super::rules::{Rules, Span};
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Source, Span, Stage, belongs};
 use super::stepper::check_finite;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 
@@ -23,7 +24,9 @@ const LONE_EVENTS: usize = 64;
 
 /// What all clusters of a step share.
 pub(super) struct Context<'a> {
-    pub main: &'a Stage,
+    /// The whole step, and its solution as if nothing was located.
+    pub main: &'a Interval,
+    pub trial: &'a Solution,
     pub memory: &'a CachedContacts,
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
@@ -44,16 +47,18 @@ pub(super) struct Cluster {
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
     pub memory: CachedContacts,
-    /// Its problems, where they are kept.
-    pub kept: Vec<SolvedProblem>,
+    /// Where they are kept.
+    pub problems: Vec<SolvedProblem>,
 }
 
 /// Steps clusters; keeps its arrays.
 #[derive(Default)]
 pub(super) struct Runner {
     /// The interval stepped last, and the instant at the end of it.
-    flow: Stage,
-    instant: Stage,
+    flow: Interval,
+    flown: Solution,
+    instant: Interval,
+    hit: Solution,
     members: Vec<bool>,
     pairs: Vec<[u32; 2]>,
     /// Bodies of the cluster, and those that move on their own beside it.
@@ -64,8 +69,8 @@ pub(super) struct Runner {
     here: Vec<Configuration>,
     /// Contacts that take part in the interval: they are kept from closing, not about to.
     held: Vec<ContactKey>,
-    /// Problems of the interval solved last, which may be a trial.
-    trial: Vec<SolvedProblem>,
+    /// Problems of all intervals and instants that count.
+    problems: Vec<SolvedProblem>,
     /// What the cluster remembers of its own since the step began.
     remembered: Option<CachedContacts>,
     record: StepRecord,
@@ -103,13 +108,14 @@ impl Runner {
         self.here = self.moved.iter().map(origin).collect();
         self.restore(model);
         self.flow.start.clone_from(&context.main.start);
-        for stage in [&mut self.flow, &mut self.instant] {
-            stage.standing.clone_from(&context.main.standing);
+        for interval in [&mut self.flow, &mut self.instant] {
+            interval.standing.clone_from(&context.main.standing);
         }
         self.flow.excused.clone_from(&context.main.excused);
         self.flow.crowded.clone_from(&context.main.crowded);
         self.remembered = None;
         self.record = StepRecord::default();
+        self.problems.clear();
         let mut cluster = Cluster {
             end: Vec::new(),
             configuration: Vec::new(),
@@ -117,9 +123,8 @@ impl Runner {
             bodies,
             record: StepRecord::default(),
             memory: CachedContacts::default(),
-            kept: Vec::new(),
+            problems: Vec::new(),
         };
-        let before = solver.kept_count();
         let (end, mut elapsed, mut limit) = (context.time + context.dt, 0.0, LONE_EVENTS);
         loop {
             let rest = Rest {
@@ -161,7 +166,7 @@ impl Runner {
                     }
                 }
                 self.finish_interval(model);
-                self.keep(solver, context, end, &mut cluster);
+                self.keep(context, end, &mut cluster);
                 break;
             };
             let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
@@ -173,7 +178,7 @@ impl Runner {
             };
             elapsed += time;
             if time > 0.0 {
-                self.keep(solver, context, context.time + elapsed, &mut cluster);
+                self.keep(context, context.time + elapsed, &mut cluster);
                 self.remembered = Some(std::mem::take(&mut cluster.memory));
             }
             self.forget_sticking(context);
@@ -185,11 +190,11 @@ impl Runner {
                 limit = EVENTS;
             }
             self.here = place(model, &self.moved);
-            std::mem::swap(&mut self.flow.start, &mut self.instant.end);
+            std::mem::swap(&mut self.flow.start, &mut self.hit.end);
         }
         cluster.record = std::mem::take(&mut self.record);
-        cluster.kept = solver.take_kept(before);
-        let velocity = |b: &u32| self.flow.end[*b as usize];
+        cluster.problems = std::mem::take(&mut self.problems);
+        let velocity = |b: &u32| self.flown.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
         cluster.configuration = place(model, &cluster.bodies);
         for (&b, place) in escorts.iter().zip(&aside) {
@@ -240,48 +245,48 @@ impl Runner {
 
     /// The path, and what waits on it, from the trial of the whole step.
     fn take_over(&mut self, context: &Context) {
-        let (main, flow) = (context.main, &mut self.flow);
+        let (main, trial) = (context.main, context.trial);
+        let (flow, flown) = (&mut self.flow, &mut self.flown);
         flow.length = main.length;
-        flow.end.clone_from(&main.end);
         flow.forces.clone_from(&main.forces);
         flow.accelerations.clone_from(&main.accelerations);
         flow.detection.clear();
-        flow.waiting.clear();
-        for &i in &main.waiting {
+        flow.blocks.clear();
+        flow.laws.clear();
+        flown.clear();
+        flown.end.clone_from(&trial.end);
+        for &i in &trial.waiting {
             let contact = main.detection.contacts[i];
             if self.pairs.binary_search(&contact.surfaces).is_ok() {
-                flow.waiting.push(flow.detection.contacts.len());
+                flown.waiting.push(flow.detection.contacts.len());
                 flow.detection.contacts.push(contact);
             }
         }
-        flow.blocks.clear();
-        flow.laws.clear();
-        flow.impulses.clear();
         let members = Some(self.members.as_slice());
         self.held.clear();
         for (i, block) in main.blocks.iter().enumerate() {
             if belongs(main.sides[i], members, context.inverse_mass) {
                 flow.blocks.push(*block);
                 flow.laws.push(main.laws[i]);
-                flow.impulses.push(main.impulses[i]);
-                self.held.extend(held(main, i));
+                flown.impulses.push(trial.impulses[i]);
+                self.held.extend(held(main, trial, i));
             }
         }
     }
 
     /// Whether nothing holds the bodies or presses on them: they fly.
     fn idle(&self) -> bool {
-        let mut blocks = self.flow.laws.iter().zip(&self.flow.impulses);
+        let mut blocks = self.flow.laws.iter().zip(&self.flown.impulses);
         blocks.all(|(law, p)| matches!(law, Law::Contact { .. }) && *p == Vec2::zeros())
     }
 
     /// Cuts the interval of bodies that fly to `time`; moves them to its end.
     fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
-        let flow = &mut self.flow;
+        let (flow, flown) = (&mut self.flow, &mut self.flown);
         flow.length = time;
         flow.clear_blocks();
-        self.trial.clear();
-        for (end, (start, a)) in flow
+        flown.clear();
+        for (end, (start, a)) in flown
             .end
             .iter_mut()
             .zip(flow.start.iter().zip(&flow.accelerations))
@@ -289,7 +294,7 @@ impl Runner {
             *end = start + time * a;
         }
         for &b in &self.moved {
-            let mean = 0.5 * (self.flow.start[b as usize] + self.flow.end[b as usize]);
+            let mean = 0.5 * (self.flow.start[b as usize] + self.flown.end[b as usize]);
             model.shift(b as usize, &mean, time);
         }
     }
@@ -320,49 +325,41 @@ impl Runner {
         flow.free_velocities(model, at + 0.5 * span.length, span.length);
         let w = context.inverse_mass;
         flow.collect(rules, memory, Some(&self.members), w, span);
-        let before = solver.kept_count();
-        solver.solve(flow, w, rules);
-        self.trial = solver.take_kept(before);
-        let spent = solver.outcomes.iter();
+        let flown = &mut self.flown;
+        solver.solve(flow, flown, w, rules);
+        let spent = flown.outcomes.iter();
         spent.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {
-            release_lone(flow, solver, rules, w, span.step);
+            release_lone(flow, flown, rules, w, span.step);
         }
         self.held.clear();
         let blocks = 0..flow.blocks.len();
-        self.held.extend(blocks.filter_map(|i| held(flow, i)));
-        flow.end_velocities(w);
+        self.held
+            .extend(blocks.filter_map(|i| held(flow, flown, i)));
+        flown.end_velocities(flow, w);
         // no search on a path that leads nowhere
-        check_finite(&flow.end, context.time)
+        check_finite(&flown.end, context.time)
     }
 
     /// Moves the bodies from the midpoint of the interval to its end.
     fn finish_interval<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         for &b in &self.moved {
-            let u = self.flow.end[b as usize];
+            let u = self.flown.end[b as usize];
             model.shift(b as usize, &u, 0.5 * self.flow.length);
         }
     }
 
     /// Records the interval solved last.
-    fn keep(
-        &mut self,
-        solver: &mut IslandSolver,
-        context: &Context,
-        time: f64,
-        cluster: &mut Cluster,
-    ) {
-        if let Some(kept) = &mut solver.kept {
-            kept.append(&mut self.trial);
-        }
-        let (flow, w) = (&self.flow, context.inverse_mass);
+    fn keep(&mut self, context: &Context, time: f64, cluster: &mut Cluster) {
+        self.problems.append(&mut self.flown.problems);
+        let (flow, flown, w) = (&self.flow, &self.flown, context.inverse_mass);
         let (record, memory) = (&mut self.record, &mut cluster.memory);
-        solver.outcomes.iter().for_each(|o| o.count(record));
+        flown.outcomes.iter().for_each(|o| o.count(record));
         memory.clear();
-        record_stage(flow, |_| true, w, time, record, memory);
-        record.energy.forces += forces_work(flow, w, |k| self.members[k]);
+        record_interval(flow, flown, |_| true, w, time, record, memory);
+        record.energy.forces += forces_work(flow, flown, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
-            *d += 0.5 * flow.length * (flow.start[b as usize] + flow.end[b as usize]);
+            *d += 0.5 * flow.length * (flow.start[b as usize] + flown.end[b as usize]);
         }
     }
 }
@@ -374,9 +371,11 @@ fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configu
 }
 
 /// The contact of block `i`, unless it waits.
-fn held(stage: &Stage, i: usize) -> Option<ContactKey> {
-    match stage.blocks[i].source {
-        Source::Contact(c) if !stage.waiting.contains(&c) => Some(stage.detection.contacts[c].key),
+fn held(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
+    match interval.blocks[i].source {
+        Source::Contact(c) if !solution.waiting.contains(&c) => {
+            Some(interval.detection.contacts[c].key)
+        }
         _ => None,
     }
 }

@@ -1,13 +1,16 @@
-//! Large islands that no rigid impulses are found for: their contacts give way a little.
+//! What is done where no rigid impulses are found for an island: its contacts give way a little.
+//!
+//! With `ξ_N + R P_N`, `R = softness G_NN`, there is a solution whatever is posed (the operator is
+//! strictly copositive), and it is bounded.
 
-use super::cap::is_rigid;
-use super::stage::{Source, Stage};
+use super::interval::{Interval, Source};
+use super::island_problem::IslandProblem;
 use crate::contact::{ContactProblem, Law, Vec2};
 use crate::solver::SolveReport;
 use serde::{Deserialize, Serialize};
 
-/// Blocks above which an island that jams gives way at once: another rigid solve costs seconds, and
-/// ends where the first one did.
+/// Blocks above which an island without rigid impulses gives way at once: another rigid solve costs
+/// seconds, and ends where the first one did.
 pub(super) const LARGE: usize = 500;
 
 /// Share of the island's own velocities that the best rigid impulses may leave unsolved and still
@@ -15,29 +18,33 @@ pub(super) const LARGE: usize = 500;
 /// only close is seldom close in the next step, and costs as much as what fails.
 const CLOSE: f64 = 1e-4;
 
-/// Steps without a rigid solve after the first one that fails; each further one doubles them, up to
-/// the longest.
+/// Share of the island's own velocities beyond which the best impulses leave a problem unsolved that
+/// may have no solution: one without leaves about all of them.
+const HOPELESS: f64 = 0.01;
+
+/// Steps without a rigid solve after the first one that fails. Each further failure doubles them, up
+/// to the longest.
 const FIRST: u8 = 4;
 const LONGEST: u8 = 32;
 
-/// Relative residual at which soft contacts count as solved: what they give way by is a hundred
-/// times as much.
+/// Relative residual at which soft contacts of a large island count as solved: what they give way by
+/// is a hundred times as much.
 pub(super) const ENOUGH: f64 = 1e-4;
 
 /// Share of a contact's own inverse mass by which it gives way.
-pub(super) const SOFTNESS: f64 = 0.01;
+const SOFTNESS: f64 = 0.01;
 
 /// How often the rigid problem of a large island has failed, one step after the other, and for how
 /// many steps it is not tried again: 4, 8, 16 and 32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub(super) struct Jam {
+pub(super) struct Fallback {
     failed: u8,
     wait: u8,
 }
 
-impl Jam {
+impl Fallback {
     /// Whether the island gave way in the last step.
-    pub fn jammed(self) -> bool {
+    pub fn active(self) -> bool {
         self.failed > 0
     }
 
@@ -46,45 +53,64 @@ impl Jam {
         self.wait > 0
     }
 
-    /// The same within a step: what has given way in it waits to the end of it.
-    pub fn within(self) -> Jam {
-        Jam {
-            wait: self.wait.max(u8::from(self.jammed())),
+    /// The same within a step: an island that gave way waits to the end of the step.
+    pub fn within(self) -> Fallback {
+        Fallback {
+            wait: self.wait.max(u8::from(self.active())),
             ..self
         }
     }
 
-    /// Takes note of a step, with what the rigid solve made of it where it was tried. Whether the
-    /// island has to give way.
-    pub fn note(&mut self, report: &SolveReport) -> bool {
+    /// The state after a step in which `report` came of the rigid problem, or of the impulses to
+    /// start from where it was left out. The island has to give way if it is active.
+    pub fn after(self, report: &SolveReport) -> Fallback {
         let left = &report.residual;
         let close = left.velocity <= CLOSE * left.velocity_scale;
         if report.solved() {
-            *self = Jam::default();
+            Fallback::default()
         } else if self.waits() {
-            self.wait -= 1;
-        } else if self.jammed() || !close {
-            self.failed = self.failed.saturating_add(1);
-            let doublings = u32::from(self.failed - 1).min(3);
-            self.wait = (FIRST << doublings).min(LONGEST);
+            Fallback {
+                wait: self.wait - 1,
+                ..self
+            }
+        } else if self.active() || !close {
+            let doublings = u32::from(self.failed).min(3);
+            Fallback {
+                failed: self.failed.saturating_add(1),
+                wait: (FIRST << doublings).min(LONGEST),
+            }
+        } else {
+            self
         }
-        self.jammed()
     }
 }
 
-/// Adds to the rigid contacts of a problem `ξ_N + R P_N`, `R = softness G_NN`.
-pub(super) fn soften(problem: &mut ContactProblem, softness: f64) {
+/// Whether an island may have no solution at all.
+pub(super) fn hopeless(report: &SolveReport) -> bool {
+    let left = &report.residual;
+    !report.solved() && left.velocity > HOPELESS * left.velocity_scale
+}
+
+/// Adds `ξ_N + R P_N`, `R = softness(i) G_NN`, to the rigid contacts of a problem.
+pub(super) fn soften(problem: &mut ContactProblem, softness: impl Fn(usize) -> f64) {
     for i in 0..problem.len() {
         let block = problem.operator.diagonal(i);
         if let Law::Contact { compliance, .. } = &mut problem.laws[i]
             && *compliance == 0.0
         {
-            *compliance = softness * block[(0, 0)];
+            *compliance = softness(i) * block[(0, 0)];
         }
     }
 }
 
-/// Has what gave way in the last step, with the impulses `before`, pushed out again:
+/// The problem of an island whose contacts give way.
+pub(super) fn softened(problem: &ContactProblem) -> ContactProblem {
+    let mut soft = problem.clone();
+    soften(&mut soft, |_| SOFTNESS);
+    soft
+}
+
+/// Has the contacts of a `soft` problem that gave way in the last step pushed out again:
 ///
 /// ```text
 /// b_N = −min(−g/Δt, max(−γ_A, R P_N,before))    of contacts with g < 0           (1)
@@ -92,40 +118,42 @@ pub(super) fn soften(problem: &mut ContactProblem, softness: f64) {
 ///
 /// Without it a load that stays sinks in by `R P_N Δt` every other step. With it a contact is a
 /// spring: from step to step it gives back at most `R (P²_before − P²)/2` \[J\], which it took
-/// before.
+/// before. `P_before` is the impulse to start from.
 pub(super) fn push_back(
-    problem: &mut ContactProblem,
-    stage: &Stage,
+    soft: &mut ContactProblem,
+    island: &IslandProblem,
+    interval: &Interval,
     members: &[u32],
-    before: impl Fn(u32) -> Vec2,
 ) {
     for (k, &i) in members.iter().enumerate() {
-        let block = &stage.blocks[i as usize];
+        let terms = &island.terms[k];
         let (Source::Contact(index), Law::Contact { compliance, .. }, true) = (
-            block.source,
-            problem.laws[k],
-            is_rigid(&stage.laws[i as usize]),
+            interval.blocks[i as usize].source,
+            soft.laws[k],
+            terms.rigid && !terms.impact,
         ) else {
             continue;
         };
-        let contact = &stage.detection.contacts[index];
+        let contact = &interval.detection.contacts[index];
         let depth = -(contact.gap + contact.gap_noise);
-        if depth > 0.0 && !block.impact {
-            let most = (compliance * before(i).x).max(-block.gamma_a.x).max(0.0);
-            let push = block.gamma_f.x - most.min(depth / stage.length);
-            problem.free[k].x = problem.free[k].x.min(push);
+        if depth > 0.0 {
+            let before = interval.warm[i as usize].x;
+            let most = (compliance * before).max(-terms.gamma_a.x).max(0.0);
+            let push = terms.gamma_f.x - most.min(depth / interval.length);
+            soft.free[k].x = soft.free[k].x.min(push);
         }
     }
 }
 
-/// Takes for a large island that jams the impulses `found` of its soft problem, of whose solve, and of
-/// all before it, `spent` tells.
+/// Takes the impulses `found` of the soft problem into `impulses`, which held the best rigid ones.
+/// `spent` is the report of that solve, with the work of all before it. The report returned is of the
+/// rigid `problem`.
 ///
-/// Rigid boxes that wedge each other in can hold any self-stress: where the best impulses found
-/// are not quite a solution, theirs is multiplied from step to step, until what is left of it
-/// throws the heap about. The soft problem bounds it. Where it is not solved either, what is used
-/// is never worse than no impulses at all. It is the rigid problem that the report speaks of.
-pub(super) fn yield_to(
+/// Rigid boxes that wedge each other in can hold any self-stress. Where the best impulses found are
+/// not quite a solution, theirs is multiplied from step to step, until what is left of it throws the
+/// heap about. The soft problem bounds it. Where it is not solved either, what is used is never worse
+/// than no impulses at all.
+pub(super) fn take_soft(
     problem: &ContactProblem,
     spent: &SolveReport,
     found: &[Vec2],
@@ -134,11 +162,13 @@ pub(super) fn yield_to(
 ) -> SolveReport {
     let none = vec![Vec2::zeros(); impulses.len()];
     let left = |p: &[Vec2]| SolveReport::judged(problem, p, tolerance).residual.velocity;
-    let nothing = left(&none);
     if spent.solved() {
         impulses.copy_from_slice(found);
-    } else if left(impulses) > nothing || left(impulses).is_nan() {
-        impulses.copy_from_slice(&none);
+    } else {
+        let (own, nothing) = (left(impulses), left(&none));
+        if own > nothing || own.is_nan() {
+            impulses.copy_from_slice(&none);
+        }
     }
     SolveReport::judged(problem, impulses, tolerance).after(spent)
 }
@@ -147,22 +177,24 @@ pub(super) fn yield_to(
 pub(super) mod tests {
     use super::*;
     use crate::contact::{NO_BODY, Residual, Rows, Vec3};
+    use crate::dynamics::interval::Block;
+    use crate::dynamics::island_problem::is_rigid;
     use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
     use crate::dynamics::rules::{ImpactLaw, Rules, Scheme};
+    use crate::dynamics::solution::Solution;
     use crate::dynamics::solve::IslandSolver;
-    use crate::dynamics::stage::Block;
     use crate::solver::{Direct, ImpulseSolver, Shares, SolveStatus};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Never solves a large problem with a rigid contact, and counts how often it was to.
     #[derive(Default)]
-    pub struct Jams {
+    pub struct FailsLarge {
         pub tried: Arc<AtomicUsize>,
         direct: Direct,
     }
 
-    impl ImpulseSolver for Jams {
+    impl ImpulseSolver for FailsLarge {
         fn name(&self) -> &'static str {
             "direct"
         }
@@ -183,17 +215,17 @@ pub(super) mod tests {
 
     /// A row of `count` balls of 1 kg between two walls, driven together at 0.5 m/s and asked to part
     /// at as much, with this gap \[m\] at all contacts. The contacts are numbered from `first` on.
-    pub fn row(first: u64, count: u32, gap: f64) -> Stage {
-        let mut stage = Stage {
+    pub fn row(first: u64, count: u32, gap: f64) -> Interval {
+        let mut interval = Interval {
             length: 0.01,
             whole: true,
-            ..Stage::default()
+            ..Interval::default()
         };
         let bodies = vec![Vec3::zeros(); count as usize];
-        for all in [&mut stage.start, &mut stage.free, &mut stage.end] {
+        for all in [&mut interval.start, &mut interval.free] {
             all.clone_from(&bodies);
         }
-        stage.accelerations = bodies;
+        interval.accelerations = bodies;
         for k in 0..=count {
             let left = if k > 0 { k - 1 } else { NO_BODY };
             let right = if k < count { k } else { NO_BODY };
@@ -202,8 +234,8 @@ pub(super) mod tests {
                 jacobian: [-1.0, 1.0].map(|s| [Vec3::new(s, 0.0, 0.0), Vec3::new(0.0, s, 0.0)]),
             };
             let number = first + u64::from(k);
-            stage.pairs.push(number);
-            stage.detection.contacts.push(ContactPoint {
+            interval.pairs.push(number);
+            interval.detection.contacts.push(ContactPoint {
                 key: ContactKey {
                     pair: number,
                     feature: 0,
@@ -228,16 +260,16 @@ pub(super) mod tests {
                 impact: false,
                 held: false,
                 loaded: false,
-                carried_before: false,
+                pressed_before: false,
                 stuck_before: false,
             };
             let law = Law::Contact {
                 friction: 0.5,
                 compliance: 0.0,
             };
-            stage.push(block, rows.bodies, Vec2::new(-1.0, 0.0), law, Vec2::zeros());
+            interval.push(block, rows.bodies, Vec2::new(-1.0, 0.0), law, Vec2::zeros());
         }
-        stage
+        interval
     }
 
     const RULES: Rules = Rules {
@@ -252,18 +284,19 @@ pub(super) mod tests {
     /// by opened, and after every impact that was located in it, several times a step.
     #[test]
     fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
-        let jams = Jams::default();
-        let tried = jams.tried.clone();
-        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
+        let fails = FailsLarge::default();
+        let tried = fails.tried.clone();
+        let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
         let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
         let mut step = |first: u64, wholes: &[bool]| {
-            solver.begin();
+            solver.cache.begin();
             for &whole in wholes {
-                let mut stage = row(first, 600, 0.0);
-                stage.whole = whole;
-                solver.solve(&mut stage, &masses, &RULES);
+                let mut interval = row(first, 600, 0.0);
+                interval.whole = whole;
+                let mut solution = Solution::default();
+                solver.solve(&interval, &mut solution, &masses, &RULES);
                 // it gives way
-                assert!(stage.impulses.iter().all(|p| p.x > 0.0));
+                assert!(solution.impulses.iter().all(|p| p.x > 0.0));
             }
             solver.cache.commit();
             tried.load(Ordering::Relaxed)
@@ -275,7 +308,7 @@ pub(super) mod tests {
         assert_eq!(step(400, &[true]), 1);
         // the fourth is over
         assert_eq!(step(400, &[true, false]), 2);
-        // what jams in one interval only does so to the end of the step
+        // what fails in one interval only does so to the end of the step
         assert_eq!(step(9000, &[false, false]), 3);
         assert_eq!(step(9000, &[false, false]), 4);
     }
@@ -284,19 +317,19 @@ pub(super) mod tests {
     /// contradicts: with that no rigid impulses would ever be found.
     #[test]
     fn what_gave_way_is_tried_again_without_pushes() {
-        let jams = Jams::default();
-        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
-        solver.kept = Some(Vec::new());
+        let fails = FailsLarge::default();
+        let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
+        solver.keep = true;
         let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
         let mut posed = Vec::new();
         for _ in 0..6 {
-            let mut stage = row(0, 600, -1e-3);
-            solver.begin();
-            solver.solve(&mut stage, &masses, &RULES);
+            let (interval, mut solution) = (row(0, 600, -1e-3), Solution::default());
+            solver.cache.begin();
+            solver.solve(&interval, &mut solution, &masses, &RULES);
             solver.cache.commit();
-            posed.extend(solver.take_kept(0).iter().map(|s| s.problem.free[7].x));
-            // what a step records is what was asked
-            assert_eq!(stage.asked[7].x, -1.0);
+            posed.extend(solution.problems.iter().map(|s| s.problem.free[7].x));
+            // the solution has the `b` that was posed
+            assert_eq!(solution.bias[7].x, -1.0);
         }
         // tried with all, four steps not, then without
         assert_eq!(posed, [-1.0, -1.0, -1.0, -1.0, -1.0, -0.5]);
@@ -319,30 +352,32 @@ pub(super) mod tests {
     /// A problem that keeps failing is tried less and less often, one that is solved at once again.
     #[test]
     fn what_fails_is_tried_again_after_ever_more_steps() {
-        let fails = report(SolveStatus::Unsolved, 0.1);
-        let mut jam = Jam::default();
+        let failed = report(SolveStatus::Unsolved, 0.1);
+        let mut state = Fallback::default();
         let tried: Vec<usize> = (0..200)
             .filter(|_| {
-                let tries = !jam.waits();
-                assert!(jam.note(&fails) && jam.jammed());
+                let tries = !state.waits();
+                state = state.after(&failed);
+                assert!(state.active());
                 tries
             })
             .collect();
         assert_eq!(tried, [0, 5, 14, 31, 64, 97, 130, 163, 196]);
-        assert!(!jam.note(&report(SolveStatus::Solved, 0.0)));
-        assert_eq!(jam, Jam::default());
+        let state = state.after(&report(SolveStatus::Solved, 0.0));
+        assert_eq!(state, Fallback::default());
     }
 
     /// Bug: a heap that nearly solves once in a while was tried again a few steps later, ever again.
     #[test]
     fn what_is_nearly_solved_is_used_until_the_island_gives_way() {
         let near = report(SolveStatus::Unsolved, 1e-5);
-        let mut jam = Jam::default();
-        assert!(!jam.note(&near) && jam == Jam::default());
-        assert!(jam.note(&report(SolveStatus::Unsolved, 0.1)));
+        assert_eq!(Fallback::default().after(&near), Fallback::default());
+        let mut state = Fallback::default().after(&report(SolveStatus::Unsolved, 0.1));
+        assert!(state.active());
         let tried = (0..100).filter(|_| {
-            let tries = !jam.waits();
-            assert!(jam.note(&near));
+            let tries = !state.waits();
+            state = state.after(&near);
+            assert!(state.active());
             tries
         });
         assert_eq!(tried.collect::<Vec<usize>>(), [4, 13, 30, 63, 96]);
