@@ -61,8 +61,8 @@ impl Interval {
     ) -> Situation {
         let surface = Vec2::new(0.0, contact.surface_velocity);
         let gamma_a = contact.rows.velocity(&self.start) + surface;
-        let swept =
-            rules.sweeps && (self.standing).swept(contact, gamma_a, span.step, inverse_mass);
+        let swept = rules.sweeps
+            && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
         let located = rules.events || swept;
         // only what rebounds or waits depends on accelerations
         let bounces = matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);

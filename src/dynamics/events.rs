@@ -6,15 +6,13 @@
 //! themselves: to that instant, through an impact of no duration, and on. All others keep what
 //! the trial gave them, so that an event costs as much as its own cluster of bodies.
 
-use super::cluster::{Cluster, Context, Runner};
 use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solution::Solution;
-use super::solve::IslandSolver;
-use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::contact::{NO_BODY, Vec3};
 
 /// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference
 /// acceleration closes in a hundredth of a step.
@@ -59,7 +57,7 @@ pub(super) fn crossing(
 
 /// Whether a contact may close on the path of `interval` although its parabola does not: what turning
 /// bodies add to the gap, or sliding along curved surfaces, is of second order in the step.
-fn may_close(interval: &Interval, solution: &Solution, contact: &ContactPoint) -> bool {
+pub(super) fn may_close(interval: &Interval, solution: &Solution, contact: &ContactPoint) -> bool {
     let h = interval.length;
     let gamma = contact.rows.velocity(&interval.start);
     let (mut turn, mut spin, mut arms) = (0.0, 0.0f64, 0.0);
@@ -137,8 +135,8 @@ pub(super) fn release_lone(
             continue;
         };
         let swept = || {
-            let standing = &interval.standing;
-            standing.swept(contact, block.gamma_a, step, inverse_mass)
+            let roles = &interval.roles;
+            roles.swept(contact.rows.bodies, block.gamma_a, step, inverse_mass)
         };
         if !rules.events && !swept() {
             continue;
@@ -177,7 +175,9 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         }
         let carried = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
         // what is followed cannot have been deep inside: it has come through
-        let followed = interval.standing.followed(contact, model.inverse_mass());
+        let followed = interval
+            .roles
+            .followed(contact.rows.bodies, model.inverse_mass());
         let through = rules.sweeps
             && followed.is_some_and(|thickness| {
                 gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
@@ -214,8 +214,8 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         let closing = -contact.rows.velocity(&interval.start).x;
         // what is followed may have been left in a shallow overlap
         let followed = interval
-            .standing
-            .followed(contact, w)
+            .roles
+            .followed(contact.rows.bodies, w)
             .filter(|_| rules.sweeps);
         let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
         let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
@@ -226,113 +226,4 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     interval.detection.contacts.retain(|c| !replaced(c));
     interval.detection.contacts.append(&mut found.contacts);
     Ok(())
-}
-
-/// Steps every cluster of bodies in which something closes; `main` is the whole step, `trial` its solution.
-///
-/// A cluster that would run into a body outside takes in that body's, and starts again.
-pub(super) fn run<M: MultibodyModel + ?Sized>(
-    model: &mut M,
-    solver: &mut IslandSolver,
-    context: &Context,
-) -> Result<Vec<Cluster>, super::StepError> {
-    let (main, trial) = (context.main, context.trial);
-    let count = main.start.len();
-    let crossing: Vec<[u32; 2]> = trial
-        .waiting
-        .iter()
-        .map(|&i| &main.detection.contacts[i])
-        .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))
-        .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
-        .collect();
-    if crossing.is_empty() {
-        return Ok(Vec::new());
-    }
-    // joined bodies belong together, and those that press on each other, by the trial or by rule
-    let mut links: Vec<[u32; 2]> = (0..main.blocks.len())
-        .filter(|&i| {
-            trial.impulses[i] != Vec2::zeros()
-                || match main.blocks[i].source {
-                    Source::Joint(_) => true,
-                    Source::Contact(c) => {
-                        matches!(main.detection.contacts[c].law, NormalLaw::Load { .. })
-                    }
-                }
-        })
-        .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
-        .collect();
-    let mut runner = Runner::default();
-    let mut done: Vec<Cluster> = Vec::new();
-    loop {
-        let groups = group(count, &crossing, &links);
-        done.retain(|cluster| groups.contains(&cluster.bodies));
-        for bodies in groups {
-            if !done.iter().any(|cluster| cluster.bodies == bodies) {
-                done.push(runner.run(model, solver, context, bodies)?);
-            }
-        }
-        done.sort_by_key(|cluster| cluster.bodies[0]);
-        let met = collisions(&done, context);
-        if met.is_empty() {
-            return Ok(done);
-        }
-        links.extend(met);
-    }
-}
-
-/// Bodies of each cluster, ascending.
-fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32>> {
-    let all: Vec<[u32; 2]> = crossing.iter().chain(links).copied().collect();
-    let mut islands = Islands::default();
-    islands.build(count, all.iter().copied());
-    (0..islands.len())
-        .filter(|&k| {
-            islands
-                .blocks(k)
-                .iter()
-                .any(|&i| (i as usize) < crossing.len())
-        })
-        .map(|k| {
-            let mut bodies: Vec<u32> = islands
-                .blocks(k)
-                .iter()
-                .flat_map(|&i| all[i as usize])
-                .filter(|b| *b != NO_BODY)
-                .collect();
-            bodies.sort_unstable();
-            bodies.dedup();
-            bodies
-        })
-        .collect()
-}
-
-/// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
-fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
-    let main = context.main;
-    let mut owner = vec![NO_BODY; main.start.len()];
-    // displacement from the midpoint of the trial to the end of the step
-    let mut moved: Vec<Vec3> = context
-        .trial
-        .end
-        .iter()
-        .map(|u| 0.5 * context.dt * u)
-        .collect();
-    for (k, cluster) in done.iter().enumerate() {
-        for (&body, d) in cluster.bodies.iter().zip(&cluster.displacement) {
-            owner[body as usize] = k as u32;
-            moved[body as usize] = d - 0.5 * context.dt * main.start[body as usize];
-        }
-    }
-    let outside = |contact: &ContactPoint| {
-        let [a, b] = movable(contact.rows.bodies, context.inverse_mass);
-        if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
-            return None;
-        }
-        let start = contact.gap - 0.5 * context.dt * contact.rows.velocity(&main.start).x;
-        let end = contact.gap + contact.rows.velocity(&moved).x;
-        let touch = touch_tolerance(contact, main, context.dt);
-        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        (rigid && end < start.min(0.0) - touch).then_some([a, b])
-    };
-    main.detection.contacts.iter().filter_map(outside).collect()
 }

@@ -5,7 +5,7 @@ use super::contact_cache::JointEnergy;
 use super::model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
-use super::standing::Standing;
+use super::roles::BodyRoles;
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ pub(super) struct Interval {
     pub length: f64,
     /// Whether it is a whole step of all bodies.
     pub whole: bool,
-    pub standing: Standing,
+    pub roles: BodyRoles,
     pub start: Vec<Vec3>,
     pub forces: Vec<Vec3>,
     pub accelerations: Vec<Vec3>,
@@ -168,7 +168,7 @@ impl Interval {
         movable: [u32; 2],
         members: Option<&[bool]>,
     ) -> Option<[u32; 2]> {
-        let sides = self.standing.receiving(contact.rows.bodies, movable);
+        let sides = self.roles.receiving(contact.rows.bodies, movable);
         (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
 

@@ -25,12 +25,15 @@ mod crew;
 mod energy_bound;
 mod events;
 mod fallback;
+#[cfg(test)]
+mod fallback_tests;
 mod interval;
 mod island;
 mod island_cache;
 mod island_problem;
 mod islands;
 mod joint;
+mod joint_frames;
 mod joint_recovery;
 mod joint_rules;
 mod kinetic;
@@ -46,20 +49,21 @@ pub mod record;
 mod recording;
 mod recovery;
 mod redundancy;
+mod roles;
 mod rotor;
 mod rules;
 pub(crate) mod saved;
+mod settings;
 mod solution;
 mod solve;
-mod standing;
 mod stepper;
 mod visco_elastic;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;
-pub use crew::MOST_THREADS;
 pub(crate) use islands::Islands;
-pub use joint::{Bend, Coordinate, JointFrames, RowName};
+pub use joint::RowName;
+pub use joint_frames::{Bend, Coordinate, JointFrames};
 pub use linear::{Linear, LinearContact, LinearSystem};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
@@ -70,9 +74,11 @@ pub use phases::Phases;
 pub use planar::{Oscillation, Pivot, Planar, PlanarBody};
 pub use planar_shape::PlanarShape;
 pub use pose::Pose64;
+pub use roles::{BodyRoles, Sweep};
 pub use rotor::{Rotor, RotorContact, RotorMotor};
 pub use rules::{ImpactLaw, Scheme};
-pub use standing::{Standing, Sweep};
+
+pub use settings::{MOST_THREADS, StepError, StepperSettings};
+pub use stepper::MoreauStepper;
 pub(crate) use stepper::StepperState;
-pub use stepper::{MoreauStepper, StepError, StepperSettings};
 pub use visco_elastic::damping_for_restitution;

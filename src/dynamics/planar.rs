@@ -1,4 +1,5 @@
-use super::joint::{JointFrames, RowName};
+use super::joint::RowName;
+use super::joint_frames::JointFrames;
 use super::model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw,

@@ -104,7 +104,7 @@ pub(super) fn part_overlaps(
     let mut excess = BTreeSet::new();
     for contact in &interval.detection.contacts {
         let movable = movable(contact.rows.bodies, inverse_mass);
-        let bodies = (interval.standing).receiving(contact.rows.bodies, movable);
+        let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
         if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
             continue;
         }
@@ -266,7 +266,7 @@ fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fallback::tests::{FailsLarge, row};
+    use super::super::fallback_tests::{FailsLarge, row};
     use super::*;
     use std::sync::atomic::Ordering;
 

@@ -1,4 +1,4 @@
-use super::joint::Bend;
+use super::joint_frames::Bend;
 use super::model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw,

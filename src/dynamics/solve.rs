@@ -60,7 +60,7 @@ impl IslandSolver {
         solution.begin(interval);
         let sides = interval.sides.iter().copied();
         (solution.islands).build(inverse_mass.len(), sides);
-        if interval.standing.dominance.is_empty() {
+        if interval.roles.dominance.is_empty() {
             let mut set = WorkingSet::near(interval, &solution.islands);
             while !self.solve_set(&mut set, interval, solution, inverse_mass, rules) {}
             solution.finish(set.into_results());
@@ -83,7 +83,7 @@ impl IslandSolver {
         let level = |k: usize| {
             let sides = interval.sides[islands.blocks(k)[0] as usize];
             let own = sides.iter().find(|b| **b != NO_BODY);
-            own.map_or(0, |b| interval.standing.dominance[*b as usize])
+            own.map_or(0, |b| interval.roles.dominance[*b as usize])
         };
         let mut order: Vec<(i16, usize)> = (0..islands.len()).map(|k| (level(k), k)).collect();
         order.sort_by_key(|&(level, k)| (std::cmp::Reverse(level), k));

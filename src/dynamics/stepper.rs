@@ -1,112 +1,28 @@
-use super::cluster::Context;
-use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
-use super::crew::{Crew, MOST_THREADS};
-use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
+//! The step: contacts are found, an interval is posed and solved, what came of it is recorded and
+//! written to the model.
+
+use super::cluster::{Cluster, Context, locate_impacts};
+use super::contact_cache::{CachedContact, CachedContacts, ContactCache, Overlaps};
+use super::crew::Crew;
+use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::interval::{Interval, movable};
 use super::island_cache::IslandCacheState;
 use super::joint_recovery::close_joints;
 use super::kinetic::kinetic;
-use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
+use super::model::{Configuration, ContactKey, Detection, MultibodyModel};
 use super::outcome::SolvedProblem;
 use super::phases::{PhaseClock, Phases};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval};
 use super::recovery::{find_overlaps, part_overlaps};
-use super::rules::{ImpactLaw, Rules, Scheme, Span};
+use super::roles::BodyRoles;
+use super::rules::{Rules, Scheme, Span};
+use super::settings::{StepError, StepperSettings, check_finite};
 use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{ImpulseSolver, Judged, Shares, solver_by_name};
+use crate::solver::{ImpulseSolver, Judged, solver_by_name};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
-/// How a [`MoreauStepper`] steps.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StepperSettings {
-    pub scheme: Scheme,
-    /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
-    pub events: bool,
-    /// What impacts return; the published scheme knows no cap.
-    pub impact_law: ImpactLaw,
-    /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
-    pub recovery: bool,
-    /// How a load is shared out among redundant contacts.
-    pub shares: Shares,
-    /// A name of [`crate::solver::SOLVERS`].
-    pub solver: String,
-    /// Relative natural-map residual at which an island counts as solved.
-    pub tolerance: f64,
-    /// Threads that islands are shared out among, 1 to [`MOST_THREADS`]; nothing that is computed depends on it.
-    ///
-    /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
-    /// and so are islands with dominance and all that a solver of the user's own solves.
-    #[serde(default = "one")]
-    pub threads: usize,
-}
-
-fn one() -> usize {
-    1
-}
-
-impl Default for StepperSettings {
-    fn default() -> Self {
-        StepperSettings {
-            scheme: Scheme::Staggered,
-            events: false,
-            impact_law: ImpactLaw::Capped,
-            recovery: true,
-            shares: Shares::Found,
-            solver: "auto".to_owned(),
-            tolerance: 1e-8,
-            threads: one(),
-        }
-    }
-}
-
-impl StepperSettings {
-    fn rules(&self) -> Rules {
-        Rules {
-            scheme: self.scheme,
-            law: self.impact_law,
-            shares: self.shares,
-            events: self.events,
-            sweeps: false,
-        }
-    }
-
-    fn recovers(&self) -> bool {
-        self.recovery && self.scheme == Scheme::Staggered
-    }
-}
-
-/// Why a step could not be taken.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum StepError {
-    /// The step length is not a positive finite number.
-    #[error("step length is {0} s, must be finite and above 0")]
-    Dt(f64),
-    /// Settings name a solver that does not exist.
-    #[error("unknown solver '{0}'")]
-    Solver(String),
-    /// The tolerance is not a positive finite number.
-    #[error("solver tolerance is {0}, must be finite and above 0")]
-    Tolerance(f64),
-    /// No number of threads.
-    #[error("threads are {0}, must be 1 to {MOST_THREADS}")]
-    Threads(usize),
-    /// The system does not give so many threads.
-    #[error("{threads} threads cannot be started: {why}")]
-    Spawn { threads: usize, why: String },
-    /// Event location with a scheme that ignores gaps.
-    #[error("event location needs the scheme 'staggered'; 'moreau' ignores gaps")]
-    Events,
-    /// A velocity or position is NaN or infinite; the model stands as it did before.
-    #[error("body {body} has a velocity that is not finite at t = {time} s")]
-    NonFinite { body: usize, time: f64 },
-    #[error(transparent)]
-    Model(#[from] ModelError),
-}
 
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
 pub struct MoreauStepper {
@@ -114,7 +30,7 @@ pub struct MoreauStepper {
     solver: IslandSolver,
     time: f64,
     cache: ContactCache,
-    /// The next step's contacts.
+    /// What the step at hand writes of contacts and joints, until it is taken.
     contacts_next: CachedContacts,
     interval: Interval,
     solution: Solution,
@@ -126,7 +42,13 @@ pub struct MoreauStepper {
     named: bool,
 }
 
-/// What a stepper takes from one step to the next.
+/// A step that has begun: the bodies stand at its midpoint, contacts are found, nothing is solved.
+pub(crate) struct BegunStep {
+    rules: Rules,
+    record: StepRecord,
+}
+
+/// What a stepper takes from one step to the next: two caches and the time.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,
@@ -290,6 +212,20 @@ impl MoreauStepper {
         model: &mut M,
         dt: f64,
     ) -> Result<StepRecord, StepError> {
+        let begun = self.begin(model, dt)?;
+        self.finish(model, begun)
+    }
+
+    /// The first part of a step: advances the bodies to its midpoint and finds the contacts there.
+    /// It is followed by [`MoreauStepper::finish`] or [`MoreauStepper::cancel`].
+    ///
+    /// # Errors
+    /// As [`MoreauStepper::step`].
+    pub(crate) fn begin<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        dt: f64,
+    ) -> Result<BegunStep, StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(StepError::Dt(dt));
         }
@@ -297,43 +233,25 @@ impl MoreauStepper {
         model.begin_step(dt)?;
         self.solver.cache.begin();
         self.problems.clear();
-        let start = &mut self.interval.start;
-        start.clear();
-        start.extend_from_slice(model.velocities());
-        check_finite(start, self.time)?;
+        let interval = &mut self.interval;
+        interval.start.clear();
+        interval.start.extend_from_slice(model.velocities());
+        check_finite(&interval.start, self.time)?;
+        match model.roles() {
+            Some(roles) => interval.roles.clone_from(roles),
+            None => interval.roles = BodyRoles::default(),
+        }
         self.inverse_mass.clear();
         self.inverse_mass.extend_from_slice(model.inverse_mass());
         self.origin.clear();
-        let bodies = self.interval.start.len();
+        let bodies = 0..interval.start.len();
         self.origin
-            .extend((0..bodies).map(|body| model.configuration(body)));
-        let result = self.step_from_start(model, dt);
-        if result.is_err() {
-            self.solver.cache.drop_step();
-            model.set_velocities(&self.interval.start);
-            for (body, place) in self.origin.iter().enumerate() {
-                model.set_configuration(body, place);
-            }
-        }
-        result
-    }
-
-    fn step_from_start<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        dt: f64,
-    ) -> Result<StepRecord, StepError> {
+            .extend(bodies.map(|body| model.configuration(body)));
         let mut rules = self.settings.rules();
-        match model.standing() {
-            Some(standing) => self.interval.standing.clone_from(standing),
-            None => self.interval.standing = Standing::default(),
-        }
         // event location follows all that is fast: sweeps add to it only what was asked for
-        let sweeps = &self.interval.standing.sweeps;
+        let sweeps = &interval.roles.sweeps;
         let asked = sweeps.iter().any(|s| s.all);
         rules.sweeps = rules.corrects_gaps() && (asked || !rules.events && !sweeps.is_empty());
-        let (interval, solution) = (&mut self.interval, &mut self.solution);
-        let w = self.inverse_mass.as_slice();
         let mut record = StepRecord {
             time: self.time + dt,
             dt,
@@ -341,8 +259,7 @@ impl MoreauStepper {
             ..StepRecord::default()
         };
         record.energy.potential_start = model.potential_energy();
-        record.energy.kinetic_start = kinetic(&interval.start, w);
-
+        record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
         model.advance(0.5 * dt);
         // a crowd that lands must be seen a step before it closes: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
@@ -350,62 +267,152 @@ impl MoreauStepper {
         } else {
             dt
         };
-        interval.detect(model, ahead)?;
+        if let Err(error) = interval.detect(model, ahead) {
+            self.cancel(model);
+            return Err(error.into());
+        }
+        Ok(BegunStep { rules, record })
+    }
+
+    /// What was found when the step began.
+    pub(crate) fn detection(&self) -> &Detection {
+        &self.interval.detection
+    }
+
+    /// Puts the model back to the start of a step.
+    pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        model.set_velocities(&self.interval.start);
+        for (body, place) in self.origin.iter().enumerate() {
+            model.set_configuration(body, place);
+        }
+    }
+
+    /// The rest of a step.
+    ///
+    /// # Errors
+    /// As [`MoreauStepper::step`].
+    pub(crate) fn finish<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        BegunStep { rules, mut record }: BegunStep,
+    ) -> Result<StepRecord, StepError> {
+        let result = self.take_step(model, &rules, &mut record);
+        if result.is_err() {
+            self.solver.cache.drop_step();
+            self.cancel(model);
+        }
+        result.map(|()| record)
+    }
+
+    /// Poses, solves, records and writes a step; the caches change only when nothing can fail any
+    /// more.
+    fn take_step<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        let dt = record.dt;
+        let overlaps = self.pose(model, rules, dt)?;
+        self.solve(rules, dt)?;
+        let mut clusters = self.locate(model, rules, dt)?;
+        let mut apart = vec![false; self.inverse_mass.len()];
+        for &body in clusters.iter().flat_map(|c| &c.bodies) {
+            apart[body as usize] = true;
+        }
+        self.count_islands(record, &mut clusters, &apart);
+        self.record(model, record, &clusters, &apart);
+        self.write(model, &clusters, &apart, dt);
+        let potential = self.close_gaps(model, record, overlaps)?;
+        std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
+        self.solver.cache.commit();
+        model.end_step();
+        self.solver.clock.lap(|t| &mut t.write);
+        record.energy.potential_end = model.potential_energy();
+        if let Some(before) = potential {
+            record.energy.recovery = record.energy.potential_end - before;
+        }
+        self.solver.clock.lap(|t| &mut t.record);
+        self.time += dt;
+        Ok(())
+    }
+
+    /// Poses the interval of the step. Returns the pairs that are to be moved apart after it.
+    fn pose<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        dt: f64,
+    ) -> Result<Option<Overlaps>, StepError> {
+        let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
         self.cache.lands |= rules.events && interval.detection.contacts.iter().any(lands);
         if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, interval, &self.cache.contacts, &rules, place, dt, dt)?;
+            see_from_the_start(model, interval, &self.cache.contacts, rules, place, dt, dt)?;
         }
         self.solver.clock.lap(|t| &mut t.detection);
         interval.free_velocities(model, self.time + 0.5 * dt, dt);
         if rules.events {
             find_crowds(interval, w);
         }
-        interval.collect(&rules, &self.cache.contacts, None, w, Span::whole(dt));
-        // kept apart until nothing can fail any more
+        interval.collect(rules, &self.cache.contacts, None, w, Span::whole(dt));
         let recovers = self.settings.recovers();
         let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
         match &overlaps {
             Some(overlaps) => interval.excused.clone_from(&overlaps.open),
             None => interval.excused.clear(),
         }
-        self.solver.solve(interval, solution, w, &rules);
+        Ok(overlaps)
+    }
+
+    /// Solves the interval of the step.
+    fn solve(&mut self, rules: &Rules, dt: f64) -> Result<(), StepError> {
+        let (interval, solution) = (&self.interval, &mut self.solution);
+        let w = self.inverse_mass.as_slice();
+        self.solver.solve(interval, solution, w, rules);
         if rules.locates() {
-            release_lone(interval, solution, &rules, w, dt);
+            release_lone(interval, solution, rules, w, dt);
         }
         solution.end_velocities(interval, w);
-        check_finite(&solution.end, self.time)?;
+        check_finite(&solution.end, self.time)
+    }
 
-        let mut clusters = if rules.locates() {
+    /// Steps clusters of bodies that collide within the step.
+    fn locate<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        dt: f64,
+    ) -> Result<Vec<Cluster>, StepError> {
+        let clusters = if rules.locates() {
             let context = Context {
-                main: interval,
-                trial: solution,
-                memory: &self.cache.contacts,
-                rules,
-                inverse_mass: w,
+                main: &self.interval,
+                trial: &self.solution,
+                cache: &self.cache.contacts,
+                rules: *rules,
+                inverse_mass: &self.inverse_mass,
                 origin: &self.origin,
                 time: self.time,
                 dt,
             };
-            events::run(model, &mut self.solver, &context)?
+            locate_impacts(model, &mut self.solver, &context)?
         } else {
             Vec::new()
         };
         self.solver.clock.lap(|t| &mut t.solve);
-        let mut apart = vec![false; w.len()];
-        for &body in clusters.iter().flat_map(|c| &c.bodies) {
-            apart[body as usize] = true;
-        }
-        let used = |i: usize| {
-            let mut sides = interval.sides[i].iter().filter(|b| **b != NO_BODY);
-            sides.all(|b| !apart[*b as usize])
-        };
+        Ok(clusters)
+    }
+
+    /// Counts the work of all islands, and results and problems of those that are not all `apart`.
+    fn count_islands(&mut self, record: &mut StepRecord, clusters: &mut [Cluster], apart: &[bool]) {
+        let (interval, solution) = (&self.interval, &mut self.solution);
         let mut counts = vec![false; solution.outcomes.len()];
         for (k, outcome) in solution.outcomes.iter().enumerate() {
-            outcome.count_work(&mut record);
-            counts[k] = solution.islands.blocks(k).iter().any(|&i| used(i as usize));
+            outcome.count_work(record);
+            let mut blocks = solution.islands.blocks(k).iter();
+            counts[k] = blocks.any(|&i| is_used(interval, apart, i as usize));
             if counts[k] {
-                outcome.count(&mut record);
+                outcome.count(record);
             }
         }
         if self.solver.keep {
@@ -415,23 +422,25 @@ impl MoreauStepper {
             let located = clusters.iter_mut().map(|c| &mut c.problems);
             located.for_each(|own| self.problems.append(own));
         }
+    }
 
-        self.contacts_next.clear();
-        let end = self.time + dt;
-        record_interval(
-            interval,
-            solution,
-            used,
-            w,
-            end,
-            &mut record,
-            &mut self.contacts_next,
-        );
+    /// Records contacts and energies, of the interval and of the clusters that are `apart` from it.
+    fn record<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        record: &mut StepRecord,
+        clusters: &[Cluster],
+        apart: &[bool],
+    ) {
+        let (interval, solution) = (&self.interval, &mut self.solution);
+        let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
+        next.clear();
+        let used = |i: usize| is_used(interval, apart, i);
+        record_interval(interval, solution, used, w, record.time, record, next);
         record.energy.forces += forces_work(interval, solution, w, |body| !apart[body]);
-        for cluster in &clusters {
+        for cluster in clusters {
             record.add(&cluster.record);
-            let memory = cluster.memory.entries();
-            self.contacts_next.extend(memory.iter().copied());
+            next.extend(cluster.contacts.entries().iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 solution.end[body as usize] = *u;
             }
@@ -445,56 +454,58 @@ impl MoreauStepper {
             (energy.kinetic_start, energy.kinetic_end) = (start, end);
         }
         self.solver.clock.lap(|t| &mut t.record);
-        model.set_velocities(&solution.end);
+    }
+
+    /// Gives the model its velocities and poses at the end of the step.
+    fn write<M: MultibodyModel + ?Sized>(
+        &self,
+        model: &mut M,
+        clusters: &[Cluster],
+        apart: &[bool],
+        dt: f64,
+    ) {
+        let end = &self.solution.end;
+        model.set_velocities(end);
         for body in (0..apart.len()).filter(|&body| !apart[body]) {
-            model.shift(body, &solution.end[body], 0.5 * dt);
+            model.shift(body, &end[body], 0.5 * dt);
         }
-        for cluster in &clusters {
+        for cluster in clusters {
             for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
                 model.set_configuration(body as usize, place);
             }
         }
-        let moves =
-            !solution.unclosed.is_empty() || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
+    }
+
+    /// Closes gaps of joints and moves overlapped pairs apart, by position alone. Returns the
+    /// potential energy \[J\] before, where anything may have moved.
+    fn close_gaps<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        record: &mut StepRecord,
+        overlaps: Option<Overlaps>,
+    ) -> Result<Option<f64>, StepError> {
+        let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
+        let unclosed = !solution.unclosed.is_empty();
+        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
         let potential = moves.then(|| model.potential_energy());
-        if !solution.unclosed.is_empty() {
+        if unclosed {
             close_joints(model, interval, solution, w, &mut self.solver)?;
         }
         if let Some(mut overlaps) = overlaps {
-            let moves = part_overlaps(
-                &mut overlaps.open,
-                interval,
-                solution,
-                w,
-                dt,
-                &mut self.solver,
-            );
+            let (open, solver) = (&mut overlaps.open, &mut self.solver);
+            let moves = part_overlaps(open, interval, solution, w, record.dt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {
                 model.shift(body as usize, &d, 1.0);
             }
         }
-        std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
-        self.solver.cache.commit();
-        model.end_step();
-        self.solver.clock.lap(|t| &mut t.write);
-        record.energy.potential_end = model.potential_energy();
-        if let Some(before) = potential {
-            record.energy.recovery = record.energy.potential_end - before;
-        }
-        self.solver.clock.lap(|t| &mut t.record);
-        self.time += dt;
-        Ok(record)
+        Ok(potential)
     }
 }
 
-pub(super) fn check_finite(velocities: &[Vec3], time: f64) -> Result<(), StepError> {
-    match velocities
-        .iter()
-        .position(|u| u.iter().any(|x| !x.is_finite()))
-    {
-        Some(body) => Err(StepError::NonFinite { body, time }),
-        None => Ok(()),
-    }
+/// Whether a block is recorded with the interval: all its bodies are solved there.
+fn is_used(interval: &Interval, apart: &[bool], block: usize) -> bool {
+    let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
+    sides.all(|b| !apart[*b as usize])
 }

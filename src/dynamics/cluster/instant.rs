@@ -1,6 +1,6 @@
 //! An impact of no duration, where a cluster stands.
 
-use super::{Context, Rest, Runner};
+use super::runner::{Context, Rest, Runner};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
 use crate::dynamics::interval::belongs;
@@ -16,7 +16,7 @@ impl Runner {
             let found = &self.instant.detection;
             let keys = found.contacts.iter().map(|c| c.key);
             keys.chain(found.joints.iter().map(|j| j.key))
-                .filter_map(|key| Some((key, *context.memory.get(&key)?)))
+                .filter_map(|key| Some((key, *context.cache.get(&key)?)))
                 .collect()
         });
         memory.iter_mut().for_each(|m| m.stuck = None);

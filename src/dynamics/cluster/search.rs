@@ -1,11 +1,11 @@
 //! When and where the next pair of a cluster closes.
 
-use super::{Context, Rest, Runner, start_of};
+use super::runner::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
-use crate::dynamics::StepError;
 use crate::dynamics::events::{crossing, touch_tolerance};
 use crate::dynamics::model::{ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::rules::{Rules, Span};
+use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
 /// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
