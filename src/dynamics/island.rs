@@ -122,8 +122,7 @@ impl Worker {
             .pose(interval, task.solution, members, task.inverse_mass);
         clock.lap(|t| &mut t.assembly);
         let staggered = rules.scheme == Scheme::Staggered;
-        let large =
-            staggered && matches!(self.solver.name(), "auto" | "direct") && members.len() > LARGE;
+        let large = staggered && members.len() > LARGE;
         let fallback = if large { fallback } else { Fallback::default() };
         let attempt = match (fallback.waits(), interval.whole && fallback.active()) {
             (true, _) => Attempt::None,
