@@ -78,7 +78,7 @@ impl Interval {
             gamma_f: contact.rows.velocity(&self.free) + surface,
             acceleration,
             applied,
-            carried: known.is_some_and(|m| m.impulse.x > 0.0),
+            pressed: known.is_some_and(|m| m.impulse.x > 0.0),
             stuck: known.and_then(|m| m.stuck),
             rebounded: known.is_some_and(|m| m.rebounded),
             located,
@@ -108,21 +108,21 @@ impl Interval {
             impact,
             held: false,
             loaded,
-            pressed_before: now.carried,
+            pressed_before: now.pressed,
             stuck_before: now.stuck.is_some(),
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
 
     /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
-    /// coefficient; no forces. A limit takes part if it touches or `carried` an impulse.
+    /// coefficient; no forces. A limit takes part if it touches or was `pressed` before.
     pub fn collect_impact(
         &mut self,
         rules: &Rules,
         members: &[bool],
         inverse_mass: &[Vec3],
         restitution: impl Fn(usize) -> Option<f64>,
-        carried: impl Fn(&ContactKey) -> bool,
+        pressed: impl Fn(&ContactKey) -> bool,
     ) {
         self.length = 0.0;
         self.free.clone_from(&self.start);
@@ -160,7 +160,7 @@ impl Interval {
             {
                 continue;
             }
-            if let Some((free, law)) = joint_impact_rule(joint, carried(&joint.key)) {
+            if let Some((free, law)) = joint_impact_rule(joint, pressed(&joint.key)) {
                 let gamma = joint.rows.velocity(&self.start);
                 let block = joint_block(index, joint, [gamma; 2]);
                 let sides = movable(joint.rows.bodies, inverse_mass);

@@ -154,7 +154,7 @@ pub(super) fn release_lone(
 }
 
 /// Contacts with thin bodies that were passed before the midpoint show their far side there, and
-/// seem to open: they are detected at the start instead, and carried to the midpoint.
+/// seem to open: they are detected at the start instead, and moved to the midpoint.
 pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     model: &mut M,
     interval: &mut Interval,
@@ -173,7 +173,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         if !rigid || gamma.x <= 0.0 || at_start >= -2.0 * contact.gap_noise {
             continue;
         }
-        let carried = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
+        let pressed = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
         // what is followed cannot have been deep inside: it has come through
         let followed = interval
             .roles
@@ -182,7 +182,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
             && followed.is_some_and(|thickness| {
                 gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
             });
-        if through || rules.events && !carried {
+        if through || rules.events && !pressed {
             pairs.push(contact.surfaces);
             bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
         }

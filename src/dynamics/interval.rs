@@ -96,7 +96,7 @@ impl Interval {
         model.detect_joints(dt, &mut self.detection.joints)
     }
 
-    /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the normal impulses that are given.
+    /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the impulses of given normal loads.
     pub fn free_velocities<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,

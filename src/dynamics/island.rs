@@ -264,7 +264,7 @@ impl Worker {
             if let Some((report, bias)) = joints.bounded {
                 spent = report.after(&answer.report);
                 answer.joints_bounded = true;
-                let changes = bias.iter().zip(&soft.free).map(|(now, asked)| now - asked);
+                let changes = bias.iter().zip(&soft.free).map(|(now, posed)| now - posed);
                 let free = island.problem.free.iter_mut();
                 free.zip(changes).for_each(|(b, change)| *b += change);
                 answer.bias = Some(island.problem.free.clone());

@@ -17,6 +17,23 @@
 //! - the [`ImpactLaw`] says what they return, by default Newton's law that never adds energy;
 //! - pairs that start overlapped are moved apart by position alone
 //!   ([`StepperSettings::recovery`]).
+//!
+//! # From contacts to a step
+//! ```text
+//! Detection            what the model found at the midpoint: contacts, rows of joints
+//! Interval             posed: the blocks that take part, each with b, law and impulse to start from
+//! WorkingSet           which of them are near enough to matter
+//! Islands              groups of blocks that share bodies
+//! IslandProblem        one island, posed: its contact problem and what its blocks are made of
+//! Worker               solves it: Newton's method or another solver, bounds on energy, fallback
+//! IslandResult         what became of it
+//! Solution             of all islands: impulses, velocities at the end; the interval is as it was
+//! StepRecord           what everyone else reads
+//! ContactCache         handed on to the next step, by contact and joint
+//! IslandCache          the same by island: factors, fallback state
+//! ```
+//! `MoreauStepper` owns all of it. Nothing but the two caches and the time survives a step; all else
+//! is kept for its capacity only.
 
 mod cluster;
 mod collect;
@@ -56,6 +73,7 @@ pub(crate) mod saved;
 mod settings;
 mod solution;
 mod solve;
+mod step;
 mod stepper;
 mod visco_elastic;
 mod working_set;

@@ -78,7 +78,7 @@ pub(super) fn record_interval(
     }
 }
 
-/// Writes what a contact did, and says what is to be remembered of it.
+/// Records what a contact did. Returns what the contact cache keeps of it.
 fn record_contact(
     interval: &Interval,
     solution: &Solution,

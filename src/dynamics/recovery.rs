@@ -183,11 +183,11 @@ pub(super) fn displacements(
     let mut local = LocalBodies::default();
     for k in 0..islands.len() {
         let members = islands.blocks(k);
-        let asks = |i: &u32| match laws[*i as usize] {
+        let moves = |i: &u32| match laws[*i as usize] {
             Law::Contact { .. } => free[*i as usize].x < 0.0,
             _ => free[*i as usize] != Vec2::zeros(),
         };
-        if !members.iter().any(asks) {
+        if !members.iter().any(moves) {
             continue;
         }
         let of = |i: &u32| *i as usize;
@@ -202,14 +202,14 @@ pub(super) fn displacements(
         let own = solver.own.solver.as_mut();
         let large = members.len() > LARGE;
         let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
-        let asked: Vec<bool> = (problem.free.iter().zip(&problem.laws))
+        let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))
             .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
             .collect();
         // walls that contradict each other leave no solution
-        if !solved && asked.contains(&true) {
+        if !solved && pushed.contains(&true) {
             *wedged |= large;
             soften(&mut problem, |i| {
-                if asked[i] {
+                if pushed[i] {
                     ASKED_SOFTNESS
                 } else {
                     OTHER_SOFTNESS

@@ -1,4 +1,4 @@
-//! What bodies differ in beyond their masses: who gives way to whom, and who is followed in time.
+//! What bodies differ in beyond their masses: dominance, and how closely they are followed in time.
 
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
@@ -38,7 +38,7 @@ pub struct BodyRoles {
 }
 
 impl BodyRoles {
-    /// Those of the `movable` ones of two bodies that take impulses: who is not above the other.
+    /// Those of the `movable` ones of two bodies that take impulses: those that are not above the other.
     #[inline]
     pub(super) fn receiving(&self, bodies: [u32; 2], movable: [u32; 2]) -> [u32; 2] {
         let mut own = movable;

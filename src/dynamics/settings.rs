@@ -16,7 +16,7 @@ pub struct StepperSettings {
     pub scheme: Scheme,
     /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
     pub events: bool,
-    /// What impacts return; the published scheme knows no cap.
+    /// What impacts return; the published scheme has no bound.
     pub impact_law: ImpactLaw,
     /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
     pub recovery: bool,

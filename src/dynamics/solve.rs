@@ -123,7 +123,7 @@ impl IslandSolver {
         }
     }
 
-    /// An island with what it remembers of the last step.
+    /// An island with what the cache has of it.
     fn job(
         &mut self,
         island: usize,

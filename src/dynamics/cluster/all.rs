@@ -1,4 +1,4 @@
-//! Which bodies form clusters, and who runs into whom.
+//! Which bodies form clusters, and which clusters run into other bodies.
 
 use super::runner::{Cluster, Context, Runner};
 use crate::contact::{NO_BODY, Vec2, Vec3};

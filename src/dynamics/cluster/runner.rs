@@ -4,7 +4,7 @@ use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::interval::{Interval, Source, belongs};
-use crate::dynamics::model::{Configuration, ContactKey, MultibodyModel};
+use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::recording::{forces_work, record_interval};
@@ -67,8 +67,8 @@ pub(super) struct Runner {
     pub held: Vec<ContactKey>,
     /// Problems of all intervals and instants that count.
     pub problems: Vec<SolvedProblem>,
-    /// What the cluster remembers of its own since the step began.
-    pub remembered: Option<CachedContacts>,
+    /// The cluster's own contact cache, once it has stepped an interval.
+    pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
 }
 
@@ -78,6 +78,36 @@ pub(super) struct Rest {
     /// Its start and length \[s\].
     pub at: f64,
     pub length: f64,
+}
+
+impl Rest {
+    fn of(context: &Context, elapsed: f64) -> Rest {
+        Rest {
+            at: context.time + elapsed,
+            length: context.dt - elapsed,
+        }
+    }
+}
+
+impl Cluster {
+    /// Of these bodies, before it is stepped.
+    fn of(bodies: Vec<u32>) -> Cluster {
+        Cluster {
+            end: Vec::new(),
+            configuration: Vec::new(),
+            displacement: vec![Vec3::zeros(); bodies.len()],
+            bodies,
+            record: StepRecord::default(),
+            contacts: CachedContacts::default(),
+            problems: Vec::new(),
+        }
+    }
+}
+
+/// Where some bodies are.
+fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
+    let of = |b: &u32| model.configuration(*b as usize);
+    bodies.iter().map(of).collect()
 }
 
 impl Runner {
@@ -95,11 +125,58 @@ impl Runner {
     ) -> Result<Cluster, StepError> {
         self.gather(context, &bodies);
         let escorts = self.moved[bodies.len()..].to_vec();
-        let place = |model: &M, all: &[u32]| -> Vec<Configuration> {
-            let of = |b: &u32| model.configuration(*b as usize);
-            all.iter().map(of).collect()
-        };
-        let aside = place(model, &escorts);
+        let aside = places(model, &escorts);
+        self.start(model, context);
+        let mut cluster = Cluster::of(bodies);
+        let (mut elapsed, mut limit) = (0.0, LONE_EVENTS);
+        loop {
+            let rest = Rest::of(context, elapsed);
+            let plain = self.record.events >= limit;
+            let rules = Rules {
+                events: context.rules.events && !plain,
+                sweeps: context.rules.sweeps && !plain,
+                ..context.rules
+            };
+            // the whole step has shown this far already
+            let shown = elapsed == 0.0 && !plain;
+            let next = self.try_rest(model, solver, context, &rules, rest, shown)?;
+            let Some((contact, time)) = next else {
+                self.keep(context, context.time + context.dt, &mut cluster);
+                break;
+            };
+            let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
+            let Some((key, time)) = found else {
+                // nothing closes after all: the rest is stepped plainly
+                limit = 0;
+                self.restore(model);
+                continue;
+            };
+            elapsed += time;
+            if time > 0.0 {
+                self.keep(context, context.time + elapsed, &mut cluster);
+                self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
+            }
+            self.forget_sticking(context);
+            let rest = Rest::of(context, elapsed);
+            if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
+                limit = EVENTS;
+            }
+            self.here = places(model, &self.moved);
+            std::mem::swap(&mut self.flow.start, &mut self.hit.end);
+        }
+        cluster.record = std::mem::take(&mut self.record);
+        cluster.problems = std::mem::take(&mut self.problems);
+        let velocity = |b: &u32| self.flown.end[*b as usize];
+        cluster.end = cluster.bodies.iter().map(velocity).collect();
+        cluster.configuration = places(model, &cluster.bodies);
+        for (&b, place) in escorts.iter().zip(&aside) {
+            model.set_configuration(b as usize, place);
+        }
+        Ok(cluster)
+    }
+
+    /// Puts the bodies back to the start of the step.
+    fn start<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, context: &Context) {
         let origin = |b: &u32| context.origin[*b as usize];
         self.here = self.moved.iter().map(origin).collect();
         self.restore(model);
@@ -109,97 +186,53 @@ impl Runner {
         }
         self.flow.excused.clone_from(&context.main.excused);
         self.flow.crowded.clone_from(&context.main.crowded);
-        self.remembered = None;
+        self.own_contacts = None;
         self.record = StepRecord::default();
         self.problems.clear();
-        let mut cluster = Cluster {
-            end: Vec::new(),
-            configuration: Vec::new(),
-            displacement: vec![Vec3::zeros(); bodies.len()],
-            bodies,
-            record: StepRecord::default(),
-            contacts: CachedContacts::default(),
-            problems: Vec::new(),
-        };
-        let (end, mut elapsed, mut limit) = (context.time + context.dt, 0.0, LONE_EVENTS);
-        loop {
-            let rest = Rest {
-                at: context.time + elapsed,
-                length: context.dt - elapsed,
-            };
-            let plain = self.record.events >= limit;
-            let rules = Rules {
-                events: context.rules.events && !plain,
-                sweeps: context.rules.sweeps && !plain,
-                ..context.rules
-            };
-            let span = Span {
-                step: context.dt,
-                length: rest.length,
-                horizon: 0.5 * (rest.length + context.dt),
-            };
-            // the main trial has shown this far already
-            let shown = elapsed == 0.0 && !plain;
-            if shown {
-                self.take_over(context);
-            } else {
-                self.advance(model, solver, context, &rules, span, rest.at)?;
-            }
-            // the search leaves bodies where it looked last
-            let middle = place(model, &self.moved);
-            let next = if plain {
-                None
-            } else {
-                self.next(model, context)?
-            };
-            let Some((contact, time)) = next else {
-                if shown {
-                    self.restore(model);
-                    self.advance(model, solver, context, &rules, span, rest.at)?;
-                } else {
-                    for (&b, at) in self.moved.iter().zip(&middle) {
-                        model.set_configuration(b as usize, at);
-                    }
-                }
-                self.finish_interval(model);
-                self.keep(context, end, &mut cluster);
-                break;
-            };
-            let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
-            let Some((key, time)) = found else {
-                // nothing closes after all: what is left is stepped plainly
-                limit = 0;
-                self.restore(model);
-                continue;
-            };
-            elapsed += time;
-            if time > 0.0 {
-                self.keep(context, context.time + elapsed, &mut cluster);
-                self.remembered = Some(std::mem::take(&mut cluster.contacts));
-            }
-            self.forget_sticking(context);
-            let rest = Rest {
-                at: context.time + elapsed,
-                length: context.dt - elapsed,
-            };
-            if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
-                limit = EVENTS;
-            }
-            self.here = place(model, &self.moved);
-            std::mem::swap(&mut self.flow.start, &mut self.hit.end);
-        }
-        cluster.record = std::mem::take(&mut self.record);
-        cluster.problems = std::mem::take(&mut self.problems);
-        let velocity = |b: &u32| self.flown.end[*b as usize];
-        cluster.end = cluster.bodies.iter().map(velocity).collect();
-        cluster.configuration = place(model, &cluster.bodies);
-        for (&b, place) in escorts.iter().zip(&aside) {
-            model.set_configuration(b as usize, place);
-        }
-        Ok(cluster)
     }
 
-    /// Who belongs, who moves along, and which pairs of surfaces may touch.
+    /// Solves the rest of the step as if nothing closed in it, unless the whole step has `shown` it.
+    /// The first contact to close and after what time; `None` where none closes: the bodies then
+    /// stand at the end of the step.
+    fn try_rest<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        rules: &Rules,
+        rest: Rest,
+        shown: bool,
+    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
+        let span = Span {
+            step: context.dt,
+            length: rest.length,
+            horizon: 0.5 * (rest.length + context.dt),
+        };
+        if shown {
+            self.take_over(context);
+        } else {
+            self.advance(model, solver, context, rules, span, rest.at)?;
+        }
+        // the search leaves bodies where it looked last
+        let middle = places(model, &self.moved);
+        if rules.locates()
+            && let Some(next) = self.next(model, context)?
+        {
+            return Ok(Some(next));
+        }
+        if shown {
+            self.restore(model);
+            self.advance(model, solver, context, rules, span, rest.at)?;
+        } else {
+            for (&b, at) in self.moved.iter().zip(&middle) {
+                model.set_configuration(b as usize, at);
+            }
+        }
+        self.finish_interval(model);
+        Ok(None)
+    }
+
+    /// Finds which bodies belong, which move along, and which pairs of surfaces may touch.
     fn gather(&mut self, context: &Context, bodies: &[u32]) {
         self.members.clear();
         self.members.resize(context.inverse_mass.len(), false);
@@ -312,7 +345,7 @@ impl Runner {
             model.shift(b as usize, &u, 0.5 * span.length);
         }
         flow.detect_pairs(model, &self.pairs, context.dt)?;
-        let cache = self.remembered.as_ref().unwrap_or(context.cache);
+        let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
         if rules.locates() {
             let (places, here) = (&self.place, &self.here);
             let place = |b: u32| start_of(places, here, b);
