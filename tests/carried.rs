@@ -96,7 +96,9 @@ fn text(p: &MoreauPipeline) -> Value {
 }
 
 fn carried(state: &mut Value) -> &mut Vec<Value> {
-    state["stepper"]["carried"].as_array_mut().unwrap()
+    state["stepper"]["islands"]["factors"]
+        .as_array_mut()
+        .unwrap()
 }
 
 /// The same after 40 steps.

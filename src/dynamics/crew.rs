@@ -2,17 +2,11 @@
 
 use super::island::Worker;
 use super::phases::PhaseClock;
-use super::stepper::StepError;
+use super::settings::{MOST_THREADS, StepError};
 use crate::solver::SolverTable;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
-
-/// Most threads of a stepper.
-pub const MOST_THREADS: usize = 1024;
-
-/// What the error of another number adds.
-pub(super) const WHY: &str = "";
 
 /// Blocks of a batch, which one thread takes at a time: some 10 to 100 µs of work, so that handing
 /// it out costs next to nothing.

@@ -2,14 +2,8 @@
 
 use super::island::Worker;
 use super::phases::PhaseClock;
-use super::stepper::StepError;
+use super::settings::{MOST_THREADS, StepError};
 use crate::solver::SolverTable;
-
-/// Most threads of a stepper.
-pub const MOST_THREADS: usize = 1;
-
-/// What the error of another number adds.
-pub(super) const WHY: &str = ": more need the feature `parallel`";
 
 /// No value of it exists.
 pub(super) enum Crew {}

@@ -6,33 +6,37 @@
 //! themselves: to that instant, through an impact of no duration, and on. All others keep what
 //! the trial gave them, so that an event costs as much as its own cluster of bodies.
 
-use super::cluster::{Cluster, Context, Runner};
+use super::contact_cache::CachedContacts;
+use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
-use super::memory::Memories;
 use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
-use super::solve::IslandSolver;
-use super::stage::{Source, Stage, movable};
-use crate::contact::{NO_BODY, Vec2, Vec3};
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Vec3};
 
 /// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference
 /// acceleration closes in a hundredth of a step.
-pub(super) fn touch_tolerance(contact: &ContactPoint, stage: &Stage, step: f64) -> f64 {
-    let acceleration = reference_acceleration(contact, &stage.start, &stage.accelerations);
+pub(super) fn touch_tolerance(contact: &ContactPoint, interval: &Interval, step: f64) -> f64 {
+    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let fall = rest_velocity(acceleration, step) * step;
     (2.0 * contact.gap_noise).max(1e-4 * fall)
 }
 
-/// Instant after the start of `stage` at which a contact closes, if it does.
+/// Instant after the start of `interval` at which a contact closes, if it does.
 ///
 /// With `g(t) = c₀ + γ_A t + (γ_E − γ_A) t²/(2h)`, `c₀ = g_M − γ_A h/2`: the first root with
 /// falling gap, or 0 where the surfaces touch and close at the start.
-pub(super) fn crossing(stage: &Stage, contact: &ContactPoint, step: f64) -> Option<f64> {
-    let h = stage.length;
-    let c1 = contact.rows.velocity(&stage.start).x;
-    let c2 = (contact.rows.velocity(&stage.end).x - c1) / (2.0 * h);
+pub(super) fn crossing(
+    interval: &Interval,
+    solution: &Solution,
+    contact: &ContactPoint,
+    step: f64,
+) -> Option<f64> {
+    let h = interval.length;
+    let c1 = contact.rows.velocity(&interval.start).x;
+    let c2 = (contact.rows.velocity(&solution.end).x - c1) / (2.0 * h);
     let c0 = contact.gap - 0.5 * h * c1;
-    if c1 < 0.0 && c0 <= touch_tolerance(contact, stage, step) {
+    if c1 < 0.0 && c0 <= touch_tolerance(contact, interval, step) {
         return Some(0.0);
     }
     let c0 = c0.max(0.0);
@@ -51,13 +55,13 @@ pub(super) fn crossing(stage: &Stage, contact: &ContactPoint, step: f64) -> Opti
     (time <= h).then_some(time)
 }
 
-/// Whether a contact may close on the path of `stage` although its parabola does not: what turning
+/// Whether a contact may close on the path of `interval` although its parabola does not: what turning
 /// bodies add to the gap, or sliding along curved surfaces, is of second order in the step.
-fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
-    let h = stage.length;
-    let gamma = contact.rows.velocity(&stage.start);
+pub(super) fn may_close(interval: &Interval, solution: &Solution, contact: &ContactPoint) -> bool {
+    let h = interval.length;
+    let gamma = contact.rows.velocity(&interval.start);
     let (mut turn, mut spin, mut arms) = (0.0, 0.0f64, 0.0);
-    for (omega, arm) in turning(contact, &stage.start) {
+    for (omega, arm) in turning(contact, &interval.start) {
         turn += omega * omega * arm;
         spin += omega.abs();
         arms += arm;
@@ -69,7 +73,7 @@ fn may_close(stage: &Stage, contact: &ContactPoint) -> bool {
         0.0
     };
     let bend = 0.5 * h * h * (turn + slide * spin + curve);
-    let end = contact.gap + 0.5 * h * contact.rows.velocity(&stage.end).x;
+    let end = contact.gap + 0.5 * h * contact.rows.velocity(&solution.end).x;
     let start = contact.gap - 0.5 * h * gamma.x;
     end.min(start) <= bend
 }
@@ -86,16 +90,16 @@ const CROWD: usize = 5;
 ///
 /// In a crowd landings without rebound are too many to be located one by one. What is near is
 /// kept from closing instead, as without events.
-pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
-    let contacts = stage.detection.contacts.iter();
+pub(super) fn find_crowds(interval: &mut Interval, inverse_mass: &[Vec3]) {
+    let contacts = interval.detection.contacts.iter();
     let links: Vec<[u32; 2]> = contacts
         .map(|c| movable(c.rows.bodies, inverse_mass))
         .filter(|bodies| !bodies.contains(&NO_BODY))
         .collect();
     let mut islands = Islands::default();
     islands.build(inverse_mass.len(), links.iter().copied());
-    stage.crowded.clear();
-    stage.crowded.resize(inverse_mass.len(), false);
+    interval.crowded.clear();
+    interval.crowded.resize(inverse_mass.len(), false);
     for k in 0..islands.len() {
         let blocks = islands.blocks(k);
         let mut bodies: Vec<u32> = blocks.iter().flat_map(|&i| links[i as usize]).collect();
@@ -103,7 +107,7 @@ pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
         bodies.dedup();
         if bodies.len() >= CROWD {
             for body in bodies {
-                stage.crowded[body as usize] = true;
+                interval.crowded[body as usize] = true;
             }
         }
     }
@@ -112,51 +116,49 @@ pub(super) fn find_crowds(stage: &mut Stage, inverse_mass: &[Vec3]) {
 /// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
 /// nothing else cost no solve, so that every bounce can be followed.
 pub(super) fn release_lone(
-    stage: &mut Stage,
-    solver: &IslandSolver,
+    interval: &Interval,
+    solution: &mut Solution,
     rules: &Rules,
     inverse_mass: &[Vec3],
     step: f64,
 ) {
-    for k in 0..solver.islands.len() {
-        let &[i] = solver.islands.blocks(k) else {
+    for k in 0..solution.islands.len() {
+        let &[i] = solution.islands.blocks(k) else {
             continue;
         };
-        let block = &stage.blocks[i as usize];
-        let (Source::Contact(index), false) = (block.source, block.carried_before) else {
+        let block = &interval.blocks[i as usize];
+        let (Source::Contact(index), false) = (block.source, block.pressed_before) else {
             continue;
         };
-        let contact = &stage.detection.contacts[index];
+        let contact = &interval.detection.contacts[index];
         let NormalLaw::Rigid { restitution: e } = contact.law else {
             continue;
         };
         let swept = || {
-            let standing = &stage.standing;
-            standing.swept(contact, block.gamma_a, step, inverse_mass)
+            let roles = &interval.roles;
+            roles.swept(contact.rows.bodies, block.gamma_a, step, inverse_mass)
         };
         if !rules.events && !swept() {
             continue;
         }
-        let speed = contact.rows.velocity(&stage.start).x;
-        let at_start = contact.gap - 0.5 * stage.length * speed;
-        let a = reference_acceleration(contact, &stage.start, &stage.accelerations);
+        let speed = contact.rows.velocity(&interval.start).x;
+        let at_start = contact.gap - 0.5 * interval.length * speed;
+        let a = reference_acceleration(contact, &interval.start, &interval.accelerations);
         // all bounces that are left take less than a thousandth of a step: it rests
-        let rests = at_start <= touch_tolerance(contact, stage, step)
+        let rests = at_start <= touch_tolerance(contact, interval, step)
             && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
-        if e > 0.0 && !rests && stage.impulses[i as usize].x > 0.0 {
-            stage.impulses[i as usize] = Vec2::zeros();
-            stage.take_given(&[i], None);
-            stage.waiting.push(index);
+        if e > 0.0 && !rests && solution.impulses[i as usize].x > 0.0 {
+            solution.release(interval, i, index);
         }
     }
 }
 
 /// Contacts with thin bodies that were passed before the midpoint show their far side there, and
-/// seem to open: they are detected at the start instead, and carried to the midpoint.
+/// seem to open: they are detected at the start instead, and moved to the midpoint.
 pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     model: &mut M,
-    stage: &mut Stage,
-    memory: &Memories,
+    interval: &mut Interval,
+    cache: &CachedContacts,
     rules: &Rules,
     start: impl Fn(u32) -> Option<Configuration>,
     length: f64,
@@ -164,21 +166,23 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
 ) -> Result<(), ModelError> {
     let mut pairs: Vec<[u32; 2]> = Vec::new();
     let mut bodies: Vec<u32> = Vec::new();
-    for contact in &stage.detection.contacts {
-        let gamma = contact.rows.velocity(&stage.start);
+    for contact in &interval.detection.contacts {
+        let gamma = contact.rows.velocity(&interval.start);
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
         let at_start = contact.gap - 0.5 * length * gamma.x;
         if !rigid || gamma.x <= 0.0 || at_start >= -2.0 * contact.gap_noise {
             continue;
         }
-        let carried = memory.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
+        let pressed = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
         // what is followed cannot have been deep inside: it has come through
-        let followed = stage.standing.followed(contact, model.inverse_mass());
+        let followed = interval
+            .roles
+            .followed(contact.rows.bodies, model.inverse_mass());
         let through = rules.sweeps
             && followed.is_some_and(|thickness| {
                 gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
             });
-        if through || rules.events && !carried {
+        if through || rules.events && !pressed {
             pairs.push(contact.surfaces);
             bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
         }
@@ -207,120 +211,19 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     result?;
     let w = model.inverse_mass();
     found.contacts.retain_mut(|contact| {
-        let closing = -contact.rows.velocity(&stage.start).x;
+        let closing = -contact.rows.velocity(&interval.start).x;
         // what is followed may have been left in a shallow overlap
-        let followed = stage.standing.followed(contact, w).filter(|_| rules.sweeps);
+        let followed = interval
+            .roles
+            .followed(contact.rows.bodies, w)
+            .filter(|_| rules.sweeps);
         let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
         let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
         contact.gap -= 0.5 * length * closing;
         passed
     });
     let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
-    stage.detection.contacts.retain(|c| !replaced(c));
-    stage.detection.contacts.append(&mut found.contacts);
+    interval.detection.contacts.retain(|c| !replaced(c));
+    interval.detection.contacts.append(&mut found.contacts);
     Ok(())
-}
-
-/// Steps every cluster of bodies in which something closes; `main` is the trial over the step.
-///
-/// A cluster that would run into a body outside takes in that body's, and starts again.
-pub(super) fn run<M: MultibodyModel + ?Sized>(
-    model: &mut M,
-    solver: &mut IslandSolver,
-    context: &Context,
-) -> Result<Vec<Cluster>, super::StepError> {
-    let main = context.main;
-    let count = main.start.len();
-    let crossing: Vec<[u32; 2]> = main
-        .waiting
-        .iter()
-        .map(|&i| &main.detection.contacts[i])
-        .filter(|c| crossing(main, c, context.dt).is_some() || may_close(main, c))
-        .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
-        .collect();
-    if crossing.is_empty() {
-        return Ok(Vec::new());
-    }
-    // joined bodies belong together, and those that press on each other, by the trial or by rule
-    let mut links: Vec<[u32; 2]> = (0..main.blocks.len())
-        .filter(|&i| {
-            main.impulses[i] != Vec2::zeros()
-                || match main.blocks[i].source {
-                    Source::Joint(_) => true,
-                    Source::Contact(c) => {
-                        matches!(main.detection.contacts[c].law, NormalLaw::Load { .. })
-                    }
-                }
-        })
-        .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
-        .collect();
-    let mut runner = Runner::default();
-    let mut done: Vec<Cluster> = Vec::new();
-    loop {
-        let groups = group(count, &crossing, &links);
-        done.retain(|cluster| groups.contains(&cluster.bodies));
-        for bodies in groups {
-            if !done.iter().any(|cluster| cluster.bodies == bodies) {
-                done.push(runner.run(model, solver, context, bodies)?);
-            }
-        }
-        done.sort_by_key(|cluster| cluster.bodies[0]);
-        let met = collisions(&done, context);
-        if met.is_empty() {
-            return Ok(done);
-        }
-        links.extend(met);
-    }
-}
-
-/// Bodies of each cluster, ascending.
-fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32>> {
-    let all: Vec<[u32; 2]> = crossing.iter().chain(links).copied().collect();
-    let mut islands = Islands::default();
-    islands.build(count, all.iter().copied());
-    (0..islands.len())
-        .filter(|&k| {
-            islands
-                .blocks(k)
-                .iter()
-                .any(|&i| (i as usize) < crossing.len())
-        })
-        .map(|k| {
-            let mut bodies: Vec<u32> = islands
-                .blocks(k)
-                .iter()
-                .flat_map(|&i| all[i as usize])
-                .filter(|b| *b != NO_BODY)
-                .collect();
-            bodies.sort_unstable();
-            bodies.dedup();
-            bodies
-        })
-        .collect()
-}
-
-/// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
-fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
-    let main = context.main;
-    let mut owner = vec![NO_BODY; main.start.len()];
-    // displacement from the midpoint of the trial to the end of the step
-    let mut moved: Vec<Vec3> = main.end.iter().map(|u| 0.5 * context.dt * u).collect();
-    for (k, cluster) in done.iter().enumerate() {
-        for (&body, d) in cluster.bodies.iter().zip(&cluster.displacement) {
-            owner[body as usize] = k as u32;
-            moved[body as usize] = d - 0.5 * context.dt * main.start[body as usize];
-        }
-    }
-    let outside = |contact: &ContactPoint| {
-        let [a, b] = movable(contact.rows.bodies, context.inverse_mass);
-        if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
-            return None;
-        }
-        let start = contact.gap - 0.5 * context.dt * contact.rows.velocity(&main.start).x;
-        let end = contact.gap + contact.rows.velocity(&moved).x;
-        let touch = touch_tolerance(contact, main, context.dt);
-        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        (rigid && end < start.min(0.0) - touch).then_some([a, b])
-    };
-    main.detection.contacts.iter().filter_map(outside).collect()
 }

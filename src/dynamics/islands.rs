@@ -125,17 +125,17 @@ mod tests {
         assert_eq!(islands.blocks(1), &[1, 2]);
     }
 
-    /// Who asks again, for the same, some or others, is told what a new one is.
+    /// Built again of the same blocks, of some or of others, it is the same as a new one.
     #[test]
     fn what_was_built_before_does_not_matter() {
         let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3], [0, 2]];
         let mut kept = Islands::default();
-        let told = |islands: &Islands| -> Vec<Vec<u32>> {
+        let lists = |islands: &Islands| -> Vec<Vec<u32>> {
             (0..islands.len())
                 .map(|k| islands.blocks(k).to_vec())
                 .collect()
         };
-        let asked: [&[u32]; 8] = [
+        let choices: [&[u32]; 8] = [
             &[],
             &[0, 1, 3],
             &[0, 1, 3],
@@ -145,7 +145,7 @@ mod tests {
             &[0],
             &[0, 1, 2, 3, 4],
         ];
-        for some in asked {
+        for some in choices {
             let mut fresh = Islands::default();
             for islands in [&mut kept, &mut fresh] {
                 match some {
@@ -153,7 +153,7 @@ mod tests {
                     _ => islands.build_of(4, some, &all),
                 }
             }
-            assert_eq!(told(&kept), told(&fresh), "{some:?}");
+            assert_eq!(lists(&kept), lists(&fresh), "{some:?}");
         }
         kept.build(5, [].into_iter());
         assert_eq!(kept.len(), 0);

@@ -1,10 +1,11 @@
 //! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
 
+use super::interval::{Interval, diagonal, movable};
 use super::joint_rules::joint_impact_rule;
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable};
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 
 /// Newton steps at most; from a gap of half an arm three or four reach round-off.
@@ -16,7 +17,7 @@ const CLOSED: f64 = 1e-12;
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
 
-/// Closes the gaps of the joints that a step left loose, at its end, by Newton's method: of least
+/// Closes the gaps of the joints that a step left open, at its end, by Newton's method: of least
 /// kinetic norm are the displacements `d` with
 ///
 /// ```text
@@ -30,32 +31,20 @@ const TURN: f64 = 0.5;
 /// Those of the model.
 pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     model: &mut M,
-    stage: &Stage,
+    interval: &Interval,
+    solution: &Solution,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
 ) -> Result<(), ModelError> {
-    let half = 0.5 * stage.length;
-    let rigid = |law: &NormalLaw| matches!(law, NormalLaw::Rigid { .. });
-    let contacts = stage.detection.contacts.iter();
-    let mut contacts: Vec<_> = contacts
-        .filter(|c| rigid(&c.law))
-        .map(|c| {
-            let own = Rows {
-                bodies: movable(c.rows.bodies, inverse_mass),
-                ..c.rows
-            };
-            (own, c.gap + half * c.rows.velocity(&stage.end).x)
-        })
-        .filter(|(rows, _)| rows.bodies != [NO_BODY; 2])
-        .collect();
+    let mut contacts = contacts_at_end(interval, solution, inverse_mass);
     let mut found = Vec::new();
     for _ in 0..STEPS {
         found.clear();
-        model.detect_joints(stage.length, &mut found)?;
-        let loose = |k: usize| stage.loose.binary_search(&k).is_ok();
+        model.detect_joints(interval.length, &mut found)?;
+        let open = |k: usize| solution.unclosed.binary_search(&k).is_ok();
         let joints = found.iter().enumerate();
         let worst = joints
-            .filter(|(k, _)| loose(*k))
+            .filter(|(k, _)| open(*k))
             .map(|(_, joint)| match joint.kind {
                 JointKind::Limit { gap } => (-gap).max(0.0),
                 _ => gap(joint).norm(),
@@ -86,9 +75,9 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             }
             rows.push(own);
             free.push(match joint.kind {
-                JointKind::Limit { gap } if loose(k) => Vec2::new(gap, 0.0),
+                JointKind::Limit { gap } if open(k) => Vec2::new(gap, 0.0),
                 JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
-                _ if loose(k) => gap(joint),
+                _ if open(k) => gap(joint),
                 _ => Vec2::zeros(),
             });
             laws.push(law);
@@ -111,6 +100,25 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
         }
     }
     Ok(())
+}
+
+/// Rows of rigid contacts, and their gaps \[m\] at the end of the interval.
+fn contacts_at_end(
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+) -> Vec<(Rows, f64)> {
+    let half = 0.5 * interval.length;
+    let contacts = interval.detection.contacts.iter();
+    let rigid = contacts.filter(|c| matches!(c.law, NormalLaw::Rigid { .. }));
+    let of = rigid.map(|c| {
+        let own = Rows {
+            bodies: movable(c.rows.bodies, inverse_mass),
+            ..c.rows
+        };
+        (own, c.gap + half * c.rows.velocity(&solution.end).x)
+    });
+    of.filter(|(rows, _)| rows.bodies != [NO_BODY; 2]).collect()
 }
 
 /// The gap of a pin or locked axis.

@@ -1,8 +1,7 @@
-//! What each row of a joint asks of the contact problem: free term and law.
+//! How each row of a joint enters the contact problem: free term and law.
 
 use super::model::{JointKind, JointRow, Spring};
-use super::rules::Rules;
-use super::stage::Span;
+use super::rules::{Rules, Span};
 use crate::contact::{Law, Vec2};
 
 /// What is known of a joint row when its rule is chosen.
@@ -77,12 +76,12 @@ pub(super) fn joint_rule(
 }
 
 /// The law of a row in an instant of impact; `None` for what has only finite forces, and for a
-/// limit that neither touches nor `carried` an impulse.
-pub(super) fn joint_impact_rule(joint: &JointRow, carried: bool) -> Option<(Vec2, Law)> {
+/// limit that neither touches nor had an impulse before.
+pub(super) fn joint_impact_rule(joint: &JointRow, pressed: bool) -> Option<(Vec2, Law)> {
     match joint.kind {
         JointKind::Pin { .. } => Some((Vec2::zeros(), Law::Pin)),
         JointKind::Lock { .. } => Some((Vec2::zeros(), BILATERAL)),
-        JointKind::Limit { gap } if gap <= 0.0 || carried => Some((Vec2::zeros(), UNILATERAL)),
+        JointKind::Limit { gap } if gap <= 0.0 || pressed => Some((Vec2::zeros(), UNILATERAL)),
         JointKind::Motor { speed, max_force } if max_force == f64::INFINITY => {
             Some((Vec2::new(-speed, 0.0), BILATERAL))
         }

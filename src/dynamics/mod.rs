@@ -17,50 +17,80 @@
 //! - the [`ImpactLaw`] says what they return, by default Newton's law that never adds energy;
 //! - pairs that start overlapped are moved apart by position alone
 //!   ([`StepperSettings::recovery`]).
+//!
+//! # From contacts to a step
+//! ```text
+//! Detection            what the model found at the midpoint: contacts, rows of joints
+//! Interval             posed: the blocks that take part, each with b, law and impulse to start from
+//! WorkingSet           which of them are near enough to matter
+//! Islands              groups of blocks that share bodies
+//! IslandProblem        one island, posed: its contact problem and what its blocks are made of
+//! Worker               solves it: Newton's method or another solver, bounds on energy, fallback
+//! IslandResult         what became of it
+//! Solution             of all islands: impulses, velocities at the end; the interval is as it was
+//! StepRecord           what everyone else reads
+//! ContactCache         handed on to the next step, by contact and joint
+//! IslandCache          the same by island: factors, fallback state
+//! ```
+//! `MoreauStepper` owns all of it. Nothing but the two caches and the time survives a step; all else
+//! is kept for its capacity only.
 
-mod cap;
 mod cluster;
+mod collect;
+mod contact_cache;
 #[cfg(feature = "parallel")]
 mod crew;
 #[cfg(not(feature = "parallel"))]
 #[path = "crew_absent.rs"]
 mod crew;
+mod energy_bound;
 mod events;
+mod fallback;
+#[cfg(test)]
+mod fallback_tests;
+mod interval;
 mod island;
+mod island_cache;
+mod island_problem;
 mod islands;
-mod jam;
 mod joint;
-mod joint_cap;
+mod joint_frames;
 mod joint_recovery;
 mod joint_rules;
+mod kinetic;
 mod local_bodies;
-mod memory;
 mod model;
 mod outcome;
-mod part;
 mod phases;
 mod pose;
 pub mod record;
+mod recording;
 mod recovery;
+mod redundancy;
+mod roles;
 mod rules;
 pub(crate) mod saved;
+mod settings;
+mod solution;
 mod solve;
-mod stage;
-mod standing;
+mod step;
 mod stepper;
+mod working_set;
 
-pub use crew::MOST_THREADS;
-pub use island::SolvedProblem;
+pub(crate) use contact_cache::CachedContact;
 pub(crate) use islands::Islands;
-pub use joint::{Bend, Coordinate, JointFrames, RowName};
-pub(crate) use memory::Memory;
+pub use joint::RowName;
+pub use joint_frames::{Bend, Coordinate, JointFrames};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
     JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
 };
+pub use outcome::SolvedProblem;
 pub use phases::{Clock, Phases};
 pub use pose::Pose64;
+pub use roles::{BodyRoles, Sweep};
 pub use rules::{ImpactLaw, Scheme};
-pub use standing::{Standing, Sweep};
+
+pub use settings::{MOST_THREADS, StepError, StepperSettings};
+pub use stepper::MoreauStepper;
 pub(crate) use stepper::StepperState;
-pub use stepper::{MoreauStepper, StepError, StepperSettings};

@@ -1,4 +1,5 @@
-use super::joint::Bend;
+use super::joint_frames::Bend;
+use super::roles::BodyRoles;
 use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
@@ -182,7 +183,7 @@ pub trait MultibodyModel {
     fn inverse_mass(&self) -> &[Vec3];
 
     /// What sets bodies apart beyond their masses; `None` where nothing does.
-    fn standing(&self) -> Option<&super::Standing> {
+    fn roles(&self) -> Option<&BodyRoles> {
         None
     }
 

@@ -1,15 +1,16 @@
 //! Pairs that start overlapped are moved apart, without a launch.
 
+use super::contact_cache::Overlaps;
+use super::fallback::{LARGE, soften};
+use super::interval::{Interval, diagonal, movable};
 use super::islands::Islands;
-use super::jam::{LARGE, soften};
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Stage, diagonal, movable};
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Share of an overlap that is undone in a step.
@@ -28,7 +29,46 @@ const STRIDE: f64 = 0.1;
 const ASKED_SOFTNESS: f64 = 1.0;
 const OTHER_SOFTNESS: f64 = 1e-4;
 
-/// Position correction for pairs that were overlapped when they were first seen.
+/// Pairs of surfaces that a step has to move apart: those that overlapped when they were first seen.
+/// Pairs that touch later are never corrected: noise of their gaps would make them creep.
+pub(super) fn find_overlaps(
+    last: &Overlaps,
+    interval: &Interval,
+    inverse_mass: &[Vec3],
+) -> Overlaps {
+    let rigid = |c: &&ContactPoint| {
+        matches!(c.law, NormalLaw::Rigid { .. })
+            && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
+    };
+    let seen = interval.pairs.clone();
+    let mut open = last.open.clone();
+    // mostly no pair comes or goes
+    if seen != last.seen {
+        let sorted = |all: &[u64]| {
+            let mut all = all.to_vec();
+            all.sort_unstable();
+            all
+        };
+        let (before, now) = (sorted(&last.seen), sorted(&seen));
+        for contact in interval.detection.contacts.iter().filter(rigid) {
+            let pair = contact.key.pair;
+            if before.binary_search(&pair).is_ok() {
+                continue;
+            }
+            let opening = contact.rows.velocity(&interval.start).x;
+            let at_start = contact.gap - 0.5 * interval.length * opening;
+            if at_start < -slop(contact, interval) {
+                open.insert(pair);
+            }
+        }
+        // a pair that is gone is forgotten
+        open.retain(|pair| now.binary_search(pair).is_ok());
+    }
+    Overlaps { seen, open }
+}
+
+/// Displacements that move overlapped pairs apart, after the step that `interval` was. Pairs that are
+/// apart then leave `open`.
 ///
 /// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
 /// it is above a slop, displacements `d` of least kinetic norm are found with
@@ -38,147 +78,92 @@ const OTHER_SOFTNESS: f64 = 1e-4;
 /// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
 /// ```
 ///
-/// a frictionless contact problem of its own. Bodies that are wedged in escape along their surfaces
-/// only, and (1) then asks for many times the overlap: of an island all displacements are cut alike
-/// until no body goes farther than a tenth of its size, which keeps the two lower lines. Where (1) has no solution, as of a body wedged in
-/// between walls, its rows get `R P_N` on the left, much where a displacement is asked for and
-/// hardly any elsewhere, and the body is moved to where it overlaps them least. Velocities
-/// and kinetic energy stay as they are. Pairs that touch later are never corrected: noise of their
-/// gaps would make them creep.
-#[derive(Clone, Default, Serialize, Deserialize)]
-pub(super) struct OverlapRecovery {
-    /// Pairs of surfaces seen in the last step, in its order, and those that overlapped at first.
-    seen: Vec<u64>,
-    overlapped: BTreeSet<u64>,
-    /// Whether (1) had no solution for a large island last time: it is not tried again, which takes
-    /// seconds, while anything is overlapped.
-    #[serde(default)]
-    wedged: bool,
-}
-
-impl OverlapRecovery {
-    /// What is known with the contacts of a step, before it is solved.
-    pub fn look(&self, stage: &mut Stage, inverse_mass: &[Vec3]) -> OverlapRecovery {
-        let rigid = |c: &&ContactPoint| {
-            matches!(c.law, NormalLaw::Rigid { .. })
-                && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
+/// This is a contact problem without friction. Velocities and kinetic energy stay as they are.
+///
+/// Bodies that are wedged in escape along their surfaces only. (1) then asks for many times the
+/// overlap. All displacements of an island are therefore scaled down alike, until no body goes
+/// farther than a tenth of its size.
+///
+/// Where (1) has no solution, as of a body wedged in between walls, its rows get `R P_N` on the left:
+/// much where a displacement is asked for, hardly any elsewhere. The body then goes to where it
+/// overlaps the walls least.
+pub(super) fn part_overlaps(
+    open: &mut BTreeSet<u64>,
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+    dt: f64,
+    solver: &mut IslandSolver,
+) -> Vec<(u32, Vec3)> {
+    let mut wedged = solver.cache.wedged && !open.is_empty();
+    solver.cache.wedged = wedged;
+    if open.is_empty() {
+        return Vec::new();
+    }
+    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    let mut excess = BTreeSet::new();
+    for contact in &interval.detection.contacts {
+        let movable = movable(contact.rows.bodies, inverse_mass);
+        let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
+        if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
+            continue;
+        }
+        let left = contact.gap + dt * contact.rows.velocity(&solution.end).x;
+        let slop = slop(contact, interval);
+        let x = -left - slop;
+        // a share at a time never gets there: a tenth of the slop is near enough
+        let moves = x > 0.1 * slop && open.contains(&contact.key.pair);
+        if moves {
+            excess.insert(contact.key.pair);
+        }
+        rows.push(Rows {
+            bodies,
+            ..contact.rows
+        });
+        free.push(Vec2::new(
+            if moves { -SHARE * x } else { left.max(0.0) },
+            0.0,
+        ));
+        laws.push(Law::Contact {
+            friction: 0.0,
+            compliance: 0.0,
+        });
+    }
+    *open = excess;
+    if open.is_empty() {
+        return Vec::new();
+    }
+    for joint in &interval.detection.joints {
+        let own = Rows {
+            bodies: movable(joint.rows.bodies, inverse_mass),
+            ..joint.rows
         };
-        let pairs = stage.pairs.clone();
-        let mut overlapped = self.overlapped.clone();
-        // mostly nobody comes or goes
-        if pairs != self.seen {
-            let sorted = |all: &[u64]| {
-                let mut all = all.to_vec();
-                all.sort_unstable();
-                all
-            };
-            let (seen, now) = (sorted(&self.seen), sorted(&pairs));
-            for contact in stage.detection.contacts.iter().filter(rigid) {
-                let pair = contact.key.pair;
-                if seen.binary_search(&pair).is_ok() {
-                    continue;
-                }
-                let opening = contact.rows.velocity(&stage.start).x;
-                let at_start = contact.gap - 0.5 * stage.length * opening;
-                if at_start < -slop(contact, stage) {
-                    overlapped.insert(pair);
-                }
-            }
-            // who is gone is forgotten
-            overlapped.retain(|pair| now.binary_search(pair).is_ok());
-        }
-        stage.excused.clone_from(&overlapped);
-        OverlapRecovery {
-            seen: pairs,
-            wedged: self.wedged && !overlapped.is_empty(),
-            overlapped,
+        // a limit stays as far from its end as it is
+        let gap = match joint.kind {
+            JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
+            _ => 0.0,
+        };
+        if let Some((_, law)) = joint_impact_rule(joint, true)
+            && own.bodies != [NO_BODY; 2]
+            && diagonal(joint, inverse_mass) > 0.0
+        {
+            rows.push(own);
+            free.push(Vec2::new(gap, 0.0));
+            laws.push(law);
         }
     }
-
-    /// Pairs that come back as they went: seen before.
-    pub fn take_back(&mut self, pairs: impl Iterator<Item = u64>) {
-        self.seen.extend(pairs);
-    }
-
-    /// Pairs that are still overlapped.
-    pub fn pairs(&self) -> usize {
-        self.overlapped.len()
-    }
-
-    /// Displacements of bodies after the step that `stage` was.
-    pub fn moves(
-        &mut self,
-        stage: &Stage,
-        inverse_mass: &[Vec3],
-        dt: f64,
-        solver: &mut IslandSolver,
-    ) -> Vec<(u32, Vec3)> {
-        if self.overlapped.is_empty() {
-            return Vec::new();
-        }
-        let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
-        let mut excess = BTreeSet::new();
-        for contact in &stage.detection.contacts {
-            let movable = movable(contact.rows.bodies, inverse_mass);
-            let bodies = (stage.standing).receiving(contact.rows.bodies, movable);
-            if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
-                continue;
-            }
-            let left = contact.gap + dt * contact.rows.velocity(&stage.end).x;
-            let slop = slop(contact, stage);
-            let x = -left - slop;
-            // a share at a time never gets there: a tenth of the slop is near enough
-            let moves = x > 0.1 * slop && self.overlapped.contains(&contact.key.pair);
-            if moves {
-                excess.insert(contact.key.pair);
-            }
-            rows.push(Rows {
-                bodies,
-                ..contact.rows
-            });
-            free.push(Vec2::new(
-                if moves { -SHARE * x } else { left.max(0.0) },
-                0.0,
-            ));
-            laws.push(Law::Contact {
-                friction: 0.0,
-                compliance: 0.0,
-            });
-        }
-        self.overlapped = excess;
-        if self.overlapped.is_empty() {
-            return Vec::new();
-        }
-        for joint in &stage.detection.joints {
-            let own = Rows {
-                bodies: movable(joint.rows.bodies, inverse_mass),
-                ..joint.rows
-            };
-            // a limit stays as far from its end as it is
-            let gap = match joint.kind {
-                JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&stage.end).x).max(0.0),
-                _ => 0.0,
-            };
-            if let Some((_, law)) = joint_impact_rule(joint, true)
-                && own.bodies != [NO_BODY; 2]
-                && diagonal(joint, inverse_mass) > 0.0
-            {
-                rows.push(own);
-                free.push(Vec2::new(gap, 0.0));
-                laws.push(law);
-            }
-        }
-        let tolerance = solver.tolerance.max(ENOUGH);
-        displacements(
-            &rows,
-            &free,
-            &laws,
-            inverse_mass,
-            solver,
-            tolerance,
-            (STRIDE, &mut self.wedged),
-        )
-    }
+    let tolerance = solver.tolerance.max(ENOUGH);
+    let moves = displacements(
+        &rows,
+        &free,
+        &laws,
+        inverse_mass,
+        solver,
+        tolerance,
+        (STRIDE, &mut wedged),
+    );
+    solver.cache.wedged = wedged;
+    moves
 }
 
 /// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`;
@@ -198,11 +183,11 @@ pub(super) fn displacements(
     let mut local = LocalBodies::default();
     for k in 0..islands.len() {
         let members = islands.blocks(k);
-        let asks = |i: &u32| match laws[*i as usize] {
+        let moves = |i: &u32| match laws[*i as usize] {
             Law::Contact { .. } => free[*i as usize].x < 0.0,
             _ => free[*i as usize] != Vec2::zeros(),
         };
-        if !members.iter().any(asks) {
+        if !members.iter().any(moves) {
             continue;
         }
         let of = |i: &u32| *i as usize;
@@ -217,18 +202,19 @@ pub(super) fn displacements(
         let own = solver.own.solver.as_mut();
         let large = members.len() > LARGE;
         let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
-        let asked: Vec<bool> = (problem.free.iter().zip(&problem.laws))
+        let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))
             .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
             .collect();
         // walls that contradict each other leave no solution
-        if !solved && asked.contains(&true) {
+        if !solved && pushed.contains(&true) {
             *wedged |= large;
-            let rigid = problem.laws.clone();
-            soften(&mut problem, ASKED_SOFTNESS);
-            for (i, law) in rigid.into_iter().enumerate().filter(|(i, _)| !asked[*i]) {
-                problem.laws[i] = law;
-            }
-            soften(&mut problem, OTHER_SOFTNESS);
+            soften(&mut problem, |i| {
+                if pushed[i] {
+                    ASKED_SOFTNESS
+                } else {
+                    OTHER_SOFTNESS
+                }
+            });
             push.fill(Vec2::zeros());
             solved = own.solve(&problem, &mut push, tolerance).solved();
         }
@@ -272,15 +258,15 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
 
 /// Overlap \[m\] that is left alone: noise, or a hundredth of what the reference acceleration
 /// makes in a step.
-fn slop(contact: &ContactPoint, stage: &Stage) -> f64 {
-    let acceleration = reference_acceleration(contact, &stage.start, &stage.accelerations);
-    let fall = rest_velocity(acceleration, stage.length) * stage.length;
+fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
+    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
+    let fall = rest_velocity(acceleration, interval.length) * interval.length;
     (2.0 * contact.gap_noise).max(0.01 * fall)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::jam::tests::{Jams, row};
+    use super::super::fallback_tests::{FailsLarge, row};
     use super::*;
     use std::sync::atomic::Ordering;
 
@@ -288,29 +274,60 @@ mod tests {
     /// step. It is not tried again until nothing is overlapped any more.
     #[test]
     fn large_islands_without_a_solution_are_tried_once() {
-        let jams = Jams::default();
-        let tried = jams.tried.clone();
-        let mut solver = IslandSolver::new(Box::new(jams), 1e-8);
+        let fails = FailsLarge::default();
+        let tried = fails.tried.clone();
+        let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
         for (balls, times) in [(600, [1, 1, 1, 2]), (300, [0; 4])] {
             tried.store(0, Ordering::Relaxed);
             let masses = vec![Vec3::new(1.0, 1.0, 0.0); balls as usize];
-            let mut stage = row(0, balls, -0.1);
+            let mut interval = row(0, balls, -0.1);
+            let still = Solution {
+                end: interval.start.clone(),
+                ..Solution::default()
+            };
             // the left wall overlaps by more: what gives way moves to the right
-            stage.detection.contacts[0].gap = -0.2;
-            let mut recovery = OverlapRecovery::default();
+            interval.detection.contacts[0].gap = -0.2;
+            let mut overlaps = Overlaps::default();
+            let look = |last: &mut Overlaps, interval: &Interval| {
+                *last = find_overlaps(last, interval, &masses);
+            };
+            solver.cache.wedged = false;
             let mut counts = Vec::new();
             let mut moves = Vec::new();
             for _ in 0..3 {
-                recovery = recovery.look(&mut stage, &masses);
-                assert_eq!(recovery.pairs(), stage.blocks.len());
-                moves.push(recovery.moves(&stage, &masses, 0.01, &mut solver));
+                look(&mut overlaps, &interval);
+                let open = &mut overlaps.open;
+                assert_eq!(open.len(), interval.blocks.len());
+                moves.push(part_overlaps(
+                    open,
+                    &interval,
+                    &still,
+                    &masses,
+                    0.01,
+                    &mut solver,
+                ));
                 counts.push(tried.load(Ordering::Relaxed));
             }
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
-            recovery = recovery.look(&mut Stage::default(), &masses);
-            recovery = recovery.look(&mut stage, &masses);
-            recovery.moves(&stage, &masses, 0.01, &mut solver);
+            look(&mut overlaps, &Interval::default());
+            part_overlaps(
+                &mut overlaps.open,
+                &interval,
+                &still,
+                &masses,
+                0.01,
+                &mut solver,
+            );
+            look(&mut overlaps, &interval);
+            part_overlaps(
+                &mut overlaps.open,
+                &interval,
+                &still,
+                &masses,
+                0.01,
+                &mut solver,
+            );
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }

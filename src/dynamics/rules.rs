@@ -1,7 +1,6 @@
-//! What each contact asks of the contact problem: activation, free term, law.
+//! How each contact enters the contact problem: activation, free term, law.
 
 use super::model::{ContactPoint, NormalLaw};
-use super::stage::Span;
 use crate::contact::{Law, Vec2, Vec3};
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
@@ -87,6 +86,28 @@ impl Rules {
     }
 }
 
+/// Lengths of time that rules need \[s\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    /// Of the whole step: what thresholds are made of.
+    pub step: f64,
+    /// Of this interval; 0 for an instant.
+    pub length: f64,
+    /// From this midpoint to the next one: over it gaps are closed.
+    pub horizon: f64,
+}
+
+impl Span {
+    /// A step that is not divided.
+    pub fn whole(dt: f64) -> Span {
+        Span {
+            step: dt,
+            length: dt,
+            horizon: dt,
+        }
+    }
+}
+
 /// What is known of a contact when its rule is chosen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Situation {
@@ -97,10 +118,11 @@ pub(super) struct Situation {
     /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
-    /// Whether it carried an impulse last step, and, if it stuck, its tangential velocity then.
-    pub carried: bool,
+    /// Whether it had a normal impulse in the last step, and its tangential velocity there if it
+    /// stuck.
+    pub pressed: bool,
     pub stuck: Option<f64>,
-    /// Whether what it carried was a rebound.
+    /// Whether that impulse was a rebound.
     pub rebounded: bool,
     /// Whether it waits if it comes in fast.
     pub located: bool,
@@ -144,7 +166,7 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
         NormalLaw::ViscoElastic { stiffness, damping } => {
             visco_elastic(contact, stiffness, damping, now)
         }
-        // only the friction row is left, bounded by what is given
+        // only the friction row is left, bounded by the given load
         NormalLaw::Load { force } => {
             let bound = contact.friction * force * now.span.length;
             Choice::In(Rule {
@@ -202,16 +224,16 @@ fn rigid(contact: &ContactPoint) -> Law {
 
 /// Rules 3 to 5 of the staggered scheme.
 ///
-/// With `v_r = a_ref Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it carried an impulse
+/// With `v_r = a_ref Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it had an impulse
 /// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. The normal law is
 /// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
 ///
 /// ```text
-/// smooth, opening   b = e γ_A   for e > 0, if g < 0, or g = 0 and it carried nothing: what opens
+/// smooth, opening   b = e γ_A   for e > 0, if g < 0, or g = 0 and it had no impulse: what opens
 ///                   shares in the impacts of others
 /// smooth, g ≥ 0     b = g/Δt                        a linearised SHAKE
 /// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in, if it
-///                   carried an impulse before; a first landing takes b = 0
+///                   had an impulse before; a first landing takes b = 0
 /// rebounding        b = e γ_A, now iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
@@ -225,7 +247,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let g_r = v_r * now.span.step;
     // what has just rebounded and is hit again rebounds again
     let again = now.rebounded && e * closing > v_r;
-    let persists = now.carried && g < g_r && !again;
+    let persists = now.pressed && g < g_r && !again;
     let slow = rest_velocity(now.applied, now.span.step);
     let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
     if now.located && fast && !persists {
@@ -238,7 +260,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
             return Choice::Out;
         }
         free = rebound(rules, e, now.gamma_a);
-    } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.carried) {
+    } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.pressed) {
         // under the uniform law in both rows; what only rides keeps b = g/Δt, or order 2 is lost
         free = rebound(rules, e, now.gamma_a);
     } else if g >= 0.0 {
@@ -246,7 +268,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
             return Choice::Out;
         }
         free.x = g / dt;
-    } else if now.carried {
+    } else if now.pressed {
         free.x = -(-g / dt).min(closing.max(0.0));
     }
     // what is else deep at the midpoint came there in this very step: a landing, no rebound

@@ -1,51 +1,41 @@
-//! The contact problems of a stage, one an island.
+//! Solves an interval: its islands one by one, or shared out among threads.
 
 use super::crew::Crew;
-use super::island::{IslandOutcome, Solved, SolvedProblem, Task, Worker};
-use super::islands::Islands;
-use super::jam::{Jam, Jams, LARGE};
-use super::model::ContactKey;
-use super::part::{Begin, Part};
+use super::fallback::{Fallback, LARGE};
+use super::interval::Interval;
+use super::island::{Task, Worker};
+use super::island_cache::IslandCache;
+use super::outcome::IslandResult;
 use super::phases::PhaseClock;
 use super::rules::Rules;
-use super::stage::Stage;
+use super::solution::Solution;
+use super::working_set::WorkingSet;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::solver::{Carried, CarriedState, ImpulseSolver, SolveReport};
-use rustc_hash::FxHashMap;
+use crate::solver::{Carried, ImpulseSolver, SolveReport};
 
 /// An island to be solved.
 struct Job {
     island: usize,
     /// Work spent on parts of it.
     spent: Vec<SolveReport>,
-    carried: Option<Carried>,
-    jam: Jam,
+    factors: Option<Carried>,
+    fallback: Fallback,
 }
 
-/// Splits stages into islands and solves them.
+/// Splits intervals into islands and solves them.
 pub(super) struct IslandSolver {
     pub own: Worker,
     /// Other threads, where there are any.
     pub crew: Option<Crew>,
     pub tolerance: f64,
-    pub islands: Islands,
-    /// Of the last stage, one an island.
-    pub outcomes: Vec<IslandOutcome>,
-    /// Copies of all problems of a step, where they are asked for.
-    pub kept: Option<Vec<SolvedProblem>>,
-    /// What islands of the last step carry, by the key of their first block, and those of this one.
-    carried: FxHashMap<ContactKey, Carried>,
-    carried_next: FxHashMap<ContactKey, Carried>,
-    /// How they jam, by the keys of all their blocks.
-    jams: FxHashMap<ContactKey, Jam>,
-    jams_next: FxHashMap<ContactKey, Jam>,
-    /// Of what is solved within this step, interval by interval, after the whole of it.
-    jams_within: FxHashMap<ContactKey, Jam>,
+    /// Whether solutions keep copies of their problems.
+    pub keep: bool,
+    pub cache: IslandCache,
     pub clock: PhaseClock,
 }
 
-/// Blocks from which on an island carries factors from step to step: fewer are factorised at once.
-const CARRIES: usize = 16;
+/// Blocks from which on an island keeps factors from step to step: fewer are factorised at once.
+const KEEPS_FACTORS: usize = 16;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
@@ -53,282 +43,214 @@ impl IslandSolver {
             own: Worker::new(solver),
             crew: None,
             tolerance,
-            islands: Islands::default(),
-            outcomes: Vec::new(),
-            kept: None,
-            carried: FxHashMap::default(),
-            carried_next: FxHashMap::default(),
-            jams: FxHashMap::default(),
-            jams_next: FxHashMap::default(),
-            jams_within: FxHashMap::default(),
+            keep: false,
+            cache: IslandCache::default(),
             clock: PhaseClock::default(),
         }
     }
 
-    /// Carries nothing any more.
-    pub fn forget_carried(&mut self) {
-        self.forget_failed();
-        self.jams.clear();
-    }
-
-    /// After a step that failed: nothing is carried, but islands jam as they did before it.
-    pub fn forget_failed(&mut self) {
-        self.carried.clear();
-        self.carried_next.clear();
-        self.jams_next.clear();
-    }
-
-    /// Begins a step.
-    pub fn begin(&mut self) {
-        if let Some(kept) = &mut self.kept {
-            kept.clear();
+    /// Finds the impulses of all blocks of `interval`.
+    pub fn solve(
+        &mut self,
+        interval: &Interval,
+        solution: &mut Solution,
+        inverse_mass: &[Vec3],
+        rules: &Rules,
+    ) {
+        solution.begin(interval);
+        let sides = interval.sides.iter().copied();
+        (solution.islands).build(inverse_mass.len(), sides);
+        if interval.roles.dominance.is_empty() {
+            let mut set = WorkingSet::near(interval, &solution.islands);
+            while !self.solve_set(&mut set, interval, solution, inverse_mass, rules) {}
+            solution.finish(set.into_results());
+        } else {
+            let results = self.solve_levels(interval, solution, inverse_mass, rules);
+            solution.finish(results.into_iter().flatten());
         }
-        self.jams_within.clear();
     }
 
-    /// Ends a step: what its islands carry is for the next one.
-    pub fn carry_on(&mut self) {
-        self.carried = std::mem::take(&mut self.carried_next);
-        self.jams = std::mem::take(&mut self.jams_next);
-    }
-
-    /// What islands carry, in the order of their keys.
-    pub fn carried_state(&self) -> Vec<(ContactKey, CarriedState)> {
-        let all = self.carried.iter();
-        let states = all.filter_map(|(key, carried)| Some((*key, carried.state()?)));
-        let mut states: Vec<_> = states.collect();
-        states.sort_by_key(|(key, _)| (key.pair, key.feature));
-        states
-    }
-
-    /// Goes on with what [`IslandSolver::carried_state`] gave.
-    pub fn restore_carried(&mut self, states: &[(ContactKey, CarriedState)]) {
-        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
-        self.carried = states.iter().map(restored).collect();
-    }
-
-    /// How islands jam, in the order of their keys.
-    pub fn jams(&self) -> Jams {
-        let mut jams: Jams = self.jams.iter().map(|(key, jam)| (*key, *jam)).collect();
-        jams.sort_by_key(|(key, _)| (key.pair, key.feature));
-        jams
-    }
-
-    /// Goes on with what [`IslandSolver::jams`] gave.
-    pub fn restore_jams(&mut self, jams: &Jams) {
-        self.jams = jams.iter().copied().collect();
-    }
-
-    /// Number of problems kept so far.
-    pub fn kept_count(&self) -> usize {
-        self.kept.as_ref().map_or(0, Vec::len)
-    }
-
-    /// Takes out the problems kept since there were `count`.
-    pub fn take_kept(&mut self, count: usize) -> Vec<SolvedProblem> {
-        let kept = self.kept.as_mut();
-        kept.map_or(Vec::new(), |all| all.split_off(count.min(all.len())))
-    }
-
-    /// Finds the impulses of all blocks of `stage`.
-    pub fn solve(&mut self, stage: &mut Stage, inverse_mass: &[Vec3], rules: &Rules) {
-        (self.islands).build(inverse_mass.len(), stage.sides.iter().copied());
-        self.outcomes.clear();
-        if !self.jams.is_empty() {
-            stage.before.clone_from(&stage.impulses);
-        }
-        if stage.standing.dominance.is_empty() {
-            let mut part = Part::near(stage, &self.islands);
-            while !self.solve_part(&mut part, stage, inverse_mass, rules) {}
-            for (outcome, kept) in part.into_solved() {
-                self.outcomes.push(outcome);
-                if let Some(all) = &mut self.kept {
-                    all.extend(kept);
-                }
-            }
-            stage.loose.sort_unstable();
-            return;
-        }
+    /// Solves the islands of higher dominance before those that they press on.
+    fn solve_levels(
+        &mut self,
+        interval: &Interval,
+        solution: &mut Solution,
+        inverse_mass: &[Vec3],
+        rules: &Rules,
+    ) -> Vec<Option<IslandResult>> {
+        let islands = std::mem::take(&mut solution.islands);
         // bodies that press on each other both ways are of one dominance
         let level = |k: usize| {
-            let sides = stage.sides[self.islands.blocks(k)[0] as usize];
+            let sides = interval.sides[islands.blocks(k)[0] as usize];
             let own = sides.iter().find(|b| **b != NO_BODY);
-            own.map_or(0, |b| stage.standing.dominance[*b as usize])
+            own.map_or(0, |b| interval.roles.dominance[*b as usize])
         };
-        let mut order: Vec<(i16, usize)> = (0..self.islands.len()).map(|k| (level(k), k)).collect();
+        let mut order: Vec<(i16, usize)> = (0..islands.len()).map(|k| (level(k), k)).collect();
         order.sort_by_key(|&(level, k)| (std::cmp::Reverse(level), k));
-        let task = self.task(inverse_mass, rules);
-        let mut outcomes = vec![None; order.len()];
-        let mut above = None;
+        let mut results: Vec<Option<IslandResult>> = order.iter().map(|_| None).collect();
+        let mut last = None;
         for (level, k) in order {
-            if above != Some(level) {
-                stage.end_velocities(inverse_mass);
-                above = Some(level);
+            if last != Some(level) {
+                solution.end_velocities(interval, inverse_mass);
+                last = Some(level);
             }
-            stage.look_up(self.islands.blocks(k));
-            let job = self.job(k, Vec::new(), stage);
-            let (outcome, kept) = self.solve_here(job, stage, task);
-            outcomes[k] = Some(outcome);
-            if let Some(all) = &mut self.kept {
-                all.extend(kept);
-            }
+            let members = islands.blocks(k);
+            solution.add_higher(interval, members);
+            let job = self.job(k, members, Vec::new(), interval);
+            let task = self.task(interval, solution, inverse_mass, rules);
+            let result = self.solve_here(job, members, task);
+            solution.take(interval, members, self.own.impulses(), &result);
+            results[k] = Some(result);
         }
-        self.outcomes.extend(outcomes.into_iter().flatten());
-        stage.loose.sort_unstable();
+        solution.islands = islands;
+        results
     }
 
-    fn task<'a>(&self, inverse_mass: &'a [Vec3], rules: &'a Rules) -> Task<'a> {
+    fn task<'a>(
+        &self,
+        interval: &'a Interval,
+        solution: &'a Solution,
+        inverse_mass: &'a [Vec3],
+        rules: &'a Rules,
+    ) -> Task<'a> {
         Task {
+            interval,
+            solution,
             inverse_mass,
             rules,
             tolerance: self.tolerance,
-            keep: self.kept.is_some(),
+            keep: self.keep,
         }
     }
 
-    /// How the island jammed in the last step that the first of these blocks to be known was in. What
-    /// gives way in a step does so in all intervals of it.
-    fn jam(&self, members: &[u32], stage: &Stage) -> Jam {
-        let known = |jams: &FxHashMap<ContactKey, Jam>| {
-            let mut members = members.iter().filter(|_| !jams.is_empty());
-            members.find_map(|&i| jams.get(&stage.key(i as usize)).copied())
-        };
-        let of_step = if stage.whole {
-            known(&self.jams)
+    /// An island with what the cache has of it.
+    fn job(
+        &mut self,
+        island: usize,
+        members: &[u32],
+        spent: Vec<SolveReport>,
+        interval: &Interval,
+    ) -> Job {
+        let mut keys = members.iter().map(|&i| interval.key(i as usize));
+        let fallback = if members.len() > LARGE {
+            self.cache.fallback(keys.clone(), interval.whole)
         } else {
-            let within = known(&self.jams_within).or_else(|| known(&self.jams_next));
-            within.map(Jam::within)
+            Fallback::default()
         };
-        of_step.unwrap_or_default()
-    }
-
-    /// Takes out what an island of a step carried from the last one.
-    fn job(&mut self, island: usize, spent: Vec<SolveReport>, stage: &Stage) -> Job {
-        let members = self.islands.blocks(island);
-        let carries = members.len() >= CARRIES && stage.whole;
-        let key = stage.key(members[0] as usize);
-        let jam = if members.len() > LARGE {
-            self.jam(members, stage)
-        } else {
-            Jam::default()
-        };
-        let carried = carries.then(|| {
-            let earlier = self.carried_next.remove(&key);
-            let earlier = earlier.or_else(|| self.carried.remove(&key));
-            earlier.unwrap_or_default()
-        });
+        let keeps = members.len() >= KEEPS_FACTORS && interval.whole;
+        let first = keys.next().filter(|_| keeps);
         Job {
             island,
             spent,
-            carried,
-            jam,
+            factors: first.map(|first| self.cache.take_factors(&first)),
+            fallback,
         }
     }
 
-    /// Notes what became of an island.
-    fn settle(
+    /// Keeps what an island hands on to the next step.
+    fn keep(
         &mut self,
-        job: Job,
-        solved: Solved,
-        impulses: &[Vec2],
-        stage: &mut Stage,
-    ) -> (IslandOutcome, Option<SolvedProblem>) {
-        let members = self.islands.blocks(job.island);
-        let key = stage.key(members[0] as usize);
-        // what an earlier round of the step noted is of no account
-        if stage.whole && !self.jams_next.is_empty() {
-            for &i in members {
-                self.jams_next.remove(&stage.key(i as usize));
-            }
+        members: &[u32],
+        factors: Option<Carried>,
+        fallback: Fallback,
+        interval: &Interval,
+    ) {
+        let mut keys = members.iter().map(|&i| interval.key(i as usize));
+        (self.cache).keep_fallback(keys.clone(), interval.whole, fallback);
+        if let (Some(factors), Some(first)) = (factors, keys.next()) {
+            self.cache.keep_factors(first, factors);
         }
-        if job.jam.jammed() {
-            let jams = if stage.whole {
-                &mut self.jams_next
-            } else {
-                &mut self.jams_within
-            };
-            let keys = members.iter().map(|&i| stage.key(i as usize));
-            jams.extend(keys.map(|key| (key, job.jam)));
-        }
-        if let Some(carried) = job.carried.filter(|c| !c.is_empty()) {
-            self.carried_next.insert(key, carried);
-        }
-        let (mut outcome, kept) = solved.settle(members, impulses, stage);
-        for earlier in job.spent {
-            outcome.report = outcome.report.after(&earlier);
-        }
-        (outcome, kept)
     }
 
     /// Solves an island on the caller's thread.
-    fn solve_here(
-        &mut self,
-        mut job: Job,
-        stage: &mut Stage,
-        task: Task,
-    ) -> (IslandOutcome, Option<SolvedProblem>) {
-        let members = self.islands.blocks(job.island);
-        let kept = (job.carried.as_mut(), &mut job.jam);
-        let solved = (self.own).solve_island(members, kept, stage, task, &mut self.clock);
-        let impulses = std::mem::take(self.own.impulses());
-        let settled = self.settle(job, solved, &impulses, stage);
-        *self.own.impulses() = impulses;
+    fn solve_here(&mut self, mut job: Job, members: &[u32], task: Task) -> IslandResult {
+        let memory = (job.factors.as_mut(), job.fallback);
+        let solved = (self.own).solve_island(members, memory, task, &mut self.clock);
+        let (mut result, fallback) = solved;
+        self.keep(members, job.factors, fallback, task.interval);
+        add_work(&mut result, &job.spent);
         self.clock.lap(|t| &mut t.solve);
-        settled
+        result
     }
 
-    /// Solves those islands of a part that are not solved yet. `false` if contacts that were left
-    /// out would be closed: the part holds them now, and their islands wait.
-    fn solve_part(
+    /// Solves those islands of the working set that are not solved yet. `false` if contacts that were
+    /// left out would be closed: the set holds them now, and their islands wait.
+    fn solve_set(
         &mut self,
-        part: &mut Part,
-        stage: &mut Stage,
+        set: &mut WorkingSet,
+        interval: &Interval,
+        solution: &mut Solution,
         inverse_mass: &[Vec3],
         rules: &Rules,
     ) -> bool {
-        let taken: Vec<u32> = (0..stage.blocks.len() as u32)
-            .filter(|&i| part.taken[i as usize])
-            .collect();
-        if taken.len() < stage.blocks.len() || part.round > 0 {
-            (self.islands).build_of(inverse_mass.len(), &taken, &stage.sides);
-        }
+        let mut islands = std::mem::take(&mut solution.islands);
+        let all = set.group(interval, &mut islands, inverse_mass.len());
         // all are taken up before any is solved: none depends on the others then
-        let mut jobs = Vec::with_capacity(self.islands.len());
-        for k in 0..self.islands.len() {
-            if let Begin::Anew(spent) = part.begin(self.islands.blocks(k), stage) {
-                jobs.push(self.job(k, spent, stage));
+        let mut jobs = Vec::with_capacity(islands.len());
+        for k in 0..islands.len() {
+            let members = islands.blocks(k);
+            if let Some(spent) = set.begin(members) {
+                jobs.push(self.job(k, members, spent, interval));
             }
         }
-        let task = self.task(inverse_mass, rules);
-        let sizes = jobs.iter().map(|job| self.islands.blocks(job.island).len());
-        if let Some(crew) = &mut self.crew
-            && crew.shares(sizes)
-        {
-            let (still, islands): (&Stage, _) = (stage, &self.islands);
-            let one = |worker: &mut Worker, clock: &mut PhaseClock, mut job: Job| {
-                let members = islands.blocks(job.island);
-                let kept = (job.carried.as_mut(), &mut job.jam);
-                let solved = worker.solve_island(members, kept, still, task, clock);
-                (job, solved, worker.impulses().clone())
-            };
-            self.clock.lap(|t| &mut t.assembly);
-            for (job, solved, impulses) in crew.solve(&mut self.own, &mut self.clock, jobs, one) {
-                let first = self.islands.blocks(job.island)[0];
-                let (outcome, kept) = self.settle(job, solved, &impulses, stage);
-                part.keep(first, outcome, kept);
+        let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
+        if self.crew.as_mut().is_some_and(|crew| crew.shares(sizes)) {
+            let task = self.task(interval, solution, inverse_mass, rules);
+            let solved = self.solve_on_threads(jobs, |island| islands.blocks(island), task);
+            for (island, result, impulses) in solved {
+                let members = islands.blocks(island);
+                solution.take(interval, members, &impulses, &result);
+                set.keep(members[0], result);
             }
             self.clock.lap(|t| &mut t.solve);
         } else {
             for job in jobs {
-                let first = self.islands.blocks(job.island)[0];
-                let (outcome, kept) = self.solve_here(job, stage, task);
-                part.keep(first, outcome, kept);
+                let members = islands.blocks(job.island);
+                let task = self.task(interval, solution, inverse_mass, rules);
+                let result = self.solve_here(job, members, task);
+                solution.take(interval, members, self.own.impulses(), &result);
+                set.keep(members[0], result);
             }
         }
-        if taken.len() == stage.blocks.len() {
+        solution.islands = islands;
+        if all {
             return true;
         }
-        stage.end_velocities(inverse_mass);
-        part.take_closed(stage)
+        solution.end_velocities(interval, inverse_mass);
+        set.take_closed(interval, solution)
+    }
+
+    /// Solves islands on all threads; their numbers, results and impulses in the order of the jobs.
+    fn solve_on_threads<'a>(
+        &mut self,
+        jobs: Vec<Job>,
+        members: impl Fn(usize) -> &'a [u32] + Sync,
+        task: Task,
+    ) -> Vec<(usize, IslandResult, Vec<Vec2>)> {
+        let one = |worker: &mut Worker, clock: &mut PhaseClock, mut job: Job| {
+            let memory = (job.factors.as_mut(), job.fallback);
+            let result;
+            (result, job.fallback) = worker.solve_island(members(job.island), memory, task, clock);
+            (job, result, worker.impulses().to_vec())
+        };
+        self.clock.lap(|t| &mut t.assembly);
+        let Some(crew) = &mut self.crew else {
+            return Vec::new();
+        };
+        let solved = crew.solve(&mut self.own, &mut self.clock, jobs, one);
+        let keep = |(job, mut result, impulses): (Job, IslandResult, _)| {
+            let own = members(job.island);
+            self.keep(own, job.factors, job.fallback, task.interval);
+            add_work(&mut result, &job.spent);
+            (job.island, result, impulses)
+        };
+        solved.into_iter().map(keep).collect()
+    }
+}
+
+/// Adds the work spent on parts of an island.
+fn add_work(result: &mut IslandResult, spent: &[SolveReport]) {
+    for earlier in spent {
+        result.outcome.report = result.outcome.report.after(earlier);
     }
 }

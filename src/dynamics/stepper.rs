@@ -1,144 +1,49 @@
-use super::cluster::Context;
-use super::crew::{Crew, MOST_THREADS, WHY};
-use super::events::{self, find_crowds, lands, release_lone, see_from_the_start};
-use super::island::SolvedProblem;
-use super::jam::Jams;
-use super::joint_recovery::close_joints;
-use super::memory::{Memories, Memory};
-use super::model::{Configuration, ContactKey, ModelError, MultibodyModel};
-use super::outcome::{forces_work, kinetic, record_stage};
+//! The stepper: its settings, and what it hands on from one step to the next.
+
+use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
+use super::crew::Crew;
+use super::interval::{Interval, movable};
+use super::island_cache::IslandCacheState;
+use super::model::{Configuration, ContactKey};
+use super::outcome::SolvedProblem;
 use super::phases::{Clock, PhaseClock, Phases};
-use super::record::StepRecord;
-use super::recovery::OverlapRecovery;
-use super::rules::{ImpactLaw, Rules, Scheme};
+use super::rules::Scheme;
+use super::settings::{StepError, StepperSettings};
+use super::solution::Solution;
 use super::solve::IslandSolver;
-use super::stage::{Span, Stage, movable};
-use super::standing::Standing;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{CarriedState, ImpulseSolver, Judged, Shares, SolverTable, solver_by_name};
+use crate::solver::{ImpulseSolver, Judged, SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
-/// How a [`MoreauStepper`] steps.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StepperSettings {
-    pub scheme: Scheme,
-    /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
-    pub events: bool,
-    /// What impacts return; the published scheme knows no cap.
-    pub impact_law: ImpactLaw,
-    /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
-    pub recovery: bool,
-    /// How a load is shared out among redundant contacts.
-    pub shares: Shares,
-    /// A name of [`crate::solver::SOLVERS`].
-    pub solver: String,
-    /// Relative natural-map residual at which an island counts as solved.
-    pub tolerance: f64,
-    /// Threads that islands are shared out among, 1 to [`MOST_THREADS`]; nothing that is computed depends on it.
-    ///
-    /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
-    /// and so are islands with dominance and all that a solver of the user's own solves.
-    #[serde(default = "one")]
-    pub threads: usize,
-}
-
-fn one() -> usize {
-    1
-}
-
-impl Default for StepperSettings {
-    fn default() -> Self {
-        StepperSettings {
-            scheme: Scheme::Staggered,
-            events: false,
-            impact_law: ImpactLaw::Capped,
-            recovery: true,
-            shares: Shares::Found,
-            solver: "auto".to_owned(),
-            tolerance: 1e-8,
-            threads: one(),
-        }
-    }
-}
-
-impl StepperSettings {
-    fn rules(&self) -> Rules {
-        Rules {
-            scheme: self.scheme,
-            law: self.impact_law,
-            shares: self.shares,
-            events: self.events,
-            sweeps: false,
-        }
-    }
-
-    fn recovers(&self) -> bool {
-        self.recovery && self.scheme == Scheme::Staggered
-    }
-}
-
-/// Why a step could not be taken.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum StepError {
-    /// The step length is not a positive finite number.
-    #[error("step length is {0} s, must be finite and above 0")]
-    Dt(f64),
-    /// Settings name a solver that does not exist.
-    #[error("unknown solver '{0}'")]
-    Solver(String),
-    /// The tolerance is not a positive finite number.
-    #[error("solver tolerance is {0}, must be finite and above 0")]
-    Tolerance(f64),
-    /// No number of threads.
-    #[error("threads are {0}, must be 1 to {MOST_THREADS}{WHY}")]
-    Threads(usize),
-    /// The system does not give so many threads.
-    #[error("{threads} threads cannot be started: {why}")]
-    Spawn { threads: usize, why: String },
-    /// Event location with a scheme that ignores gaps.
-    #[error("event location needs the scheme 'staggered'; 'moreau' ignores gaps")]
-    Events,
-    /// A velocity or position is NaN or infinite; the model stands as it did before.
-    #[error("body {body} has a velocity that is not finite at t = {time} s")]
-    NonFinite { body: usize, time: f64 },
-    #[error(transparent)]
-    Model(#[from] ModelError),
-}
 
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
 pub struct MoreauStepper {
-    settings: StepperSettings,
+    pub(super) settings: StepperSettings,
     table: SolverTable,
-    solver: IslandSolver,
-    time: f64,
-    memory: Memories,
-    memory_next: Memories,
-    stage: Stage,
-    recovery: OverlapRecovery,
-    origin: Vec<Configuration>,
-    inverse_mass: Vec<Vec3>,
-    /// Whether contacts have been met that hardly rebound.
-    lands: bool,
+    pub(super) solver: IslandSolver,
+    pub(super) time: f64,
+    pub(super) cache: ContactCache,
+    /// What the step at hand writes of contacts and joints, until it is taken.
+    pub(super) contacts_next: CachedContacts,
+    pub(super) interval: Interval,
+    pub(super) solution: Solution,
+    /// Of the last step, where they are kept.
+    pub(super) problems: Vec<SolvedProblem>,
+    pub(super) origin: Vec<Configuration>,
+    pub(super) inverse_mass: Vec<Vec3>,
     /// Whether the solver is the one that the settings name.
     named: bool,
 }
 
-/// What a stepper takes from one step to the next.
+/// What a stepper takes from one step to the next: two caches and the time.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,
-    lands: bool,
-    memory: Vec<(ContactKey, Memory)>,
-    #[serde(default)]
-    carried: Vec<(ContactKey, CarriedState)>,
-    #[serde(default)]
-    jams: Jams,
-    recovery: OverlapRecovery,
+    contacts: ContactCache,
+    islands: IslandCacheState,
 }
 
 impl MoreauStepper {
-    /// A stepper at t = 0 with no memory.
+    /// A stepper at t = 0 that has met no contacts.
     ///
     /// # Errors
     /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`],
@@ -167,16 +72,16 @@ impl MoreauStepper {
             settings,
             table,
             time: 0.0,
-            memory: Memories::default(),
-            memory_next: Memories::default(),
-            stage: Stage {
+            cache: ContactCache::default(),
+            contacts_next: CachedContacts::default(),
+            interval: Interval {
                 whole: true,
-                ..Stage::default()
+                ..Interval::default()
             },
-            recovery: OverlapRecovery::default(),
+            solution: Solution::default(),
+            problems: Vec::new(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
-            lands: false,
             named: true,
         })
     }
@@ -197,7 +102,7 @@ impl MoreauStepper {
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
         self.solver.own.solver = Box::new(Judged::new(solver));
         self.solver.crew = None;
-        self.solver.forget_carried();
+        self.solver.cache.clear();
         self.named = false;
     }
 
@@ -215,35 +120,33 @@ impl MoreauStepper {
 
     /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
     pub fn forget_contacts(&mut self) {
-        self.memory.clear();
-        self.solver.forget_carried();
+        self.cache.contacts.clear();
+        self.solver.cache.clear();
     }
 
     /// What the next step depends on.
     pub(crate) fn state(&self) -> StepperState {
         StepperState {
             time: self.time,
-            lands: self.lands,
-            memory: self.memory.entries().to_vec(),
-            carried: self.solver.carried_state(),
-            jams: self.solver.jams(),
-            recovery: self.recovery.clone(),
+            contacts: self.cache.clone(),
+            islands: self.solver.cache.state(),
         }
     }
 
     /// Goes on from where [`MoreauStepper::state`] was taken.
     pub(crate) fn restore(&mut self, state: &StepperState) {
-        (self.time, self.lands) = (state.time, state.lands);
-        self.memory = state.memory.iter().copied().collect();
-        self.solver.restore_carried(&state.carried);
-        self.solver.restore_jams(&state.jams);
-        self.recovery = state.recovery.clone();
+        self.time = state.time;
+        self.cache = state.contacts.clone();
+        self.solver.cache.restore(&state.islands);
     }
 
-    /// What is remembered of the contacts and joints of bodies to which `group` gives a number, all
-    /// that move on both sides: it is lost after a step without them.
-    pub(crate) fn set_aside(&self, group: impl Fn(u32) -> u32) -> Vec<(u32, ContactKey, Memory)> {
-        let found = &self.stage.detection;
+    /// What the cache has of contacts and joints between bodies that all have a number of `group`, as
+    /// (number, key, entry). After a step without them it is lost.
+    pub(crate) fn set_aside(
+        &self,
+        group: impl Fn(u32) -> u32,
+    ) -> Vec<(u32, ContactKey, CachedContact)> {
+        let found = &self.interval.detection;
         let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
         let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
         let of = |(key, rows): (&ContactKey, &Rows)| {
@@ -254,22 +157,23 @@ impl MoreauStepper {
                 (a, NO_BODY) => group(a),
                 (a, b) => group(a).min(group(b)),
             };
-            let memory = self.memory.get(key).filter(|_| own != 0)?;
-            Some((own, *key, *memory))
+            let cached = self.cache.contacts.get(key).filter(|_| own != 0)?;
+            Some((own, *key, *cached))
         };
         all.filter_map(of).collect()
     }
 
-    /// Remembers again what was set aside.
-    pub(crate) fn take_back(&mut self, memory: &[(ContactKey, Memory)]) {
-        self.memory.extend(memory.iter().copied());
-        self.recovery
-            .take_back(memory.iter().map(|(key, _)| key.pair));
+    /// Puts back what was set aside.
+    pub(crate) fn take_back(&mut self, contacts: &[(ContactKey, CachedContact)]) {
+        self.cache.contacts.extend(contacts.iter().copied());
+        let seen = &mut self.cache.overlaps.seen;
+        seen.extend(contacts.iter().map(|(key, _)| key.pair));
     }
 
     /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
     pub fn keep_problems(&mut self, keep: bool) {
-        self.solver.kept = keep.then(Vec::new);
+        self.solver.keep = keep;
+        self.problems.clear();
     }
 
     /// Times the phases of every step from now on by `clock`, see [`MoreauStepper::phases`]; `None`
@@ -291,203 +195,6 @@ impl MoreauStepper {
     /// The contact problems of the last step, island after island, those of located impacts last;
     /// none unless they are kept.
     pub fn problems(&self) -> &[SolvedProblem] {
-        self.solver.kept.as_deref().unwrap_or(&[])
-    }
-
-    /// Advances `model` by `dt` \[s\].
-    ///
-    /// # Errors
-    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]; the model then stands as
-    /// it did before, velocities included.
-    pub fn step<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        dt: f64,
-    ) -> Result<StepRecord, StepError> {
-        if !(dt > 0.0 && dt.is_finite()) {
-            return Err(StepError::Dt(dt));
-        }
-        self.solver.clock.start();
-        model.begin_step(dt)?;
-        self.solver.begin();
-        let start = &mut self.stage.start;
-        start.clear();
-        start.extend_from_slice(model.velocities());
-        check_finite(start, self.time)?;
-        self.inverse_mass.clear();
-        self.inverse_mass.extend_from_slice(model.inverse_mass());
-        self.origin.clear();
-        let bodies = self.stage.start.len();
-        self.origin
-            .extend((0..bodies).map(|body| model.configuration(body)));
-        let result = self.step_from_start(model, dt);
-        if result.is_err() {
-            self.solver.forget_failed();
-            model.set_velocities(&self.stage.start);
-            for (body, place) in self.origin.iter().enumerate() {
-                model.set_configuration(body, place);
-            }
-        }
-        result
-    }
-
-    fn step_from_start<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &mut M,
-        dt: f64,
-    ) -> Result<StepRecord, StepError> {
-        let mut rules = self.settings.rules();
-        match model.standing() {
-            Some(standing) => self.stage.standing.clone_from(standing),
-            None => self.stage.standing = Standing::default(),
-        }
-        // event location follows all that is fast: sweeps add to it only what was asked for
-        let sweeps = &self.stage.standing.sweeps;
-        let asked = sweeps.iter().any(|s| s.all);
-        rules.sweeps = rules.corrects_gaps() && (asked || !rules.events && !sweeps.is_empty());
-        let (stage, w) = (&mut self.stage, self.inverse_mass.as_slice());
-        let mut record = StepRecord {
-            time: self.time + dt,
-            dt,
-            accounted: true,
-            ..StepRecord::default()
-        };
-        record.energy.potential_start = model.potential_energy();
-        record.energy.kinetic_start = kinetic(&stage.start, w);
-
-        model.advance(0.5 * dt);
-        // a crowd that lands must be seen a step before it closes: see `find_crowds`
-        let ahead = if rules.events && self.lands {
-            2.0 * dt
-        } else {
-            dt
-        };
-        stage.detect(model, ahead)?;
-        self.lands |= rules.events && stage.detection.contacts.iter().any(lands);
-        if rules.locates() {
-            let place = |body: u32| Some(self.origin[body as usize]);
-            see_from_the_start(model, stage, &self.memory, &rules, place, dt, dt)?;
-        }
-        self.solver.clock.lap(|t| &mut t.detection);
-        stage.free_velocities(model, self.time + 0.5 * dt, dt);
-        if rules.events {
-            find_crowds(stage, w);
-        }
-        stage.collect(&rules, &self.memory, None, w, Span::whole(dt));
-        // kept apart until nothing can fail any more
-        let recovers = self.settings.recovers();
-        let recovery = recovers.then(|| self.recovery.look(stage, w));
-        self.solver.solve(stage, w, &rules);
-        if rules.locates() {
-            release_lone(stage, &self.solver, &rules, w, dt);
-        }
-        stage.end_velocities(w);
-        check_finite(&stage.end, self.time)?;
-
-        let islands = std::mem::take(&mut self.solver.islands);
-        let outcomes = std::mem::take(&mut self.solver.outcomes);
-        let mut clusters = if rules.locates() {
-            let context = Context {
-                main: stage,
-                memory: &self.memory,
-                rules,
-                inverse_mass: w,
-                origin: &self.origin,
-                time: self.time,
-                dt,
-            };
-            events::run(model, &mut self.solver, &context)?
-        } else {
-            Vec::new()
-        };
-        self.solver.clock.lap(|t| &mut t.solve);
-        let mut apart = vec![false; w.len()];
-        for &body in clusters.iter().flat_map(|c| &c.bodies) {
-            apart[body as usize] = true;
-        }
-        let used = |i: usize| {
-            let mut sides = stage.sides[i].iter().filter(|b| **b != NO_BODY);
-            sides.all(|b| !apart[*b as usize])
-        };
-        let mut counts = vec![false; outcomes.len()];
-        for (k, outcome) in outcomes.iter().enumerate() {
-            outcome.count_work(&mut record);
-            counts[k] = islands.blocks(k).iter().any(|&i| used(i as usize));
-            if counts[k] {
-                outcome.count(&mut record);
-            }
-        }
-        if let Some(kept) = &mut self.solver.kept {
-            let mut counts = counts.iter();
-            kept.retain(|_| counts.next().is_some_and(|counts| *counts));
-            let located = clusters.iter_mut().map(|c| &mut c.kept);
-            located.for_each(|own| kept.append(own));
-        }
-        (self.solver.islands, self.solver.outcomes) = (islands, outcomes);
-
-        self.memory_next.clear();
-        let end = self.time + dt;
-        record_stage(stage, used, w, end, &mut record, &mut self.memory_next);
-        record.energy.forces += forces_work(stage, w, |body| !apart[body]);
-        for cluster in &clusters {
-            record.add(&cluster.record);
-            let memory = cluster.memory.entries();
-            self.memory_next.extend(memory.iter().copied());
-            for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
-                stage.end[body as usize] = *u;
-            }
-        }
-        record.energy.kinetic_end = kinetic(&stage.end, w);
-        let own = [&stage.start, &stage.end].map(|u| model.kinetic_energy(u));
-        if let [Some(start), Some(end)] = own {
-            let energy = &mut record.energy;
-            let change = energy.kinetic_end - energy.kinetic_start;
-            energy.forces += end - start - change;
-            (energy.kinetic_start, energy.kinetic_end) = (start, end);
-        }
-        self.solver.clock.lap(|t| &mut t.record);
-        model.set_velocities(&stage.end);
-        for body in (0..apart.len()).filter(|&body| !apart[body]) {
-            model.shift(body, &stage.end[body], 0.5 * dt);
-        }
-        for cluster in &clusters {
-            for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
-                model.set_configuration(body as usize, place);
-            }
-        }
-        let moves = !stage.loose.is_empty() || recovery.as_ref().is_some_and(|r| r.pairs() > 0);
-        let potential = moves.then(|| model.potential_energy());
-        if !stage.loose.is_empty() {
-            close_joints(model, stage, w, &mut self.solver)?;
-        }
-        if let Some(recovery) = recovery {
-            self.recovery = recovery;
-            let moves = self.recovery.moves(stage, w, dt, &mut self.solver);
-            record.recovering = self.recovery.pairs();
-            for (body, d) in moves {
-                model.shift(body as usize, &d, 1.0);
-            }
-        }
-        std::mem::swap(&mut self.memory, &mut self.memory_next);
-        self.solver.carry_on();
-        model.end_step();
-        self.solver.clock.lap(|t| &mut t.write);
-        record.energy.potential_end = model.potential_energy();
-        if let Some(before) = potential {
-            record.energy.recovery = record.energy.potential_end - before;
-        }
-        self.solver.clock.lap(|t| &mut t.record);
-        self.time += dt;
-        Ok(record)
-    }
-}
-
-pub(super) fn check_finite(velocities: &[Vec3], time: f64) -> Result<(), StepError> {
-    match velocities
-        .iter()
-        .position(|u| u.iter().any(|x| !x.is_finite()))
-    {
-        Some(body) => Err(StepError::NonFinite { body, time }),
-        None => Ok(()),
+        &self.problems
     }
 }

@@ -7,7 +7,7 @@ use super::sleeping::Sleepers;
 use super::widen::{widen, widen_state};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::ModelError;
-use crate::dynamics::{ContactKey, Memory, Pose64, Standing, Sweep};
+use crate::dynamics::{BodyRoles, CachedContact, ContactKey, Pose64, Sweep};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ pub(super) struct Bodies {
     pub velocities: Vec<Vec3>,
     /// `M⁻¹` as the step uses it, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
-    pub standing: Standing,
+    pub roles: BodyRoles,
     /// Whether any body is damped.
     damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
@@ -61,7 +61,7 @@ impl Bodies {
         world: &mut PhysicsWorld,
         dt: f64,
         stay_awake: bool,
-        woken: &mut Vec<(ContactKey, Memory)>,
+        woken: &mut Vec<(ContactKey, CachedContact)>,
     ) -> Result<(), ModelError> {
         for handle in std::mem::take(&mut self.promised) {
             if !world.bodies.contains(handle) {
@@ -105,8 +105,8 @@ impl Bodies {
 
     fn begin_reading(&mut self) {
         self.damping = false;
-        self.standing.dominance.clear();
-        self.standing.sweeps.clear();
+        self.roles.dominance.clear();
+        self.roles.sweeps.clear();
     }
 
     /// Reads all bodies in one go over rapier's memory, where none came, went, sleeps, changed its
@@ -137,10 +137,10 @@ impl Bodies {
 
     /// Equal dominances are as if none had any.
     fn level(&mut self) {
-        let mut levels = self.standing.dominance.iter().filter(|l| **l != FIRM);
+        let mut levels = self.roles.dominance.iter().filter(|l| **l != FIRM);
         let first = levels.next();
         if levels.all(|l| Some(l) == first) {
-            self.standing.dominance.clear();
+            self.roles.dominance.clear();
         }
     }
 
@@ -149,13 +149,13 @@ impl Bodies {
         let count = self.velocities.len();
         if !body.is_dynamic() {
             // above all others, as if it had the highest dominance
-            if let Some(level) = self.standing.dominance.get_mut(k) {
+            if let Some(level) = self.roles.dominance.get_mut(k) {
                 *level = FIRM;
             }
             return;
         }
         let group = i16::from(body.dominance_group());
-        if group != 0 && self.standing.dominance.is_empty() {
+        if group != 0 && self.roles.dominance.is_empty() {
             let earlier = self.list[..k].iter().map(|s| s.kind);
             let firm = |kind| {
                 if kind == RigidBodyType::Dynamic {
@@ -164,11 +164,11 @@ impl Bodies {
                     FIRM
                 }
             };
-            self.standing.dominance.extend(earlier.map(firm));
-            self.standing.dominance.resize(count, 0);
+            self.roles.dominance.extend(earlier.map(firm));
+            self.roles.dominance.resize(count, 0);
         }
         if group != 0 {
-            self.standing.dominance[k] = group;
+            self.roles.dominance[k] = group;
         }
         let shadow = &mut self.list[k];
         let thickness = *shadow.thickness.get_or_insert_with(|| {
@@ -182,8 +182,8 @@ impl Bodies {
         let extent = f64::from(body.mass_properties().max_extent());
         let fast = (u.xy().norm() + u.z.abs() * extent) * dt > 0.5 * thickness;
         if fast || body.is_ccd_enabled() {
-            self.standing.sweeps.resize(count, Sweep::NONE);
-            self.standing.sweeps[k] = Sweep {
+            self.roles.sweeps.resize(count, Sweep::NONE);
+            self.roles.sweeps[k] = Sweep {
                 thickness,
                 all: body.is_ccd_enabled(),
             };

@@ -105,7 +105,7 @@ impl Joints {
 
     /// Bodies change without their joints: this is looked at in every step.
     fn check_dominance(&self, bodies: &Bodies) -> Result<(), ModelError> {
-        let levels = &bodies.standing.dominance;
+        let levels = &bodies.roles.dominance;
         if levels.is_empty() {
             return Ok(());
         }

@@ -8,8 +8,8 @@ use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
-    Clock, Configuration, Detection, JointRow, ModelError, MoreauStepper, MultibodyModel, Phases,
-    Pose64, Scheme, SolvedProblem, Standing, StepError, StepperSettings,
+    BodyRoles, Clock, Configuration, Detection, JointRow, ModelError, MoreauStepper,
+    MultibodyModel, Phases, Pose64, Scheme, SolvedProblem, StepError, StepperSettings,
 };
 use crate::solver::{ImpulseSolver, SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
@@ -177,7 +177,7 @@ impl MoreauPipeline {
         synced?;
         self.joints.refresh(world, &self.bodies)?;
         if self.stepper.settings().scheme == Scheme::Moreau
-            && let Some(k) = self.bodies.standing.sweeps.iter().position(|s| s.all)
+            && let Some(k) = self.bodies.roles.sweeps.iter().position(|s| s.all)
         {
             return Err(ModelError::Unsupported(format!(
                 "body {k} (handle {:?}): continuous collision detection needs the scheme \
@@ -220,22 +220,27 @@ impl MoreauPipeline {
                 joints: &self.joints,
                 dt,
             };
-            let result = self.stepper.step(&mut model, dt);
-            if let Ok(record) = &result {
-                let asked = Hooks { hooks, world };
-                let crossing = self.detector.crossings(asked, &self.bodies);
-                let (bodies, detector) = (&self.bodies, &self.detector);
-                self.reporter
-                    .report(world, bodies, detector, crossing, record, events);
-                self.put_to_sleep(world, dt);
-                self.stepper.clock().lap(|t| &mut t.record);
-                return result;
+            let begun = self.stepper.begin(&mut model, dt);
+            // sleepers that are pressed on take part from the start: nothing is solved without them
+            if begun.is_ok() && model.stirs(self.stepper.detection()) {
+                self.stepper.cancel(&mut model);
+                self.bodies.give_back(world);
+                continue;
             }
-            self.bodies.give_back(world);
-            // who was pressed on in its sleep takes part from the start
-            if !self.bodies.sleepers.is_stirred() {
-                return result;
+            let result = begun.and_then(|begun| self.stepper.finish(&mut model, begun));
+            match &result {
+                Ok(record) => {
+                    let asked = Hooks { hooks, world };
+                    let crossing = self.detector.crossings(asked, &self.bodies);
+                    let (bodies, detector) = (&self.bodies, &self.detector);
+                    self.reporter
+                        .report(world, bodies, detector, crossing, record, events);
+                    self.put_to_sleep(world, dt);
+                    self.stepper.clock().lap(|t| &mut t.record);
+                }
+                Err(_) => self.bodies.give_back(world),
             }
+            return result;
         }
     }
 
@@ -266,10 +271,10 @@ impl MoreauPipeline {
             let mut model = self.model(world, &(), dt);
             out.contacts.clear();
             out.joints.clear();
-            let found = model.detect(dt, out);
-            // who is found to be pressed on wakes, and has contacts then
-            if found.is_ok() || !self.bodies.sleepers.is_stirred() {
-                return Ok(found?);
+            model.detect(dt, out)?;
+            // sleepers that are pressed on wake, and have contacts then
+            if !model.stirs(out) {
+                return Ok(());
             }
         }
     }
@@ -434,10 +439,10 @@ impl RapierModel<'_> {
 }
 
 impl RapierModel<'_> {
-    /// Whether a sleeping body is pressed on: the step is begun again then with it awake.
-    fn feel(&mut self, found: &Detection) -> Result<(), ModelError> {
+    /// Whether these contacts press on a sleeping body, which then has to wake before the step.
+    fn stirs(&mut self, found: &Detection) -> bool {
         if !self.sleeps && self.bodies.sleepers.is_empty() {
-            return Ok(());
+            return false;
         }
         let mut free = Vec::new();
         if !self.bodies.sleepers.is_empty() {
@@ -450,16 +455,13 @@ impl RapierModel<'_> {
         }
         let drop = self.gravity.norm() * self.dt * self.dt;
         self.bodies.feel(found, &free, drop, self.dt);
-        if self.bodies.sleepers.is_stirred() {
-            return Err(ModelError::Invalid("a sleeping body is stirred".to_owned()));
-        }
-        Ok(())
+        self.bodies.sleepers.is_stirred()
     }
 }
 
 impl MultibodyModel for RapierModel<'_> {
-    fn standing(&self) -> Option<&Standing> {
-        Some(&self.bodies.standing)
+    fn roles(&self) -> Option<&BodyRoles> {
+        Some(&self.bodies.roles)
     }
 
     fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
@@ -526,7 +528,7 @@ impl MultibodyModel for RapierModel<'_> {
         self.detector
             .detect(hooks, self.bodies, acceleration, dt, out)?;
         self.joints.rows(self.bodies, self.dt, &mut out.joints);
-        self.feel(out)
+        Ok(())
     }
 
     fn detect_pairs(

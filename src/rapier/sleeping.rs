@@ -10,7 +10,7 @@ use super::engine::prelude::*;
 use super::joints::fingerprint;
 use super::shadow::Shadow;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::dynamics::{ContactKey, Detection, Islands, Memory, ModelError};
+use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ struct Group {
     /// Colliders that it touched, by the index of their handle; `None` if unknown: any may matter.
     touched: Option<BTreeSet<u32>>,
     joints: BTreeMap<u32, u64>,
-    memory: Vec<(ContactKey, Memory)>,
+    memory: Vec<(ContactKey, CachedContact)>,
 }
 
 /// All islands asleep. Number 0 is none.
@@ -176,7 +176,7 @@ impl Bodies {
     pub fn wake_stirred(
         &mut self,
         world: &mut PhysicsWorld,
-        memory: &mut Vec<(ContactKey, Memory)>,
+        memory: &mut Vec<(ContactKey, CachedContact)>,
     ) {
         let stirred = std::mem::take(&mut self.sleepers.stirred);
         if stirred.is_empty() {
@@ -323,7 +323,7 @@ impl Bodies {
         &mut self,
         world: &mut PhysicsWorld,
         group: &[u32],
-        memory: Vec<(u32, ContactKey, Memory)>,
+        memory: Vec<(u32, ContactKey, CachedContact)>,
     ) {
         for (k, shadow) in self.list.iter_mut().enumerate() {
             if group[k] == 0 {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Of what [`PipelineState`] holds.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// A pipeline between two steps, as plain data for serde.
 ///

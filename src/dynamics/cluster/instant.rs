@@ -1,26 +1,26 @@
 //! An impact of no duration, where a cluster stands.
 
-use super::{Context, Rest, Runner};
+use super::runner::{Context, Rest, Runner};
+use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
-use crate::dynamics::memory::{Memories, Memory};
+use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
-use crate::dynamics::outcome::record_stage;
+use crate::dynamics::recording::record_interval;
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
-use crate::dynamics::stage::belongs;
 
 impl Runner {
     /// An impact disturbs what stuck: the correction of its drift would see a jump.
     pub(super) fn forget_sticking(&mut self, context: &Context) {
-        let mut memory = self.remembered.take().unwrap_or_else(|| {
+        let mut contacts = self.own_contacts.take().unwrap_or_else(|| {
             let found = &self.instant.detection;
             let keys = found.contacts.iter().map(|c| c.key);
             keys.chain(found.joints.iter().map(|j| j.key))
-                .filter_map(|key| Some((key, *context.memory.get(&key)?)))
+                .filter_map(|key| Some((key, *context.cache.get(&key)?)))
                 .collect()
         });
-        memory.iter_mut().for_each(|m| m.stuck = None);
-        self.remembered = Some(memory);
+        contacts.iter_mut().for_each(|m| m.stuck = None);
+        self.own_contacts = Some(contacts);
     }
 
     /// Impact without duration at the present configuration; whether it was a lone one.
@@ -38,26 +38,44 @@ impl Runner {
         bodies: usize,
     ) -> bool {
         let w = context.inverse_mass;
-        let idle = self.idle();
-        let members = Some(self.members.as_slice());
-        let carried = |k: &ContactKey| {
-            let known = self.remembered.as_ref().and_then(|m| m.get(k));
-            known.is_some_and(|m| m.impulse.x > 0.0)
-        };
+        let hits = self.hits(context, key, rest, bodies);
+        let pressed = |k: &ContactKey| pressed(self.own_contacts.as_ref(), k);
+        let in_force = |i: usize| hits.in_force[i];
         let instant = &mut self.instant;
+        instant.collect_impact(&context.rules, &self.members, w, in_force, pressed);
+        let hit = &mut self.hit;
+        solver.solve(instant, hit, w, &context.rules);
+        hit.end_velocities(instant, w);
+        self.problems.append(&mut hit.problems);
+        let record = &mut self.record;
+        for outcome in &hit.outcomes {
+            outcome.count_work(record);
+            outcome.count(record);
+        }
+        let mut contacts = CachedContacts::default();
+        record_interval(instant, hit, |_| true, w, hits.over, record, &mut contacts);
+        record.events += 1;
+        if hits.lone {
+            self.keep_landed(&hits.in_force, &contacts);
+        }
+        hits.lone
+    }
+
+    /// Which contacts take part in the impact at `key`, and how.
+    fn hits(&self, context: &Context, key: ContactKey, rest: Rest, bodies: usize) -> Hits {
+        let instant = &self.instant;
         let contacts = &instant.detection.contacts;
-        let touching: Vec<bool> = contacts
-            .iter()
-            .map(|c| {
-                let near = c.gap <= touch_tolerance(c, instant, context.dt);
-                c.key == key || near || carried(&c.key)
-            })
-            .collect();
+        let touches = |c: &ContactPoint| {
+            let near = c.gap <= touch_tolerance(c, instant, context.dt);
+            c.key == key || near || pressed(self.own_contacts.as_ref(), &c.key)
+        };
+        let touching: Vec<bool> = contacts.iter().map(touches).collect();
+        let members = Some(self.members.as_slice());
         let mut joints = instant.detection.joints.iter();
-        let lone = idle
+        let lone = self.idle()
             && bodies <= 2
             && touching.iter().filter(|t| **t).count() == 1
-            && !joints.any(|j| belongs(j.rows.bodies, members, w));
+            && !joints.any(|j| belongs(j.rows.bodies, members, context.inverse_mass));
         let acceleration = |c: &ContactPoint| -c.rows.velocity(&instant.accelerations).x;
         let slow = |c: &ContactPoint, e: f64, v: f64| {
             if lone {
@@ -68,57 +86,58 @@ impl Runner {
             }
         };
         let mut over = rest.at;
-        let in_force: Vec<f64> = contacts
-            .iter()
-            .map(|c| {
-                let NormalLaw::Rigid { restitution: e } = c.law else {
-                    return 0.0;
-                };
-                let v = -c.rows.velocity(&instant.start).x;
-                if !slow(c, e, v) {
-                    return e;
-                }
-                if lone && c.key == key && e > 0.0 {
-                    over += 2.0 * e * v / (acceleration(c) * (1.0 - e));
-                }
-                0.0
-            })
-            .collect();
-        instant.collect_impact(
-            &context.rules,
-            &self.members,
-            w,
-            |i| touching[i].then_some(in_force[i]),
-            carried,
-        );
-        solver.solve(instant, w, &context.rules);
-        instant.end_velocities(w);
-        let record = &mut self.record;
-        for outcome in &solver.outcomes {
-            outcome.count_work(record);
-            outcome.count(record);
+        let mut coefficient = |c: &ContactPoint| {
+            let NormalLaw::Rigid { restitution: e } = c.law else {
+                return 0.0;
+            };
+            let v = -c.rows.velocity(&instant.start).x;
+            if !slow(c, e, v) {
+                return e;
+            }
+            if lone && c.key == key && e > 0.0 {
+                over += 2.0 * e * v / (acceleration(c) * (1.0 - e));
+            }
+            0.0
+        };
+        let all: Vec<f64> = contacts.iter().map(&mut coefficient).collect();
+        let in_force = touching.iter().zip(all);
+        Hits {
+            in_force: in_force.map(|(touches, e)| touches.then_some(e)).collect(),
+            over,
+            lone,
         }
-        let mut pressed = Memories::default();
-        record_stage(instant, |_| true, w, over, record, &mut pressed);
-        record.events += 1;
-        // what landed alone stays in contact, rolls on along a curve, say; what it pressed in an
-        // instant says nothing of a load
-        let lands = |i: usize| lone && in_force[i] == 0.0;
-        let landed = (0..in_force.len()).filter(|&i| lands(i));
-        for key in landed.map(|i| instant.detection.contacts[i].key) {
-            let hit = pressed.get(&key).filter(|m| m.impulse.x > 0.0);
-            if let (Some(hit), Some(remembered)) = (hit, &mut self.remembered) {
-                let dt = f64::INFINITY;
-                remembered.insert(
-                    key,
-                    Memory {
-                        dt,
-                        stuck: None,
-                        ..*hit
-                    },
-                );
+    }
+
+    /// Keeps a lone contact that landed: it rolls on along a curve, say. Its impulse, of an instant,
+    /// says nothing of a load.
+    fn keep_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
+        let found = self.instant.detection.contacts.iter().zip(in_force);
+        for (contact, _) in found.filter(|(_, e)| **e == Some(0.0)) {
+            let hit = contacts.get(&contact.key).filter(|m| m.impulse.x > 0.0);
+            if let (Some(hit), Some(own)) = (hit, &mut self.own_contacts) {
+                let landed = CachedContact {
+                    dt: f64::INFINITY,
+                    stuck: None,
+                    ..*hit
+                };
+                own.insert(contact.key, landed);
             }
         }
-        lone
     }
+}
+
+/// How contacts take part in an impact.
+struct Hits {
+    /// Of each contact of the instant its coefficient of restitution; `None` if it takes no part.
+    in_force: Vec<Option<f64>>,
+    /// When the impact, and the ever smaller ones that follow it, are over \[s\].
+    over: f64,
+    /// Whether two bodies that touch nothing else meet at one contact.
+    lone: bool,
+}
+
+/// Whether a contact had a normal impulse in the interval before.
+fn pressed(contacts: Option<&CachedContacts>, key: &ContactKey) -> bool {
+    let known = contacts.and_then(|all| all.get(key));
+    known.is_some_and(|m| m.impulse.x > 0.0)
 }

@@ -1,13 +1,12 @@
 //! When and where the next pair of a cluster closes.
 
-use super::{Context, Rest, Runner, start_of};
+use super::runner::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
-use crate::dynamics::StepError;
 use crate::dynamics::events::{crossing, touch_tolerance};
 use crate::dynamics::model::{ContactKey, ContactPoint, MultibodyModel};
-use crate::dynamics::rules::Rules;
+use crate::dynamics::rules::{Rules, Span};
+use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
-use crate::dynamics::stage::Span;
 
 /// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
 const SEARCHES: usize = 60;
@@ -35,9 +34,10 @@ impl Runner {
         context: &Context,
     ) -> Result<Option<(ContactPoint, f64)>, StepError> {
         let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
-        for &i in &self.flow.waiting {
+        for &i in &self.flown.waiting {
             let contact = self.flow.detection.contacts[i];
-            let guess = crossing(&self.flow, &contact, context.dt).unwrap_or(self.flow.length);
+            let guess =
+                crossing(&self.flow, &self.flown, &contact, context.dt).unwrap_or(self.flow.length);
             match guesses
                 .iter_mut()
                 .find(|(c, _)| c.surfaces == contact.surfaces)
@@ -117,9 +117,9 @@ impl Runner {
         contact: &ContactPoint,
         time: f64,
     ) -> Result<Option<Nearest>, StepError> {
-        let (flow, share) = (&self.flow, time / self.flow.length);
+        let (flow, flown, share) = (&self.flow, &self.flown, time / self.flow.length);
         let at = |b: u32, share: f64| {
-            let (a, e) = (flow.start[b as usize], flow.end[b as usize]);
+            let (a, e) = (flow.start[b as usize], flown.end[b as usize]);
             a + share * (e - a)
         };
         for b in contact.rows.bodies {
@@ -167,9 +167,8 @@ impl Runner {
     ) -> Result<Option<(ContactKey, f64)>, StepError> {
         self.restore(model);
         if time > 0.0 && self.idle() {
-            solver.outcomes.clear();
             self.fly(model, time);
-            self.instant.start.clone_from(&self.flow.end);
+            self.instant.start.clone_from(&self.flown.end);
         } else if time > 0.0 {
             let span = Span {
                 step: context.dt,
@@ -178,7 +177,7 @@ impl Runner {
             };
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);
-            self.instant.start.clone_from(&self.flow.end);
+            self.instant.start.clone_from(&self.flown.end);
         } else {
             self.instant.start.clone_from(&self.flow.start);
         }

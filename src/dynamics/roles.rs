@@ -1,6 +1,5 @@
-//! What sets bodies apart beyond their masses: who gives way to whom, and who is followed in time.
+//! What bodies differ in beyond their masses: dominance, and how closely they are followed in time.
 
-use super::model::ContactPoint;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// How closely a body's motion within a step is followed.
@@ -31,15 +30,15 @@ impl Sweep {
 ///
 /// # Sweeps
 /// A contact that closes by more than half the thickness of a followed body in a step is located
-/// in time, as by [`super::StepperSettings::events`]; others stay as they are.
+/// in time, as by [`super::settings::StepperSettings::events`]; others stay as they are.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Standing {
+pub struct BodyRoles {
     pub dominance: Vec<i16>,
     pub sweeps: Vec<Sweep>,
 }
 
-impl Standing {
-    /// Those of the `movable` ones of two bodies that take impulses: who is not above the other.
+impl BodyRoles {
+    /// Those of the `movable` ones of two bodies that take impulses: those that are not above the other.
     #[inline]
     pub(super) fn receiving(&self, bodies: [u32; 2], movable: [u32; 2]) -> [u32; 2] {
         let mut own = movable;
@@ -56,12 +55,12 @@ impl Standing {
         own
     }
 
-    /// Thickness \[m\] of the body in a contact that is followed against the other, if one is.
-    pub(super) fn followed(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> Option<f64> {
+    /// Thickness \[m\] of that one of two touching bodies that is followed against the other, if one is.
+    pub(super) fn followed(&self, bodies: [u32; 2], inverse_mass: &[Vec3]) -> Option<f64> {
         if self.sweeps.is_empty() {
             return None;
         }
-        let [a, b] = contact.rows.bodies;
+        let [a, b] = bodies;
         let still = |k: u32| k == NO_BODY || inverse_mass[k as usize] == Vec3::zeros();
         let of = |own: u32, other: u32| {
             let sweep = self.sweeps.get(own as usize)?;
@@ -73,16 +72,16 @@ impl Standing {
         }
     }
 
-    /// Whether a contact with relative velocity `gamma` \[m/s\] is to be located in a step of
+    /// Whether a contact of two bodies with relative velocity `gamma` \[m/s\] is to be located in a step of
     /// `dt` \[s\].
     pub(super) fn swept(
         &self,
-        contact: &ContactPoint,
+        bodies: [u32; 2],
         gamma: Vec2,
         dt: f64,
         inverse_mass: &[Vec3],
     ) -> bool {
-        let thickness = self.followed(contact, inverse_mass);
+        let thickness = self.followed(bodies, inverse_mass);
         thickness.is_some_and(|thickness| gamma.x.abs() * dt > 0.5 * thickness)
     }
 }

@@ -1,0 +1,119 @@
+//! Which bodies form clusters, and which clusters run into other bodies.
+
+use super::runner::{Cluster, Context, Runner};
+use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::events::{crossing, may_close, touch_tolerance};
+use crate::dynamics::interval::{Source, movable};
+use crate::dynamics::islands::Islands;
+use crate::dynamics::model::{ContactPoint, MultibodyModel, NormalLaw};
+use crate::dynamics::settings::StepError;
+use crate::dynamics::solve::IslandSolver;
+
+/// Steps every cluster of bodies in which something closes; `main` is the whole step, `trial` its solution.
+///
+/// A cluster that would run into a body outside takes in that body's, and starts again.
+pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    solver: &mut IslandSolver,
+    context: &Context,
+) -> Result<Vec<Cluster>, StepError> {
+    let (main, trial) = (context.main, context.trial);
+    let count = main.start.len();
+    let crossing: Vec<[u32; 2]> = trial
+        .waiting
+        .iter()
+        .map(|&i| &main.detection.contacts[i])
+        .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))
+        .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
+        .collect();
+    if crossing.is_empty() {
+        return Ok(Vec::new());
+    }
+    // joined bodies belong together, and those that press on each other, by the trial or by rule
+    let mut links: Vec<[u32; 2]> = (0..main.blocks.len())
+        .filter(|&i| {
+            trial.impulses[i] != Vec2::zeros()
+                || match main.blocks[i].source {
+                    Source::Joint(_) => true,
+                    Source::Contact(c) => {
+                        matches!(main.detection.contacts[c].law, NormalLaw::Load { .. })
+                    }
+                }
+        })
+        .map(|i| movable(main.blocks[i].bodies, context.inverse_mass))
+        .collect();
+    let mut runner = Runner::default();
+    let mut done: Vec<Cluster> = Vec::new();
+    loop {
+        let groups = group(count, &crossing, &links);
+        done.retain(|cluster| groups.contains(&cluster.bodies));
+        for bodies in groups {
+            if !done.iter().any(|cluster| cluster.bodies == bodies) {
+                done.push(runner.run(model, solver, context, bodies)?);
+            }
+        }
+        done.sort_by_key(|cluster| cluster.bodies[0]);
+        let met = collisions(&done, context);
+        if met.is_empty() {
+            return Ok(done);
+        }
+        links.extend(met);
+    }
+}
+
+/// Bodies of each cluster, ascending.
+fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32>> {
+    let all: Vec<[u32; 2]> = crossing.iter().chain(links).copied().collect();
+    let mut islands = Islands::default();
+    islands.build(count, all.iter().copied());
+    (0..islands.len())
+        .filter(|&k| {
+            islands
+                .blocks(k)
+                .iter()
+                .any(|&i| (i as usize) < crossing.len())
+        })
+        .map(|k| {
+            let mut bodies: Vec<u32> = islands
+                .blocks(k)
+                .iter()
+                .flat_map(|&i| all[i as usize])
+                .filter(|b| *b != NO_BODY)
+                .collect();
+            bodies.sort_unstable();
+            bodies.dedup();
+            bodies
+        })
+        .collect()
+}
+
+/// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
+fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
+    let main = context.main;
+    let mut owner = vec![NO_BODY; main.start.len()];
+    // displacement from the midpoint of the trial to the end of the step
+    let mut moved: Vec<Vec3> = context
+        .trial
+        .end
+        .iter()
+        .map(|u| 0.5 * context.dt * u)
+        .collect();
+    for (k, cluster) in done.iter().enumerate() {
+        for (&body, d) in cluster.bodies.iter().zip(&cluster.displacement) {
+            owner[body as usize] = k as u32;
+            moved[body as usize] = d - 0.5 * context.dt * main.start[body as usize];
+        }
+    }
+    let outside = |contact: &ContactPoint| {
+        let [a, b] = movable(contact.rows.bodies, context.inverse_mass);
+        if a == NO_BODY || b == NO_BODY || owner[a as usize] == owner[b as usize] {
+            return None;
+        }
+        let start = contact.gap - 0.5 * context.dt * contact.rows.velocity(&main.start).x;
+        let end = contact.gap + contact.rows.velocity(&moved).x;
+        let touch = touch_tolerance(contact, main, context.dt);
+        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+        (rigid && end < start.min(0.0) - touch).then_some([a, b])
+    };
+    main.detection.contacts.iter().filter_map(outside).collect()
+}

@@ -1,0 +1,410 @@
+//! Steps a cluster of bodies by itself, from event to event.
+
+use crate::contact::{Law, NO_BODY, Vec2, Vec3};
+use crate::dynamics::contact_cache::CachedContacts;
+use crate::dynamics::events::{release_lone, see_from_the_start};
+use crate::dynamics::interval::{Interval, Source, belongs};
+use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
+use crate::dynamics::outcome::SolvedProblem;
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::recording::{forces_work, record_interval};
+use crate::dynamics::rules::{Rules, Span};
+use crate::dynamics::settings::{StepError, check_finite};
+use crate::dynamics::solution::Solution;
+use crate::dynamics::solve::IslandSolver;
+
+/// Impacts of a cluster in one step, before the rest of it is stepped by the plain rule.
+const EVENTS: usize = 4;
+/// The same for two bodies that touch nothing else: their events cost one small solve each.
+const LONE_EVENTS: usize = 64;
+
+/// What all clusters of a step share.
+pub(in crate::dynamics) struct Context<'a> {
+    /// The whole step, and its solution as if nothing was located.
+    pub main: &'a Interval,
+    pub trial: &'a Solution,
+    pub cache: &'a CachedContacts,
+    pub rules: Rules,
+    pub inverse_mass: &'a [Vec3],
+    /// Configurations of all bodies at the start of the step.
+    pub origin: &'a [Configuration],
+    /// Start and length of the step \[s\].
+    pub time: f64,
+    pub dt: f64,
+}
+
+/// What became of a cluster in a step.
+pub(in crate::dynamics) struct Cluster {
+    /// Movable ones, ascending.
+    pub bodies: Vec<u32>,
+    /// One a body: velocity and configuration at the end, and `∫ u dt`.
+    pub end: Vec<Vec3>,
+    pub configuration: Vec<Configuration>,
+    pub displacement: Vec<Vec3>,
+    pub record: StepRecord,
+    pub contacts: CachedContacts,
+    /// Where they are kept.
+    pub problems: Vec<SolvedProblem>,
+}
+
+/// Steps clusters; keeps its arrays.
+#[derive(Default)]
+pub(super) struct Runner {
+    /// The interval stepped last, and the instant at the end of it.
+    pub flow: Interval,
+    pub flown: Solution,
+    pub instant: Interval,
+    pub hit: Solution,
+    pub members: Vec<bool>,
+    pub pairs: Vec<[u32; 2]>,
+    /// Bodies of the cluster, and those that move on their own beside it.
+    pub moved: Vec<u32>,
+    /// Of each body its place among these, or [`NO_BODY`].
+    pub place: Vec<u32>,
+    /// Where they are at the start of the interval.
+    pub here: Vec<Configuration>,
+    /// Contacts that take part in the interval: they are kept from closing, not about to.
+    pub held: Vec<ContactKey>,
+    /// Problems of all intervals and instants that count.
+    pub problems: Vec<SolvedProblem>,
+    /// The cluster's own contact cache, once it has stepped an interval.
+    pub own_contacts: Option<CachedContacts>,
+    pub record: StepRecord,
+}
+
+/// The rest of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Rest {
+    /// Its start and length \[s\].
+    pub at: f64,
+    pub length: f64,
+}
+
+impl Rest {
+    fn of(context: &Context, elapsed: f64) -> Rest {
+        Rest {
+            at: context.time + elapsed,
+            length: context.dt - elapsed,
+        }
+    }
+}
+
+impl Cluster {
+    /// Of these bodies, before it is stepped.
+    fn of(bodies: Vec<u32>) -> Cluster {
+        Cluster {
+            end: Vec::new(),
+            configuration: Vec::new(),
+            displacement: vec![Vec3::zeros(); bodies.len()],
+            bodies,
+            record: StepRecord::default(),
+            contacts: CachedContacts::default(),
+            problems: Vec::new(),
+        }
+    }
+}
+
+/// Where some bodies are.
+fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
+    let of = |b: &u32| model.configuration(*b as usize);
+    bodies.iter().map(of).collect()
+}
+
+impl Runner {
+    /// Steps `bodies` through the step of `context`. On return they stand at its end, all others
+    /// as on entry.
+    ///
+    /// # Errors
+    /// [`StepError`] of the detection, or velocities that are not finite.
+    pub fn run<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        bodies: Vec<u32>,
+    ) -> Result<Cluster, StepError> {
+        self.gather(context, &bodies);
+        let escorts = self.moved[bodies.len()..].to_vec();
+        let aside = places(model, &escorts);
+        self.start(model, context);
+        let mut cluster = Cluster::of(bodies);
+        let (mut elapsed, mut limit) = (0.0, LONE_EVENTS);
+        loop {
+            let rest = Rest::of(context, elapsed);
+            let plain = self.record.events >= limit;
+            let rules = Rules {
+                events: context.rules.events && !plain,
+                sweeps: context.rules.sweeps && !plain,
+                ..context.rules
+            };
+            // the whole step has shown this far already
+            let shown = elapsed == 0.0 && !plain;
+            let next = self.try_rest(model, solver, context, &rules, rest, shown)?;
+            let Some((contact, time)) = next else {
+                self.keep(context, context.time + context.dt, &mut cluster);
+                break;
+            };
+            let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
+            let Some((key, time)) = found else {
+                // nothing closes after all: the rest is stepped plainly
+                limit = 0;
+                self.restore(model);
+                continue;
+            };
+            elapsed += time;
+            if time > 0.0 {
+                self.keep(context, context.time + elapsed, &mut cluster);
+                self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
+            }
+            self.forget_sticking(context);
+            let rest = Rest::of(context, elapsed);
+            if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
+                limit = EVENTS;
+            }
+            self.here = places(model, &self.moved);
+            std::mem::swap(&mut self.flow.start, &mut self.hit.end);
+        }
+        cluster.record = std::mem::take(&mut self.record);
+        cluster.problems = std::mem::take(&mut self.problems);
+        let velocity = |b: &u32| self.flown.end[*b as usize];
+        cluster.end = cluster.bodies.iter().map(velocity).collect();
+        cluster.configuration = places(model, &cluster.bodies);
+        for (&b, place) in escorts.iter().zip(&aside) {
+            model.set_configuration(b as usize, place);
+        }
+        Ok(cluster)
+    }
+
+    /// Puts the bodies back to the start of the step.
+    fn start<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, context: &Context) {
+        let origin = |b: &u32| context.origin[*b as usize];
+        self.here = self.moved.iter().map(origin).collect();
+        self.restore(model);
+        self.flow.start.clone_from(&context.main.start);
+        for interval in [&mut self.flow, &mut self.instant] {
+            interval.roles.clone_from(&context.main.roles);
+        }
+        self.flow.excused.clone_from(&context.main.excused);
+        self.flow.crowded.clone_from(&context.main.crowded);
+        self.own_contacts = None;
+        self.record = StepRecord::default();
+        self.problems.clear();
+    }
+
+    /// Solves the rest of the step as if nothing closed in it, unless the whole step has `shown` it.
+    /// The first contact to close and after what time; `None` where none closes: the bodies then
+    /// stand at the end of the step.
+    fn try_rest<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        rules: &Rules,
+        rest: Rest,
+        shown: bool,
+    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
+        let span = Span {
+            step: context.dt,
+            length: rest.length,
+            horizon: 0.5 * (rest.length + context.dt),
+        };
+        if shown {
+            self.take_over(context);
+        } else {
+            self.advance(model, solver, context, rules, span, rest.at)?;
+        }
+        // the search leaves bodies where it looked last
+        let middle = places(model, &self.moved);
+        if rules.locates()
+            && let Some(next) = self.next(model, context)?
+        {
+            return Ok(Some(next));
+        }
+        if shown {
+            self.restore(model);
+            self.advance(model, solver, context, rules, span, rest.at)?;
+        } else {
+            for (&b, at) in self.moved.iter().zip(&middle) {
+                model.set_configuration(b as usize, at);
+            }
+        }
+        self.finish_interval(model);
+        Ok(None)
+    }
+
+    /// Finds which bodies belong, which move along, and which pairs of surfaces may touch.
+    fn gather(&mut self, context: &Context, bodies: &[u32]) {
+        self.members.clear();
+        self.members.resize(context.inverse_mass.len(), false);
+        for &b in bodies {
+            self.members[b as usize] = true;
+        }
+        self.pairs.clear();
+        self.moved.clear();
+        self.place.clear();
+        self.place.resize(context.inverse_mass.len(), NO_BODY);
+        for &b in bodies {
+            self.place[b as usize] = self.moved.len() as u32;
+            self.moved.push(b);
+        }
+        let found = &context.main.detection;
+        let contacts = found.contacts.iter().map(|c| (&c.rows, Some(c.surfaces)));
+        let joints = found.joints.iter().map(|j| (&j.rows, None));
+        for (rows, surfaces) in contacts.chain(joints) {
+            if !belongs(rows.bodies, Some(&self.members), context.inverse_mass) {
+                continue;
+            }
+            self.pairs.extend(surfaces);
+            for b in rows.bodies {
+                if b != NO_BODY && self.place[b as usize] == NO_BODY {
+                    self.place[b as usize] = self.moved.len() as u32;
+                    self.moved.push(b);
+                }
+            }
+        }
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+    }
+
+    pub fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        for (&b, place) in self.moved.iter().zip(&self.here) {
+            model.set_configuration(b as usize, place);
+        }
+    }
+
+    /// The path, and what waits on it, from the trial of the whole step.
+    fn take_over(&mut self, context: &Context) {
+        let (main, trial) = (context.main, context.trial);
+        let (flow, flown) = (&mut self.flow, &mut self.flown);
+        flow.length = main.length;
+        flow.forces.clone_from(&main.forces);
+        flow.accelerations.clone_from(&main.accelerations);
+        flow.detection.clear();
+        flow.blocks.clear();
+        flow.laws.clear();
+        flown.clear();
+        flown.end.clone_from(&trial.end);
+        for &i in &trial.waiting {
+            let contact = main.detection.contacts[i];
+            if self.pairs.binary_search(&contact.surfaces).is_ok() {
+                flown.waiting.push(flow.detection.contacts.len());
+                flow.detection.contacts.push(contact);
+            }
+        }
+        let members = Some(self.members.as_slice());
+        self.held.clear();
+        for (i, block) in main.blocks.iter().enumerate() {
+            if belongs(main.sides[i], members, context.inverse_mass) {
+                flow.blocks.push(*block);
+                flow.laws.push(main.laws[i]);
+                flown.impulses.push(trial.impulses[i]);
+                self.held.extend(held(main, trial, i));
+            }
+        }
+    }
+
+    /// Whether nothing holds the bodies or presses on them: they fly.
+    pub fn idle(&self) -> bool {
+        let mut blocks = self.flow.laws.iter().zip(&self.flown.impulses);
+        blocks.all(|(law, p)| matches!(law, Law::Contact { .. }) && *p == Vec2::zeros())
+    }
+
+    /// Cuts the interval of bodies that fly to `time`; moves them to its end.
+    pub fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
+        let (flow, flown) = (&mut self.flow, &mut self.flown);
+        flow.length = time;
+        flow.clear_blocks();
+        flown.clear();
+        for (end, (start, a)) in flown
+            .end
+            .iter_mut()
+            .zip(flow.start.iter().zip(&flow.accelerations))
+        {
+            *end = start + time * a;
+        }
+        for &b in &self.moved {
+            let mean = 0.5 * (self.flow.start[b as usize] + self.flown.end[b as usize]);
+            model.shift(b as usize, &mean, time);
+        }
+    }
+
+    /// Solves an interval from `here`; leaves the bodies at its midpoint.
+    pub fn advance<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        rules: &Rules,
+        span: Span,
+        at: f64,
+    ) -> Result<(), StepError> {
+        let flow = &mut self.flow;
+        model.set_velocities(&flow.start);
+        for &b in &self.moved {
+            let u = flow.start[b as usize];
+            model.shift(b as usize, &u, 0.5 * span.length);
+        }
+        flow.detect_pairs(model, &self.pairs, context.dt)?;
+        let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
+        if rules.locates() {
+            let (places, here) = (&self.place, &self.here);
+            let place = |b: u32| start_of(places, here, b);
+            see_from_the_start(model, flow, cache, rules, place, span.length, span.step)?;
+        }
+        flow.free_velocities(model, at + 0.5 * span.length, span.length);
+        let w = context.inverse_mass;
+        flow.collect(rules, cache, Some(&self.members), w, span);
+        let flown = &mut self.flown;
+        solver.solve(flow, flown, w, rules);
+        let spent = flown.outcomes.iter();
+        spent.for_each(|outcome| outcome.count_work(&mut self.record));
+        if rules.locates() {
+            release_lone(flow, flown, rules, w, span.step);
+        }
+        self.held.clear();
+        let blocks = 0..flow.blocks.len();
+        self.held
+            .extend(blocks.filter_map(|i| held(flow, flown, i)));
+        flown.end_velocities(flow, w);
+        // no search on a path that leads nowhere
+        check_finite(&flown.end, context.time)
+    }
+
+    /// Moves the bodies from the midpoint of the interval to its end.
+    pub fn finish_interval<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        for &b in &self.moved {
+            let u = self.flown.end[b as usize];
+            model.shift(b as usize, &u, 0.5 * self.flow.length);
+        }
+    }
+
+    /// Records the interval solved last.
+    fn keep(&mut self, context: &Context, time: f64, cluster: &mut Cluster) {
+        self.problems.append(&mut self.flown.problems);
+        let (flow, flown, w) = (&self.flow, &self.flown, context.inverse_mass);
+        let (record, cache) = (&mut self.record, &mut cluster.contacts);
+        flown.outcomes.iter().for_each(|o| o.count(record));
+        cache.clear();
+        record_interval(flow, flown, |_| true, w, time, record, cache);
+        record.energy.forces += forces_work(flow, flown, w, |k| self.members[k]);
+        for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
+            *d += 0.5 * flow.length * (flow.start[b as usize] + flown.end[b as usize]);
+        }
+    }
+}
+
+/// Where a body is at the start of the interval, if it moves in it.
+pub(super) fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configuration> {
+    let place = *places.get(body as usize)?;
+    here.get(place as usize).copied()
+}
+
+/// The contact of block `i`, unless it waits.
+fn held(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
+    match interval.blocks[i].source {
+        Source::Contact(c) if !solution.waiting.contains(&c) => {
+            Some(interval.detection.contacts[c].key)
+        }
+        _ => None,
+    }
+}

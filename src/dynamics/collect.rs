@@ -1,0 +1,234 @@
+//! Poses an interval: the rule of every contact and joint that takes part.
+
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
+use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
+use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
+use super::rules::{
+    Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule, rule,
+};
+use crate::contact::{NO_BODY, Vec2, Vec3};
+
+/// Gap \[m or rad\], and share of its arm, by which a limit may be passed before it is closed by
+/// position.
+const PASSED: f64 = 1e-9;
+
+impl Interval {
+    /// Chooses the rule of every contact and joint among `members` (all bodies if `None`).
+    pub fn collect(
+        &mut self,
+        rules: &Rules,
+        cache: &CachedContacts,
+        members: Option<&[bool]>,
+        inverse_mass: &[Vec3],
+        span: Span,
+    ) {
+        self.clear_blocks();
+        let contacts = std::mem::take(&mut self.detection.contacts);
+        for (index, contact) in contacts.iter().enumerate() {
+            let movable = movable(contact.rows.bodies, inverse_mass);
+            let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+            if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {
+                self.pairs.push(contact.key.pair);
+            }
+            let Some(sides) = self.receiving(contact, movable, members) else {
+                continue;
+            };
+            let known = cache.get(&contact.key);
+            let now = self.situation(rules, contact, known, inverse_mass, span);
+            match rule(rules, contact, &now) {
+                Choice::Out => {}
+                Choice::Wait => self.waiting.push(index),
+                Choice::In(rule) => {
+                    let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+                    self.push_contact(index, contact, sides, &now, rule, warm);
+                }
+            }
+        }
+        self.detection.contacts = contacts;
+        self.collect_joints(rules, cache, members, inverse_mass, span);
+    }
+
+    /// What the rule of a contact depends on; `known` is what the cache has of it.
+    #[inline]
+    fn situation(
+        &self,
+        rules: &Rules,
+        contact: &ContactPoint,
+        known: Option<&CachedContact>,
+        inverse_mass: &[Vec3],
+        span: Span,
+    ) -> Situation {
+        let surface = Vec2::new(0.0, contact.surface_velocity);
+        let gamma_a = contact.rows.velocity(&self.start) + surface;
+        let swept = rules.sweeps
+            && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
+        let located = rules.events || swept;
+        // only what rebounds or waits depends on accelerations
+        let bounces = matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
+        let (mut applied, mut acceleration) = (0.0, 0.0);
+        if located || bounces {
+            applied = applied_acceleration(contact, &self.accelerations);
+            acceleration = centripetal(contact, &self.start).max(applied);
+        }
+        let crowded = |b: &u32| self.crowded.get(*b as usize).is_some_and(|c| *c);
+        Situation {
+            span,
+            gamma_a,
+            gamma_f: contact.rows.velocity(&self.free) + surface,
+            acceleration,
+            applied,
+            pressed: known.is_some_and(|m| m.impulse.x > 0.0),
+            stuck: known.and_then(|m| m.stuck),
+            rebounded: known.is_some_and(|m| m.rebounded),
+            located,
+            crowded: !swept && contact.rows.bodies.iter().any(crowded),
+        }
+    }
+
+    #[inline]
+    fn push_contact(
+        &mut self,
+        index: usize,
+        contact: &ContactPoint,
+        sides: [u32; 2],
+        now: &Situation,
+        Rule { free, law, impact }: Rule,
+        warm: Vec2,
+    ) {
+        let loaded = matches!(contact.law, NormalLaw::Load { .. });
+        // friction alone is solved under a given load: its row comes first
+        let rows = |v: Vec2| if loaded { Vec2::new(v.y, 0.0) } else { v };
+        let gamma_f = rows(now.gamma_f);
+        let block = Block {
+            source: Source::Contact(index),
+            bodies: contact.rows.bodies,
+            gamma_a: rows(now.gamma_a),
+            gamma_f,
+            impact,
+            held: false,
+            loaded,
+            pressed_before: now.pressed,
+            stuck_before: now.stuck.is_some(),
+        };
+        self.push(block, sides, gamma_f + free, law, rows(warm));
+    }
+
+    /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
+    /// coefficient; no forces. A limit takes part if it touches or was `pressed` before.
+    pub fn collect_impact(
+        &mut self,
+        rules: &Rules,
+        members: &[bool],
+        inverse_mass: &[Vec3],
+        restitution: impl Fn(usize) -> Option<f64>,
+        pressed: impl Fn(&ContactKey) -> bool,
+    ) {
+        self.length = 0.0;
+        self.free.clone_from(&self.start);
+        self.clear_blocks();
+        let found = std::mem::take(&mut self.detection);
+        for (index, contact) in found.contacts.iter().enumerate() {
+            let (NormalLaw::Rigid { .. }, Some(in_force)) = (contact.law, restitution(index))
+            else {
+                continue;
+            };
+            let movable = movable(contact.rows.bodies, inverse_mass);
+            let Some(sides) = self.receiving(contact, movable, Some(members)) else {
+                continue;
+            };
+            let surface = Vec2::new(0.0, contact.surface_velocity);
+            let gamma = contact.rows.velocity(&self.start) + surface;
+            let Rule { free, law, impact } = impact_rule(rules, contact, gamma, in_force);
+            let block = Block {
+                source: Source::Contact(index),
+                bodies: contact.rows.bodies,
+                gamma_a: gamma,
+                gamma_f: gamma,
+                impact,
+                held: false,
+                loaded: false,
+                pressed_before: false,
+                stuck_before: false,
+            };
+            self.push(block, sides, gamma + free, law, Vec2::zeros());
+        }
+        self.clear_energies(found.joints.len());
+        for (index, joint) in found.joints.iter().enumerate() {
+            if !belongs(joint.rows.bodies, Some(members), inverse_mass)
+                || diagonal(joint, inverse_mass) <= 0.0
+            {
+                continue;
+            }
+            if let Some((free, law)) = joint_impact_rule(joint, pressed(&joint.key)) {
+                let gamma = joint.rows.velocity(&self.start);
+                let block = joint_block(index, joint, [gamma; 2]);
+                let sides = movable(joint.rows.bodies, inverse_mass);
+                self.push(block, sides, gamma + free, law, Vec2::zeros());
+            }
+        }
+        self.detection = found;
+    }
+
+    fn collect_joints(
+        &mut self,
+        rules: &Rules,
+        cache: &CachedContacts,
+        members: Option<&[bool]>,
+        inverse_mass: &[Vec3],
+        span: Span,
+    ) {
+        let joints = std::mem::take(&mut self.detection.joints);
+        self.clear_energies(joints.len());
+        for (index, joint) in joints.iter().enumerate() {
+            let diagonal = diagonal(joint, inverse_mass);
+            // a row that nothing can move is none
+            if !belongs(joint.rows.bodies, members, inverse_mass) || diagonal <= 0.0 {
+                continue;
+            }
+            let sides = side_velocities(&joint.rows, &self.start);
+            let now = JointSituation {
+                span,
+                gamma_a: joint.rows.velocity(&self.start),
+                gamma_f: joint.rows.velocity(&self.free),
+                bend: joint.bend.after(sides, span.horizon),
+                diagonal,
+            };
+            let Some((free, law)) = joint_rule(rules, joint, &now) else {
+                continue;
+            };
+            if let JointKind::Limit { gap } = joint.kind
+                && rules.corrects_gaps()
+                && gap < -now.bend.norm() - PASSED * (1.0 + joint.bend.reach())
+            {
+                self.passed.push(index);
+            }
+            let known = cache.get(&joint.key);
+            let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+            self.energies[index] = known.map_or(JointEnergy::default(), |m| m.energy);
+            let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
+            let sides = movable(joint.rows.bodies, inverse_mass);
+            self.push(block, sides, now.gamma_f + free, law, warm);
+        }
+        self.detection.joints = joints;
+    }
+
+    fn clear_energies(&mut self, joints: usize) {
+        self.energies.clear();
+        self.energies.resize(joints, JointEnergy::default());
+    }
+}
+
+fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) -> Block {
+    Block {
+        source: Source::Joint(index),
+        bodies: joint.rows.bodies,
+        gamma_a,
+        gamma_f,
+        impact: false,
+        held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
+        loaded: false,
+        pressed_before: false,
+        stuck_before: false,
+    }
+}

@@ -1,0 +1,195 @@
+//! The contact cache: what contacts and joints hand on from one step to the next.
+
+use super::model::ContactKey;
+use crate::contact::Vec2;
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+use std::cell::{Cell, OnceCell};
+use std::collections::BTreeSet;
+
+/// Energy that the pins and locks of an island have added, in equal shares: the share of one joint.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct JointEnergy {
+    /// What was added so far \[J\].
+    pub added: f64,
+    /// The largest energy that it was compared with lately \[J\].
+    pub scale: f64,
+}
+
+/// What is kept of one contact or joint.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct CachedContact {
+    /// [N s], in an interval of length `dt`.
+    #[serde(with = "super::saved::pair")]
+    pub impulse: Vec2,
+    #[serde(with = "super::saved::endless")]
+    pub dt: f64,
+    /// Tangential velocity at the end of the interval, if the contact stuck.
+    pub stuck: Option<f64>,
+    /// Whether it rebounded: its impulse is no load that goes on.
+    pub rebounded: bool,
+    /// Of a pin or lock.
+    pub energy: JointEnergy,
+}
+
+/// Everything that contacts and joints hand on from one step to the next.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(super) struct ContactCache {
+    #[serde(with = "in_order")]
+    pub contacts: CachedContacts,
+    pub overlaps: Overlaps,
+    /// Whether a contact was met that rebounds little: see [`super::events::find_crowds`].
+    pub lands: bool,
+}
+
+/// Pairs of surfaces that overlapped when they were first seen.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(super) struct Overlaps {
+    /// All pairs of the last step, in its order.
+    pub seen: Vec<u64>,
+    /// Those that have overlapped since they were first seen.
+    pub open: BTreeSet<u64>,
+}
+
+/// Contacts and joints in the order in which a step met them.
+///
+/// The next step meets nearly the same ones in nearly the same order. So each is looked for behind
+/// the one found last, and by its key only if it is not there.
+#[derive(Debug, Clone, Default)]
+pub(super) struct CachedContacts {
+    entries: Vec<(ContactKey, CachedContact)>,
+    /// Place behind the entry found last.
+    next: Cell<usize>,
+    /// Made when it is first needed.
+    index: OnceCell<FxHashMap<ContactKey, u32>>,
+}
+
+/// Entries looked at before the index is used.
+const AHEAD: usize = 4;
+
+impl CachedContacts {
+    pub fn get(&self, key: &ContactKey) -> Option<&CachedContact> {
+        // behind the last entry the search starts again
+        let from = self.next.get() % self.entries.len().max(1);
+        let ahead = self.entries.get(from..).unwrap_or(&[]).iter();
+        let found = match ahead.take(AHEAD).position(|(k, _)| k == key) {
+            Some(steps) => from + steps,
+            None => {
+                let index = self.index.get_or_init(|| {
+                    let all = self.entries.iter().enumerate();
+                    all.map(|(i, (key, _))| (*key, i as u32)).collect()
+                });
+                *index.get(key)? as usize
+            }
+        };
+        self.next.set(found + 1);
+        Some(&self.entries[found].1)
+    }
+
+    /// Adds a key that is not there yet.
+    pub fn push(&mut self, key: ContactKey, contact: CachedContact) {
+        self.index.take();
+        self.entries.push((key, contact));
+    }
+
+    /// Adds `contact`, or replaces the entry of its key.
+    pub fn insert(&mut self, key: ContactKey, contact: CachedContact) {
+        match self.entries.iter_mut().find(|(k, _)| *k == key) {
+            Some(entry) => entry.1 = contact,
+            None => self.push(key, contact),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.next.set(0);
+        self.index.take();
+    }
+
+    pub fn entries(&self) -> &[(ContactKey, CachedContact)] {
+        &self.entries
+    }
+
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut CachedContact> {
+        self.entries.iter_mut().map(|(_, contact)| contact)
+    }
+}
+
+impl FromIterator<(ContactKey, CachedContact)> for CachedContacts {
+    fn from_iter<I: IntoIterator<Item = (ContactKey, CachedContact)>>(all: I) -> Self {
+        CachedContacts {
+            entries: all.into_iter().collect(),
+            ..CachedContacts::default()
+        }
+    }
+}
+
+impl Extend<(ContactKey, CachedContact)> for CachedContacts {
+    fn extend<I: IntoIterator<Item = (ContactKey, CachedContact)>>(&mut self, all: I) {
+        self.index.take();
+        self.entries.extend(all);
+    }
+}
+
+/// [`CachedContacts`] as a saved state holds them: entries in their order.
+mod in_order {
+    use super::{CachedContact, CachedContacts, ContactKey};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(all: &CachedContacts, to: S) -> Result<S::Ok, S::Error> {
+        all.entries().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<CachedContacts, D::Error> {
+        let entries = Vec::<(ContactKey, CachedContact)>::deserialize(from)?;
+        Ok(entries.into_iter().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(feature: u64) -> ContactKey {
+        ContactKey { pair: 7, feature }
+    }
+
+    fn cached(load: f64) -> CachedContact {
+        CachedContact {
+            impulse: Vec2::new(load, 0.0),
+            dt: 0.01,
+            stuck: None,
+            rebounded: false,
+            energy: JointEnergy::default(),
+        }
+    }
+
+    /// In order, backwards, with gaps, and what is not there; an entry that came later counts.
+    #[test]
+    fn everything_is_found_in_any_order() {
+        let mut cached_contacts: CachedContacts =
+            (0..20).map(|k| (key(k), cached(k as f64))).collect();
+        let orders: [Vec<u64>; 3] = [
+            (0..20).collect(),
+            (0..20).rev().collect(),
+            vec![0, 1, 9, 10, 3, 30, 4, 19],
+        ];
+        for order in orders {
+            for k in order {
+                let found = cached_contacts.get(&key(k)).map(|m| m.impulse.x);
+                assert_eq!(found, (k < 20).then_some(k as f64), "{k}");
+            }
+        }
+        cached_contacts.insert(key(3), cached(-3.0));
+        cached_contacts.insert(key(40), cached(40.0));
+        assert_eq!(cached_contacts.entries().len(), 21);
+        for (k, load) in [(40, 40.0), (3, -3.0), (4, 4.0)] {
+            assert_eq!(
+                cached_contacts.get(&key(k)).map(|m| m.impulse.x),
+                Some(load)
+            );
+        }
+        cached_contacts.clear();
+        assert!(cached_contacts.get(&key(4)).is_none());
+    }
+}

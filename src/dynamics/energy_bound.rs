@@ -1,0 +1,271 @@
+//! Bounds on the energy that contacts and joints add: Newton's restitution, push-outs and closing
+//! gaps may invent some.
+//!
+//! Both bounds work alike. Where the work of an answer is above what is allowed, the island is solved
+//! again with a calm `b` that adds no energy. The two answers are blended with the largest share of
+//! the first that keeps the bound. Both lie in the cone and keep the bodies apart, and so does the
+//! blend, by convexity.
+
+use super::contact_cache::JointEnergy;
+use super::fallback::hopeless;
+use super::island_problem::{IslandProblem, Terms};
+use crate::contact::{ContactProblem, Vec2};
+use crate::solver::{ImpulseSolver, SolveReport};
+
+/// Share of the energy of an island that its joints may have added.
+const SHARE: f64 = 0.01;
+
+/// Share of what joints added, and of the energy it is compared with, that is forgotten in a step.
+const FORGOTTEN: f64 = 1.0 / 256.0;
+
+/// A bounded answer.
+struct Blend {
+    impulses: Vec<Vec2>,
+    /// Share of the first answer.
+    share: f64,
+    /// Of the calm answer.
+    calm: SolveReport,
+}
+
+impl Blend {
+    /// The report of the blend, which solves neither problem to the letter: it is as good as the
+    /// first answer, or as the calm one where that is `worse`.
+    fn report(&self, first: &SolveReport, worse: bool) -> SolveReport {
+        let mut report = first.after(&self.calm);
+        if worse {
+            report.status = self.calm.status;
+            report.residual = self.calm.residual;
+        }
+        report
+    }
+}
+
+/// Solves `calm` from `start`, and blends its answer with the `first` one. `excess` of a share, its
+/// blend and `G P + b` of the calm answer is to be 0 or less.
+fn blend(
+    solver: &mut dyn ImpulseSolver,
+    calm: &ContactProblem,
+    start: Vec<Vec2>,
+    (first, report): (&[Vec2], &SolveReport),
+    tolerance: f64,
+    excess: impl Fn(f64, &[Vec2], &[Vec2]) -> f64,
+) -> Blend {
+    let mut second = start;
+    let calm_report = solver.solve(calm, &mut second, tolerance);
+    let mut velocities = Vec::new();
+    calm.velocities(&second, &mut velocities);
+    let at = |share: f64| lerp(&second, first, share);
+    // an answer that is none has no share
+    let share = if hopeless(report) && calm_report.solved() {
+        0.0
+    } else {
+        largest_share([0.0, 0.5, 1.0].map(|s| excess(s, &at(s), &velocities)))
+    };
+    Blend {
+        impulses: at(share),
+        share,
+        calm: calm_report,
+    }
+}
+
+fn lerp(from: &[Vec2], to: &[Vec2], share: f64) -> Vec<Vec2> {
+    from.iter().zip(to).map(|(a, b)| a.lerp(b, share)).collect()
+}
+
+/// Largest `s` in [0, 1] with `w(s) ≤ 0`, `w` the parabola through (0, ½, 1).
+fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
+    let curvature = 2.0 * (w0 + w1) - 4.0 * wh;
+    let slope = w1 - w0 - curvature;
+    if w1 <= 0.0 {
+        return 1.0;
+    }
+    if w0 >= 0.0 {
+        return 0.0;
+    }
+    // exactly one crossing in (0, 1): w0 < 0 < w1
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let s = 0.5 * (low + high);
+        if w0 + s * (slope + s * curvature) <= 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+    }
+    low
+}
+
+/// Bounds the energy that rigid contacts add,
+///
+/// ```text
+/// W(P) = Σ Pᵀ (γ_A + γ_E)/2 ≤ 0                                              (1)
+/// ```
+///
+/// Where a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`), the
+/// calm problem is the one without restitution and push-out. `velocities` is `G P + b` \[m/s\] of
+/// the answer. Returns the report of the bounded answer; `None` if the bound was kept.
+///
+/// # Source
+/// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
+/// for why Newton's law needs it.
+pub(super) fn bound_contacts(
+    solver: &mut dyn ImpulseSolver,
+    island: &IslandProblem,
+    (impulses, velocities): (&mut [Vec2], &[Vec2]),
+    report: SolveReport,
+    tolerance: f64,
+) -> Option<SolveReport> {
+    let IslandProblem {
+        problem,
+        terms,
+        added,
+        ..
+    } = island;
+    let impact = island.impact();
+    // without an impact or a push-out nothing can add energy
+    if !impact && added.iter().all(|a| a.x >= 0.0 && a.y == 0.0) {
+        return None;
+    }
+    let gamma_1 = |i: usize| velocities[i] - added[i];
+    let work = work_of(terms, impulses, gamma_1);
+    if work <= 0.0 {
+        return None;
+    }
+    let rigid = (0..impulses.len()).filter(|&i| terms[i].rigid);
+    // impulses of a wedge can be huge beside what they change: round-off goes with the products
+    let allowed: f64 = if impact {
+        let product = |i: usize| impulses[i].norm() * (terms[i].gamma_a.norm() + gamma_1(i).norm());
+        1e-13 * rigid.map(product).sum::<f64>()
+    } else {
+        let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
+        0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
+    };
+    if work <= allowed {
+        return None;
+    }
+    let calm_added = |i: usize| {
+        if terms[i].rigid {
+            Vec2::new(added[i].x.max(0.0), 0.0)
+        } else if terms[i].held {
+            Vec2::zeros()
+        } else {
+            added[i]
+        }
+    };
+    let mut calm = problem.clone();
+    for (i, b) in calm.free.iter_mut().enumerate() {
+        *b += calm_added(i) - added[i];
+    }
+    let excess = |share: f64, p: &[Vec2], calm_velocities: &[Vec2]| {
+        let gamma_0 = |i: usize| calm_velocities[i] - calm_added(i);
+        work_of(terms, p, |i| gamma_0(i).lerp(&gamma_1(i), share))
+    };
+    let start = vec![Vec2::zeros(); impulses.len()];
+    let found = blend(solver, &calm, start, (impulses, &report), tolerance, excess);
+    impulses.copy_from_slice(&found.impulses);
+    Some(found.report(&report, !found.calm.solved()))
+}
+
+/// `W` of equation (1) of [`bound_contacts`] \[J\].
+fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2) -> f64 {
+    (0..impulses.len())
+        .filter(|&i| terms[i].rigid)
+        .map(|i| 0.5 * impulses[i].dot(&(terms[i].gamma_a + gamma_end(i))))
+        .sum()
+}
+
+/// Energy \[J\] that the rigid contacts of an island add by impulses that lead to `G P + b`.
+pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
+    work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
+}
+
+/// What became of the pins and locked axes of an island.
+#[derive(Default)]
+pub(super) struct BoundJoints {
+    /// Where the bound failed: the report of the bounded answer, and the `b` it answers.
+    pub bounded: Option<(SolveReport, Vec<Vec2>)>,
+    /// Joints of the detection, each with what it has added now.
+    pub energies: Vec<(usize, JointEnergy)>,
+}
+
+/// Bounds the energy that pins and locked axes add,
+///
+/// ```text
+/// W(P) = Σ Pᵀ (γ_A + γ_E)/2,   A + W ≤ X = 0.01 max (T + T_h)                      (1)
+/// ```
+///
+/// with what they added before, `A`, held within ±X, the kinetic energy `T` of their bodies at the
+/// start and `T_h` of the velocities that forces alone give them in the step. The largest of these,
+/// and `A`, fade with a time of 256 steps. Closing gaps adds and takes energy by turns, far less than
+/// X where bodies turn by a small part of a radian in a step. A whip, or a joint that was built apart,
+/// would be blown up by it. The calm problem then has
+///
+/// ```text
+/// γ_E = 0   of its pins and locks, and no contact is pushed out,                (2)
+/// ```
+///
+/// which takes energy. What is left of the gaps is closed by position, see
+/// [`super::joint_recovery`]. `problem` is that of the island, or a softer one, whose answer
+/// `impulses` is.
+///
+/// # Source
+/// Own construction, after the bound on restitution.
+pub(super) fn bound_joints(
+    solver: &mut dyn ImpulseSolver,
+    problem: &ContactProblem,
+    island: &IslandProblem,
+    impulses: &mut [Vec2],
+    report: SolveReport,
+    tolerance: f64,
+) -> BoundJoints {
+    let (terms, held) = (&island.terms, &island.held);
+    if held.is_empty() {
+        return BoundJoints::default();
+    }
+    // γ_E of a bilateral row is what was added to γ_F, the other way
+    let added = held
+        .iter()
+        .map(|h| problem.free[h.block] - terms[h.block].gamma_f);
+    let added: Vec<Vec2> = added.collect();
+    let work = |share: f64, p: &[Vec2]| -> f64 {
+        let blocks = held.iter().map(|h| h.block).zip(&added);
+        let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
+        blocks.map(of).sum()
+    };
+    let (mut before, mut most) = (0.0, 0.0);
+    for own in held {
+        before += (1.0 - FORGOTTEN) * own.energy.added;
+        most += (1.0 - FORGOTTEN) * own.energy.scale;
+    }
+    let scale = island.energy.max(most);
+    let limit = SHARE * scale;
+    let before = before.clamp(-limit, limit);
+    let room = limit - before;
+    let mut now = work(1.0, impulses);
+    let mut result = BoundJoints::default();
+    if now > room || hopeless(&report) {
+        let mut calm = problem.clone();
+        for (b, terms) in calm.free.iter_mut().zip(terms) {
+            if terms.rigid {
+                let push = terms.bias - terms.gamma_f;
+                *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
+            } else if terms.held {
+                *b = terms.gamma_f;
+            }
+        }
+        let excess = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
+        let (start, first) = (impulses.to_vec(), (&*impulses, &report));
+        let found = blend(solver, &calm, start, first, tolerance, excess);
+        now = work(found.share, &found.impulses);
+        impulses.copy_from_slice(&found.impulses);
+        let report = found.report(&report, found.share == 0.0 || !found.calm.solved());
+        result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
+    }
+    let share = 1.0 / held.len() as f64;
+    let energy = JointEnergy {
+        added: share * (before + now).clamp(-limit, limit),
+        scale: share * scale,
+    };
+    result.energies = held.iter().map(|h| (h.joint, energy)).collect();
+    result
+}

@@ -1,0 +1,234 @@
+//! One interval of time, or one instant, for some of the bodies: what its contact problems are made
+//! of.
+
+use super::contact_cache::JointEnergy;
+use super::model::{
+    ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
+};
+use super::roles::BodyRoles;
+use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
+use std::collections::BTreeSet;
+
+/// One block of rows that takes part.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    pub source: Source,
+    /// Of all sides, those that move on their own included.
+    pub bodies: [u32; 2],
+    pub gamma_a: Vec2,
+    pub gamma_f: Vec2,
+    pub impact: bool,
+    /// A pin or locked axis.
+    pub held: bool,
+    /// A contact with a given normal load: its friction alone is solved, in the normal row's place.
+    pub loaded: bool,
+    /// Whether it had an impulse, and whether it stuck, in the interval before.
+    pub pressed_before: bool,
+    pub stuck_before: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Source {
+    Contact(usize),
+    Joint(usize),
+}
+
+/// An interval as it is posed. Solving it changes nothing here: what comes out is a
+/// [`Solution`](super::solution::Solution).
+#[derive(Default)]
+pub(super) struct Interval {
+    pub length: f64,
+    /// Whether it is a whole step of all bodies.
+    pub whole: bool,
+    pub roles: BodyRoles,
+    pub start: Vec<Vec3>,
+    pub forces: Vec<Vec3>,
+    pub accelerations: Vec<Vec3>,
+    pub free: Vec<Vec3>,
+    pub detection: Detection,
+    pub blocks: Vec<Block>,
+    /// Of each block: the bodies that take impulses, `b = γ_F +` what its rule adds \[m/s\], its law,
+    /// and the impulse to start from.
+    pub sides: Vec<[u32; 2]>,
+    pub bias: Vec<Vec2>,
+    pub laws: Vec<Law>,
+    pub warm: Vec<Vec2>,
+    /// Of each joint of the detection.
+    pub energies: Vec<JointEnergy>,
+    /// Pairs of surfaces of the rigid contacts met, movable ones, in their order.
+    pub pairs: Vec<u64>,
+    /// Contacts of the detection left out until they are located in time.
+    pub waiting: Vec<usize>,
+    /// Joints of the detection whose limit is passed farther than its bend explains.
+    pub passed: Vec<usize>,
+    /// Pairs whose penetration is no fault of the step: they started overlapped.
+    pub excused: BTreeSet<u64>,
+    /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
+    pub crowded: Vec<bool>,
+}
+
+impl Interval {
+    /// Finds all contacts at the present configuration that may close within `dt` \[s\].
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn detect<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        dt: f64,
+    ) -> Result<(), ModelError> {
+        self.detection.clear();
+        model.detect(dt, &mut self.detection)
+    }
+
+    /// Finds the contacts of some pairs of surfaces only, and all joints.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn detect_pairs<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        pairs: &[[u32; 2]],
+        dt: f64,
+    ) -> Result<(), ModelError> {
+        self.detection.clear();
+        model.detect_pairs(pairs, dt, &mut self.detection)?;
+        model.detect_joints(dt, &mut self.detection.joints)
+    }
+
+    /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the impulses of given normal loads.
+    pub fn free_velocities<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        time: f64,
+        length: f64,
+    ) {
+        let inverse_mass = model.inverse_mass();
+        self.length = length;
+        self.forces.clear();
+        self.forces.resize(self.start.len(), Vec3::zeros());
+        model.forces(time, &mut self.forces);
+        self.accelerations.clear();
+        self.accelerations.extend(
+            self.forces
+                .iter()
+                .zip(inverse_mass)
+                .map(|(f, w)| f.component_mul(w)),
+        );
+        self.free.clear();
+        self.free.extend(
+            self.start
+                .iter()
+                .zip(&self.accelerations)
+                .map(|(u, a)| u + a * length),
+        );
+        for contact in &self.detection.contacts {
+            if let NormalLaw::Load { force } = contact.law {
+                let impulse = Vec2::new(force * length, 0.0);
+                contact.rows.push(impulse, inverse_mass, &mut self.free);
+            }
+        }
+    }
+
+    /// Adds a block with its `b`, and the impulse to start from.
+    pub fn push(&mut self, block: Block, sides: [u32; 2], bias: Vec2, law: Law, warm: Vec2) {
+        self.blocks.push(block);
+        self.sides.push(sides);
+        self.bias.push(bias);
+        self.laws.push(law);
+        self.warm.push(warm);
+    }
+
+    /// Removes everything that was collected.
+    pub fn clear_blocks(&mut self) {
+        self.blocks.clear();
+        self.sides.clear();
+        self.bias.clear();
+        self.laws.clear();
+        self.warm.clear();
+        self.pairs.clear();
+        self.waiting.clear();
+        self.passed.clear();
+    }
+
+    /// What tells a block from step to step.
+    pub fn key(&self, block: usize) -> ContactKey {
+        match self.blocks[block].source {
+            Source::Contact(index) => self.detection.contacts[index].key,
+            Source::Joint(index) => self.detection.joints[index].key,
+        }
+    }
+
+    /// Those `movable` sides of a contact that take its impulse, if any does and all are among
+    /// `members`.
+    #[inline]
+    pub fn receiving(
+        &self,
+        contact: &ContactPoint,
+        movable: [u32; 2],
+        members: Option<&[bool]>,
+    ) -> Option<[u32; 2]> {
+        let sides = self.roles.receiving(contact.rows.bodies, movable);
+        (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
+    }
+
+    /// The rows of a block, with the sides that take impulses only.
+    pub fn rows(&self, block: usize) -> Rows {
+        block_rows(&self.detection, &self.blocks[block], self.sides[block])
+    }
+
+    /// The same with all sides, those that move on their own included.
+    pub fn all_rows(&self, block: usize) -> Rows {
+        let block = &self.blocks[block];
+        block_rows(&self.detection, block, block.bodies)
+    }
+}
+
+/// The rows of a block of `found`, of these sides.
+pub(super) fn block_rows(found: &Detection, block: &Block, bodies: [u32; 2]) -> Rows {
+    let mut jacobian = match block.source {
+        Source::Contact(index) => found.contacts[index].rows.jacobian,
+        Source::Joint(index) => found.joints[index].rows.jacobian,
+    };
+    if block.loaded {
+        for side in &mut jacobian {
+            *side = [side[1], Vec3::zeros()];
+        }
+    }
+    Rows { bodies, jacobian }
+}
+
+/// `G_nn` of one row, the trace of both of a pin [1/kg].
+pub(super) fn diagonal(joint: &JointRow, inverse_mass: &[Vec3]) -> f64 {
+    let block = joint.rows.diagonal(inverse_mass);
+    match joint.kind {
+        JointKind::Pin { .. } => block.trace(),
+        _ => block[(0, 0)],
+    }
+}
+
+/// Velocities of both sides of `rows`, 0 for the world.
+pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
+    rows.bodies
+        .map(|b| velocities.get(b as usize).copied().unwrap_or_default())
+}
+
+/// Both `bodies` but those that move on their own: these join no islands and take no impulse.
+#[inline]
+pub(super) fn movable(bodies: [u32; 2], inverse_mass: &[Vec3]) -> [u32; 2] {
+    bodies.map(|body| match inverse_mass.get(body as usize) {
+        Some(w) if *w != Vec3::zeros() => body,
+        _ => NO_BODY,
+    })
+}
+
+/// Whether something is movable, and all that is movable is among `members`.
+pub(super) fn belongs(bodies: [u32; 2], members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
+    are_among(movable(bodies, inverse_mass), members)
+}
+
+#[inline]
+fn are_among(sides: [u32; 2], members: Option<&[bool]>) -> bool {
+    let mut real = sides.iter().filter(|b| **b != NO_BODY).peekable();
+    real.peek().is_some() && real.all(|b| members.is_none_or(|m| m[*b as usize]))
+}

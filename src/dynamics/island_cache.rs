@@ -1,0 +1,150 @@
+//! The island cache: what islands hand on from one step to the next.
+
+use super::fallback::Fallback;
+use super::model::ContactKey;
+use crate::solver::{Carried, CarriedState};
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
+/// What the islands of one step hand on.
+#[derive(Default)]
+struct Generation {
+    /// Factors of a Newton system, by the key of the island's first block.
+    factors: FxHashMap<ContactKey, Carried>,
+    /// Fallback state of large islands, by the keys of all their blocks: in a heap that moves any
+    /// one of them may be gone in the next step.
+    fallback: FxHashMap<ContactKey, Fallback>,
+}
+
+/// Everything that islands hand on from one step to the next.
+///
+/// A step takes from the last generation and writes the next one; [`IslandCache::commit`] makes it
+/// the last one.
+#[derive(Default)]
+pub(super) struct IslandCache {
+    last: Generation,
+    next: Generation,
+    /// Fallback state of islands that were solved for a part of this step only.
+    within: FxHashMap<ContactKey, Fallback>,
+    /// Whether the overlaps of a large island had no solution: its displacements are then softened
+    /// at once, as long as anything overlaps.
+    pub wedged: bool,
+}
+
+/// [`IslandCache`] as a saved state holds it, in the order of its keys.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct IslandCacheState {
+    factors: Vec<(ContactKey, CarriedState)>,
+    fallback: Vec<(ContactKey, Fallback)>,
+    wedged: bool,
+}
+
+impl IslandCache {
+    /// Forgets all contacts: after another solver or a change of shapes.
+    pub fn clear(&mut self) {
+        self.drop_step();
+        self.last.fallback.clear();
+    }
+
+    /// Begins a step.
+    pub fn begin(&mut self) {
+        self.within.clear();
+    }
+
+    /// Ends a step that was taken.
+    pub fn commit(&mut self) {
+        self.last = std::mem::take(&mut self.next);
+    }
+
+    /// Ends a step that failed. Its islands may have taken factors out of the last generation, so
+    /// that all of them are dropped; fallback states stay as they were.
+    pub fn drop_step(&mut self) {
+        self.last.factors.clear();
+        self.next = Generation::default();
+    }
+
+    /// Takes out the factors of the island with this first key; empty ones if there are none.
+    pub fn take_factors(&mut self, first: &ContactKey) -> Carried {
+        let earlier = self.next.factors.remove(first);
+        let earlier = earlier.or_else(|| self.last.factors.remove(first));
+        earlier.unwrap_or_default()
+    }
+
+    /// Keeps the factors of the island with this first key for the next step.
+    pub fn keep_factors(&mut self, first: ContactKey, factors: Carried) {
+        if !factors.is_empty() {
+            self.next.factors.insert(first, factors);
+        }
+    }
+
+    /// Fallback state of an island: that of the first of its `keys` which is known. In a `whole` step
+    /// it is that of the last step. In a part of a step it is what was found earlier in this step.
+    pub fn fallback(
+        &self,
+        keys: impl Iterator<Item = ContactKey> + Clone,
+        whole: bool,
+    ) -> Fallback {
+        let known = |states: &FxHashMap<ContactKey, Fallback>| {
+            let mut keys = keys.clone().filter(|_| !states.is_empty());
+            keys.find_map(|key| states.get(&key).copied())
+        };
+        let found = if whole {
+            known(&self.last.fallback)
+        } else {
+            let within = known(&self.within).or_else(|| known(&self.next.fallback));
+            within.map(Fallback::within)
+        };
+        found.unwrap_or_default()
+    }
+
+    /// Keeps the fallback state of an island with these keys.
+    pub fn keep_fallback(
+        &mut self,
+        keys: impl Iterator<Item = ContactKey> + Clone,
+        whole: bool,
+        state: Fallback,
+    ) {
+        // an earlier round of the step may have noted another state
+        if whole && !self.next.fallback.is_empty() {
+            for key in keys.clone() {
+                self.next.fallback.remove(&key);
+            }
+        }
+        if state.active() {
+            let states = if whole {
+                &mut self.next.fallback
+            } else {
+                &mut self.within
+            };
+            states.extend(keys.map(|key| (key, state)));
+        }
+    }
+
+    /// All of it, to be saved.
+    pub fn state(&self) -> IslandCacheState {
+        let all = self.last.factors.iter();
+        let factors = all.filter_map(|(key, factors)| Some((*key, factors.state()?)));
+        let fallback = self.last.fallback.iter().map(|(key, state)| (*key, *state));
+        let mut state = IslandCacheState {
+            factors: factors.collect(),
+            fallback: fallback.collect(),
+            wedged: self.wedged,
+        };
+        state.factors.sort_by_key(|(key, _)| *key);
+        state.fallback.sort_by_key(|(key, _)| *key);
+        state
+    }
+
+    /// Goes on with what [`IslandCache::state`] returned.
+    pub fn restore(&mut self, state: &IslandCacheState) {
+        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
+        *self = IslandCache {
+            last: Generation {
+                factors: state.factors.iter().map(restored).collect(),
+                fallback: state.fallback.iter().copied().collect(),
+            },
+            wedged: state.wedged,
+            ..IslandCache::default()
+        };
+    }
+}

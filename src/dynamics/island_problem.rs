@@ -1,0 +1,181 @@
+//! One island of an interval, posed: its contact problem, and what its blocks are made of.
+
+use super::contact_cache::JointEnergy;
+use super::interval::{Interval, Source};
+use super::kinetic::kinetic_of;
+use super::local_bodies::LocalBodies;
+use super::solution::Solution;
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3};
+
+/// What a block of the island is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Terms {
+    /// Relative velocity at the start of the step, and as if no impulse acted \[m/s\].
+    pub gamma_a: Vec2,
+    pub gamma_f: Vec2,
+    /// `b` as it was posed \[m/s\].
+    pub bias: Vec2,
+    /// A rigid unilateral contact. Others store or feed energy rightly: no bound holds for them.
+    pub rigid: bool,
+    /// A pin or locked axis.
+    pub held: bool,
+    /// A rebounding impact.
+    pub impact: bool,
+}
+
+/// A pin or locked axis of the island.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Held {
+    pub block: usize,
+    /// Its number in the detection.
+    pub joint: usize,
+    /// What it added in the steps before.
+    pub energy: JointEnergy,
+}
+
+/// An island, posed. `problem` is what the solver gets; later steps may put another `b` in it.
+#[derive(Default)]
+pub(super) struct IslandProblem {
+    pub problem: ContactProblem,
+    pub terms: Vec<Terms>,
+    /// What the rules add to `γ_F` in `problem`: `b − γ_F` \[m/s\].
+    pub added: Vec<Vec2>,
+    /// Impulses to start from.
+    pub warm: Vec<Vec2>,
+    pub held: Vec<Held>,
+    /// Kinetic energy \[J\] of the bodies at the start, and what forces alone would give them; 0
+    /// where nothing is held.
+    pub energy: f64,
+    pub local: LocalBodies,
+}
+
+impl IslandProblem {
+    /// Poses the island of these blocks of an interval of which higher islands, and earlier rounds,
+    /// are in `solution`.
+    pub fn pose(
+        &mut self,
+        interval: &Interval,
+        solution: &Solution,
+        members: &[u32],
+        inverse_mass: &[Vec3],
+    ) {
+        let ContactProblem {
+            operator,
+            free,
+            laws,
+        } = &mut self.problem;
+        let mut op = match std::mem::take(operator) {
+            Delassus::Bodies(op) => op,
+            Delassus::Blocks(_) => BodyOperator::default(),
+        };
+        (self.local).operator(members, |i| interval.rows(i), inverse_mass, &mut op);
+        *operator = Delassus::Bodies(op);
+        free.clear();
+        free.extend(members.iter().map(|&i| solution.bias[i as usize]));
+        laws.clear();
+        laws.extend(members.iter().map(|&i| interval.laws[i as usize]));
+        self.warm.clear();
+        (self.warm).extend(members.iter().map(|&i| solution.impulses[i as usize]));
+        self.terms.clear();
+        self.terms.extend(members.iter().map(|&i| {
+            let i = i as usize;
+            let block = &interval.blocks[i];
+            Terms {
+                gamma_a: block.gamma_a,
+                gamma_f: solution.gamma_f(interval, i),
+                bias: solution.bias[i],
+                rigid: is_rigid(&interval.laws[i]),
+                held: block.held,
+                impact: block.impact,
+            }
+        }));
+        self.held.clear();
+        self.energy = 0.0;
+        if !interval.detection.joints.is_empty() {
+            self.pose_held(interval, members, inverse_mass);
+        }
+    }
+
+    fn pose_held(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
+        for (block, &i) in members.iter().enumerate() {
+            let own = &interval.blocks[i as usize];
+            if let (Source::Joint(joint), true) = (own.source, own.held) {
+                self.held.push(Held {
+                    block,
+                    joint,
+                    energy: interval.energies[joint],
+                });
+            }
+        }
+        if self.held.is_empty() {
+            return;
+        }
+        let sides = members.iter().flat_map(|&i| interval.sides[i as usize]);
+        let mut bodies: Vec<u32> = sides.filter(|b| *b != NO_BODY).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let of = |&b: &u32| {
+            let (b, dt) = (b as usize, interval.length);
+            kinetic_of(&interval.start[b], &inverse_mass[b])
+                + kinetic_of(&(interval.accelerations[b] * dt), &inverse_mass[b])
+        };
+        self.energy = bodies.iter().map(of).sum();
+    }
+
+    /// Finds `added` for the present `b`.
+    pub fn count_added(&mut self) {
+        self.added.clear();
+        let blocks = self.problem.free.iter().zip(&self.terms);
+        self.added
+            .extend(blocks.map(|(b, terms)| b - terms.gamma_f));
+    }
+
+    /// Drops what rules added that no motion of the bodies may be able to undo: push-outs can
+    /// contradict each other, as of a block that overlaps walls on both sides.
+    pub fn drop_pushes(&mut self) {
+        let blocks = self.problem.free.iter_mut().zip(&mut self.added);
+        for ((b, added), _) in blocks.zip(&self.terms).filter(|(_, terms)| terms.rigid) {
+            let push = Vec2::new(added.x.min(0.0), added.y);
+            *b -= push;
+            *added -= push;
+        }
+    }
+
+    /// Undoes [`IslandProblem::drop_pushes`]: rigid contacts have the `b` that was posed.
+    pub fn restore_pushes(&mut self) {
+        restore_pushes(&mut self.problem.free, &self.terms);
+    }
+
+    /// Whether rules may have added what no motion of the bodies is able to undo, as the best
+    /// impulses leave this `velocity` \[m/s\] unsolved.
+    pub fn contradicts(&self, velocity: f64) -> bool {
+        let rigid = self.added.iter().zip(&self.terms).filter(|(_, t)| t.rigid);
+        let pushes = rigid.map(|(added, _)| added.y.abs().max(-added.x));
+        let largest = pushes.fold(0.0, f64::max);
+        let small = self.terms.len() <= SMALL;
+        largest > 0.0 && (small || velocity > CONTRADICTION * largest)
+    }
+
+    /// Whether the island has a rebounding impact.
+    pub fn impact(&self) -> bool {
+        self.terms.iter().any(|t| t.impact)
+    }
+}
+
+/// Gives rigid contacts the `b` that was posed.
+pub(super) fn restore_pushes(free: &mut [Vec2], terms: &[Terms]) {
+    for (b, terms) in free.iter_mut().zip(terms).filter(|(_, t)| t.rigid) {
+        *b = terms.bias;
+    }
+}
+
+/// Share of the largest push that the best impulses leave unsolved at least where pushes contradict
+/// each other: much less is a solver's trouble, which another problem as large does not end.
+const CONTRADICTION: f64 = 1e-3;
+/// Blocks up to which the other problem costs little: it is tried anyhow.
+const SMALL: usize = 130;
+
+/// Whether a law is a rigid unilateral contact.
+pub(super) fn is_rigid(law: &Law) -> bool {
+    matches!(law, Law::Contact { compliance, .. } if *compliance == 0.0)
+}

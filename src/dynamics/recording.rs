@@ -1,0 +1,185 @@
+//! What an interval did: energy, contacts and joints, and what the contact cache keeps of them.
+
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::interval::{Interval, Source};
+use super::model::{ContactPoint, JointKind, NormalLaw};
+use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
+
+/// Adds the work and the contacts of those blocks that `used` keeps, and what `cache` keeps of them.
+pub(super) fn record_interval(
+    interval: &Interval,
+    solution: &Solution,
+    used: impl Fn(usize) -> bool,
+    inverse_mass: &[Vec3],
+    time: f64,
+    record: &mut StepRecord,
+    cache: &mut CachedContacts,
+) {
+    // impulses do no work on what moves on its own
+    let velocities = interval.start.iter().zip(&solution.end).zip(inverse_mass);
+    let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
+    let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
+    let mean: Vec<Vec3> = mean.collect();
+    record.contacts.reserve(interval.blocks.len());
+    for (i, (block, &p)) in interval.blocks.iter().zip(&solution.impulses).enumerate() {
+        if !used(i) {
+            continue;
+        }
+        // no work where no impulse arrives
+        let takes = |rows: &Rows| {
+            let (bodies, jacobian) = (interval.sides[i], rows.jacobian);
+            Rows { bodies, jacobian }.velocity(&mean)
+        };
+        match block.source {
+            Source::Joint(index) => {
+                let joint = &interval.detection.joints[index];
+                let own = takes(&joint.rows);
+                let work = p.dot(&own);
+                record.joint_gap = record.joint_gap.max(joint.distance());
+                match joint.kind {
+                    JointKind::Pin { .. } | JointKind::Lock { .. } | JointKind::Limit { .. } => {
+                        record.energy.joints += work;
+                    }
+                    JointKind::Motor { .. } | JointKind::Spring(_) => record.energy.motors += work,
+                }
+                record.joints.push(JointRecord {
+                    time,
+                    joint: joint.joint,
+                    part: joint.part,
+                    bodies: joint.rows.bodies,
+                    impulse: p,
+                    work,
+                });
+                let kept = CachedContact {
+                    impulse: p,
+                    dt: interval.length,
+                    stuck: None,
+                    rebounded: false,
+                    energy: solution.energies[index],
+                };
+                cache.push(joint.key, kept);
+            }
+            Source::Contact(index) => {
+                let contact = &interval.detection.contacts[index];
+                // the whole impulse, with the given load where friction alone was solved
+                let impulse = match contact.law {
+                    NormalLaw::Load { force } => Vec2::new(force * interval.length, p.x),
+                    _ => p,
+                };
+                let work = takes(&contact.rows);
+                record.energy.contact_n += impulse.x * work.x;
+                record.energy.contact_t += impulse.y * work.y;
+                let kept = record_contact(interval, solution, i, contact, impulse, time, record);
+                cache.push(contact.key, kept);
+            }
+        }
+    }
+}
+
+/// Records what a contact did. Returns what the contact cache keeps of it.
+fn record_contact(
+    interval: &Interval,
+    solution: &Solution,
+    i: usize,
+    contact: &ContactPoint,
+    impulse: Vec2,
+    time: f64,
+    record: &mut StepRecord,
+) -> CachedContact {
+    let block = &interval.blocks[i];
+    let surface = Vec2::new(0.0, contact.surface_velocity);
+    let gamma_e = contact.rows.velocity(&solution.end) + surface;
+    let gamma_a = if block.loaded {
+        contact.rows.velocity(&interval.start) + surface
+    } else {
+        block.gamma_a
+    };
+    let gamma_mean = 0.5 * (gamma_a + gamma_e);
+    // the velocity that the friction law sees, within what the solve resolves: on the border of
+    // the cone a contact may stick, inside it it must
+    let added = solution.bias[i] - solution.gamma_f(interval, i);
+    let added = match contact.law {
+        NormalLaw::Load { .. } => added.x,
+        _ => added.y,
+    };
+    let sticks = contact.friction > 0.0
+        && impulse.x > 0.0
+        && (gamma_e.y + added).abs() <= solution.resolution[i];
+    let instant = interval.length == 0.0;
+    if impulse.x > 0.0 || contact.gap <= 0.0 && !instant {
+        let slip_velocity = if sticks && block.stuck_before {
+            0.0
+        } else {
+            gamma_mean.y
+        };
+        record.contacts.push(ContactRecord {
+            time,
+            bodies: contact.bodies,
+            surfaces: contact.surfaces,
+            cells: contact.cells,
+            position: contact.position,
+            normal: contact.normal,
+            gap: contact.gap,
+            impulse_n: impulse.x,
+            impulse_t: impulse.y,
+            moments: [0, 1].map(|side| {
+                let [n, t] = contact.rows.jacobian[side];
+                let takes = interval.sides[i][side] != NO_BODY;
+                takes.then_some(n.z * impulse.x + t.z * impulse.y)
+            }),
+            slip: interval.length * slip_velocity,
+            load_slip: impulse.x * slip_velocity.abs(),
+            friction_work: -impulse.y * slip_velocity,
+            normal_work: impulse.x * gamma_mean.x,
+            status: status(impulse.x, block.impact || instant, sticks, gamma_e.y),
+        });
+    }
+    if block.impact || instant {
+        record.penetration_impact = record.penetration_impact.max(-contact.gap);
+    } else if !interval.excused.contains(&contact.key.pair) {
+        let end_gap = contact.gap + 0.5 * interval.length * gamma_e.x;
+        record.penetration = record.penetration.max(-end_gap);
+    }
+    CachedContact {
+        impulse,
+        dt: interval.length,
+        stuck: sticks.then_some(gamma_e.y),
+        rebounded: block.impact,
+        energy: JointEnergy::default(),
+    }
+}
+
+/// Work \[J\] of an interval's forces on the bodies that `of` names.
+pub(super) fn forces_work(
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+    of: impl Fn(usize) -> bool,
+) -> f64 {
+    (0..interval.forces.len())
+        .filter(|&k| of(k))
+        .map(|k| {
+            let mean = 0.5 * (interval.start[k] + solution.end[k]);
+            (0..3)
+                .filter(|&i| inverse_mass[k][i] > 0.0)
+                .map(|i| interval.length * interval.forces[k][i] * mean[i])
+                .sum::<f64>()
+        })
+        .sum()
+}
+
+fn status(impulse_n: f64, impact: bool, sticks: bool, end_velocity: f64) -> ContactStatus {
+    if impulse_n <= 0.0 {
+        ContactStatus::Open
+    } else if impact {
+        ContactStatus::Impact
+    } else if sticks {
+        ContactStatus::Stick
+    } else if end_velocity < 0.0 {
+        ContactStatus::SlipMinus
+    } else {
+        ContactStatus::SlipPlus
+    }
+}

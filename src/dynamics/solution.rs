@@ -1,0 +1,167 @@
+//! What solving an interval made of it.
+
+use super::contact_cache::JointEnergy;
+use super::interval::{Interval, block_rows};
+use super::islands::Islands;
+use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
+use crate::contact::{NO_BODY, Vec2, Vec3};
+
+/// What solving an [`Interval`] made of it. Lists have one entry a block, unless another is named.
+#[derive(Default)]
+pub(super) struct Solution {
+    pub impulses: Vec<Vec2>,
+    /// `b` \[m/s\] as it was solved: a bound on the energy of joints lessens it.
+    pub bias: Vec<Vec2>,
+    /// What bodies of higher dominance add to `γ_F` \[m/s\]; empty where none differ.
+    above: Vec<Vec2>,
+    /// Velocity that the solve of a block's island resolves \[m/s\].
+    pub resolution: Vec<f64>,
+    /// Whether `change` holds what the impulse gives to the bodies.
+    counted: Vec<bool>,
+    /// `M⁻¹ W P` of islands whose solver returned it [m/s, rad/s], one a body.
+    change: Vec<Vec3>,
+    /// `u_E`, one a body.
+    pub end: Vec<Vec3>,
+    /// Of each joint of the detection.
+    pub energies: Vec<JointEnergy>,
+    /// Joints of the detection whose gaps have to be closed by position, ascending.
+    pub unclosed: Vec<usize>,
+    /// Contacts of the detection that wait until they are located in time.
+    pub waiting: Vec<usize>,
+    pub islands: Islands,
+    /// One an island; problems only where they are kept.
+    pub outcomes: Vec<IslandOutcome>,
+    pub problems: Vec<SolvedProblem>,
+}
+
+impl Solution {
+    /// Starts from the impulses of the interval.
+    pub fn begin(&mut self, interval: &Interval) {
+        self.clear();
+        self.impulses.extend_from_slice(&interval.warm);
+        self.bias.extend_from_slice(&interval.bias);
+        self.resolution.resize(interval.blocks.len(), 0.0);
+        self.counted.resize(interval.blocks.len(), false);
+        self.energies.extend_from_slice(&interval.energies);
+        self.unclosed.extend_from_slice(&interval.passed);
+        self.waiting.extend_from_slice(&interval.waiting);
+    }
+
+    /// Of an interval without blocks.
+    pub fn clear(&mut self) {
+        self.impulses.clear();
+        self.bias.clear();
+        self.above.clear();
+        self.resolution.clear();
+        self.counted.clear();
+        self.change.clear();
+        self.energies.clear();
+        self.unclosed.clear();
+        self.waiting.clear();
+        self.outcomes.clear();
+        self.problems.clear();
+    }
+
+    /// `γ_F` of a block, with what bodies of higher dominance add to it.
+    pub fn gamma_f(&self, interval: &Interval, block: usize) -> Vec2 {
+        let own = interval.blocks[block].gamma_f;
+        self.above.get(block).map_or(own, |above| own + above)
+    }
+
+    /// `u_E = u_F + M⁻¹ W P` from the impulses alone, so that the energy balance closes to
+    /// round-off.
+    pub fn end_velocities(&mut self, interval: &Interval, inverse_mass: &[Vec3]) {
+        self.end.clear();
+        self.end.extend_from_slice(&interval.free);
+        for (end, change) in self.end.iter_mut().zip(&self.change) {
+            *end += change;
+        }
+        for (i, &impulse) in self.impulses.iter().enumerate() {
+            if !self.counted[i] && impulse != Vec2::zeros() {
+                let (block, sides) = (&interval.blocks[i], interval.sides[i]);
+                let rows = block_rows(&interval.detection, block, sides);
+                rows.push(impulse, inverse_mass, &mut self.end);
+            }
+        }
+    }
+
+    /// Takes the impulses of an island, which may be a part of a larger one yet.
+    pub fn take(
+        &mut self,
+        interval: &Interval,
+        members: &[u32],
+        impulses: &[Vec2],
+        result: &IslandResult,
+    ) {
+        for (&i, &p) in members.iter().zip(impulses) {
+            self.impulses[i as usize] = p;
+            self.resolution[i as usize] = result.resolution;
+        }
+        self.take_change(interval, members, result.change.as_deref());
+    }
+
+    /// Takes the rest of the results, one an island of `islands`.
+    pub fn finish(&mut self, results: impl Iterator<Item = IslandResult>) {
+        for (k, result) in results.enumerate() {
+            let members = self.islands.blocks(k).iter();
+            for (&i, b) in members.zip(result.bias.into_iter().flatten()) {
+                self.bias[i as usize] = b;
+            }
+            for (joint, energy) in result.energies {
+                self.energies[joint] = energy;
+            }
+            self.unclosed.extend(result.unclosed);
+            self.outcomes.push(result.outcome);
+            self.problems.extend(result.problem);
+        }
+        self.unclosed.sort_unstable();
+    }
+
+    /// Takes what the impulses of an island give to its bodies; it is found from the impulses where
+    /// it is `None`.
+    fn take_change(
+        &mut self,
+        interval: &Interval,
+        members: &[u32],
+        change: Option<&[(u32, Vec3)]>,
+    ) {
+        self.change.resize(interval.free.len(), Vec3::zeros());
+        for &i in members {
+            self.counted[i as usize] = change.is_some();
+            if change.is_none() {
+                let sides = interval.sides[i as usize].into_iter();
+                for body in sides.filter(|b| *b != NO_BODY) {
+                    self.change[body as usize] = Vec3::zeros();
+                }
+            }
+        }
+        for &(body, change) in change.into_iter().flatten() {
+            self.change[body as usize] = change;
+        }
+    }
+
+    /// Leaves a contact without an impulse, until it is located in time. It is an island of its own.
+    pub fn release(&mut self, interval: &Interval, block: u32, contact: usize) {
+        self.impulses[block as usize] = Vec2::zeros();
+        self.take_change(interval, &[block], None);
+        self.waiting.push(contact);
+    }
+
+    /// Adds to some blocks what this solution gives to bodies of higher dominance. These must be
+    /// solved, and [`Solution::end_velocities`] up to date.
+    pub fn add_higher(&mut self, interval: &Interval, members: &[u32]) {
+        self.above.resize(interval.blocks.len(), Vec2::zeros());
+        for &i in members {
+            let i = i as usize;
+            let mut rows = interval.all_rows(i);
+            for (side, own) in interval.sides[i].iter().enumerate() {
+                if *own != NO_BODY {
+                    rows.bodies[side] = NO_BODY;
+                }
+            }
+            let above = rows.velocity(&self.end) - rows.velocity(&interval.free);
+            self.above[i] = above;
+            self.bias[i] += above;
+        }
+    }
+}

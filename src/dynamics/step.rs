@@ -1,0 +1,334 @@
+//! One step: contacts are found, an interval is posed and solved, and what came of it is recorded and
+//! written to the model.
+
+use super::cluster::{Cluster, Context, locate_impacts};
+use super::contact_cache::Overlaps;
+use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::interval::Interval;
+use super::joint_recovery::close_joints;
+use super::kinetic::kinetic;
+use super::model::{Detection, MultibodyModel};
+use super::record::StepRecord;
+use super::recording::{forces_work, record_interval};
+use super::recovery::{find_overlaps, part_overlaps};
+use super::roles::BodyRoles;
+use super::rules::{Rules, Span};
+use super::settings::{StepError, check_finite};
+use super::stepper::MoreauStepper;
+use crate::contact::NO_BODY;
+
+/// A step that has begun: the bodies stand at its midpoint, contacts are found, nothing is solved.
+pub(crate) struct BegunStep {
+    rules: Rules,
+    record: StepRecord,
+}
+
+impl MoreauStepper {
+    /// Advances `model` by `dt` \[s\].
+    ///
+    /// # Errors
+    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]; the model then stands as
+    /// it did before, velocities included.
+    pub fn step<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        dt: f64,
+    ) -> Result<StepRecord, StepError> {
+        let begun = self.begin(model, dt)?;
+        self.finish(model, begun)
+    }
+
+    /// The first part of a step: advances the bodies to its midpoint and finds the contacts there.
+    /// It is followed by [`MoreauStepper::finish`] or [`MoreauStepper::cancel`].
+    ///
+    /// # Errors
+    /// As [`MoreauStepper::step`].
+    pub(crate) fn begin<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        dt: f64,
+    ) -> Result<BegunStep, StepError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(StepError::Dt(dt));
+        }
+        self.solver.clock.start();
+        model.begin_step(dt)?;
+        self.solver.cache.begin();
+        self.problems.clear();
+        let interval = &mut self.interval;
+        interval.start.clear();
+        interval.start.extend_from_slice(model.velocities());
+        check_finite(&interval.start, self.time)?;
+        match model.roles() {
+            Some(roles) => interval.roles.clone_from(roles),
+            None => interval.roles = BodyRoles::default(),
+        }
+        self.inverse_mass.clear();
+        self.inverse_mass.extend_from_slice(model.inverse_mass());
+        self.origin.clear();
+        let bodies = 0..interval.start.len();
+        self.origin
+            .extend(bodies.map(|body| model.configuration(body)));
+        let mut rules = self.settings.rules();
+        // event location follows all that is fast: sweeps add only bodies followed against all others
+        let sweeps = &interval.roles.sweeps;
+        let against_all = sweeps.iter().any(|s| s.all);
+        rules.sweeps =
+            rules.corrects_gaps() && (against_all || !rules.events && !sweeps.is_empty());
+        let mut record = StepRecord {
+            time: self.time + dt,
+            dt,
+            accounted: true,
+            ..StepRecord::default()
+        };
+        record.energy.potential_start = model.potential_energy();
+        record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
+        model.advance(0.5 * dt);
+        // a crowd that lands must be seen a step before it closes: see `find_crowds`
+        let ahead = if rules.events && self.cache.lands {
+            2.0 * dt
+        } else {
+            dt
+        };
+        if let Err(error) = interval.detect(model, ahead) {
+            self.cancel(model);
+            return Err(error.into());
+        }
+        Ok(BegunStep { rules, record })
+    }
+
+    /// What was found when the step began.
+    pub(crate) fn detection(&self) -> &Detection {
+        &self.interval.detection
+    }
+
+    /// Puts the model back to the start of a step.
+    pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
+        model.set_velocities(&self.interval.start);
+        for (body, place) in self.origin.iter().enumerate() {
+            model.set_configuration(body, place);
+        }
+    }
+
+    /// The rest of a step.
+    ///
+    /// # Errors
+    /// As [`MoreauStepper::step`].
+    pub(crate) fn finish<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        BegunStep { rules, mut record }: BegunStep,
+    ) -> Result<StepRecord, StepError> {
+        let result = self.take_step(model, &rules, &mut record);
+        if result.is_err() {
+            self.solver.cache.drop_step();
+            self.cancel(model);
+        }
+        result.map(|()| record)
+    }
+
+    /// Poses, solves, records and writes a step; the caches change only when nothing can fail any
+    /// more.
+    fn take_step<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        let dt = record.dt;
+        let overlaps = self.pose(model, rules, dt)?;
+        self.solve(rules, dt)?;
+        let mut clusters = self.locate(model, rules, dt)?;
+        let mut apart = vec![false; self.inverse_mass.len()];
+        for &body in clusters.iter().flat_map(|c| &c.bodies) {
+            apart[body as usize] = true;
+        }
+        self.count_islands(record, &mut clusters, &apart);
+        self.record(model, record, &clusters, &apart);
+        self.write(model, &clusters, &apart, dt);
+        let potential = self.close_gaps(model, record, overlaps)?;
+        std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
+        self.solver.cache.commit();
+        model.end_step();
+        self.solver.clock.lap(|t| &mut t.write);
+        record.energy.potential_end = model.potential_energy();
+        if let Some(before) = potential {
+            record.energy.recovery = record.energy.potential_end - before;
+        }
+        self.solver.clock.lap(|t| &mut t.record);
+        self.time += dt;
+        Ok(())
+    }
+
+    /// Poses the interval of the step. Returns the pairs that are to be moved apart after it.
+    fn pose<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        dt: f64,
+    ) -> Result<Option<Overlaps>, StepError> {
+        let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
+        self.cache.lands |= rules.events && interval.detection.contacts.iter().any(lands);
+        if rules.locates() {
+            let place = |body: u32| Some(self.origin[body as usize]);
+            see_from_the_start(model, interval, &self.cache.contacts, rules, place, dt, dt)?;
+        }
+        self.solver.clock.lap(|t| &mut t.detection);
+        interval.free_velocities(model, self.time + 0.5 * dt, dt);
+        if rules.events {
+            find_crowds(interval, w);
+        }
+        interval.collect(rules, &self.cache.contacts, None, w, Span::whole(dt));
+        let recovers = self.settings.recovers();
+        let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
+        match &overlaps {
+            Some(overlaps) => interval.excused.clone_from(&overlaps.open),
+            None => interval.excused.clear(),
+        }
+        Ok(overlaps)
+    }
+
+    /// Solves the interval of the step.
+    fn solve(&mut self, rules: &Rules, dt: f64) -> Result<(), StepError> {
+        let (interval, solution) = (&self.interval, &mut self.solution);
+        let w = self.inverse_mass.as_slice();
+        self.solver.solve(interval, solution, w, rules);
+        if rules.locates() {
+            release_lone(interval, solution, rules, w, dt);
+        }
+        solution.end_velocities(interval, w);
+        check_finite(&solution.end, self.time)
+    }
+
+    /// Steps clusters of bodies that collide within the step.
+    fn locate<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        dt: f64,
+    ) -> Result<Vec<Cluster>, StepError> {
+        let clusters = if rules.locates() {
+            let context = Context {
+                main: &self.interval,
+                trial: &self.solution,
+                cache: &self.cache.contacts,
+                rules: *rules,
+                inverse_mass: &self.inverse_mass,
+                origin: &self.origin,
+                time: self.time,
+                dt,
+            };
+            locate_impacts(model, &mut self.solver, &context)?
+        } else {
+            Vec::new()
+        };
+        self.solver.clock.lap(|t| &mut t.solve);
+        Ok(clusters)
+    }
+
+    /// Counts the work of all islands, and results and problems of those that are not all `apart`.
+    fn count_islands(&mut self, record: &mut StepRecord, clusters: &mut [Cluster], apart: &[bool]) {
+        let (interval, solution) = (&self.interval, &mut self.solution);
+        let mut counts = vec![false; solution.outcomes.len()];
+        for (k, outcome) in solution.outcomes.iter().enumerate() {
+            outcome.count_work(record);
+            let mut blocks = solution.islands.blocks(k).iter();
+            counts[k] = blocks.any(|&i| is_used(interval, apart, i as usize));
+            if counts[k] {
+                outcome.count(record);
+            }
+        }
+        if self.solver.keep {
+            let problems = solution.problems.drain(..).zip(&counts);
+            let used = problems.filter_map(|(problem, used)| used.then_some(problem));
+            self.problems.extend(used);
+            let located = clusters.iter_mut().map(|c| &mut c.problems);
+            located.for_each(|own| self.problems.append(own));
+        }
+    }
+
+    /// Records contacts and energies, of the interval and of the clusters that are `apart` from it.
+    fn record<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        record: &mut StepRecord,
+        clusters: &[Cluster],
+        apart: &[bool],
+    ) {
+        let (interval, solution) = (&self.interval, &mut self.solution);
+        let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
+        next.clear();
+        let used = |i: usize| is_used(interval, apart, i);
+        record_interval(interval, solution, used, w, record.time, record, next);
+        record.energy.forces += forces_work(interval, solution, w, |body| !apart[body]);
+        for cluster in clusters {
+            record.add(&cluster.record);
+            next.extend(cluster.contacts.entries().iter().copied());
+            for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
+                solution.end[body as usize] = *u;
+            }
+        }
+        record.energy.kinetic_end = kinetic(&solution.end, w);
+        let own = [&interval.start, &solution.end].map(|u| model.kinetic_energy(u));
+        if let [Some(start), Some(end)] = own {
+            let energy = &mut record.energy;
+            let change = energy.kinetic_end - energy.kinetic_start;
+            energy.forces += end - start - change;
+            (energy.kinetic_start, energy.kinetic_end) = (start, end);
+        }
+        self.solver.clock.lap(|t| &mut t.record);
+    }
+
+    /// Gives the model its velocities and poses at the end of the step.
+    fn write<M: MultibodyModel + ?Sized>(
+        &self,
+        model: &mut M,
+        clusters: &[Cluster],
+        apart: &[bool],
+        dt: f64,
+    ) {
+        let end = &self.solution.end;
+        model.set_velocities(end);
+        for body in (0..apart.len()).filter(|&body| !apart[body]) {
+            model.shift(body, &end[body], 0.5 * dt);
+        }
+        for cluster in clusters {
+            for (&body, place) in cluster.bodies.iter().zip(&cluster.configuration) {
+                model.set_configuration(body as usize, place);
+            }
+        }
+    }
+
+    /// Closes gaps of joints and moves overlapped pairs apart, by position alone. Returns the
+    /// potential energy \[J\] before, where anything may have moved.
+    fn close_gaps<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        record: &mut StepRecord,
+        overlaps: Option<Overlaps>,
+    ) -> Result<Option<f64>, StepError> {
+        let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
+        let unclosed = !solution.unclosed.is_empty();
+        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
+        let potential = moves.then(|| model.potential_energy());
+        if unclosed {
+            close_joints(model, interval, solution, w, &mut self.solver)?;
+        }
+        if let Some(mut overlaps) = overlaps {
+            let (open, solver) = (&mut overlaps.open, &mut self.solver);
+            let moves = part_overlaps(open, interval, solution, w, record.dt, solver);
+            record.recovering = overlaps.open.len();
+            self.cache.overlaps = overlaps;
+            for (body, d) in moves {
+                model.shift(body as usize, &d, 1.0);
+            }
+        }
+        Ok(potential)
+    }
+}
+
+/// Whether a block is recorded with the interval: all its bodies are solved there.
+fn is_used(interval: &Interval, apart: &[bool], block: usize) -> bool {
+    let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
+    sides.all(|b| !apart[*b as usize])
+}
