@@ -38,7 +38,7 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     let rows = summary::written(&folder, &results.rows)?;
     folder.write(PICTURE, matrix(&rows)?)?;
     let shares = shares(&rows);
-    let broken = explanations(&rows);
+    let broken = explanations(&atlas, &rows);
     let more = json!({
         "quick": args.quick,
         "rows": rows.len(),
@@ -61,7 +61,7 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     });
     let say = Say::of(args.json, args.quiet);
     summary::close(folder, summary::program("atlas"), more, say, |target| {
-        let (table, notes) = (table(&rows), summary::noted(&results.notes));
+        let (table, notes) = (table(&atlas, &rows), summary::noted(&results.notes));
         format!(
             "{table}{notes}results.csv, {PICTURE} in {}\n",
             target.display()

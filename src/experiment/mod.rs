@@ -118,7 +118,7 @@ mod wear_chart;
 mod wear_history;
 
 pub use assembly::{can_stand, limit};
-pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
+pub use atlas::{Atlas, AtlasResults};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes, is_wear};

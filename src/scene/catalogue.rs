@@ -1,6 +1,8 @@
 //! The scenes that come with the program, embedded in it.
 
 use super::Scene;
+use super::atlas::{self, AtlasEntry};
+use super::document::Document;
 use super::error::{Hint, SceneError};
 use std::path::Path;
 
@@ -130,7 +132,8 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
         .collect()
 }
 
-/// Loads a scene by its name in the catalogue, or from a file.
+/// Loads a scene by its name in the catalogue, from a file, or a rung of the atlas as
+/// `atlas/ENTRY:RUNG` or `FILE.toml:RUNG`.
 ///
 /// A name of the catalogue comes first; anything else that ends in `.toml` or is a file is read.
 ///
@@ -140,25 +143,41 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`] and [`SceneError::NoFile`] with the nearest name,
-/// [`SceneError::Read`], and those of
+/// [`SceneError::UnknownName`] with the nearest rung, [`SceneError::Read`], and those of
 /// [`Scene::parse`].
 pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
-    if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == name_or_path) {
-        return Scene::parse(&file_of(name), text, flags);
+    if let Some((entry, rung)) = atlas::split(name_or_path) {
+        let entry = AtlasEntry::load(entry)?;
+        return entry.scene(entry.rung(rung)?, flags);
     }
+    let embedded = document(name_or_path);
     let path = Path::new(name_or_path);
-    if path
-        .extension()
-        .is_some_and(|extension| extension == "toml")
-        || path.is_file()
-    {
-        let text = std::fs::read_to_string(path).map_err(|source| unread(path, source))?;
-        return Scene::parse(name_or_path, &text, flags);
+    let file = || path.extension().is_some_and(|e| e == "toml") || path.is_file();
+    if embedded.is_err() && file() {
+        return Scene::parse(name_or_path, &read(path)?, flags);
     }
-    Err(SceneError::UnknownScene {
-        name: name_or_path.to_owned(),
-        hint: Hint::new(name_or_path, EMBEDDED.iter().map(|(name, _)| name)),
-    })
+    Scene::of(embedded?, flags)
+}
+
+/// The text of the catalogue scene `name`, in its parts.
+///
+/// # Errors
+/// [`SceneError::UnknownScene`] with the nearest name.
+pub(super) fn document(name: &str) -> Result<Document, SceneError> {
+    let found = EMBEDDED.iter().find(|(known, _)| *known == name);
+    let (name, text) = found.ok_or_else(|| SceneError::UnknownScene {
+        name: name.to_owned(),
+        hint: Hint::new(name, EMBEDDED.iter().map(|(name, _)| name)),
+    })?;
+    Document::parse(&file_of(name), text)
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// [`SceneError::Read`]; [`SceneError::NoFile`] where a scene of the catalogue was meant.
+pub(super) fn read(path: &Path) -> Result<String, SceneError> {
+    std::fs::read_to_string(path).map_err(|source| unread(path, source))
 }
 
 /// Why a file cannot be read; one that is not there and is called as a scene of the catalogue is,

@@ -26,6 +26,7 @@
 //! # Ok::<(), moreau2d::scene::SceneError>(())
 //! ```
 
+pub mod atlas;
 mod build;
 mod catalogue;
 mod check;
@@ -33,6 +34,7 @@ mod document;
 mod error;
 mod expand;
 pub mod file;
+mod generate;
 mod hash;
 pub mod joint;
 mod linear;
@@ -49,6 +51,7 @@ mod time_scales;
 mod world;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
+pub use atlas::{AtlasEntry, atlas_entries};
 pub use catalogue::{Listing, load, scenes};
 pub use error::{Hint, Origin, Place, SceneError};
 pub use file::{BodyKind, ClosedForm, Material, Oscillation, Step};
@@ -112,6 +115,8 @@ pub struct Body {
     pub surface_velocity: f64,
     /// Direction in its frame in which its surface pushes; `None` all round.
     pub one_way: Option<[f64; 2]>,
+    /// Whether its polyline touches from both sides.
+    pub two_sided: bool,
     /// Share of the weight it feels.
     pub gravity_scale: f64,
     /// Drag on velocity and spin [1/s].
@@ -211,7 +216,20 @@ impl Scene {
     /// # Errors
     /// Every variant of [`SceneError`] but `UnknownScene` and `Read`.
     pub fn parse(file: &str, text: &str, flags: &[String]) -> Result<Scene, SceneError> {
-        let mut document = Document::parse(file, text)?;
+        Scene::of(Document::parse(file, text)?, flags)
+    }
+
+    /// See [`Scene::parse`].
+    fn of(mut document: Document, flags: &[String]) -> Result<Scene, SceneError> {
+        if document.root.entry("atlas").is_some() {
+            return Err(SceneError::Conflict {
+                at: document.place(&[document::Segment::Key("atlas".to_owned())]),
+                problem: format!(
+                    "this is an entry of the atlas: say which rung, as in {}:RUNG",
+                    document.file
+                ),
+            });
+        }
         overrides::apply(&mut document, flags)?;
         let read: SceneFile = reader::read(&document)?;
         check::check(&read, &document)?;
@@ -302,6 +320,7 @@ fn resolve_body(
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
         one_way: entry.one_way,
+        two_sided: entry.two_sided.unwrap_or(false),
         gravity_scale: entry.gravity_scale.unwrap_or(1.0),
         damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,
