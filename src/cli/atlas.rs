@@ -1,15 +1,16 @@
-use super::Outcome;
 use super::atlas_table::{explanations, shares, table};
 use super::summary::{self, Say};
+use super::{Outcome, print_out};
 use crate::experiment::{Atlas, Engine, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
+use crate::scene::atlas_entries;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub(super) struct AtlasArgs {
-    /// Entries to run [default: all].
+    /// Entries to run, by name or as paths to TOML files [default: all].
     #[arg(value_name = "ENTRY")]
     entries: Vec<String>,
     /// The cheap rungs of each entry only.
@@ -24,6 +25,19 @@ pub(super) struct AtlasArgs {
     /// Print summary.json in place of tables.
     #[arg(long)]
     json: bool,
+}
+
+/// Lists every entry with its rungs.
+pub(super) fn list() -> Result<Outcome, RunError> {
+    let mut text = String::new();
+    for entry in atlas_entries()? {
+        text += &format!("atlas/{}: {}\n", entry.name, entry.block.shows);
+        for rung in &entry.block.rungs {
+            text += &format!("    :{}\n", rung.name);
+        }
+    }
+    print_out(&text);
+    Ok(Outcome::Done)
 }
 
 const PICTURE: &str = "atlas.svg";

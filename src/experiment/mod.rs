@@ -69,7 +69,8 @@
 //!
 //! **A scene** is added as a file of `scenes/` and a line of the catalogue. With a
 //! `[reference]` it is in the chart from then on; a new closed form is a function beside the others
-//! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is.
+//! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is. An entry of the atlas is a
+//! file too, see [`crate::scene::atlas`].
 //!
 //! **An engine** is added as a variant of [`Engine`]: its name, how it is stepped, and whose peer it
 //! is. Its settings are a variant of [`Baseline`], spelled in full and taken by a world, or refused

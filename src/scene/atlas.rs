@@ -1,9 +1,50 @@
 //! The entries of the failure atlas: files of `scenes/atlas/`, each a scene and a ladder of
 //! changes to it.
 //!
-//! A rung is a scene like any other: [`crate::scene::load`] takes `atlas/tower:50`, or the path of
-//! such a file with the rung's name behind it, `my.toml:50`. How to write an entry is told in the
-//! docs of [`crate::experiment::Atlas`]; what its checks measure is defined there too.
+//! A rung is a scene like any other: every command takes it as `atlas/tower:50`, or by the path of
+//! its file as `scenes/atlas/tower.toml:50`. `moreau2d scenes --atlas` lists them.
+//!
+//! # How to add a rung
+//! Add a line to `rungs` of the entry's file: its name, and in `set` the keys of the scene that it
+//! changes, as `--set` takes them. `with` gives the numbers that the checks of this rung need,
+//! `slow = true` keeps it out of `atlas --quick`.
+//!
+//! # How to add an entry
+//! Write a file like this one. `moreau2d atlas FILE.toml` runs it with every engine. To have it come
+//! with the program, put it into `scenes/atlas/` and its name into the list in `src/scene/atlas.rs`.
+//!
+//! ```toml
+//! # The scene: the blocks of any scene file. Or none, and `base = "tower"` below.
+//! body = [
+//!   { name = "floor", kind = "fixed", box = [40, 2], position = [0, -1] },
+//!   { name = "box", box = [1, 1], position = [0, 0.5] },
+//! ]
+//! repeat = [{ of = "box", count = [1, 10], step = [[0, 0], [0, 1]] }]
+//!
+//! [atlas]
+//! shows = "a tall stack"
+//! passes = "10 s: lean below 1e-3 of the height, penetration below 1e-4 of a box"
+//! # A judge is a list of checks, all of which must hold, and a word for it.
+//! judges = [
+//!   { name = "stands", checks = [
+//!     { measure = "lean", limit = 1e-3 },
+//!     { measure = "penetration", unit = "of a box", limit = 1e-4 },
+//!   ] },
+//! ]
+//! rungs = [
+//!   { name = "10", with.height = 10 },
+//!   { name = "50", set.repeat.0.count = [1, 50], with.height = 50 },
+//! ]
+//! # What ours is known to fail, and why: printed beneath the table.
+//! [[atlas.fails]]
+//! rungs = ["50"]
+//! why = "a sentence with figures"
+//! ```
+//!
+//! [`AtlasBlock`] and what it holds tell every key. The measures are one table of names and functions
+//! of a run, in `src/experiment/atlas/measures.rs`: a new one is a line there. Geometry that is too
+//! long to write down is a value `{ generate = "NAME", ... }`: a few functions in
+//! `src/scene/generate.rs`.
 
 use super::catalogue;
 use super::document::{Document, Node, Segment, Value};
@@ -241,9 +282,19 @@ impl AtlasEntry {
     /// The rung called `name`.
     ///
     /// # Errors
-    /// [`SceneError::UnknownName`] with the nearest.
+    /// [`SceneError::UnknownName`] with the nearest; [`SceneError::Conflict`] where it is empty.
     pub fn rung(&self, name: &str) -> Result<&AtlasRung, SceneError> {
         let names: Vec<&str> = self.block.rungs.iter().map(|r| r.name.as_str()).collect();
+        if name.is_empty() {
+            let known = Hint::new(name, &names);
+            return Err(SceneError::Conflict {
+                at: self.own.place(&[]),
+                problem: format!(
+                    "say which rung of the entry, as in NAME:{}{known}",
+                    names[0]
+                ),
+            });
+        }
         let k = known(name, "rung", &names, || self.own.place(&[]))?;
         Ok(&self.block.rungs[k])
     }

@@ -154,7 +154,13 @@ pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
     let path = Path::new(name_or_path);
     let file = || path.extension().is_some_and(|e| e == "toml") || path.is_file();
     if embedded.is_err() && file() {
-        return Scene::parse(name_or_path, &read(path)?, flags);
+        let document = Document::parse(name_or_path, &read(path)?)?;
+        if document.root.entry("atlas").is_some() {
+            // an entry of the atlas: which rung is asked for
+            let entry = AtlasEntry::load(name_or_path)?;
+            return entry.scene(entry.rung("")?, flags);
+        }
+        return Scene::of(document, flags);
     }
     Scene::of(embedded?, flags)
 }

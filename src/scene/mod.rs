@@ -221,15 +221,6 @@ impl Scene {
 
     /// See [`Scene::parse`].
     fn of(mut document: Document, flags: &[String]) -> Result<Scene, SceneError> {
-        if document.root.entry("atlas").is_some() {
-            return Err(SceneError::Conflict {
-                at: document.place(&[document::Segment::Key("atlas".to_owned())]),
-                problem: format!(
-                    "this is an entry of the atlas: say which rung, as in {}:RUNG",
-                    document.file
-                ),
-            });
-        }
         overrides::apply(&mut document, flags)?;
         let read: SceneFile = reader::read(&document)?;
         check::check(&read, &document)?;

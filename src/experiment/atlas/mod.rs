@@ -1,4 +1,5 @@
-//! The failure atlas: scenes in which methods break, each up a ladder until it does.
+//! The failure atlas: scenes in which methods break, each up a ladder until it does. Entries are
+//! files of `scenes/atlas/`.
 //!
 //! [`Atlas::run`] runs every rung of every entry with every engine at one preset each, never tuned
 //! to a scene, and gives rows of `results.csv`; table and picture are drawn from that file and from
@@ -16,11 +17,7 @@
 //! atlas asks by its definition (penetration 1e-4 of a box, lean 1e-3, ...), and 1e-6 m or more where
 //! the definition says zero, because an engine in single precision knows no better.
 //!
-//! # How to add an entry
-//! A file here or an addition to one, with a function that gives its rungs: a scene each, from the
-//! catalogue with changes or from text, a function from the run to its [`Check`]s, and the word for
-//! a pass; then a line in [`ENTRIES`]. What we fail gets a sentence there, which is printed with
-//! every atlas; a test holds the verdicts of the quick rungs.
+//! How to add an entry or a rung is told in the docs of [`crate::scene::atlas`].
 
 mod measures;
 mod trace;
