@@ -252,7 +252,7 @@ impl AtlasEntry {
         };
         if block.judges.is_empty() || block.rungs.is_empty() {
             return Err(SceneError::Missing {
-                at: place(["atlas", ""], 0),
+                at: document.place(&[Segment::Key("atlas".to_owned())]),
                 key: "judges, rungs".to_owned(),
             });
         }
