@@ -347,7 +347,7 @@ fn a_file_is_an_entry() {
     };
     let rungs = "{ name = \"two\", set.repeat.box.count = [1, 2], set.step.time = 0.1 }";
     let check = "{ measure = \"penetration\", limit = 1e-4 }";
-    place.write("mine.toml", &text(rungs, check));
+    place.write("mine.toml", text(rungs, check));
     let (code, out, err) = place.run(&["atlas", "mine.toml"]);
     assert!(
         code == 0 && out.contains("1 of 1 rungs passed"),
@@ -413,7 +413,7 @@ fn a_file_is_an_entry() {
         ),
         ("", check, "missing key `judges, rungs`"),
     ] {
-        place.write("mine.toml", &text(rungs, checks));
+        place.write("mine.toml", text(rungs, checks));
         let (code, _, err) = place.run(&["atlas", "mine.toml"]);
         assert!(code == 1 && err.contains(says), "{says}: {err}");
     }
