@@ -3,9 +3,10 @@
 mod common;
 
 use common::program::Place;
-use moreau2d::experiment::{Atlas, Engine, Entry};
+use moreau2d::experiment::{Atlas, Engine};
 use moreau2d::report::{Progress, ResultRow, read_rows};
-use moreau2d::thresher::atlas_entries;
+use moreau2d::scene::{AtlasEntry, atlas_entries};
+use moreau2d::thresher::{load as load_machine, read_rung};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -35,7 +36,7 @@ fn verdicts(rows: &[ResultRow]) -> Vec<String> {
 /// Without feature `f64` what needs it is skipped, with it all of it runs.
 #[test]
 fn our_verdicts_on_the_quick_rungs() {
-    let atlas = Atlas::new(&atlas_entries(), &[], true).unwrap();
+    let atlas = Atlas::new(&[], true, read_rung).unwrap();
     let rows = atlas.run(&[Engine::Moreau], &quiet()).unwrap().rows;
     let found = verdicts(&rows);
     let expected: Vec<&str> = OURS.lines().collect();
@@ -72,10 +73,7 @@ fn our_verdicts_on_the_quick_rungs() {
         .filter(|r| r.verdict == "fail" || r.verdict == "unsolved")
     {
         assert_ne!(row.mode, "explodes", "{row:?}");
-        let entry = atlas_entries()
-            .into_iter()
-            .find(|e| e.name == row.scene)
-            .unwrap();
+        let entry = AtlasEntry::load(&row.scene).unwrap();
         assert!(
             entry.explanation(&row.rung).is_some(),
             "{} {}",
@@ -99,7 +97,7 @@ fn the_committed_atlas_is_explained() {
     );
     let rows: Vec<ResultRow> = read_rows(path.as_ref()).unwrap();
     let ours: Vec<ResultRow> = rows.into_iter().filter(|r| r.engine == "moreau").collect();
-    for entry in atlas_entries() {
+    for entry in atlas_entries().unwrap() {
         assert!(ours.iter().any(|r| r.scene == entry.name), "{}", entry.name);
     }
     let lines = verdicts(&ours);
@@ -111,10 +109,7 @@ fn the_committed_atlas_is_explained() {
         .filter(|r| r.verdict == "fail" || r.verdict == "unsolved")
     {
         assert_ne!(row.mode, "explodes");
-        let entry = atlas_entries()
-            .into_iter()
-            .find(|e| e.name == row.scene)
-            .unwrap();
+        let entry = AtlasEntry::load(&row.scene).unwrap();
         assert!(
             entry.explanation(&row.rung).is_some(),
             "{} {}",
@@ -132,13 +127,14 @@ fn no_two_entries_share_a_cause() {
         "/benches/charts/atlas-results.csv"
     );
     let rows: Vec<ResultRow> = read_rows(path.as_ref()).unwrap();
-    let causes = |entry: &Entry| -> BTreeSet<&'static str> {
+    fn causes<'a>(entry: &'a AtlasEntry, rows: &[ResultRow]) -> BTreeSet<&'a str> {
         let rungs = rows.iter().filter(|r| r.scene == entry.name);
         rungs.filter_map(|r| entry.explanation(&r.rung)).collect()
-    };
-    let all: Vec<(&str, BTreeSet<&str>)> = atlas_entries()
-        .into_iter()
-        .map(|e| (e.name, causes(e)))
+    }
+    let entries = atlas_entries().unwrap();
+    let all: Vec<(&str, BTreeSet<&str>)> = entries
+        .iter()
+        .map(|e| (e.name.as_str(), causes(e, &rows)))
         .collect();
     assert!(all.iter().map(|(_, own)| own.len()).sum::<usize>() > 5);
     for (k, (name, own)) in all.iter().enumerate() {
@@ -158,7 +154,7 @@ fn every_pass_is_within_its_limits() {
         "stick-slip-incline",
     ]
     .map(str::to_owned);
-    let atlas = Atlas::new(&atlas_entries(), &names, true).unwrap();
+    let atlas = Atlas::new(&names, true, read_rung).unwrap();
     let engines = Engine::ALL.map(|(_, engine)| engine);
     let rows = atlas.run(&engines, &quiet()).unwrap().rows;
     let mut failed = 0;
@@ -187,7 +183,7 @@ fn every_pass_is_within_its_limits() {
 
 #[test]
 fn all_but_the_times_is_the_same_again() {
-    let atlas = Atlas::new(&atlas_entries(), &["overhang".to_owned()], true).unwrap();
+    let atlas = Atlas::new(&["overhang".to_owned()], true, read_rung).unwrap();
     let run = || {
         let engines = [Engine::Moreau, Engine::RapierStiff];
         let mut rows = atlas.run(&engines, &quiet()).unwrap().rows;
@@ -239,10 +235,7 @@ fn a_failure_of_ours_is_said() {
     let place = Place::new();
     let (code, out, err) = place.run(&["atlas", "ball-and-chain", "--quick", "--out", "a"]);
     assert_eq!(code, 2, "{err}");
-    let entry = atlas_entries()
-        .into_iter()
-        .find(|e| e.name == "ball-and-chain")
-        .unwrap();
+    let entry = AtlasEntry::load("ball-and-chain").unwrap();
     assert!(out.contains(entry.explanation("1/60 s").unwrap()), "{out}");
     // the figure in the table has its unit
     assert!(out.contains("of the length)"), "{out}");
@@ -277,21 +270,157 @@ fn bad_input_is_refused_and_nothing_is_written() {
     assert_eq!(place.listing("."), ["taken"]);
 }
 
-/// Every entry of the reference cases' table is there, and has rungs, some of them quick.
+/// Every entry of the reference cases' table is there, and has rungs, some of them quick; every file
+/// of the folder is an entry.
 #[test]
 fn entries_are_whole() {
-    let all = atlas_entries();
-    for (k, entry) in all.iter().enumerate() {
-        assert!(
-            all[..k].iter().all(|e| e.name != entry.name),
-            "{}",
-            entry.name
-        );
-        assert!(!entry.shows.is_empty() && !entry.passes.is_empty());
-        let names = [entry.name.to_owned()];
-        let all = Atlas::new(&atlas_entries(), &names, false).unwrap().runs();
-        let quick = Atlas::new(&atlas_entries(), &names, true).unwrap().runs();
+    let entries = atlas_entries().unwrap();
+    let names: BTreeSet<String> = entries.iter().map(|e| e.name.clone()).collect();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/atlas");
+    let files = fs::read_dir(folder).unwrap().map(|f| f.unwrap().path());
+    let stem = |path: std::path::PathBuf| path.file_stem().unwrap().to_str().unwrap().to_owned();
+    assert_eq!(files.map(stem).collect::<BTreeSet<_>>(), names);
+    assert!(names.len() == entries.len() && names.len() >= 33);
+    for entry in &entries {
+        assert!(!entry.block.shows.is_empty() && !entry.block.passes.is_empty());
+        let names = [entry.name.clone()];
+        let all = Atlas::new(&names, false, read_rung).unwrap().runs();
+        let quick = Atlas::new(&names, true, read_rung).unwrap().runs();
         assert!(quick <= all && all > 0, "{}", entry.name);
     }
-    assert!(atlas_entries().len() >= 33);
+}
+
+/// Every rung of every entry is a scene that `run` takes and can build, no two of an entry the same.
+#[test]
+fn every_rung_is_a_scene() {
+    let mut count = 0;
+    for entry in atlas_entries().unwrap() {
+        let mut hashes = BTreeSet::new();
+        for rung in &entry.block.rungs {
+            let name = format!("atlas/{}:{}", entry.name, rung.name);
+            let (scene, machine) =
+                load_machine(&name, &[]).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(scene, read_rung(&entry, rung).unwrap().0, "{name}");
+            let flags = ["step.dt=0.001".to_owned()];
+            assert_eq!(
+                load_machine(&name, &flags).unwrap().0.step.dt,
+                0.001,
+                "{name}"
+            );
+            let same = !hashes.insert(scene.hash);
+            // the wedge's flags are asked of a scene that it has already
+            assert!(!same || rung.name == "shares flagged", "{name}");
+            if machine.is_none() {
+                assert!(scene.build().unwrap().bodies() > 0, "{name}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 180, "{count}");
+}
+
+/// The figures of `run` are those of the atlas, for ours and for a peer.
+#[test]
+fn a_rung_runs_as_in_the_atlas() {
+    let place = Place::new();
+    let atlas = Atlas::new(&["bullet".to_owned()], true, read_rung).unwrap();
+    for (name, engine) in [("moreau", Engine::Moreau), ("rapier", Engine::Rapier)] {
+        let rows = atlas.run(&[engine], &quiet()).unwrap().rows;
+        for rung in ["disc, 20 m/s", "spin 300 rad/s"] {
+            let scene = format!("atlas/bullet:{rung}");
+            let (code, _, err) = place.run(&["run", &scene, "--engine", name, "--quiet"]);
+            assert_eq!(code, 0, "{err}");
+            let totals = &place.json("out/bullet/summary.json")["totals"];
+            let row = |r: &&ResultRow| r.rung == rung && r.measure == "penetration";
+            let depth = rows.iter().find(row).unwrap().value;
+            assert_eq!(totals["worst_penetration_m"], depth, "{name} {rung}");
+            assert!(depth > 0.0 || engine == Engine::Moreau, "{name} {rung}");
+        }
+    }
+    let (code, out, _) = place.run(&["scenes", "--atlas"]);
+    assert!(code == 0 && out.contains("atlas/gears: ") && out.contains("    :12:24\n"));
+}
+
+/// An entry of one's own, a file: run, and refused with what is wrong in it.
+#[test]
+fn a_file_is_an_entry() {
+    let place = Place::new();
+    let text = |rungs: &str, checks: &str| {
+        format!(
+            "[atlas]\nshows = \"a tower\"\npasses = \"it stands\"\nbase = \"tower\"\n\
+             judges = [{{ name = \"stands\", checks = [{checks}] }}]\nrungs = [{rungs}]\n"
+        )
+    };
+    let rungs = "{ name = \"two\", set.repeat.box.count = [1, 2], set.step.time = 0.1 }";
+    let check = "{ measure = \"penetration\", limit = 1e-4 }";
+    place.write("mine.toml", text(rungs, check));
+    let (code, out, err) = place.run(&["atlas", "mine.toml"]);
+    assert!(
+        code == 0 && out.contains("1 of 1 rungs passed"),
+        "{out} {err}"
+    );
+    let (code, _, err) = place.run(&["run", "mine.toml:two", "--quiet"]);
+    assert_eq!(code, 0, "{err}");
+    for (scene, says) in [
+        (
+            "mine.toml",
+            "say which rung of the entry, as in NAME:two; known: two",
+        ),
+        ("mine.toml:twoo", "unknown rung `twoo`; did you mean `two`?"),
+        ("atlas/towr:10", "did you mean `tower`?"),
+        ("atlas/tower:5", "unknown rung `5`; did you mean `50`?"),
+    ] {
+        let (code, _, err) = place.run(&["run", scene]);
+        assert!(code == 1 && err.contains(says), "{scene}: {err}");
+    }
+    let twice = format!("{rungs}, {rungs}");
+    for (rungs, checks, says) in [
+        (
+            rungs,
+            "{ measure = \"leen\" }",
+            "unknown measure `leen`; did you mean `lean`?",
+        ),
+        (rungs, "{ measure = \"lean\" }", "needs `height`"),
+        (
+            rungs,
+            "{ measure = \"penetration\", sise = 1 }",
+            "did you mean `size`?",
+        ),
+        (
+            rungs,
+            "{ measure = \"below\", body = \"bix[0,0]\" }",
+            "did you mean `box[0,0]`?",
+        ),
+        (&twice, check, "there is already a rung named `two`"),
+        (
+            "{ name = \"a\", judge = \"falls\" }",
+            check,
+            "unknown judge `falls`",
+        ),
+        (
+            "{ name = \"a\", slo = true }",
+            check,
+            "did you mean `slow`?",
+        ),
+        (
+            "{ name = \"a\", set.step.dtt = 1 }",
+            check,
+            "with rung `a`: step.dtt: unknown key",
+        ),
+        (
+            "{ name = \"a\", set.body = { generate = \"slab\" } }",
+            check,
+            "did you mean `slabs`?",
+        ),
+        (
+            "{ name = \"a\", set.body = { generate = \"slabs\" } }",
+            check,
+            "missing key `count",
+        ),
+        ("", check, "missing key `judges, rungs`"),
+    ] {
+        place.write("mine.toml", text(rungs, checks));
+        let (code, _, err) = place.run(&["atlas", "mine.toml"]);
+        assert!(code == 1 && err.contains(says), "{says}: {err}");
+    }
 }

@@ -1,16 +1,16 @@
-use super::Outcome;
 use super::atlas_table::{explanations, shares, table};
 use super::summary::{self, Say};
+use super::{Outcome, print_out};
 use crate::experiment::{Atlas, Engine, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
-use crate::thresher::atlas_entries;
+use crate::scene::atlas_entries;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub(super) struct AtlasArgs {
-    /// Entries to run [default: all].
+    /// Entries to run, by name or as paths to TOML files [default: all].
     #[arg(value_name = "ENTRY")]
     entries: Vec<String>,
     /// The cheap rungs of each entry only.
@@ -27,11 +27,24 @@ pub(super) struct AtlasArgs {
     json: bool,
 }
 
+/// Lists every entry with its rungs.
+pub(super) fn list() -> Result<Outcome, RunError> {
+    let mut text = String::new();
+    for entry in atlas_entries()? {
+        text += &format!("atlas/{}: {}\n", entry.name, entry.block.shows);
+        for rung in &entry.block.rungs {
+            text += &format!("    :{}\n", rung.name);
+        }
+    }
+    print_out(&text);
+    Ok(Outcome::Done)
+}
+
 const PICTURE: &str = "atlas.svg";
 
 /// Runs the atlas with every engine, writes the results, and draws them.
 pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
-    let atlas = Atlas::new(&atlas_entries(), &args.entries, args.quick)?;
+    let atlas = Atlas::new(&args.entries, args.quick, crate::thresher::read_rung)?;
     let folder = OutputFolder::create(&args.out)?;
     let progress = Progress::new("atlas", atlas.runs() as u64, args.quiet);
     let results = atlas.run(&Engine::ALL.map(|(_, engine)| engine), &progress)?;
@@ -39,7 +52,7 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     let rows = summary::written(&folder, &results.rows)?;
     folder.write(PICTURE, matrix(&rows)?)?;
     let shares = shares(&rows);
-    let broken = explanations(&rows);
+    let broken = explanations(&atlas, &rows);
     let more = json!({
         "quick": args.quick,
         "rows": rows.len(),
@@ -62,7 +75,7 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     });
     let say = Say::of(args.json, args.quiet);
     summary::close(folder, summary::program("atlas"), more, say, |target| {
-        let (table, notes) = (table(&rows), summary::noted(&results.notes));
+        let (table, notes) = (table(&atlas, &rows), summary::noted(&results.notes));
         format!(
             "{table}{notes}results.csv, {PICTURE} in {}\n",
             target.display()

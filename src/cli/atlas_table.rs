@@ -1,6 +1,6 @@
 //! The atlas as a person reads it, from the rows of `results.csv` alone.
 
-use crate::experiment::{ENTRIES, Engine};
+use crate::experiment::{Atlas, Engine};
 use crate::report::{Align, ResultRow, Table, number};
 
 /// How many rungs an engine passed, failed, left unsolved and could not run.
@@ -10,12 +10,12 @@ pub(super) struct Share {
 }
 
 /// A rung that ours did not pass, and why, if that is known.
-pub(super) struct Broken {
+pub(super) struct Broken<'a> {
     pub entry: String,
     pub rung: String,
     pub verdict: String,
     pub mode: String,
-    pub why: &'static str,
+    pub why: &'a str,
 }
 
 /// One row a rung and engine: the first of each.
@@ -56,29 +56,27 @@ pub(super) fn shares(rows: &[ResultRow]) -> Vec<Share> {
 }
 
 /// Rungs that ours failed or left unsolved.
-pub(super) fn explanations(rows: &[ResultRow]) -> Vec<Broken> {
+pub(super) fn explanations<'a>(atlas: &'a Atlas, rows: &[ResultRow]) -> Vec<Broken<'a>> {
     let ours = Engine::Moreau.name();
     let broken = verdicts(rows)
         .into_iter()
         .filter(|r| r.engine == ours && matches!(r.verdict.as_str(), "fail" | "unsolved"));
     broken
         .map(|r| {
-            let entry = ENTRIES.iter().find(|e| e.name == r.scene);
+            let why = atlas.explanation(&r.scene, &r.rung);
             Broken {
                 entry: r.scene.clone(),
                 rung: r.rung.clone(),
                 verdict: r.verdict.clone(),
                 mode: r.mode.clone(),
-                why: entry
-                    .and_then(|e| e.explanation(&r.rung))
-                    .unwrap_or("the cause is not known"),
+                why: why.unwrap_or("the cause is not known"),
             }
         })
         .collect()
 }
 
 /// A line a rung, a column an engine; the counts; why ours fails where it does.
-pub(super) fn table(rows: &[ResultRow]) -> String {
+pub(super) fn table(atlas: &Atlas, rows: &[ResultRow]) -> String {
     let shares = shares(rows);
     let mut head = vec![("entry", Align::Left), ("rung", Align::Left)];
     head.extend(shares.iter().map(|s| (s.engine.as_str(), Align::Left)));
@@ -107,7 +105,7 @@ pub(super) fn table(rows: &[ResultRow]) -> String {
             number(percent, 3)
         );
     }
-    for b in explanations(rows) {
+    for b in explanations(atlas, rows) {
         out += &format!(
             "{} {}, {}: {}: {}\n",
             b.entry,

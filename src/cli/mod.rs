@@ -55,7 +55,11 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// List the scenes that come with the program.
-    Scenes,
+    Scenes {
+        /// Those of the failure atlas, which run as atlas/ENTRY:RUNG.
+        #[arg(long)]
+        atlas: bool,
+    },
     /// Simulate a scene; wear it if the scene has any.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
@@ -79,7 +83,8 @@ enum Command {
 /// What every command with one scene takes.
 #[derive(Args, Clone)]
 struct Common {
-    /// A scene of the catalogue (see `moreau2d scenes`), or a path to a TOML file.
+    /// A scene of the catalogue (see `moreau2d scenes`), a path to a TOML file, or a rung of the
+    /// atlas as atlas/ENTRY:RUNG or FILE.toml:RUNG.
     scene: String,
     #[command(flatten)]
     flags: Flags,
@@ -295,7 +300,8 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match &cli.command {
-        Command::Scenes => list_scenes(),
+        Command::Scenes { atlas: false } => list_scenes(),
+        Command::Scenes { atlas: true } => atlas::list(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),

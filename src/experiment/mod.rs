@@ -64,7 +64,8 @@
 //!
 //! **A scene** is added as a file of `scenes/` and a line of the catalogue. With a
 //! `[reference]` it is in the chart from then on; a new closed form is a function beside the others
-//! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is.
+//! of [`measures`]. Without one, `moreau2d chart FILE` takes it as it is. An entry of the atlas is a
+//! file too, see [`crate::scene::atlas`].
 //!
 //! **An engine** is added as a variant of [`Engine`]: its name, how it is stepped, and whose peer it
 //! is. Its settings are a variant of [`Baseline`], spelled in full and taken by a world, or refused
@@ -105,8 +106,7 @@ mod simulate;
 mod throughput;
 
 pub use assembly::{can_stand, limit};
-pub use atlas::{Atlas, AtlasResults, ENTRIES, Entry};
-pub(crate) use atlas::{Check, Finding, RELATIVE, Rung};
+pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, ReadRung};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes};

@@ -76,6 +76,9 @@ impl Scene {
                     mass(body),
                 )
                 .map_err(|error| named(error, &what))?;
+            if body.two_sided {
+                simulation.open_chains(id);
+            }
             simulation.set_drag(id, body.gravity_scale, body.damping);
             bodies.push(id);
         }

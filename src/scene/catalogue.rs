@@ -1,5 +1,6 @@
 //! The scenes that come with the program, embedded in it.
 
+use super::atlas::{self, AtlasEntry};
 use super::document::Document;
 use super::error::{Hint, SceneError};
 use super::{At, Scene};
@@ -141,7 +142,8 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
         .collect()
 }
 
-/// Loads a scene by its name in the catalogue, or from a file.
+/// Loads a scene by its name in the catalogue, from a file, or a rung of the atlas as
+/// `atlas/ENTRY:RUNG` or `FILE.toml:RUNG`.
 ///
 /// A name of the catalogue comes first; anything else that ends in `.toml` or is a file is read.
 ///
@@ -151,10 +153,10 @@ pub fn scenes() -> Result<Vec<Listing>, SceneError> {
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`] and [`SceneError::NoFile`] with the nearest name,
-/// [`SceneError::Read`], and those of
+/// [`SceneError::UnknownName`] with the nearest rung, [`SceneError::Read`], and those of
 /// [`Scene::parse`].
 pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
-    with_text(name_or_path, |file, text| Scene::parse(file, text, flags))
+    Scene::of(find(name_or_path)?, flags)
 }
 
 /// Loads a scene that may hold a machine, as [`load`] does, by [`Scene::parse_machine`].
@@ -166,32 +168,50 @@ pub fn load_machine<M: DeserializeOwned + Serialize>(
     flags: &[String],
     check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
 ) -> Result<(Scene, M), SceneError> {
-    with_text(name_or_path, |file, text| {
-        Scene::parse_machine(file, text, flags, &check)
-    })
+    Scene::with_machine(find(name_or_path)?, flags, check)
 }
 
-/// What `parse` makes of the text of a scene and of what errors call it.
-fn with_text<T>(
-    name_or_path: &str,
-    parse: impl Fn(&str, &str) -> Result<T, SceneError>,
-) -> Result<T, SceneError> {
-    if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == name_or_path) {
-        return parse(&file_of(name), text);
+/// The text of a scene by its name in the catalogue, of a file, or of a rung of the atlas, in its
+/// parts.
+fn find(name_or_path: &str) -> Result<Document, SceneError> {
+    if let Some((entry, rung)) = atlas::split(name_or_path) {
+        let entry = AtlasEntry::load(entry)?;
+        return entry.document(entry.rung(rung)?);
     }
+    let embedded = document(name_or_path);
     let path = Path::new(name_or_path);
-    if path
-        .extension()
-        .is_some_and(|extension| extension == "toml")
-        || path.is_file()
-    {
-        let text = std::fs::read_to_string(path).map_err(|source| unread(path, source))?;
-        return parse(name_or_path, &text);
+    let file = || path.extension().is_some_and(|e| e == "toml") || path.is_file();
+    if embedded.is_err() && file() {
+        let document = Document::parse(name_or_path, &read(path)?)?;
+        if document.root.entry("atlas").is_some() {
+            // an entry of the atlas: which rung is asked for
+            let entry = AtlasEntry::load(name_or_path)?;
+            return entry.document(entry.rung("")?);
+        }
+        return Ok(document);
     }
-    Err(SceneError::UnknownScene {
-        name: name_or_path.to_owned(),
-        hint: Hint::new(name_or_path, EMBEDDED.iter().map(|(name, _)| name)),
-    })
+    embedded
+}
+
+/// The text of the catalogue scene `name`, in its parts.
+///
+/// # Errors
+/// [`SceneError::UnknownScene`] with the nearest name.
+pub(super) fn document(name: &str) -> Result<Document, SceneError> {
+    let found = EMBEDDED.iter().find(|(known, _)| *known == name);
+    let (name, text) = found.ok_or_else(|| SceneError::UnknownScene {
+        name: name.to_owned(),
+        hint: Hint::new(name, EMBEDDED.iter().map(|(name, _)| name)),
+    })?;
+    Document::parse(&file_of(name), text)
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// [`SceneError::Read`]; [`SceneError::NoFile`] where a scene of the catalogue was meant.
+pub(super) fn read(path: &Path) -> Result<String, SceneError> {
+    std::fs::read_to_string(path).map_err(|source| unread(path, source))
 }
 
 /// Why a file cannot be read; one that is not there and is called as a scene of the catalogue is,

@@ -47,6 +47,31 @@ impl Node {
         }
     }
 
+    /// Takes `key` out: a table with it alone, or an empty one.
+    pub fn split_off(&mut self, key: &str) -> Node {
+        let mut taken = Vec::new();
+        if let Value::Table(entries) = &mut self.value {
+            let at = entries.iter().position(|e| e.key == key);
+            taken.extend(at.map(|at| entries.remove(at)));
+        }
+        Node {
+            origin: self.origin.clone(),
+            value: Value::Table(taken),
+        }
+    }
+
+    /// The value under a path of keys.
+    pub fn at_mut(&mut self, path: &[&str]) -> Option<&mut Value> {
+        let mut value = &mut self.value;
+        for key in path {
+            let Value::Table(entries) = value else {
+                return None;
+            };
+            value = &mut entries.iter_mut().find(|e| e.key == *key)?.node.value;
+        }
+        Some(value)
+    }
+
     /// The string that it is.
     pub fn text(&self) -> Option<&str> {
         match &self.value {

@@ -225,6 +225,9 @@ pub struct BodyEntry {
     /// Whether the polyline's last point is joined to its first, default false.
     /// Counter-clockwise encloses the solid, clockwise a hollow.
     pub closed: Option<bool>,
+    /// Whether the polyline touches from both sides, as rapier's plain polylines do, default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub two_sided: Option<bool>,
     /// Length \[m\] of a thin rod along the body's x axis; it touches with its two ends.
     pub rod: Option<f64>,
     /// `true`: the body's x axis without end, the solid below it. Fixed or kinematic.

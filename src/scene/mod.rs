@@ -26,6 +26,7 @@
 //! # Ok::<(), moreau2d::scene::SceneError>(())
 //! ```
 
+pub mod atlas;
 mod build;
 mod catalogue;
 mod check;
@@ -33,6 +34,7 @@ mod document;
 mod error;
 mod expand;
 pub mod file;
+mod generate;
 mod hash;
 pub mod joint;
 mod linear;
@@ -46,6 +48,7 @@ mod time_scales;
 mod world;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
+pub use atlas::{AtlasEntry, atlas_entries};
 pub use catalogue::{Listing, load, load_machine, scenes};
 pub use check::{At, Range, distinct, range};
 pub use error::{Hint, Origin, Place, SceneError};
@@ -106,6 +109,8 @@ pub struct Body {
     pub surface_velocity: f64,
     /// Direction in its frame in which its surface pushes; `None` all round.
     pub one_way: Option<[f64; 2]>,
+    /// Whether its polyline touches from both sides.
+    pub two_sided: bool,
     /// Share of the weight it feels.
     pub gravity_scale: f64,
     /// Drag on velocity and spin [1/s].
@@ -206,7 +211,12 @@ impl Scene {
     /// Every variant of [`SceneError`] but `UnknownScene` and `Read`. A file with the blocks of a
     /// machine is refused: read it with [`Scene::parse_machine`].
     pub fn parse(file: &str, text: &str, flags: &[String]) -> Result<Scene, SceneError> {
-        let (scene, NoMachine { .. }) = Scene::parse_machine(file, text, flags, machine::refuse)?;
+        Scene::of(Document::parse(file, text)?, flags)
+    }
+
+    /// See [`Scene::parse`].
+    fn of(document: Document, flags: &[String]) -> Result<Scene, SceneError> {
+        let (scene, NoMachine { .. }) = Scene::with_machine(document, flags, machine::refuse)?;
         Ok(scene)
     }
 
@@ -230,7 +240,15 @@ impl Scene {
         flags: &[String],
         check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
     ) -> Result<(Scene, M), SceneError> {
-        let mut document = Document::parse(file, text)?;
+        Scene::with_machine(Document::parse(file, text)?, flags, check)
+    }
+
+    /// See [`Scene::parse_machine`].
+    fn with_machine<M: DeserializeOwned + Serialize>(
+        mut document: Document,
+        flags: &[String],
+        check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
+    ) -> Result<(Scene, M), SceneError> {
         overrides::apply::<M>(&mut document, flags)?;
         let (read, machine) = machine::read(&document)?;
         check::check(&read, &document)?;
@@ -317,6 +335,7 @@ fn resolve_body(
         spin: entry.spin,
         surface_velocity: entry.surface_velocity,
         one_way: entry.one_way,
+        two_sided: entry.two_sided.unwrap_or(false),
         gravity_scale: entry.gravity_scale.unwrap_or(1.0),
         damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,

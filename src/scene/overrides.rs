@@ -2,6 +2,7 @@
 
 use super::document::{Document, Entry, Node, Traits, Value, flag_value, labels, node_labels};
 use super::error::{Hint, Origin, Place, SceneError};
+use super::generate::generate;
 use super::machine::{self, Whole};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -42,6 +43,44 @@ pub(super) fn apply<M: DeserializeOwned + Serialize>(
         set(document, &path, &origin, value)?;
     }
     Ok(())
+}
+
+/// Makes the changes of a table: every value in it is set at its path of keys. A table with the key
+/// `generate` stands for what [`generate`] makes of it; bodies and joints made so are added to those
+/// of the scene.
+///
+/// # Arguments
+/// - `path`: of the table in the scene, empty at first.
+/// - `origin`: what errors call the changes.
+///
+/// # Errors
+/// Those of [`apply`] for paths, and of [`generate`].
+pub(super) fn graft(
+    document: &mut Document,
+    path: &mut Vec<String>,
+    changes: &Node,
+    origin: &Origin,
+) -> Result<(), SceneError> {
+    let Value::Table(entries) = &changes.value else {
+        return set(document, path, origin, changes.clone());
+    };
+    if changes.entry("generate").is_none() {
+        for entry in entries {
+            path.push(entry.key.clone());
+            graft(document, path, &entry.node, origin)?;
+            path.pop();
+        }
+        return Ok(());
+    }
+    let mut made = generate(&document.file, changes, origin)?;
+    let keys: Vec<&str> = path.iter().map(String::as_str).collect();
+    if let (["body" | "joint"], Value::Array(new)) = (&keys[..], &mut made.value)
+        && let Some(Value::Array(all)) = document.root.at_mut(&keys)
+    {
+        all.append(new);
+        return Ok(());
+    }
+    set(document, path, origin, made)
 }
 
 /// The path of a bare key: itself at the top of the file, or the only block that has it.
@@ -121,7 +160,8 @@ fn collect(json: &Json, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
     }
 }
 
-fn set(
+/// Sets the value at a path of keys, see [`apply`].
+pub(super) fn set(
     document: &mut Document,
     path: &[String],
     origin: &Origin,

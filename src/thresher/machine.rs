@@ -58,7 +58,7 @@ pub fn parse(
 }
 
 impl Blocks {
-    fn machine(self) -> Option<Machine> {
+    pub(super) fn machine(self) -> Option<Machine> {
         let (tooth, wear) = (
             self.tooth.unwrap_or_default(),
             self.wear.unwrap_or_default(),

@@ -41,7 +41,7 @@ pub use life::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
 pub use machine::{Blocks, Machine, Setup, load, parse};
 pub use parameters::{ConcaveSetting, Thresher};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
-pub use rotor_rungs::atlas_entries;
+pub use rotor_rungs::read_rung;
 pub use rows::{ComparisonRow, LifeRow, ProfileRow, VolumeRow, WearRow};
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, run_study};

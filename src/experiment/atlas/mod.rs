@@ -1,4 +1,5 @@
-//! The failure atlas: scenes in which methods break, each up a ladder until it does.
+//! The failure atlas: scenes in which methods break, each up a ladder until it does. Entries are
+//! files of `scenes/atlas/`.
 //!
 //! [`Atlas::run`] runs every rung of every entry with every engine at one preset each, never tuned
 //! to a scene, and gives rows of `results.csv`; table and picture are drawn from that file and from
@@ -16,165 +17,83 @@
 //! atlas asks by its definition (penetration 1e-4 of a box, lean 1e-3, ...), and 1e-6 m or more where
 //! the definition says zero, because an engine in single precision knows no better.
 //!
-//! # How to add an entry
-//! A file here or an addition to one, with a function that gives its rungs: a scene each, from the
-//! catalogue with changes or from text, a function from the run to its [`Check`]s, and the word for
-//! a pass; then a line in [`ENTRIES`]. What we fail gets a sentence there, which is printed with
-//! every atlas; a test holds the verdicts of the quick rungs.
+//! How to add an entry or a rung is told in the docs of [`crate::scene::atlas`].
 
-mod chains;
-mod crowds;
-mod friction;
-mod impacts;
-mod machines;
-mod masonry;
-mod redundancy;
-mod rods;
-mod scales;
-mod stacks;
-mod table;
+mod measures;
 mod trace;
 mod verdict;
 
 use super::setting::Setting;
 use super::simulate::{Engine, RunError};
 use crate::report::{Progress, ResultRow, number};
-use crate::scene::{Built, Hint, Scene, load};
+use crate::scene::atlas::AtlasRung;
+use crate::scene::{AtlasEntry, Hint, Scene, SceneError, atlas_entries};
+use measures::Ask;
 use trace::Trace;
-use verdict::Verdict;
+use verdict::{Finding, Verdict};
 
-pub use table::ENTRIES;
-pub(crate) use verdict::{Check, Finding, RELATIVE};
-
-/// A scene of the atlas and its ladder.
-pub struct Entry {
-    pub name: &'static str,
-    /// What it shows, in a line.
-    pub shows: &'static str,
-    /// When a rung passes, in words.
-    pub passes: &'static str,
-    pub(crate) rungs: fn() -> Result<Vec<Rung>, RunError>,
-    /// Why ours fails a rung, in a sentence: the rung's name, or `*` for all of them.
-    pub(crate) ours: &'static [(&'static str, &'static str)],
+/// What the checks of a rung measure of a machine, by name, and how many islands were unsolved.
+pub struct MachineFigures {
+    pub values: Vec<(&'static str, f64)>,
+    pub unsolved: usize,
 }
 
-impl Entry {
-    /// Why ours fails a rung, where it is known to.
-    pub fn explanation(&self, rung: &str) -> Option<&'static str> {
-        let found = self
-            .ours
-            .iter()
-            .find(|(name, _)| *name == rung || *name == "*");
-        found.map(|(_, sentence)| *sentence)
-    }
-}
+/// Runs the machine of a rung.
+pub type MachineRun = Box<dyn Fn() -> Result<MachineFigures, RunError>>;
 
-/// A figure or more of a run.
-type Judge = Box<dyn Fn(&Trace) -> Vec<Check>>;
+/// Reads the scene of a rung, and its machine if it has one. Machines stand above this folder, so
+/// that the caller hands in who knows them: [`crate::thresher::read_rung`].
+pub type ReadRung = fn(&AtlasEntry, &AtlasRung) -> Result<(Scene, Option<MachineRun>), SceneError>;
 
-/// What an engine other than by stepping a scene does.
-type Own = Box<dyn Fn(Engine) -> Result<Finding, RunError>>;
-
-enum Work {
-    /// Step the scene, look at the run.
-    Steps(Judge),
-    Own(Own),
-}
-
-/// One difficulty of an entry.
-pub(crate) struct Rung {
-    name: String,
+/// A rung to be run.
+struct Task {
+    /// Index into the entries.
+    entry: usize,
+    rung: AtlasRung,
     scene: Scene,
-    /// The mode of a pass.
-    passes: &'static str,
-    work: Work,
-    /// What is changed in the world that no scene file says.
-    prepare: fn(&mut Built),
-    quick: bool,
-    /// Why engines other than ours cannot run it.
-    ours_alone: Option<&'static str>,
-    double: bool,
+    machine: Option<MachineRun>,
 }
 
-impl Rung {
-    fn new(
-        name: impl Into<String>,
-        scene: Scene,
-        passes: &'static str,
-        judge: impl Fn(&Trace) -> Vec<Check> + 'static,
-    ) -> Rung {
-        Rung {
-            name: name.into(),
-            scene,
-            passes,
-            work: Work::Steps(Box::new(judge)),
-            prepare: |_| {},
-            quick: false,
-            ours_alone: None,
-            double: false,
-        }
-    }
-
-    /// A rung of `scene`'s parts that is not a plain run.
-    pub fn own(
-        name: impl Into<String>,
-        scene: Scene,
-        work: impl Fn(Engine) -> Result<Finding, RunError> + 'static,
-    ) -> Rung {
-        Rung {
-            work: Work::Own(Box::new(work)),
-            ..Rung::new(name, scene, "", |_| Vec::new())
-        }
-    }
-
-    /// Runs with `--quick` too, if `quick`.
-    fn quick_if(mut self, quick: bool) -> Rung {
-        self.quick = quick;
-        self
-    }
-
-    pub fn quick(self) -> Rung {
-        self.quick_if(true)
-    }
-
-    fn prepared(mut self, prepare: fn(&mut Built)) -> Rung {
-        self.prepare = prepare;
-        self
-    }
-
-    /// Only ours has what it asks for.
-    pub fn ours_alone(mut self, why: &'static str) -> Rung {
-        self.ours_alone = Some(why);
-        self
-    }
-
-    /// Means nothing in single precision.
-    fn double(mut self) -> Rung {
-        self.double = true;
-        self
-    }
-
-    fn run(&self, engine: Engine) -> Result<Finding, RunError> {
-        if self.double && crate::rapier::PRECISION != "f64" {
+impl Task {
+    fn run(&self, entry: &AtlasEntry, engine: Engine) -> Result<Finding, RunError> {
+        if self.rung.double && crate::rapier::PRECISION != "f64" {
             let reason = "needs feature `f64`: build with --features f64".to_owned();
             return Ok(Finding::unavailable("skipped", reason));
         }
-        if let (Some(why), false) = (self.ours_alone, engine == Engine::Moreau) {
-            return Ok(Finding::unavailable("cannot", why.to_owned()));
+        if let (Some(why), false) = (&self.rung.only_ours, engine == Engine::Moreau) {
+            return Ok(Finding::unavailable("cannot", why.clone()));
         }
-        let outcome = match &self.work {
-            Work::Steps(judge) => Trace::of(&self.scene, engine, self.prepare)
-                .map(|trace| Finding::of(&trace, judge(&trace), self.passes)),
-            Work::Own(work) => work(engine),
-        };
-        outcome.or_else(Finding::stopped)
+        self.judged(entry, engine).or_else(Finding::stopped)
     }
 
-    fn rows(&self, entry: &Entry, engine: Engine, finding: &Finding) -> Vec<ResultRow> {
+    /// Steps the scene, or runs its machine, and looks at what came of it.
+    fn judged(&self, entry: &AtlasEntry, engine: Engine) -> Result<Finding, RunError> {
+        let judge = entry.judge(&self.rung);
+        let asks = self.asks(entry)?;
+        if let Some(run) = &self.machine {
+            let figures = run()?;
+            let checks = asks.iter().map(|ask| ask.of_machine(&figures)).collect();
+            let unsolved = Some(figures.unsolved);
+            return Ok(Finding::judged(checks, judge.mode(), true, unsolved));
+        }
+        let trace = Trace::of(&self.scene, engine)?;
+        let checks = asks.iter().filter_map(|ask| ask.of_run(&trace)).collect();
+        Ok(Finding::of(&trace, checks, judge.mode()))
+    }
+
+    /// The checks of the rung, their measures found.
+    fn asks<'a>(&'a self, entry: &'a AtlasEntry) -> Result<Vec<Ask<'a>>, RunError> {
+        let checks = entry.judge(&self.rung).checks.iter();
+        let asks = checks.map(|check| Ask::new(check, &self.rung, &self.scene));
+        let named = |error: RunError| RunError::Unfit(format!("atlas/{}: {error}", entry.name));
+        asks.collect::<Result<_, _>>().map_err(named)
+    }
+
+    fn rows(&self, entry: &AtlasEntry, engine: Engine, finding: &Finding) -> Vec<ResultRow> {
         let setting = Setting::new(engine, &self.scene.step);
         let row = |measure: &str, value: f64, unit: &str, reference: String| ResultRow {
             scene: entry.name.to_owned(),
-            rung: self.name.clone(),
+            rung: self.rung.name.clone(),
             engine: engine.name().to_owned(),
             scheme: setting.scheme().to_owned(),
             solver: setting.solver().to_owned(),
@@ -197,7 +116,7 @@ impl Rung {
         let checks = finding.checks.iter();
         let at_most = |limit: f64| format!("at most {}", number(limit, 3));
         checks
-            .map(|c| row(c.measure, c.value, c.unit, at_most(c.limit)))
+            .map(|c| row(&c.measure, c.value, &c.unit, at_most(c.limit)))
             .collect()
     }
 }
@@ -212,7 +131,8 @@ fn preset(engine: Engine) -> &'static str {
 
 /// Rungs to be run.
 pub struct Atlas {
-    plan: Vec<(&'static Entry, Rung)>,
+    entries: Vec<AtlasEntry>,
+    plan: Vec<Task>,
 }
 
 /// What an atlas found.
@@ -225,34 +145,52 @@ pub struct AtlasResults {
 }
 
 impl Atlas {
-    /// The rungs of the entries called `names`, of all where there are none.
+    /// The rungs of the entries called `names`, of all where there are none. A name that ends in
+    /// `.toml` is the path of a file.
     ///
     /// # Arguments
-    /// - `entries`: [`ENTRIES`], with more that need what this folder does not know.
     /// - `quick`: the cheap rungs only.
+    /// - `read`: reads the scene of a rung.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] for an unknown entry, with the nearest; [`RunError::Scene`] if a scene of
-    /// an entry is broken.
-    pub fn new(
-        entries: &[&'static Entry],
-        names: &[String],
-        quick: bool,
-    ) -> Result<Atlas, RunError> {
-        for name in names {
-            if !entries.iter().any(|e| e.name == name) {
-                let hint = Hint::new(name, entries.iter().map(|e| e.name));
+    /// [`RunError::Unfit`] for an unknown entry, with the nearest, or for a check that measures
+    /// nothing; [`RunError::Scene`] if an entry or a scene of it is broken.
+    pub fn new(names: &[String], quick: bool, read: ReadRung) -> Result<Atlas, RunError> {
+        let mut entries = atlas_entries()?;
+        for name in names.iter().filter(|n| !n.ends_with(".toml")) {
+            if !entries.iter().any(|e| e.name == *name) {
+                let hint = Hint::new(name, entries.iter().map(|e| &e.name));
                 return Err(RunError::Unfit(format!("atlas: no entry `{name}`{hint}")));
             }
         }
+        if !names.is_empty() {
+            entries.retain(|entry| names.contains(&entry.name));
+        }
+        let files = names.iter().filter(|n| n.ends_with(".toml"));
+        let files: Result<Vec<_>, SceneError> = files.map(|n| AtlasEntry::load(n)).collect();
+        entries.extend(files?);
         let mut plan = Vec::new();
-        for &entry in entries {
-            if names.is_empty() || names.iter().any(|name| name == entry.name) {
-                let rungs = (entry.rungs)()?.into_iter();
-                plan.extend(rungs.filter(|r| r.quick || !quick).map(|r| (entry, r)));
+        for (k, entry) in entries.iter().enumerate() {
+            let rungs = entry.block.rungs.iter();
+            for rung in rungs.filter(|rung| !(quick && rung.slow)) {
+                let (scene, machine) = read(entry, rung)?;
+                let task = Task {
+                    entry: k,
+                    rung: rung.clone(),
+                    scene,
+                    machine,
+                };
+                task.asks(entry)?;
+                plan.push(task);
             }
         }
-        Ok(Atlas { plan })
+        Ok(Atlas { entries, plan })
+    }
+
+    /// Why ours fails a rung of an entry, where it is known to.
+    pub fn explanation(&self, entry: &str, rung: &str) -> Option<&str> {
+        let entry = self.entries.iter().find(|e| e.name == entry)?;
+        entry.explanation(rung)
     }
 
     /// Number of runs, all engines counted.
@@ -269,11 +207,12 @@ impl Atlas {
     /// None that is the outcome of a rung: those are rows.
     pub fn run(&self, engines: &[Engine], progress: &Progress) -> Result<AtlasResults, RunError> {
         let mut results = AtlasResults::default();
-        for (entry, rung) in &self.plan {
+        for task in &self.plan {
+            let (entry, rung) = (&self.entries[task.entry], &task.rung);
             for &engine in engines {
                 progress.message(format!("{} {}, {}", entry.name, rung.name, engine.name()));
-                let finding = rung.run(engine)?;
-                results.rows.extend(rung.rows(entry, engine, &finding));
+                let finding = task.run(entry, engine)?;
+                results.rows.extend(task.rows(entry, engine, &finding));
                 if let Some(reason) = &finding.reason {
                     let what = match finding.verdict {
                         Verdict::Unavailable => finding.mode.as_str(),
@@ -290,7 +229,14 @@ impl Atlas {
 
 impl AtlasResults {
     /// One sentence for an entry, whatever the number of its rungs and engines that share it.
-    fn note(&mut self, entry: &Entry, rung: &Rung, engine: Engine, what: &str, reason: &str) {
+    fn note(
+        &mut self,
+        entry: &AtlasEntry,
+        rung: &AtlasRung,
+        engine: Engine,
+        what: &str,
+        reason: &str,
+    ) {
         let note = match what {
             "skipped" => format!("{} {}: {what}, {reason}", entry.name, rung.name),
             "cannot" => {
@@ -315,27 +261,5 @@ impl AtlasResults {
     }
 }
 
-/// A scene of the catalogue with changes, as `--set` makes them.
-fn catalogue(name: &str, flags: &[String]) -> Result<Scene, RunError> {
-    Ok(load(name, flags)?)
-}
-
-/// A scene from its text without the header.
-fn drafted(name: &str, text: &str) -> Result<Scene, RunError> {
-    let header = format!("[scene]\nname = \"{name}\"\ntitle = \"a rung of the atlas\"\n");
-    Ok(Scene::parse(name, &(header + text), &[])?)
-}
-
-/// A fixed floor whose top is at y = 0.
-const FLOOR: &str = "[[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [400, 2]\n\
-                     position = [0, -1]\n";
-
-/// `[step]`
-fn step(dt: f64, time: f64) -> String {
-    format!("[step]\ndt = {dt:?}\ntime = {time:?}\n")
-}
-
-/// The one `[[material]]` of a scene.
-fn material(friction: f64, restitution: f64) -> String {
-    format!("[[material]]\nname = \"m\"\nfriction = {friction:?}\nrestitution = {restitution:?}\n")
-}
+#[cfg(test)]
+mod tests;

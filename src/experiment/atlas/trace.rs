@@ -32,18 +32,13 @@ pub(super) struct Trace {
 }
 
 impl Trace {
-    /// Runs `scene`, its world changed by `prepare`, to its end.
+    /// Runs `scene` to its end.
     ///
     /// # Errors
     /// Those of [`advance`]; [`RunError::Unfit`] for an engine that has not its parts.
-    pub fn of(
-        scene: &Scene,
-        engine: Engine,
-        prepare: impl Fn(&mut Built),
-    ) -> Result<Trace, RunError> {
+    pub fn of(scene: &Scene, engine: Engine) -> Result<Trace, RunError> {
         engine.has_model(scene)?;
         let mut built = scene.build()?;
-        prepare(&mut built);
         let steps = step_count(&scene.step);
         let every = (steps * built.bodies()).div_ceil(KEPT).max(1);
         let mut samples = Samples::start(&built, engine);

@@ -1,39 +1,23 @@
 use super::super::simulate::{Engine, RunError};
 use super::trace::Trace;
 
-/// Unit of a difference over what it is compared with.
-pub(crate) const RELATIVE: &str = "relative error";
+/// The check that every rung of ours has.
+const UNSOLVED: &str = "unsolved-islands";
 
 /// One figure of a run and the most that it may be.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Check {
-    pub measure: &'static str,
+pub(super) struct Check {
+    pub measure: String,
     pub value: f64,
     /// SI, or in words what it is a part of or counts: a bare figure tells a reader nothing.
-    pub unit: &'static str,
+    pub unit: String,
     /// The rung passes if `value ≤ limit`; NaN does not.
     pub limit: f64,
     /// How the run failed if it is more, in a word.
-    pub mode: &'static str,
+    pub mode: String,
 }
 
 impl Check {
-    pub fn new(
-        measure: &'static str,
-        value: f64,
-        unit: &'static str,
-        limit: f64,
-        mode: &'static str,
-    ) -> Check {
-        Check {
-            measure,
-            value,
-            unit,
-            limit,
-            mode,
-        }
-    }
-
     pub fn holds(&self) -> bool {
         self.value <= self.limit
     }
@@ -41,7 +25,7 @@ impl Check {
 
 /// What came of a rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(super) enum Verdict {
     Pass,
     Fail,
     /// All measures hold, but some island of some step was not certified.
@@ -64,7 +48,7 @@ impl Verdict {
 
 /// A verdict, how it came to it in a word, and what it was seen by.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Finding {
+pub(super) struct Finding {
     pub verdict: Verdict,
     pub mode: String,
     pub checks: Vec<Check>,
@@ -103,16 +87,21 @@ impl Finding {
         unsolved: Option<usize>,
     ) -> Finding {
         if let Some(count) = unsolved {
-            let islands = Check::new("unsolved-islands", count as f64, "islands", 0.0, "unsolved");
-            checks.push(islands);
+            checks.push(Check {
+                measure: UNSOLVED.to_owned(),
+                value: count as f64,
+                unit: "islands".to_owned(),
+                limit: 0.0,
+                mode: "uncertified".to_owned(),
+            });
         }
         let broken = checks.iter().find(|c| !c.holds());
         let (verdict, mode) = match broken {
             _ if !finite => (Verdict::Fail, "explodes"),
             None => (Verdict::Pass, passes),
             // the last one of all is what the solver says of itself
-            Some(c) if c.measure == "unsolved-islands" => (Verdict::Unsolved, "uncertified"),
-            Some(c) => (Verdict::Fail, c.mode),
+            Some(c) if c.measure == UNSOLVED => (Verdict::Unsolved, c.mode.as_str()),
+            Some(c) => (Verdict::Fail, c.mode.as_str()),
         };
         Finding {
             verdict,
@@ -141,7 +130,7 @@ impl Finding {
     }
 
     /// The verdict on a run that came to its end.
-    pub(super) fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
+    pub fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
         let totals = &trace.totals;
         let certifies = trace.engine == Engine::Moreau;
         let mut finding = Finding::judged(
@@ -159,8 +148,14 @@ impl Finding {
 mod tests {
     use super::*;
 
-    fn check(value: f64, mode: &'static str) -> Check {
-        Check::new("m", value, "1", 1.0, mode)
+    fn check(value: f64, mode: &str) -> Check {
+        Check {
+            measure: "m".to_owned(),
+            value,
+            unit: "1".to_owned(),
+            limit: 1.0,
+            mode: mode.to_owned(),
+        }
     }
 
     fn verdict(checks: Vec<Check>, finite: bool, unsolved: Option<usize>) -> (Verdict, String) {

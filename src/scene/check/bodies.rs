@@ -167,6 +167,11 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
             }
         }
     }
+    if body.two_sided.is_some() && body.polyline.is_none() {
+        return Err(at
+            .key("two_sided")
+            .conflict("two_sided is a property of a polyline"));
+    }
     if body.closed.is_some() && body.polyline.is_none() {
         return Err(at
             .key("closed")

@@ -226,15 +226,9 @@ fn the_catalogue_holds_every_file_and_loads_it() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
     let files: BTreeSet<String> = std::fs::read_dir(folder)
         .unwrap()
-        .map(|file| {
-            file.unwrap()
-                .path()
-                .file_stem()
-                .unwrap()
-                .to_str()
-                .unwrap()
-                .to_owned()
-        })
+        .map(|file| file.unwrap().path())
+        .filter(|path| path.is_file())
+        .map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
         .collect();
     let listed: BTreeSet<String> = scenes()
         .unwrap()

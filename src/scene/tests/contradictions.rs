@@ -29,6 +29,11 @@ fn contradictions_and_bad_outlines_are_told() {
         ),
         (
             disc,
+            "disc = 0.5\ntwo_sided = true",
+            "two_sided is a property of a polyline",
+        ),
+        (
+            disc,
             "disc = 0.5\nmass = 1\ndensity = 1",
             "give density or mass",
         ),
