@@ -281,10 +281,8 @@ mod tests {
             tried.store(0, Ordering::Relaxed);
             let masses = vec![Vec3::new(1.0, 1.0, 0.0); balls as usize];
             let mut interval = row(0, balls, -0.1);
-            let still = Solution {
-                end: interval.start.clone(),
-                ..Solution::default()
-            };
+            let mut still = Solution::default();
+            still.end.clone_from(&interval.start);
             // the left wall overlaps by more: what gives way moves to the right
             interval.detection.contacts[0].gap = -0.2;
             let mut overlaps = Overlaps::default();
