@@ -1,6 +1,7 @@
 //! Scenes: the file, its checks, the catalogue.
 //!
 //! A scene file is TOML, in SI units; [`file::SceneFile`] lists every block, key and default.
+//! Four blocks belong to a machine, which [`crate::thresher`] reads.
 //! Short files are wanted: only what differs from the defaults.
 //!
 //! ```

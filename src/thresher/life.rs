@@ -70,6 +70,15 @@ struct Cycle {
     power: PowerBudget,
 }
 
+/// What came of wearing the teeth.
+struct Worn {
+    /// The cycle of the last teeth.
+    last: Cycle,
+    jumps: usize,
+    /// Largest [`Cycle::sampling`].
+    sampling: f64,
+}
+
 /// What a run of the thresher found.
 #[derive(Debug, Clone)]
 pub struct ThreshingOutcome {
@@ -217,6 +226,86 @@ impl<'a> Threshing<'a> {
         })
     }
 
+    /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
+    /// with `profile` is the operating torque.
+    ///
+    /// # Returns
+    /// The stiffness \[Pa/m\].
+    fn fill(&mut self, profile: &Profile, progress: &Progress) -> Result<f64, RunError> {
+        let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+        let mut stiffness = self.parameters.crop_stiffness;
+        self.run(FILLING, progress)?;
+        let mut cycle = self.measure(profile, 1, progress, &mut ignore)?;
+        for _ in 0..CALIBRATIONS {
+            let ratio = cycle.torque / self.parameters.operating_torque;
+            if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
+                break;
+            }
+            // torque grows a little slower than the stiffness: a plain ratio converges from below
+            stiffness /= ratio.clamp(0.2, 5.0);
+            self.world.set_stiffness(stiffness, profile)?;
+            self.run(1.0, progress)?;
+            cycle = self.measure(profile, 1, progress, &mut ignore)?;
+        }
+        Ok(stiffness)
+    }
+
+    /// Wears the teeth jump by jump, from the first cycle `new` on, until the last limit or the
+    /// longest time.
+    fn wear_out(
+        &mut self,
+        wear: &Wear,
+        new: &Cycle,
+        state: &mut WearState,
+        history: &mut WearHistory,
+        progress: &Progress,
+    ) -> Result<Worn, RunError> {
+        let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+        let hidden = Progress::new("", 1, true);
+        let rule = JumpRule {
+            cycles: 1e12,
+            fraction: wear.jump,
+            stability: 1.0,
+        };
+        let heights = wear.limits.iter().map(|l| l.height);
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        let start = state.profile().height();
+        let mut worn = Worn {
+            last: new.clone(),
+            jumps: 0,
+            sampling: 0.0,
+        };
+        loop {
+            let now = state.life().last();
+            let share = if lowest.is_finite() {
+                (start - now.height) / (start - lowest)
+            } else {
+                now.hours / wear.max_hours
+            };
+            progress.set((1000.0 * share) as u64);
+            progress.message(format!("{:.0} h, {:.1} mm", now.hours, 1e3 * now.height));
+            if now.height <= lowest || now.hours >= wear.max_hours {
+                break;
+            }
+            let load_slip = &worn.last.load_slip;
+            worn.sampling = worn.sampling.max(worn.last.sampling);
+            let jump = state.next_jump(&rule, load_slip, 0.0)?;
+            let left = (wear.max_hours - now.hours) * 3600.0 / self.revolution;
+            let cycles = jump.cycles.min(left);
+            if !cycles.is_finite() || load_slip.iter().all(|s| *s == 0.0) {
+                break;
+            }
+            state.advance(load_slip, cycles, worn.last.sampling)?;
+            worn.jumps += 1;
+            history.add_profile(1, state);
+            self.world.set_profile(state.profile())?;
+            self.run(SETTLING, &hidden)?;
+            worn.last = self.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
+        }
+        state.close(&worn.last.load_slip)?;
+        Ok(worn)
+    }
+
     fn add_wear(
         &self,
         record: &StepRecord,
@@ -286,74 +375,18 @@ pub fn run_threshing(
 ) -> Result<ThreshingOutcome, RunError> {
     let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
-    let mut stiffness = parameters.crop_stiffness;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
-    let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-    let one = machine.steps(1.0) as u64;
-    let bar = progress("filling the machine", one * 4);
-    machine.run(FILLING, &bar)?;
-    let mut cycle = machine.measure(state.profile(), 1, &bar, &mut ignore)?;
-    for _ in 0..CALIBRATIONS {
-        let ratio = cycle.torque / parameters.operating_torque;
-        if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
-            break;
-        }
-        // torque grows a little slower than the stiffness: a plain ratio converges from below
-        stiffness /= ratio.clamp(0.2, 5.0);
-        machine.world.set_stiffness(stiffness, state.profile())?;
-        machine.run(1.0, &bar)?;
-        cycle = machine.measure(state.profile(), 1, &bar, &mut ignore)?;
-    }
-    cycle = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
+    let bar = progress("filling the machine", 4 * machine.steps(1.0) as u64);
+    let stiffness = machine.fill(state.profile(), &bar)?;
+    let new = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
     let picture_new = machine.world.outlines(state.profile())?;
     drop(bar);
+    let area_new = state.profile().area_above(-tooth.base);
 
     let mut history = WearHistory::default();
     history.add_profile(1, &state);
-    let (torque_new, speed_new, power_new) = (cycle.torque, cycle.speed, cycle.power);
-    let rule = JumpRule {
-        cycles: 1e12,
-        fraction: wear.jump,
-        stability: 1.0,
-    };
-    let lowest = wear
-        .limits
-        .iter()
-        .map(|l| l.height)
-        .fold(f64::INFINITY, f64::min);
-    let area_new = state.profile().area_above(-tooth.base);
-    let mut jumps = 0;
-    let mut sampling: f64 = 0.0;
-    let start = state.profile().height();
     let bar = progress("wearing the teeth", 1000);
-    let hidden = Progress::new("", 1, true);
-    loop {
-        let now = state.life().last();
-        let share = if lowest.is_finite() {
-            (start - now.height) / (start - lowest)
-        } else {
-            now.hours / wear.max_hours
-        };
-        bar.set((1000.0 * share) as u64);
-        bar.message(format!("{:.0} h, {:.1} mm", now.hours, 1e3 * now.height));
-        if now.height <= lowest || now.hours >= wear.max_hours {
-            break;
-        }
-        sampling = sampling.max(cycle.sampling);
-        let jump = state.next_jump(&rule, &cycle.load_slip, 0.0)?;
-        let left = (wear.max_hours - now.hours) * 3600.0 / machine.revolution;
-        let cycles = jump.cycles.min(left);
-        if !cycles.is_finite() || cycle.load_slip.iter().all(|s| *s == 0.0) {
-            break;
-        }
-        state.advance(&cycle.load_slip, cycles, cycle.sampling)?;
-        jumps += 1;
-        history.add_profile(1, &state);
-        machine.world.set_profile(state.profile())?;
-        machine.run(SETTLING, &hidden)?;
-        cycle = machine.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
-    }
-    state.close(&cycle.load_slip)?;
+    let worn = machine.wear_out(wear, &new, &mut state, &mut history, &bar)?;
     drop(bar);
     history.close(1, &state, &wear.limits)?;
     let lost = area_new - state.profile().area_above(-tooth.base);
@@ -361,15 +394,15 @@ pub fn run_threshing(
         calibration: calibration(parameters, &state),
         history,
         stiffness,
-        torque_new,
-        torque_worn: cycle.torque,
-        speed_new,
-        power_new,
-        power_worn: cycle.power,
+        torque_new: new.torque,
+        torque_worn: worn.last.torque,
+        speed_new: new.speed,
+        power_new: new.power,
+        power_worn: worn.last.power,
         revolutions: machine.totals.time / machine.revolution,
-        jumps,
+        jumps: worn.jumps,
         steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
-        sampling,
+        sampling: worn.sampling,
         concave_moved: machine.world.concave_moved(),
         picture_new,
         picture_worn: machine.world.outlines(state.profile())?,

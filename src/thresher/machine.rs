@@ -142,7 +142,7 @@ mod tests {
             ),
             (
                 "[thresher]\nbars = \"8\"",
-                "t.toml:5:8: thresher.bars: expected a whole number",
+                "t.toml:5:1: thresher.bars: expected a whole number",
             ),
             ("[thresher]\nspeed = nan", "thresher.speed"),
             ("[thresher]\nconcave = \"fixd\"", "did you mean `fixed`?"),

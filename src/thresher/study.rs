@@ -6,7 +6,7 @@ use super::machine::Setup;
 use super::rows::ComparisonRow;
 use super::stall::{Stall, exponent, single_cells};
 use super::study_life::study_life;
-use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
+use super::study_rotor::{Cycle, deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
 use crate::experiment::{RunError, Totals};
@@ -121,14 +121,12 @@ pub fn run_study(
     progress: &Progress,
 ) -> Result<StudyOutcome, RunError> {
     let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
-    let update = study.update;
     let calibrated = study.reading == Reading::TorqueBalanced;
     let contact_time = if calibrated {
         calibrate(scene, study, tooth, wear)?
     } else {
         scene.step.time
     };
-    let cycles = study.cycles / f64::from(study.batches);
     let mut totals = Totals::default();
     let mut comparison = Vec::new();
     let mut oracle_difference: f64 = 0.0;
@@ -136,42 +134,13 @@ pub fn run_study(
     let mut per_cycle = Vec::new();
     for &torque in &study.torques {
         for &speed in &study.speeds {
-            let mut state = new_tooth(tooth, wear, speed, update)?;
-            let mut algebra = new_tooth(tooth, wear, speed, update)?;
-            for batch in 0..study.batches {
-                let rotor = rotor(study, state.profile(), update, torque, speed)?;
-                let cycle = load_cycle(scene, rotor, contact_time, &mut totals)?;
-                if batch == 0 {
-                    per_cycle.push((torque, speed, cycle.load_slip.iter().sum::<f64>()));
-                    wearing_steps = wearing_steps.max(cycle.wearing_steps);
-                    speed_after = speed_after.max(cycle.speed_after.abs());
-                }
-                advance(&mut state, &cycle.load_slip, cycles)?;
-                if calibrated {
-                    let exact = oracle_load_slip(
-                        study,
-                        algebra.profile(),
-                        update,
-                        torque,
-                        speed,
-                        contact_time,
-                    )?;
-                    advance(&mut algebra, &exact, cycles)?;
-                }
-            }
-            if calibrated {
-                for (ours, exact) in state.depth().iter().zip(algebra.depth()) {
-                    let scale = deepest(&algebra);
-                    oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
-                }
-            }
-            comparison.push(compare_point(
-                study,
-                torque,
-                speed,
-                deepest(&state),
-                calibrated,
-            ));
+            let point = operating_point(scene, setup, [torque, speed], contact_time, &mut totals)?;
+            per_cycle.push((torque, speed, point.first.load_slip.iter().sum::<f64>()));
+            wearing_steps = wearing_steps.max(point.first.wearing_steps);
+            speed_after = speed_after.max(point.first.speed_after.abs());
+            oracle_difference = oracle_difference.max(point.oracle_difference);
+            let row = compare_point(study, torque, speed, point.depth, calibrated);
+            comparison.push(row);
             progress.advance();
         }
     }
@@ -204,6 +173,56 @@ pub fn run_study(
         history: life.map(|l| l.history),
         totals,
         stall,
+    })
+}
+
+/// What the study's cycles do to a new tooth.
+struct Point {
+    /// Of the deepest cell \[m\].
+    depth: f64,
+    /// The cycle of the new tooth.
+    first: Cycle,
+    /// See [`StudyOutcome::oracle_difference`]; 0 where the reading has no algebra.
+    oracle_difference: f64,
+}
+
+/// Wears a new tooth by the study's cycles at a torque \[N m\] and a speed \[rad/s\].
+fn operating_point(
+    scene: &Scene,
+    setup: &Setup<Study>,
+    [torque, speed]: [f64; 2],
+    contact_time: f64,
+    totals: &mut Totals,
+) -> Result<Point, RunError> {
+    let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
+    let (update, balanced) = (study.update, study.reading == Reading::TorqueBalanced);
+    let cycles = study.cycles / f64::from(study.batches);
+    let mut state = new_tooth(tooth, wear, speed, update)?;
+    let mut algebra = state.clone();
+    let mut first = None;
+    for _ in 0..study.batches {
+        let rotor = rotor(study, state.profile(), update, torque, speed)?;
+        let cycle = load_cycle(scene, rotor, contact_time, totals)?;
+        advance(&mut state, &cycle.load_slip, cycles)?;
+        first.get_or_insert(cycle);
+        if balanced {
+            let profile = algebra.profile();
+            let exact = oracle_load_slip(study, profile, update, torque, speed, contact_time)?;
+            advance(&mut algebra, &exact, cycles)?;
+        }
+    }
+    let mut oracle_difference: f64 = 0.0;
+    if balanced {
+        let scale = deepest(&algebra);
+        for (ours, exact) in state.depth().iter().zip(algebra.depth()) {
+            oracle_difference = oracle_difference.max((ours - exact).abs() / scale);
+        }
+    }
+    Ok(Point {
+        depth: deepest(&state),
+        // there is at least one batch
+        first: first.unwrap_or_default(),
+        oracle_difference,
     })
 }
 

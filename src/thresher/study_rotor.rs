@@ -147,6 +147,7 @@ pub(super) fn rotor(
 }
 
 /// What one simulated load cycle gave.
+#[derive(Default)]
 pub(super) struct Cycle {
     pub load_slip: Vec<f64>,
     pub wearing_steps: usize,

@@ -70,22 +70,6 @@ impl LoadSlip {
     pub fn sums(&self) -> &[f64] {
         &self.sums
     }
-
-    /// `S_i / cycles` [N m per cycle], the mean of the cycles simulated.
-    ///
-    /// # Errors
-    /// [`WearError::Range`] unless `cycles` is finite and above 0.
-    pub fn per_cycle(&self, cycles: f64) -> Result<Vec<f64>, WearError> {
-        let inside = cycles > 0.0 && cycles.is_finite();
-        in_range("number of cycles", cycles, inside, "finite and above 0")?;
-        Ok(self.sums.iter().map(|s| s / cycles).collect())
-    }
-
-    /// Sets every sum to 0 for the next cycle, with `nodes` nodes.
-    pub fn reset(&mut self, nodes: usize) {
-        self.sums.clear();
-        self.sums.resize(nodes, 0.0);
-    }
 }
 
 /// The area over which a node's `load_slip` is spread.
@@ -199,7 +183,6 @@ mod tests {
         sum.add(&contacts, |c| Some(c.cell_on(7)? as usize))
             .unwrap();
         assert_eq!(sum.sums(), [0.75, 0.0]);
-        assert_eq!(sum.per_cycle(3.0).unwrap(), [0.25, 0.0]);
     }
 
     #[test]

@@ -32,6 +32,12 @@ fn parse(text: &str, flags: &[&str]) -> Result<Scene, SceneError> {
     Scene::parse("t.toml", text, &flags)
 }
 
+/// A scene of the catalogue or of a file, whatever machine it holds.
+fn load_any(name: &str) -> Scene {
+    let machine = |_: &serde_json::Value, _: &At<'_>| Ok(());
+    load_machine(name, &[], machine).unwrap().0
+}
+
 fn error_of(text: &str, flags: &[&str]) -> String {
     match parse(text, flags) {
         Ok(_) => panic!("accepted: {flags:?}\n{text}"),
