@@ -4,6 +4,7 @@ mod blocks;
 mod bodies;
 mod joints;
 mod linear;
+mod machine;
 mod planar;
 mod repeats;
 

@@ -1,0 +1,171 @@
+//! The machine's blocks: `[tooth]`, `[wear]`, `[study]`, `[thresher]`.
+
+use super::*;
+use crate::scene::study::{Calibration, Study, Tooth, Wear};
+use crate::scene::thresher::Thresher;
+
+const POSITIVE: Range = range(1e-12, 1e12, "1e-12 to 1e12");
+const CYCLES: Range = range(1.0, 1e12, "1 to 1e12");
+const DRIVE_TORQUE: Range = range(1e-9, 1e12, "1e-9 to 1e12 N m");
+const DRIVE_SPEED: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
+const FOUNDATION: Range = range(1.0, 1e15, "1 to 1e15 Pa/m");
+const BENDING: Range = range(0.0, 1e9, "0 to 1e9 N m/rad");
+const DEGREES: Range = range(-360.0, 360.0, "-360 to 360 degrees");
+
+pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
+    if let Some(block) = &file.tooth {
+        tooth(&top.key("tooth"), block)?;
+    }
+    if let Some(block) = &file.wear {
+        wear(&top.key("wear"), block)?;
+    }
+    if let Some(block) = &file.study {
+        study(&top.key("study"), block)?;
+    }
+    if let Some(block) = &file.thresher {
+        thresher(&top.key("thresher"), block)?;
+    }
+    Ok(())
+}
+
+fn tooth(at: &At<'_>, tooth: &Tooth) -> Result<(), SceneError> {
+    at.within("alpha", tooth.alpha, range(-1e6, 1e6, "-1e6 to 1e6 1/m"))?;
+    at.within("beta", tooth.beta, range(-1e3, 1e3, "-1000 to 1000"))?;
+    at.within("gamma", tooth.gamma, SIZE)?;
+    at.within("width", tooth.width, SIZE)?;
+    at.within("base", tooth.base, SIZE)?;
+    // Three points carry a quadratic; a thousand cells are finer than any measured profile.
+    at.count("cells", tooth.cells, 3, 1000)
+}
+
+fn wear(at: &At<'_>, wear: &Wear) -> Result<(), SceneError> {
+    let coefficient = range(1e-30, 1.0, "1e-30 to 1 1/N");
+    at.within(
+        "coefficient_over_area",
+        wear.coefficient_over_area,
+        coefficient,
+    )?;
+    // Jumps longer than 0.3 of an edge are rejected by the re-meshing.
+    at.within("jump", wear.jump, range(1e-6, 0.3, "1e-6 to 0.3"))?;
+    at.count("revolutions", wear.revolutions, 1, 10_000)?;
+    // Explicit diffusion on equal cells is monotone up to 1/4 with both neighbours moving.
+    at.within(
+        "smoothing_length",
+        wear.smoothing_length,
+        range(0.0, 1.0, "0 to 1 m"),
+    )?;
+    at.within(
+        "max_hours",
+        wear.max_hours,
+        range(1e-6, 1e9, "1e-6 to 1e9 h"),
+    )?;
+    let limits = at.key("limits");
+    distinct(
+        &limits,
+        "limit",
+        wear.limits.iter().map(|limit| limit.name.as_str()),
+    )?;
+    for (index, limit) in wear.limits.iter().enumerate() {
+        let at = limits.index(index);
+        at.name("name", &limit.name)?;
+        at.within("height", limit.height, range(-1e6, 1e6, "-1e6 to 1e6 m"))?;
+    }
+    Ok(())
+}
+
+fn study(at: &At<'_>, study: &Study) -> Result<(), SceneError> {
+    at.within("axis_distance", study.axis_distance, SIZE)?;
+    at.within("friction", study.friction, FRICTION)?;
+    at.within("inertia", study.inertia, INERTIA)?;
+    at.within("lever", study.lever, range(0.0, 1e6, "0 to 1e6 m"))?;
+    at.within("mass", study.mass, MASS)?;
+    at.within("start_angle_deg", study.start_angle_deg, DEGREES)?;
+    at.within("tape_thickness", study.tape_thickness, SIZE)?;
+    at.within("cycles", study.cycles, CYCLES)?;
+    at.count("batches", study.batches, 1, 1_000_000)?;
+    for (key, values, range) in [
+        ("speeds", &study.speeds, DRIVE_SPEED),
+        ("torques", &study.torques, DRIVE_TORQUE),
+    ] {
+        if !(1..=1000).contains(&values.len()) {
+            return Err(SceneError::OutOfRange {
+                at: at.key(key).place(),
+                value: format!("{} values", values.len()),
+                allowed: "1 to 1000 values".to_owned(),
+            });
+        }
+        for (index, value) in values.iter().enumerate() {
+            if !(range.least..=range.most).contains(value) {
+                return Err(SceneError::OutOfRange {
+                    at: at.key(key).index(index).place(),
+                    value: format!("{value:?}"),
+                    allowed: range.text.to_owned(),
+                });
+            }
+        }
+    }
+    calibration(&at.key("calibrate"), &study.calibrate)
+}
+
+fn calibration(at: &At<'_>, point: &Calibration) -> Result<(), SceneError> {
+    at.within("torque", point.torque, DRIVE_TORQUE)?;
+    at.within("speed", point.speed, DRIVE_SPEED)?;
+    at.within("depth", point.depth, range(1e-12, 1e6, "1e-12 to 1e6 m"))?;
+    at.within("cycles", point.cycles, CYCLES)
+}
+
+fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
+    for (key, value) in [
+        ("tip_radius", thresher.tip_radius),
+        ("machine_width", thresher.machine_width),
+        ("crop_thickness", thresher.crop_thickness),
+        ("segment_length", thresher.segment_length),
+        ("exit_distance", thresher.exit_distance),
+        ("clearance_inlet", thresher.clearance_inlet),
+        ("clearance_outlet", thresher.clearance_outlet),
+    ] {
+        at.within(key, value, SIZE)?;
+    }
+    at.count("bars", thresher.bars, 1, 1000)?;
+    at.within("inertia", thresher.inertia, INERTIA)?;
+    at.within("speed", thresher.speed, DRIVE_SPEED)?;
+    at.within("operating_torque", thresher.operating_torque, DRIVE_TORQUE)?;
+    at.within(
+        "drive_torque_factor",
+        thresher.drive_torque_factor,
+        range(1.0, 1e6, "1 to 1e6"),
+    )?;
+    at.within("feed_rate", thresher.feed_rate, POSITIVE)?;
+    at.within(
+        "entry_speed",
+        thresher.entry_speed,
+        range(1e-6, 1e6, "1e-6 to 1e6 m/s"),
+    )?;
+    at.within("crop_stiffness", thresher.crop_stiffness, FOUNDATION)?;
+    at.within(
+        "crop_restitution",
+        thresher.crop_restitution,
+        DAMPING_RESTITUTION,
+    )?;
+    at.within(
+        "crop_bending_stiffness",
+        thresher.crop_bending_stiffness,
+        BENDING,
+    )?;
+    at.within("friction_steel", thresher.friction_steel, FRICTION)?;
+    at.within("friction_concave", thresher.friction_concave, FRICTION)?;
+    at.within("concave_start_deg", thresher.concave_start_deg, DEGREES)?;
+    at.within("concave_end_deg", thresher.concave_end_deg, DEGREES)?;
+    let arc = thresher.concave_end_deg - thresher.concave_start_deg;
+    if !(1.0..=350.0).contains(&arc) {
+        return Err(SceneError::OutOfRange {
+            at: at.key("concave_end_deg").place(),
+            value: format!("{:?}", thresher.concave_end_deg),
+            allowed: "1 to 350 degrees past concave_start_deg".to_owned(),
+        });
+    }
+    if let Some(point) = &thresher.calibrate {
+        calibration(&at.key("calibrate"), point)?;
+    }
+    Ok(())
+}
