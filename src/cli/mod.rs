@@ -55,7 +55,11 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// List the scenes that come with the program.
-    Scenes,
+    Scenes {
+        /// List the keys of scene files in place of the scenes: what each allows and means.
+        #[arg(long)]
+        keys: bool,
+    },
     /// Simulate a scene; wear it if the scene has any.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
@@ -294,7 +298,11 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match &cli.command {
-        Command::Scenes => list_scenes(),
+        Command::Scenes { keys: false } => list_scenes(),
+        Command::Scenes { keys: true } => {
+            print_out(&scene::keys::listing());
+            Ok(Outcome::Done)
+        }
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),

@@ -1,7 +1,8 @@
 //! Scenes: the file, its checks, the catalogue.
 //!
-//! A scene file is TOML, in SI units; [`file::SceneFile`] lists every block, key and default.
-//! Short files are wanted: only what differs from the defaults.
+//! A scene file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Short files
+//! are wanted: only what differs from the defaults. All keys are listed below, those of the
+//! threshing machine at [`Tooth`], [`Wear`], [`Study`] and [`Thresher`].
 //!
 //! ```
 //! let scene = moreau2d::scene::Scene::parse(
@@ -25,6 +26,9 @@
 //! assert_eq!(scene.bodies[1].shape, moreau2d::scene::Shape::Disc { radius: 0.25 });
 //! # Ok::<(), moreau2d::scene::SceneError>(())
 //! ```
+//!
+//! # Keys
+#![doc = include_str!("keys.md")]
 
 mod build;
 mod catalogue;
@@ -32,9 +36,10 @@ mod check;
 mod document;
 mod error;
 mod expand;
-pub mod file;
+mod file;
 mod hash;
-pub mod joint;
+mod joint;
+pub mod keys;
 mod linear;
 mod outline;
 mod overlap;
