@@ -1,6 +1,6 @@
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
-use super::{Flags, Outcome, summary, tolerance};
+use super::{Flags, Outcome, effect, summary, tolerance};
 use crate::contact::problem_file::{StoredProblem, read};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
@@ -55,19 +55,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
         return bench_scenes(args);
     }
     let flags = &args.flags;
-    let stepping = [&flags.dt, &flags.time, &flags.scheme, &flags.solver];
-    if stepping.iter().any(|f| f.is_some())
-        || flags.steps.is_some()
-        || flags.events
-        || !flags.threads.is_empty()
-        || !flags.set.is_empty()
-    {
-        return Err(RunError::Unfit(
-            "bench --solvers: nothing is stepped, so that --dt, --time, --steps, --set, --scheme, \
-             --events, --solver and --threads have no effect"
-                .to_owned(),
-        ));
-    }
+    refuse_idle(flags)?;
     let asked = flags.tolerance.as_deref().unwrap_or("1e-8");
     let tolerance =
         tolerance(asked).map_err(|why| RunError::Unfit(format!("--tolerance {asked}: {why}")))?;
@@ -124,6 +112,25 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
         },
     )?;
     Ok(Outcome::Done)
+}
+
+/// Refuses what was set for steps.
+fn refuse_idle(flags: &Flags) -> Result<(), RunError> {
+    let run = effect::Run::of_problems("bench --solvers", effect::Subject::Problems);
+    let keys = flags.of_keys().into_iter();
+    let set = flags
+        .set
+        .iter()
+        .map(|set| (set.clone(), format!("--set {set}")));
+    let of_steps = |(change, words): (String, String)| {
+        let tolerance = change.starts_with("step.tolerance=") && words.starts_with("--tolerance");
+        (!tolerance).then_some((words, String::new()))
+    };
+    let typed: Vec<(String, String)> = keys.chain(set).filter_map(of_steps).collect();
+    let typed = typed
+        .iter()
+        .map(|(words, value)| (words.as_str(), value.clone()));
+    run.refuse(flags, &typed.chain(flags.of_runs()).collect::<Vec<_>>())
 }
 
 /// The contact problems of a folder in the order of their names, and what to say about them.

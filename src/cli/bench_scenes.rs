@@ -1,7 +1,7 @@
 //! Throughput of scenes: how long a step takes, what it is spent on, and how good it is.
 
 use super::bench::BenchArgs;
-use super::{Outcome, summary};
+use super::{Outcome, effect, summary};
 use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
 use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
 use serde_json::json;
@@ -58,15 +58,14 @@ const STEPS: [u32; 2] = [60, 10];
 
 pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let flags = &args.flags;
-    if flags.time.is_some() {
-        return Err(RunError::Unfit(
-            "bench: --time has no effect; --steps N times that many steps, --settle N goes before"
-                .to_owned(),
-        ));
-    }
     let works = workloads(args)?;
     let steps = STEPS[usize::from(args.quick)];
     let mut engines = vec![Engine::Moreau];
+    if args.against.contains(&Engine::Moreau) {
+        return Err(RunError::Unfit(
+            "--against moreau: has no effect: ours is always measured".to_owned(),
+        ));
+    }
     for &engine in &args.against {
         if !engines.contains(&engine) {
             engines.push(engine);
@@ -127,7 +126,7 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
     let one = |name: &str, settle: u32, size: &[&str]| -> Result<Workload, RunError> {
         let mut flags = args.flags.clone();
         // the size first, so that what the user sets has the last word
-        flags.set.splice(0..0, size.iter().map(|s| (*s).to_owned()));
+        flags.before = size.iter().map(|s| (*s).to_owned()).collect();
         let scene = flags.load_on_one_thread(name)?;
         if scene.study.is_some() || scene.thresher.is_some() {
             return Err(RunError::Unfit(format!(
@@ -135,7 +134,9 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
                 scene.name
             )));
         }
-        let rung = flags.set.join(" ");
+        flags.refuse_twice(&scene)?;
+        effect::Run::new("bench", &scene, &flags).refuse(&flags, &flags.of_runs())?;
+        let rung = [flags.before, flags.set].concat().join(" ");
         let settle = args.settle.unwrap_or(settle) as usize;
         Ok(Workload {
             scene,

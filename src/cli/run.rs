@@ -1,6 +1,6 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
-use super::{Outcome, RunArgs, print_out, run_study, run_threshing, summary};
+use super::{Outcome, RunArgs, effect, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
@@ -24,20 +24,19 @@ const OURS_ALONE: [&str; 8] = [
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let scene = args.common.load()?;
     if scene.study.is_some() || scene.thresher.is_some() {
-        args.refuse("--dump-problems", args.dump_problems.is_some(), &scene)?;
-    }
-    if scene.study.is_some() {
         only_moreau(args, &scene)?;
+    } else {
+        args.engine.has_model(&scene)?;
+    }
+    refuse_idle(args, &scene)?;
+    if scene.study.is_some() {
         return run_study::run(args, &scene);
     }
     if scene.thresher.is_some() {
-        only_moreau(args, &scene)?;
         return run_threshing::run(args, &scene);
     }
-    args.engine.has_model(&scene)?;
-    ours_only(args)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
-    let mut dump = Dump::create(args, &scene)?;
+    let mut dump = Dump::create(args)?;
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
     built.keep_problems(dump.is_some());
@@ -121,23 +120,23 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// A peer has a method of its own: flags of ours would do nothing.
-fn ours_only(args: &RunArgs) -> Result<(), RunError> {
-    let c = &args.common;
-    let flags = [
-        ("--scheme", c.flags.scheme.is_some()),
-        ("--events", c.flags.events),
-        ("--solver", c.flags.solver.is_some()),
-        ("--tolerance", c.flags.tolerance.is_some()),
-        ("--threads", !c.flags.threads.is_empty()),
-    ];
-    match flags.iter().find(|(_, given)| *given) {
-        Some((flag, _)) if args.engine != Engine::Moreau => Err(RunError::Unfit(format!(
-            "{flag}: has no effect on --engine {}, only on moreau",
-            args.engine.name()
-        ))),
-        _ => Ok(()),
+/// Refuses what was set and has no effect in this run.
+fn refuse_idle(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
+    let flags = &args.common.flags;
+    let mut typed = flags.of_runs();
+    if let Some(every) = args.every {
+        typed.push(("--every", every.to_string()));
     }
+    if let Some(folder) = &args.dump_problems {
+        typed.push(("--dump-problems", folder.display().to_string()));
+    }
+    flags.refuse_twice(scene)?;
+    let engines = [args.engine];
+    let run = effect::Run {
+        engines: &engines,
+        ..effect::Run::new("run", scene, flags)
+    };
+    run.refuse(flags, &typed)
 }
 
 fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {

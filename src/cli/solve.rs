@@ -1,4 +1,4 @@
-use super::{Outcome, print_err, print_out, summary, tolerance};
+use super::{Flags, Outcome, effect, print_err, print_out, summary, tolerance};
 use crate::contact::problem_file::{FileError, Loaded, StoredProblem, read};
 use crate::contact::{ContactProblem, Law, Vec2, natural_map};
 use crate::experiment::RunError;
@@ -25,9 +25,9 @@ pub(super) struct SolveArgs {
           allow_hyphen_values = true)]
     tolerance: f64,
     /// How impulses that are not unique share a load out: found (as the solver left them) or
-    /// minimum-norm.
-    #[arg(long, value_name = "NAME", default_value = "found", value_parser = shares)]
-    shares: Shares,
+    /// minimum-norm [default: found].
+    #[arg(long, value_name = "NAME", value_parser = shares)]
+    shares: Option<Shares>,
     /// Write the result to this JSON file.
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -85,6 +85,7 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
             out.display()
         )));
     }
+    refuse_idle(args, &problem)?;
     let out = args.out.as_deref().map(Target::create).transpose()?;
     let mut solved = match &problem {
         StoredProblem::Contact { problem, solution } => contact(args, problem, solution.as_deref()),
@@ -124,12 +125,32 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     })
 }
 
+/// Refuses flags without effect on the problem.
+fn refuse_idle(args: &SolveArgs, problem: &StoredProblem) -> Result<(), RunError> {
+    let subject = match problem {
+        StoredProblem::Contact { .. } => effect::Subject::Problems,
+        StoredProblem::Lcp { .. } => effect::Subject::Lcp,
+    };
+    let run = effect::Run {
+        tables: !args.json,
+        ..effect::Run::of_problems("solve", subject)
+    };
+    let mut typed = Vec::new();
+    if let Some(shares) = args.shares {
+        typed.push(("--shares", shares.name().to_owned()));
+    }
+    if args.quiet {
+        typed.push(("--quiet", String::new()));
+    }
+    run.refuse(&Flags::default(), &typed)
+}
+
 fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) -> Solved {
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     // the name was checked when it was parsed
     let worked = solver_by_name(&args.solver)
         .map(|mut solver| solver.solve(problem, &mut impulses, args.tolerance));
-    let least = args.shares == Shares::MinimumNorm
+    let least = args.shares == Some(Shares::MinimumNorm)
         && Sharing::default()
             .least(problem, &mut impulses, args.tolerance)
             .0;
@@ -157,7 +178,7 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
     }
     let unique = solved.then(|| Uniqueness::of(problem, &impulses));
     if let Some(unique) = &unique {
-        text.push_str(&uniqueness(unique, args.shares, least));
+        text.push_str(&uniqueness(unique, args.shares.unwrap_or_default(), least));
     }
     if let Some(stored) = stored {
         let residual = natural_map(problem, stored).relative;

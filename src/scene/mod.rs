@@ -52,6 +52,7 @@ pub mod threshing;
 mod threshing_shapes;
 mod time_scales;
 mod world;
+mod written;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
 pub use catalogue::{Listing, load, scenes};
@@ -62,6 +63,7 @@ pub use linear::LinearBlock;
 pub use study::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use thresher::{ConcaveSetting, Thresher};
 pub use world::Built;
+pub use written::Written;
 
 use document::Document;
 use file::{BodyEntry, DEFAULT_DENSITY, SceneFile};
@@ -94,6 +96,10 @@ pub struct Scene {
     pub thresher: Option<Thresher>,
     /// FNV-1a (64 bits) of the resolved file without title and notes, see [`Scene::parse`].
     pub hash: u64,
+    /// What the file and its flags set, save of bodies, joints and mechanisms.
+    pub written: Vec<Written>,
+    /// Each flag of [`Scene::parse`] with the whole path of the key that it sets.
+    pub changes: Vec<(String, String)>,
 }
 
 /// A body and where it starts.
@@ -217,11 +223,13 @@ impl Scene {
     /// Every variant of [`SceneError`] but `UnknownScene` and `Read`.
     pub fn parse(file: &str, text: &str, flags: &[String]) -> Result<Scene, SceneError> {
         let mut document = Document::parse(file, text)?;
-        overrides::apply(&mut document, flags)?;
+        let changes = overrides::apply(&mut document, flags)?;
         let read: SceneFile = reader::read(&document)?;
         check::check(&read, &document)?;
         let hash = hash::of(&read);
-        resolve(read, &document, hash)
+        let mut scene = resolve(read, &document, hash)?;
+        scene.changes = changes;
+        Ok(scene)
     }
 }
 
@@ -273,6 +281,8 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         study: file.study,
         thresher: file.thresher,
         hash,
+        written: written::keys(document),
+        changes: Vec::new(),
     };
     check::starts(&scene, document)?;
     Ok(scene)

@@ -15,13 +15,20 @@ const ARRAYS: [&str; 4] = ["material", "body", "joint", "repeat"];
 /// of arrays of tables by their name, a repeat by what it is of, a joint by what it ties as in
 /// `crank-rod`, any by number from 0), or a bare key that only one block has. The value is TOML; text that is not TOML is taken as a string.
 ///
+/// # Returns
+/// Each flag with the whole path of its key.
+///
 /// # Errors
 /// [`SceneError::FlagForm`] without `=`; [`SceneError::UnknownKey`] and
 /// [`SceneError::AmbiguousKey`] for a bare key; [`SceneError::UnknownName`] for an element that
 /// does not exist, [`SceneError::Conflict`] where the scene has none of its kind;
 /// [`SceneError::WrongType`] for a path through a plain value. Keys that the
 /// schema does not have are found when the document is read, under the flag's name.
-pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), SceneError> {
+pub(super) fn apply(
+    document: &mut Document,
+    flags: &[String],
+) -> Result<Vec<(String, String)>, SceneError> {
+    let mut changes = Vec::new();
     for flag in flags {
         let (key, text) = flag
             .split_once('=')
@@ -36,8 +43,9 @@ pub(super) fn apply(document: &mut Document, flags: &[String]) -> Result<(), Sce
         };
         let value = flag_value(text, &origin);
         set(document, &path, &origin, value)?;
+        changes.push((flag.clone(), path.join(".")));
     }
-    Ok(())
+    Ok(changes)
 }
 
 /// The path of a bare key: itself at the top of the file, or the only block that has it.
