@@ -6,7 +6,7 @@ use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
 use crate::solver::SOLVERS;
 use clap::Args;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -78,25 +78,22 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     let performance = Performance::new(&rows);
     write_rows(&folder, &performance.profile())?;
     folder.write(PICTURE, performance.chart().to_svg()?)?;
-    let more = json!({
-        "settings": {
-            "problems": args.problems.display().to_string(),
-            "tolerance": summary::float(tolerance),
-            "repeats": repeats,
-        },
-        "rows": rows.len(),
-        "pictures": [PICTURE],
-        "warnings": &notes,
-        "all": scores(&performance),
-        "by_blocks": CLASSES
-            .iter()
-            .map(|class| {
-                let mut scores = scores(&performance.sized(class.0, class.1));
-                scores["blocks"] = json!(class_name(class));
-                scores
-            })
-            .collect::<Vec<_>>(),
+    let by_blocks = CLASSES.iter().map(|class| Scores {
+        blocks: Some(class_name(class)),
+        ..Scores::of(&performance.sized(class.0, class.1))
     });
+    let more = Found {
+        settings: Settings {
+            problems: args.problems.display().to_string(),
+            tolerance,
+            repeats,
+        },
+        rows: rows.len(),
+        pictures: [PICTURE],
+        warnings: &notes,
+        all: Scores::of(&performance),
+        by_blocks: by_blocks.collect(),
+    };
     summary::close(
         folder,
         summary::program("bench"),
@@ -209,21 +206,41 @@ fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReportError + '_ {
     }
 }
 
-fn scores(performance: &Performance) -> Value {
-    let score = |s: Score| {
-        json!({
-            "solver": s.solver,
-            "solved": s.solved,
-            "wins": s.wins,
-            "median_ratio": s.median_ratio.map(summary::float),
-            "sweeps": s.work.sweeps,
-            "factorisations": s.work.factorisations,
-            "pivots": s.work.pivots,
-        })
-    };
-    json!({
-        "problems": performance.problems(),
-        "unsolved": performance.unsolved(),
-        "solvers": performance.scores().into_iter().map(score).collect::<Vec<_>>(),
-    })
+/// What a bench of solvers adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    settings: Settings,
+    rows: usize,
+    pictures: [&'static str; 1],
+    warnings: &'a [String],
+    all: Scores,
+    by_blocks: Vec<Scores>,
+}
+
+#[derive(Serialize)]
+struct Settings {
+    problems: String,
+    tolerance: f64,
+    repeats: usize,
+}
+
+/// Every solver over some of the problems.
+#[derive(Serialize)]
+struct Scores {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blocks: Option<String>,
+    problems: usize,
+    unsolved: usize,
+    solvers: Vec<Score>,
+}
+
+impl Scores {
+    fn of(performance: &Performance) -> Scores {
+        Scores {
+            blocks: None,
+            problems: performance.problems(),
+            unsolved: performance.unsolved(),
+            solvers: performance.scores(),
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::bench::BenchArgs;
 use super::{Outcome, effect, summary};
 use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
 use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
-use serde_json::json;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// What is set for a size, as `--set` takes it.
@@ -99,15 +99,15 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     drop(progress);
     measured.extend(growth(&measured));
     let rows = summary::written(&folder, &measured)?;
-    let more = json!({
-        "settings": {
-            "steps": throughput.steps,
-            "threads": throughput.threads,
-            "settle": works.iter().map(|work| work.settle).collect::<Vec<_>>(),
+    let more = Found {
+        settings: Settings {
+            steps: throughput.steps,
+            threads: &throughput.threads,
+            settle: works.iter().map(|work| work.settle).collect(),
         },
-        "rows": rows.len(),
-        "warnings": notes,
-    });
+        rows: rows.len(),
+        warnings: &notes,
+    };
     summary::close(
         folder,
         summary::program("bench"),
@@ -119,6 +119,21 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
         },
     )?;
     Ok(Outcome::Done)
+}
+
+/// What a bench of scenes adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    settings: Settings<'a>,
+    rows: usize,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Settings<'a> {
+    steps: usize,
+    threads: &'a [usize],
+    settle: Vec<usize>,
 }
 
 /// What is to be measured: all input is read before anything runs.

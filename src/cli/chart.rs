@@ -12,7 +12,7 @@ use crate::report::{
 };
 use crate::scene::Scene;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Tolerances of ours beside the default one, and solvers beside `auto`.
@@ -378,6 +378,17 @@ fn quoted(text: &str) -> String {
     }
 }
 
+/// What a chart adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    rows: usize,
+    pictures: &'a [String],
+    peer_points: usize,
+    dominated: usize,
+    dominated_strictly: usize,
+    warnings: &'a [String],
+}
+
 /// Draws and counts what `rows` hold.
 fn show(
     args: &ChartArgs,
@@ -391,17 +402,16 @@ fn show(
     write_rows(&folder, &domination.pairs)?;
     write_rows(&folder, &domination.undominated)?;
     let (peers, dominated, strictly) = domination.counts();
-    let more = json!({
-        "rows": rows.len(),
-        "pictures": pictures,
-        "peer_points": peers,
-        "dominated": dominated,
-        "dominated_strictly": strictly,
-        "warnings": notes,
-    });
-    let mut header = summary::program("chart");
-    header["warnings"] = json!([]);
-    summary::close(folder, header, more, args.flags.say(), |target| {
+    let more = Found {
+        rows: rows.len(),
+        pictures: &pictures,
+        peer_points: peers,
+        dominated,
+        dominated_strictly: strictly,
+        warnings: &notes,
+    };
+    let head = summary::program("chart");
+    summary::close(folder, head, more, args.flags.say(), |target| {
         let (table, notes) = (table(&domination), summary::noted(&notes));
         format!("{table}{notes}{}", files(target, pictures.len()))
     })?;

@@ -5,7 +5,17 @@ use crate::report::{
     Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, scatter, work_precision,
 };
 use crate::scene::{Scene, Scheme};
-use serde_json::json;
+use serde::Serialize;
+
+/// What a comparison adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    rows: usize,
+    points: usize,
+    repeats: usize,
+    pictures: &'a [&'static str],
+    warnings: &'a [String],
+}
 
 pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     let mut scene = args.common.load()?;
@@ -45,13 +55,13 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         .chain(scatter(&rows))
         .collect();
     let pictures = draw(&folder, &rows, args.ladder)?;
-    let more = json!({
-        "rows": rows.len(),
-        "points": settings.len(),
-        "repeats": repeats,
-        "pictures": pictures,
-        "warnings": notes,
-    });
+    let more = Found {
+        rows: rows.len(),
+        points: settings.len(),
+        repeats,
+        pictures: &pictures,
+        warnings: &notes,
+    };
     let (head, say) = (summary::header("compare", &scene), args.common.flags.say());
     summary::close(folder, head, more, say, |target| {
         let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();

@@ -1,25 +1,41 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
+use super::summary::{Head, OfRun, Ours};
 use super::{Outcome, RunArgs, effect, print_out, run_study, run_threshing, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
-use serde_json::json;
+use serde::Serialize;
+use serde_json::Value;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
 const BODY_ROWS: usize = 100_000;
 
-/// Settings of a scene that ours alone goes by.
-const OURS_ALONE: [&str; 8] = [
-    "scheme",
-    "events",
-    "impact_law",
-    "recovery",
-    "shares",
-    "solver",
-    "tolerance",
-    "threads",
-];
+/// What a run adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    totals: Value,
+    measures: &'a [Measure],
+    warnings: &'a [String],
+}
+
+/// The head of the summary: a peer has settings of its own.
+fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
+    let mut head = summary::header("run", scene);
+    if let Some(of_scene) = &mut head.scene {
+        let peer = engine.peer().is_some();
+        if peer {
+            of_scene.settings.ours = Ours::default();
+        }
+        of_scene.settings.run = Some(OfRun {
+            model: scene.model().word(),
+            engine: engine.name(),
+            every,
+            setting: peer.then(|| Setting::new(engine, &scene.step).label()),
+        });
+    }
+    head
+}
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let scene = args.common.load()?;
@@ -40,10 +56,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
     built.keep_problems(dump.is_some());
-    let every = args.every.map_or_else(
-        || (steps * built.bodies()).div_ceil(BODY_ROWS).max(1),
-        |n| n as usize,
-    );
+    let rows = steps * built.bodies();
+    let every = args
+        .every
+        .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
     let mut files = RunFiles::create(&folder, every)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
@@ -63,33 +79,14 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     files.finish()?;
     let found = measures(&scene, &samples);
     let mut notes = summary::warnings(&totals);
-    if scene.reference.is_some() && found.is_empty() {
-        notes.push(
-            "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
-             its catalogue scene, and for what a longer run would show"
-                .to_owned(),
-        );
-    }
-    let mut head = summary::header("run", &scene);
-    head["settings"]["model"] = json!(scene.model().word());
-    head["settings"]["engine"] = json!(args.engine.name());
-    head["settings"]["every"] = json!(every);
-    if args.engine != Engine::Moreau {
-        // a peer has its own
-        for key in OURS_ALONE {
-            head["settings"][key] = json!(null);
-        }
-        head["settings"]["setting"] = json!(Setting::new(args.engine, &scene.step).label());
-    }
-    let text = summary::write(
-        &folder,
-        head,
-        json!({
-            "totals": summary::totals(&totals),
-            "measures": found.iter().map(measure_json).collect::<Vec<_>>(),
-            "warnings": notes,
-        }),
-    )?;
+    notes.extend(nothing_compared(&scene, &found));
+    let head = head(&scene, args.engine, every);
+    let found_in_run = Found {
+        totals: summary::totals(&totals),
+        measures: &found,
+        warnings: &notes,
+    };
+    let text = summary::write(&folder, head, found_in_run)?;
     let dumped = dump.map(Dump::finish).transpose()?;
     let target = folder.commit()?;
     if args.common.flags.json {
@@ -97,9 +94,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
-        for note in &notes {
-            out.push_str(&format!("note: {note}\n"));
-        }
+        out.push_str(&summary::noted(&notes));
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
         }
@@ -118,6 +113,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     } else {
         Outcome::Done
     })
+}
+
+/// A note where the scene has a closed form and nothing was held against it.
+fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
+    let why = "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
+               its catalogue scene, and for what a longer run would show";
+    (scene.reference.is_some() && found.is_empty()).then(|| why.to_owned())
 }
 
 /// Refuses what was set and has no effect in this run.
@@ -157,16 +159,6 @@ fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
         Some((k as u32, pose, u))
     };
     (0..built.bodies()).filter_map(state).collect()
-}
-
-fn measure_json(m: &Measure) -> serde_json::Value {
-    json!({
-        "name": m.name,
-        "computed": summary::float(m.computed),
-        "exact": summary::float(m.exact),
-        "error": summary::float(m.error),
-        "unit": m.unit,
-    })
 }
 
 fn measure_table(found: &[Measure]) -> String {

@@ -10,7 +10,7 @@ use crate::solver::{
 };
 use clap::Args;
 use nalgebra::{DMatrix, DVector};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -57,9 +57,61 @@ fn shares(name: &str) -> Result<Shares, String> {
         .ok_or_else(|| format!("unknown{}", Hint::new(name, all.map(Shares::name))))
 }
 
+/// The JSON that is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    #[serde(flatten)]
+    found: &'a Found,
+    tolerance: f64,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Found {
+    Contact {
+        blocks: usize,
+        solver: String,
+        status: &'static str,
+        iterations: ContactWork,
+        residual: f64,
+        residual_velocity_m_s: f64,
+        shares: &'static str,
+        self_stress: Option<usize>,
+        steep_contacts: Option<Vec<usize>>,
+        impulses: Vec<f64>,
+    },
+    Lcp {
+        size: usize,
+        solver: &'static str,
+        status: &'static str,
+        iterations: LcpWork,
+        residual: f64,
+        z: Vec<f64>,
+        w: Vec<f64>,
+        /// Proof that there is no solution.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        certificate: Option<Vec<f64>>,
+    },
+}
+
+#[derive(Serialize)]
+struct ContactWork {
+    sweeps: usize,
+    factorisations: usize,
+    pivots: usize,
+}
+
+#[derive(Serialize)]
+struct LcpWork {
+    pivots: usize,
+    paths: usize,
+    programmes: usize,
+}
+
 /// What came of a problem: the JSON that is written, the text for a person, and whether it is solved.
 struct Solved {
-    result: Value,
+    result: Found,
     text: String,
     solved: bool,
 }
@@ -87,7 +139,7 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     }
     refuse_idle(args, &problem)?;
     let out = args.out.as_deref().map(Target::create).transpose()?;
-    let mut solved = match &problem {
+    let solved = match &problem {
         StoredProblem::Contact { problem, solution } => contact(args, problem, solution.as_deref()),
         StoredProblem::Lcp {
             matrix,
@@ -104,9 +156,12 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
             lcp(args, matrix, q, solution.as_ref()).map_err(of_file)?
         }
     };
-    solved.result["tolerance"] = summary::float(args.tolerance);
-    solved.result["warnings"] = json!(warnings);
-    let json = format!("{:#}\n", solved.result);
+    let written = Written {
+        found: &solved.result,
+        tolerance: args.tolerance,
+        warnings: &warnings,
+    };
+    let json = format!("{:#}\n", summary::json(written));
     if let Some(out) = out {
         out.write(&json)?;
     }
@@ -187,23 +242,27 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
             "the solution in the file has residual {residual}\n"
         ));
     }
-    let flat: Vec<Value> = impulses
-        .iter()
-        .flat_map(|p| [p.x, p.y].map(summary::float))
-        .collect();
-    let result = json!({
-        "kind": "contact",
-        "blocks": problem.len(),
-        "solver": args.solver,
-        "status": status,
-        "iterations": {"sweeps": sweeps, "factorisations": factorisations, "pivots": pivots},
-        "residual": summary::float(residual.relative),
-        "residual_velocity_m_s": summary::float(residual.velocity),
-        "shares": if least { Shares::MinimumNorm } else { Shares::Found }.name(),
-        "self_stress": unique.as_ref().and_then(|u| u.self_stress),
-        "steep_contacts": unique.as_ref().map(|u| &u.steep),
-        "impulses": flat,
-    });
+    let result = Found::Contact {
+        blocks: problem.len(),
+        solver: args.solver.clone(),
+        status,
+        iterations: ContactWork {
+            sweeps,
+            factorisations,
+            pivots,
+        },
+        residual: residual.relative,
+        residual_velocity_m_s: residual.velocity,
+        shares: if least {
+            Shares::MinimumNorm
+        } else {
+            Shares::Found
+        }
+        .name(),
+        self_stress: unique.as_ref().and_then(|u| u.self_stress),
+        steep_contacts: unique.map(|u| u.steep),
+        impulses: impulses.iter().flat_map(|p| [p.x, p.y]).collect(),
+    };
     Solved {
         result,
         text,
@@ -283,9 +342,50 @@ fn lcp(
         LcpStatus::Solved if residual > args.tolerance => LcpStatus::Inaccurate,
         end => end,
     };
-    let (status, told) = match end {
+    let (status, told) = in_words(end, found.exhausted);
+    let mut text = format!(
+        "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
+         complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
+         |M_ii|; tolerance {:e}\n{told}",
+        found.pivots,
+        found.paths,
+        found.programmes,
+        number(residual, 3),
+        args.tolerance,
+    );
+    if let Some(z) = stored {
+        let residual = number(complementarity_residual(matrix, q, z), 3);
+        text.push_str(&format!(
+            "the solution in the file has residual {residual}\n"
+        ));
+    }
+    let list = |x: &DVector<f64>| x.iter().copied().collect::<Vec<f64>>();
+    let result = Found::Lcp {
+        size: n,
+        solver: "lemke",
+        status,
+        iterations: LcpWork {
+            pivots: found.pivots,
+            paths: found.paths,
+            programmes: found.programmes,
+        },
+        residual,
+        z: list(&found.z),
+        w: list(&found.w),
+        certificate: found.certificate.as_ref().map(list),
+    };
+    Ok(Solved {
+        result,
+        text,
+        solved: end == LcpStatus::Solved,
+    })
+}
+
+/// The word of the JSON, and what a person is told beside it.
+fn in_words(end: LcpStatus, exhausted: bool) -> (&'static str, &'static str) {
+    match end {
         LcpStatus::Solved => ("solved", ""),
-        LcpStatus::Ray if found.exhausted => (
+        LcpStatus::Ray if exhausted => (
             "ray",
             "not solved: every path ended on a ray and a search through all complementary bases \
              found nothing; but for round-off there is no solution\n",
@@ -308,46 +408,7 @@ fn lcp(
             "inaccurate",
             "not solved: round-off leaves the basis found above the tolerance\n",
         ),
-    };
-    let mut text = format!(
-        "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
-         complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
-         |M_ii|; tolerance {:e}\n{told}",
-        found.pivots,
-        found.paths,
-        found.programmes,
-        number(residual, 3),
-        args.tolerance,
-    );
-    if let Some(z) = stored {
-        let residual = number(complementarity_residual(matrix, q, z), 3);
-        text.push_str(&format!(
-            "the solution in the file has residual {residual}\n"
-        ));
     }
-    let list = |x: &DVector<f64>| x.iter().map(|x| summary::float(*x)).collect::<Vec<_>>();
-    let mut result = json!({
-        "kind": "lcp",
-        "size": n,
-        "solver": "lemke",
-        "status": status,
-        "iterations": {
-            "pivots": found.pivots,
-            "paths": found.paths,
-            "programmes": found.programmes,
-        },
-        "residual": summary::float(residual),
-        "z": list(&found.z),
-        "w": list(&found.w),
-    });
-    if let Some(y) = &found.certificate {
-        result["certificate"] = json!(list(y));
-    }
-    Ok(Solved {
-        result,
-        text,
-        solved: end == LcpStatus::Solved,
-    })
 }
 
 /// A single file, written whole or not at all.
