@@ -7,10 +7,10 @@
 
 use super::Flags;
 use crate::experiment::{Engine, RunError};
-use crate::scene::{Reading, Scene, Scheme};
+use crate::scene::{Reading, Scene, Scheme, Shares};
 use Need::{
-    Balanced, Bodies, Contacts, Gravity, Islands, Landings, LongLife, Ours, Peer, Redrawn, Restitution,
-    Staggered, Tables, Time, Winkler,
+    Balanced, Bodies, Contacts, Gravity, Islands, Landings, LongLife, Ours, Peer, Redrawn,
+    Restitution, Staggered, Tables, Time, Winkler,
 };
 
 /// What a key or flag needs to have an effect.
@@ -211,52 +211,22 @@ impl<'a> Run<'a> {
 
     /// What the run lacks of a need, as the end of "has no effect".
     fn lacking(&self, need: Need) -> Option<String> {
-        let name = self.scene().map_or("", |scene| &scene.name);
-        let study = self.scene().and_then(|scene| scene.study.as_ref());
-        let thresher = self.scene().is_some_and(|scene| scene.thresher.is_some());
-        let literal = study.is_some_and(|study| study.reading == Reading::Literal);
-        let own = format!("on scene {name}, whose run is set by its own blocks");
         let (lacks, why) = match need {
             Ours => {
-                let engines = self.engines.iter().map(|engine| engine.name());
-                let engines = engines.collect::<Vec<_>>().join(",");
-                let ours = self.engines.contains(&Engine::Moreau);
-                (!ours, format!("on --engine {engines}, only on moreau"))
+                let engines: Vec<&str> = self.engines.iter().map(|e| e.name()).collect();
+                let why = format!("on --engine {}, only on moreau", engines.join(","));
+                (!self.engines.contains(&Engine::Moreau), why)
             }
             Peer => {
                 let peer = self.engines.iter().any(|engine| engine.peer().is_some());
-                (
-                    !peer,
-                    format!("on scene {name} without a peer that steps it"),
-                )
+                let name = self.scene().map_or("", |scene| &scene.name);
+                let why = format!("on scene {name} without a peer that steps it");
+                (!peer, why)
             }
-            Bodies => (study.is_some() || thresher, own),
-            Redrawn => (study.is_some(), own),
-            Time if thresher => (true, own),
             Time if self.steps => (true, "beside --steps, which says how long".to_owned()),
             Time if self.command == "bench" => {
                 let how = "--steps N times that many steps, --settle N goes before";
                 (true, format!("in a bench; {how}"))
-            }
-            Time => {
-                let need = "whose contact time is calibrated; study.reading = \"literal\" needs it";
-                (
-                    study.is_some() && !literal,
-                    format!("on scene {name}, {need}"),
-                )
-            }
-            Islands => {
-                let linear = self.scene().is_some_and(|scene| scene.linear.is_some());
-                let why = format!("on scene {name}: all of it is one island");
-                (study.is_some() || linear, why)
-            }
-            Landings => {
-                let why = "on a [study]: its one rotor is in contact all the time";
-                (study.is_some(), why.to_owned())
-            }
-            Restitution => {
-                let why = format!("on scene {name}: no contact of it has a restitution above 0");
-                (self.scene().is_some_and(|scene| !rebounds(scene)), why)
             }
             Staggered => {
                 let moreau = |scene: &Scene| scene.step.scheme == Scheme::Moreau;
@@ -264,36 +234,64 @@ impl<'a> Run<'a> {
                 let why = "in the scheme moreau, which ignores gaps; it needs staggered";
                 (alone, why.to_owned())
             }
-            Gravity => {
-                let why = "on a [study], whose gravity is the standard one";
-                (study.is_some(), why.to_owned())
+            Contacts => {
+                let why = "on an LCP, only on a contact problem";
+                (matches!(self.subject, Subject::Lcp), why.to_owned())
             }
-            Balanced => {
-                let why = "on study.reading = \"literal\", which follows no life; it needs \
-                           \"torque-balanced\"";
-                (literal, why.to_owned())
-            }
-            Winkler => {
-                let by_overlap =
-                    |s: &crate::scene::Study| s.shares == crate::scene::Shares::Winkler;
-                let why = "unless study.shares = \"winkler\"";
-                (!study.is_some_and(by_overlap), why.to_owned())
-            }
-            LongLife => (
-                study.is_some(),
-                "on a [study], whose cycles are all alike; it needs a [thresher]".to_owned(),
-            ),
-            Contacts => (
-                matches!(self.subject, Subject::Lcp),
-                "on an LCP, only on a contact problem".to_owned(),
-            ),
             Tables => (
                 !self.tables,
                 "beside --json, which prints nothing else".to_owned(),
             ),
+            _ => return self.scene().and_then(|scene| lacking_of(scene, need)),
         };
         lacks.then_some(why)
     }
+}
+
+/// What a scene lacks of a need, as the end of "has no effect".
+fn lacking_of(scene: &Scene, need: Need) -> Option<String> {
+    let study = scene.study.is_some();
+    let reading = scene.study.as_ref().map(|study| study.reading);
+    let shares = scene.study.as_ref().map(|study| study.shares);
+    let machine = scene.thresher.is_some();
+    let own = "on scene {scene}, whose run is set by its own blocks";
+    let (lacks, why) = match need {
+        Bodies => (study || machine, own),
+        Redrawn => (study, own),
+        Time if machine => (true, own),
+        Time => (
+            reading == Some(Reading::TorqueBalanced),
+            "on scene {scene}, whose contact time is calibrated; study.reading = \"literal\" \
+             needs it",
+        ),
+        Islands => (
+            study || scene.linear.is_some(),
+            "on scene {scene}: all of it is one island",
+        ),
+        Landings => (
+            study,
+            "on a [study]: its one rotor is in contact all the time",
+        ),
+        Restitution => (
+            !rebounds(scene),
+            "on scene {scene}: no contact of it has a restitution above 0",
+        ),
+        Gravity => (study, "on a [study], whose gravity is the standard one"),
+        Balanced => (
+            reading == Some(Reading::Literal),
+            "on study.reading = \"literal\", which follows no life; it needs \"torque-balanced\"",
+        ),
+        Winkler => (
+            shares.is_some_and(|shares| shares != Shares::Winkler),
+            "unless study.shares = \"winkler\"",
+        ),
+        LongLife => (
+            study,
+            "on a [study], whose cycles are all alike; it needs a [thresher]",
+        ),
+        _ => (false, ""),
+    };
+    lacks.then(|| why.replace("{scene}", &scene.name))
 }
 
 /// Whether a contact returns anything.
