@@ -971,7 +971,7 @@ fn what_has_no_effect_is_not_taken_in_silence() {
         args.extend_from_slice(flag);
         let ended = place.run(&args);
         assert_eq!(ended.code, 1, "{flag:?}");
-        let words = format!("{}: has no effect on --engine rapier", flag[0]);
+        let words = format!("{}: has no effect on --engine rapier", flag.join(" "));
         assert!(ended.err.contains(&words), "{}", ended.err);
     }
     let ended = place.run(&[

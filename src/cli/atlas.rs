@@ -1,11 +1,11 @@
-use super::atlas_table::{explanations, shares, table};
+use super::atlas_table::{Broken, Share, explanations, shares, table};
 use super::summary::{self, Say};
 use super::{Outcome, print_out};
 use crate::experiment::{Atlas, Engine, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
 use crate::scene::atlas_entries;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -40,6 +40,40 @@ pub(super) fn list() -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
+/// What the atlas adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    quick: bool,
+    rows: usize,
+    pictures: [&'static str; 1],
+    engines: Vec<Counts>,
+    not_passed: &'a [Broken<'a>],
+    warnings: &'a [String],
+}
+
+/// Rungs of an engine by verdict.
+#[derive(Serialize)]
+struct Counts {
+    engine: String,
+    pass: usize,
+    fail: usize,
+    unsolved: usize,
+    none: usize,
+}
+
+impl Counts {
+    fn of(share: Share) -> Counts {
+        let [pass, fail, unsolved, none] = share.counts;
+        Counts {
+            engine: share.engine,
+            pass,
+            fail,
+            unsolved,
+            none,
+        }
+    }
+}
+
 const PICTURE: &str = "atlas.svg";
 
 /// Runs the atlas with every engine, writes the results, and draws them.
@@ -51,28 +85,15 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     drop(progress);
     let rows = summary::written(&folder, &results.rows)?;
     folder.write(PICTURE, matrix(&rows)?)?;
-    let shares = shares(&rows);
     let broken = explanations(&atlas, &rows);
-    let more = json!({
-        "quick": args.quick,
-        "rows": rows.len(),
-        "pictures": [PICTURE],
-        "engines": shares.iter().map(|s| json!({
-            "engine": s.engine,
-            "pass": s.counts[0],
-            "fail": s.counts[1],
-            "unsolved": s.counts[2],
-            "none": s.counts[3],
-        })).collect::<Vec<_>>(),
-        "not_passed": broken.iter().map(|b| json!({
-            "entry": b.entry,
-            "rung": b.rung,
-            "verdict": b.verdict,
-            "mode": b.mode,
-            "why": b.why,
-        })).collect::<Vec<_>>(),
-        "warnings": results.notes,
-    });
+    let more = Found {
+        quick: args.quick,
+        rows: rows.len(),
+        pictures: [PICTURE],
+        engines: shares(&rows).into_iter().map(Counts::of).collect(),
+        not_passed: &broken,
+        warnings: &results.notes,
+    };
     let say = Say::of(args.json, args.quiet);
     summary::close(folder, summary::program("atlas"), more, say, |target| {
         let (table, notes) = (table(&atlas, &rows), summary::noted(&results.notes));

@@ -10,6 +10,7 @@ pub(super) struct Share {
 }
 
 /// A rung that ours did not pass, and why, if that is known.
+#[derive(serde::Serialize)]
 pub(super) struct Broken<'a> {
     pub entry: String,
     pub rung: String,

@@ -1,12 +1,12 @@
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
-use super::{Flags, Outcome, summary, tolerance};
+use super::{Flags, Outcome, effect, summary, tolerance};
 use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
 use crate::oracles::SOLVERS;
 use crate::problems::{StoredProblem, read};
 use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
 use clap::Args;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -55,19 +55,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
         return bench_scenes(args);
     }
     let flags = &args.flags;
-    let stepping = [&flags.dt, &flags.time, &flags.scheme, &flags.solver];
-    if stepping.iter().any(|f| f.is_some())
-        || flags.steps.is_some()
-        || flags.events
-        || !flags.threads.is_empty()
-        || !flags.set.is_empty()
-    {
-        return Err(RunError::Unfit(
-            "bench --solvers: nothing is stepped, so that --dt, --time, --steps, --set, --scheme, \
-             --events, --solver and --threads have no effect"
-                .to_owned(),
-        ));
-    }
+    refuse_idle(flags)?;
     let asked = flags.tolerance.as_deref().unwrap_or("1e-8");
     let tolerance =
         tolerance(asked).map_err(|why| RunError::Unfit(format!("--tolerance {asked}: {why}")))?;
@@ -90,25 +78,22 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     let performance = Performance::new(&rows);
     write_rows(&folder, &performance.profile())?;
     folder.write(PICTURE, performance.chart().to_svg()?)?;
-    let more = json!({
-        "settings": {
-            "problems": args.problems.display().to_string(),
-            "tolerance": summary::float(tolerance),
-            "repeats": repeats,
-        },
-        "rows": rows.len(),
-        "pictures": [PICTURE],
-        "warnings": &notes,
-        "all": scores(&performance),
-        "by_blocks": CLASSES
-            .iter()
-            .map(|class| {
-                let mut scores = scores(&performance.sized(class.0, class.1));
-                scores["blocks"] = json!(class_name(class));
-                scores
-            })
-            .collect::<Vec<_>>(),
+    let by_blocks = CLASSES.iter().map(|class| Scores {
+        blocks: Some(class_name(class)),
+        ..Scores::of(&performance.sized(class.0, class.1))
     });
+    let more = Found {
+        settings: Settings {
+            problems: args.problems.display().to_string(),
+            tolerance,
+            repeats,
+        },
+        rows: rows.len(),
+        pictures: [PICTURE],
+        warnings: &notes,
+        all: Scores::of(&performance),
+        by_blocks: by_blocks.collect(),
+    };
     summary::close(
         folder,
         summary::program("bench"),
@@ -124,6 +109,25 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
         },
     )?;
     Ok(Outcome::Done)
+}
+
+/// Refuses what was set for steps.
+fn refuse_idle(flags: &Flags) -> Result<(), RunError> {
+    let run = effect::Run::of_problems("bench --solvers", effect::Subject::Problems);
+    let keys = flags.of_keys().into_iter();
+    let set = flags
+        .set
+        .iter()
+        .map(|set| (set.clone(), format!("--set {set}")));
+    let of_steps = |(change, words): (String, String)| {
+        let tolerance = change.starts_with("step.tolerance=") && words.starts_with("--tolerance");
+        (!tolerance).then_some((words, String::new()))
+    };
+    let typed: Vec<(String, String)> = keys.chain(set).filter_map(of_steps).collect();
+    let typed = typed
+        .iter()
+        .map(|(words, value)| (words.as_str(), value.clone()));
+    run.refuse(flags, &typed.chain(flags.of_runs()).collect::<Vec<_>>())
 }
 
 /// The contact problems of a folder in the order of their names, and what to say about them.
@@ -202,21 +206,41 @@ fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReportError + '_ {
     }
 }
 
-fn scores(performance: &Performance) -> Value {
-    let score = |s: Score| {
-        json!({
-            "solver": s.solver,
-            "solved": s.solved,
-            "wins": s.wins,
-            "median_ratio": s.median_ratio.map(summary::float),
-            "sweeps": s.work.sweeps,
-            "factorisations": s.work.factorisations,
-            "pivots": s.work.pivots,
-        })
-    };
-    json!({
-        "problems": performance.problems(),
-        "unsolved": performance.unsolved(),
-        "solvers": performance.scores().into_iter().map(score).collect::<Vec<_>>(),
-    })
+/// What a bench of solvers adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    settings: Settings,
+    rows: usize,
+    pictures: [&'static str; 1],
+    warnings: &'a [String],
+    all: Scores,
+    by_blocks: Vec<Scores>,
+}
+
+#[derive(Serialize)]
+struct Settings {
+    problems: String,
+    tolerance: f64,
+    repeats: usize,
+}
+
+/// Every solver over some of the problems.
+#[derive(Serialize)]
+struct Scores {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blocks: Option<String>,
+    problems: usize,
+    unsolved: usize,
+    solvers: Vec<Score>,
+}
+
+impl Scores {
+    fn of(performance: &Performance) -> Scores {
+        Scores {
+            blocks: None,
+            problems: performance.problems(),
+            unsolved: performance.unsolved(),
+            solvers: performance.scores(),
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! Throughput of scenes: how long a step takes, what it is spent on, and how good it is.
 
 use super::bench::BenchArgs;
-use super::{Outcome, summary};
+use super::{Outcome, effect, summary};
 use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
 use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
-use serde_json::json;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// What is set for a size, as `--set` takes it.
@@ -58,15 +58,14 @@ const STEPS: [u32; 2] = [60, 10];
 
 pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let flags = &args.flags;
-    if flags.time.is_some() {
-        return Err(RunError::Unfit(
-            "bench: --time has no effect; --steps N times that many steps, --settle N goes before"
-                .to_owned(),
-        ));
-    }
     let works = workloads(args)?;
     let steps = STEPS[usize::from(args.quick)];
     let mut engines = vec![Engine::Moreau];
+    if args.against.contains(&Engine::Moreau) {
+        return Err(RunError::Unfit(
+            "--against moreau: has no effect: ours is always measured".to_owned(),
+        ));
+    }
     for &engine in &args.against {
         if !engines.contains(&engine) {
             engines.push(engine);
@@ -100,15 +99,15 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     drop(progress);
     measured.extend(growth(&measured));
     let rows = summary::written(&folder, &measured)?;
-    let more = json!({
-        "settings": {
-            "steps": throughput.steps,
-            "threads": throughput.threads,
-            "settle": works.iter().map(|work| work.settle).collect::<Vec<_>>(),
+    let more = Found {
+        settings: Settings {
+            steps: throughput.steps,
+            threads: &throughput.threads,
+            settle: works.iter().map(|work| work.settle).collect(),
         },
-        "rows": rows.len(),
-        "warnings": notes,
-    });
+        rows: rows.len(),
+        warnings: &notes,
+    };
     summary::close(
         folder,
         summary::program("bench"),
@@ -122,12 +121,27 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
+/// What a bench of scenes adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    settings: Settings<'a>,
+    rows: usize,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Settings<'a> {
+    steps: usize,
+    threads: &'a [usize],
+    settle: Vec<usize>,
+}
+
 /// What is to be measured: all input is read before anything runs.
 fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
     let one = |name: &str, settle: u32, size: &[&str]| -> Result<Workload, RunError> {
         let mut flags = args.flags.clone();
         // the size first, so that what the user sets has the last word
-        flags.set.splice(0..0, size.iter().map(|s| (*s).to_owned()));
+        flags.before = size.iter().map(|s| (*s).to_owned()).collect();
         let (scene, machine) = flags.load_on_one_thread(name)?;
         if machine.is_some() {
             return Err(RunError::Unfit(format!(
@@ -135,7 +149,9 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
                 scene.name
             )));
         }
-        let rung = flags.set.join(" ");
+        flags.refuse_twice(&scene)?;
+        effect::Run::new("bench", &scene, None, &flags).refuse(&flags, &flags.of_runs())?;
+        let rung = [flags.before, flags.set].concat().join(" ");
         let settle = args.settle.unwrap_or(settle) as usize;
         Ok(Workload {
             scene,

@@ -1,6 +1,6 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
-use super::{Flags, Outcome, summary};
+use super::{Flags, Outcome, effect, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
@@ -12,7 +12,7 @@ use crate::report::{
 use crate::scene::Scene;
 use crate::thresher::{Machine, WearChart};
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Machines, which a whole chart shows last.
@@ -54,12 +54,7 @@ pub(super) struct ChartArgs {
 /// given.
 fn soft(args: &ChartArgs, engine: Engine) -> Result<Option<Baseline>, RunError> {
     let (Some(text), Some(preset)) = (&args.soft, engine.baseline()) else {
-        return match &args.soft {
-            None => Ok(engine.baseline()),
-            Some(_) => Err(RunError::Unfit(
-                "--soft: a peer's settings, has no effect with --engine moreau".to_owned(),
-            )),
-        };
+        return Ok(engine.baseline());
     };
     let parts: Vec<&str> = text.split(',').collect();
     let (found, form) = match preset {
@@ -114,14 +109,6 @@ fn count(text: &str) -> Option<usize> {
 pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = args.flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
-    if let Some(peer) = args.engine.filter(|e| *e != Engine::Moreau)
-        && !args.flags.threads.is_empty()
-    {
-        return Err(RunError::Unfit(format!(
-            "--threads: has no effect on --engine {}, only on moreau",
-            peer.name()
-        )));
-    }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());
@@ -146,6 +133,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
             )));
         }
     }
+    refuse_idle(args, &works)?;
     let folder = OutputFolder::create(target)?;
     let mut file = CsvFile::<ResultRow>::create(&folder)?;
     let mut points = CsvFile::<PointRow>::create(&folder)?;
@@ -164,6 +152,43 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     points.finish()?;
     let rows: Vec<ResultRow> = written_rows(&folder)?;
     show(args, folder, &rows, notes)
+}
+
+/// Refuses what was set and has no effect on any of the scenes.
+fn refuse_idle(args: &ChartArgs, works: &[Work]) -> Result<(), RunError> {
+    let flags = &args.flags;
+    let mut typed = flags.of_runs();
+    if let Some(soft) = &args.soft {
+        typed.push(("--soft", soft.clone()));
+    }
+    let of_keys = flags.of_keys();
+    if let Some(peer) = args.engine.filter(|engine| engine.peer().is_some())
+        && let Some((_, words)) = of_keys.iter().find(|(key, _)| effect::ours_alone(key))
+    {
+        let why = format!("on --engine {}, only on moreau", peer.name());
+        return Err(effect::unfit(words, &why));
+    }
+    let mut refused: Option<Vec<(String, String)>> = None;
+    for work in works {
+        // a point of its own has its step from flags, and the reference from `--set`
+        if args.engine.is_none() {
+            flags.refuse_twice(&work.scene)?;
+        }
+        let engines: Vec<Engine> = work.settings.iter().map(|s| s.engine).collect();
+        let idle = work.as_run(args, &engines).without_effect(flags, &typed);
+        // an effect on one scene is enough
+        refused = Some(match refused {
+            None => idle,
+            Some(mut all) => {
+                all.retain(|(what, _)| idle.iter().any(|(other, _)| other == what));
+                all
+            }
+        });
+    }
+    match refused.into_iter().flatten().next() {
+        None => Ok(()),
+        Some((what, why)) => Err(effect::unfit(&what, &why)),
+    }
 }
 
 /// A scene and its points.
@@ -261,6 +286,17 @@ impl Work {
         Ok((results.rows, named.collect()))
     }
 
+    /// The run in which keys and flags are to have an effect on `engines`.
+    fn as_run<'a>(&'a self, args: &ChartArgs, engines: &'a [Engine]) -> effect::Run<'a> {
+        let flags = &args.flags;
+        effect::Run {
+            engines,
+            reference: self.scene.reference.is_none() && self.machine.is_none(),
+            one_scheme: flags.scheme.is_some() || flags.events || args.engine.is_some(),
+            ..effect::Run::new("chart", &self.scene, self.machine.as_ref(), flags)
+        }
+    }
+
     /// The command that runs `setting` alone.
     fn point(&self, args: &ChartArgs, setting: &Setting) -> PointRow {
         let (flags, step) = (&args.flags, &setting.step);
@@ -306,7 +342,13 @@ impl Work {
         if flags.steps.is_some() || flags.time.is_some() {
             words.push(format!("--time {}", self.scene.step.time));
         }
-        words.extend(flags.set.iter().map(|set| format!("--set {}", quoted(set))));
+        // the command of a point takes nothing that has no effect on it
+        let engines = [setting.engine];
+        let run = self.as_run(args, &engines);
+        let idle = run.without_effect(flags, &[]);
+        let idle = |set: &String| idle.iter().any(|(what, _)| *what == format!("--set {set}"));
+        let sets = flags.set.iter().filter(|set| !idle(set));
+        words.extend(sets.map(|set| format!("--set {}", quoted(set))));
         PointRow {
             scene: self.scene.name.clone(),
             rung: String::new(),
@@ -357,6 +399,17 @@ fn quoted(text: &str) -> String {
     }
 }
 
+/// What a chart adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    rows: usize,
+    pictures: &'a [String],
+    peer_points: usize,
+    dominated: usize,
+    dominated_strictly: usize,
+    warnings: &'a [String],
+}
+
 /// Draws and counts what `rows` hold.
 fn show(
     args: &ChartArgs,
@@ -370,17 +423,16 @@ fn show(
     write_rows(&folder, &domination.pairs)?;
     write_rows(&folder, &domination.undominated)?;
     let (peers, dominated, strictly) = domination.counts();
-    let more = json!({
-        "rows": rows.len(),
-        "pictures": pictures,
-        "peer_points": peers,
-        "dominated": dominated,
-        "dominated_strictly": strictly,
-        "warnings": notes,
-    });
-    let mut header = summary::program("chart");
-    header["warnings"] = json!([]);
-    summary::close(folder, header, more, args.flags.say(), |target| {
+    let more = Found {
+        rows: rows.len(),
+        pictures: &pictures,
+        peer_points: peers,
+        dominated,
+        dominated_strictly: strictly,
+        warnings: &notes,
+    };
+    let head = summary::program("chart");
+    summary::close(folder, head, more, args.flags.say(), |target| {
         let (table, notes) = (table(&domination), summary::noted(&notes));
         format!("{table}{notes}{}", files(target, pictures.len()))
     })?;

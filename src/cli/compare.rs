@@ -1,11 +1,21 @@
 use super::compare_table::table;
-use super::{CompareArgs, Flags, Outcome, summary};
+use super::{CompareArgs, Flags, Outcome, effect, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
     Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, scatter, work_precision,
 };
 use crate::scene::{Scene, Scheme};
-use serde_json::json;
+use serde::Serialize;
+
+/// What a comparison adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    rows: usize,
+    points: usize,
+    repeats: usize,
+    pictures: &'a [&'static str],
+    warnings: &'a [String],
+}
 
 pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     let (mut scene, machine) = args.common.load()?;
@@ -19,7 +29,6 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     if let Some(steps) = args.common.flags.steps {
         scene.step.time = f64::from(steps) * scene.step.dt;
     }
-    let folder = OutputFolder::create(args.common.folder(&scene))?;
     let comparison = Comparison {
         schemes: schemes(&args.common.flags, &scene),
         ladder: args.ladder,
@@ -28,6 +37,8 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     };
     let mut settings = comparison.settings(&scene.step);
     let skipped = leave_out(&scene, &mut settings);
+    refuse_idle(args, &scene, &settings)?;
+    let folder = OutputFolder::create(args.common.folder(&scene))?;
     let steps: usize = settings.iter().map(|s| step_count(&s.step)).sum();
     let repeats = args.repeats as usize;
     let progress = Progress::new(
@@ -44,13 +55,13 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         .chain(scatter(&rows))
         .collect();
     let pictures = draw(&folder, &rows, args.ladder)?;
-    let more = json!({
-        "rows": rows.len(),
-        "points": settings.len(),
-        "repeats": repeats,
-        "pictures": pictures,
-        "warnings": notes,
-    });
+    let more = Found {
+        rows: rows.len(),
+        points: settings.len(),
+        repeats,
+        pictures: &pictures,
+        warnings: &notes,
+    };
     let (head, say) = (summary::header("compare", &scene), args.common.flags.say());
     summary::close(folder, head, more, say, |target| {
         let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
@@ -69,6 +80,23 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         out
     })?;
     Ok(Outcome::Done)
+}
+
+/// Refuses what was set and has no effect on any of the points.
+fn refuse_idle(args: &CompareArgs, scene: &Scene, settings: &[Setting]) -> Result<(), RunError> {
+    let flags = &args.common.flags;
+    let mut typed = flags.of_runs();
+    if args.no_sweep {
+        typed.push(("--no-sweep", String::new()));
+    }
+    flags.refuse_twice(scene)?;
+    let engines: Vec<Engine> = settings.iter().map(|s| s.engine).collect();
+    let run = effect::Run {
+        engines: &engines,
+        one_scheme: flags.scheme.is_some() || flags.events,
+        ..effect::Run::new("compare", scene, None, flags)
+    };
+    run.refuse(flags, &typed)
 }
 
 /// Leaves out the settings of engines that have not what the scene is made of: a sentence for each.

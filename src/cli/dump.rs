@@ -1,8 +1,8 @@
 use super::RunArgs;
-use crate::experiment::{Engine, RunError};
+use crate::experiment::RunError;
 use crate::problems::{StoredProblem, to_json};
 use crate::report::OutputFolder;
-use crate::scene::{Built, Scene};
+use crate::scene::Built;
 use std::path::PathBuf;
 
 /// `--dump-problems`: the contact problems of every N-th step, a file each, with the impulses found.
@@ -17,18 +17,11 @@ impl Dump {
     /// `None` unless asked for.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] where another engine steps; those of [`OutputFolder::create`].
-    pub fn create(args: &RunArgs, scene: &Scene) -> Result<Option<Dump>, RunError> {
+    /// Those of [`OutputFolder::create`].
+    pub fn create(args: &RunArgs) -> Result<Option<Dump>, RunError> {
         let Some(target) = &args.dump_problems else {
             return Ok(None);
         };
-        if args.engine != Engine::Moreau {
-            return Err(RunError::Unfit(format!(
-                "--dump-problems: engine {} solves no contact problems of scene {}; moreau does",
-                args.engine.name(),
-                scene.name
-            )));
-        }
         Ok(Some(Dump {
             folder: OutputFolder::create(target)?,
             every: args.dump_every.map_or(1, |n| n as usize),

@@ -10,6 +10,7 @@ mod chart_table;
 mod compare;
 mod compare_table;
 mod dump;
+mod effect;
 mod run;
 mod run_files;
 mod run_machine;
@@ -18,7 +19,7 @@ mod summary;
 
 use crate::dynamics::MOST_THREADS;
 use crate::experiment::{Engine, RunError, step_count};
-use crate::scene::{self, Scene, SceneError};
+use crate::scene::{self, Origin, Scene, SceneError};
 use crate::thresher::{self, Machine};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -59,6 +60,9 @@ enum Command {
         /// Those of the failure atlas, which run as atlas/ENTRY:RUNG.
         #[arg(long)]
         atlas: bool,
+        /// List the keys of scene files in place of the scenes: what each allows and means.
+        #[arg(long, conflicts_with = "atlas")]
+        keys: bool,
     },
     /// Simulate a scene; wear it if the scene has any.
     #[command(after_help = EXIT_RUN)]
@@ -137,6 +141,9 @@ struct Flags {
     /// Print summary.json in place of tables.
     #[arg(long)]
     json: bool,
+    /// Changes of the scene before those of the user.
+    #[arg(skip)]
+    before: Vec<String>,
 }
 
 #[derive(Args)]
@@ -177,19 +184,6 @@ struct CompareArgs {
     no_sweep: bool,
 }
 
-impl RunArgs {
-    /// An error where a flag was given that `scene` has no use for.
-    fn refuse(&self, flag: &str, given: bool, scene: &Scene) -> Result<(), RunError> {
-        if given {
-            return Err(RunError::Unfit(format!(
-                "{flag}: has no effect on scene {}, whose run is set by its own blocks",
-                scene.name
-            )));
-        }
-        Ok(())
-    }
-}
-
 impl Flags {
     /// What goes to the terminal.
     fn say(&self) -> summary::Say {
@@ -214,9 +208,29 @@ impl Flags {
 
     /// The same without `--threads`.
     fn load_on_one_thread(&self, name: &str) -> Result<(Scene, Option<Machine>), SceneError> {
-        let mut flags = self.set.clone();
-        // changes of the scene, and how the user typed them
-        let mut typed: Vec<(String, String)> = Vec::new();
+        let typed = self.of_keys();
+        let changes = typed.iter().map(|(change, _)| change);
+        let set = self.before.iter().chain(&self.set).chain(changes);
+        let set: Vec<String> = set.cloned().collect();
+        let in_words = |error: SceneError| {
+            let each = typed.iter();
+            each.fold(error, |error, (change, words)| error.typed(change, words))
+        };
+        let (scene, machine) = thresher::load(name, &set).map_err(in_words)?;
+        if !self.quiet {
+            let of_machine = machine.iter().flat_map(|m| m.step_warnings(scene.step.dt));
+            let text: String = (scene.step_warnings().into_iter())
+                .chain(of_machine)
+                .map(|warning| format!("warning: {warning}\n"))
+                .collect();
+            print_err(&text);
+        }
+        Ok((scene, machine))
+    }
+
+    /// Flags that stand for a key of the scene: the change that they make, and how they were typed.
+    fn of_keys(&self) -> Vec<(String, String)> {
+        let mut typed = Vec::new();
         for (flag, value) in [
             ("--dt", &self.dt),
             ("--time", &self.time),
@@ -236,21 +250,49 @@ impl Flags {
                 typed.push((change, format!("{flag} {value}")));
             }
         }
-        flags.extend(typed.iter().map(|(change, _)| change.clone()));
-        let in_words = |error: SceneError| {
-            let each = typed.iter();
-            each.fold(error, |error, (change, words)| error.typed(change, words))
-        };
-        let (scene, machine) = thresher::load(name, &flags).map_err(in_words)?;
-        if !self.quiet {
-            let of_machine = machine.iter().flat_map(|m| m.step_warnings(scene.step.dt));
-            let text: String = (scene.step_warnings().into_iter())
-                .chain(of_machine)
-                .map(|warning| format!("warning: {warning}\n"))
-                .collect();
-            print_err(&text);
+        typed
+    }
+
+    /// The flags that stand for no key, with their values: those that may be without effect.
+    fn of_runs(&self) -> Vec<(&'static str, String)> {
+        let mut typed = Vec::new();
+        if let Some(steps) = self.steps {
+            typed.push(("--steps", steps.to_string()));
         }
-        Ok((scene, machine))
+        if !self.threads.is_empty() {
+            let counts: Vec<String> = self.threads.iter().map(u32::to_string).collect();
+            typed.push(("--threads", counts.join(",")));
+        }
+        typed
+    }
+
+    /// How a change of the scene was typed; `None` for what stands in the file.
+    fn typed(&self, origin: &Origin) -> Option<String> {
+        let Origin::Flag(flag) = origin else {
+            return None;
+        };
+        let mut flags = self.of_keys().into_iter();
+        let found = flags.find(|(change, _)| change == flag);
+        Some(found.map_or(format!("--set {flag}"), |(_, words)| words))
+    }
+
+    /// Refuses a change that a later one undoes.
+    fn refuse_twice(&self, scene: &Scene) -> Result<(), RunError> {
+        let words = |flag: &str| self.typed(&Origin::Flag(flag.to_owned()));
+        let mine = scene.changes.get(self.before.len()..).unwrap_or(&[]);
+        for (k, (flag, path)) in mine.iter().enumerate() {
+            let undone = mine[k + 1..].iter().find(|(_, later)| {
+                let rest = path.strip_prefix(later.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            });
+            if let Some((later, _)) = undone {
+                let [flag, later] = [flag, later].map(|flag| words(flag).unwrap_or_default());
+                return Err(RunError::Unfit(format!(
+                    "{flag}: has no effect before {later}, which sets {path} again"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// Number of steps of the run.
@@ -300,8 +342,12 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match &cli.command {
-        Command::Scenes { atlas: false } => list_scenes(),
-        Command::Scenes { atlas: true } => atlas::list(),
+        Command::Scenes { keys: true, .. } => {
+            print_out(&scene::keys::listing());
+            Ok(Outcome::Done)
+        }
+        Command::Scenes { atlas: true, .. } => atlas::list(),
+        Command::Scenes { .. } => list_scenes(),
         Command::Run(args) => run::run(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),

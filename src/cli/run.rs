@@ -1,42 +1,62 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
-use super::{Outcome, RunArgs, print_out, run_machine, summary};
+use super::summary::{Head, OfRun, Ours};
+use super::{Outcome, RunArgs, effect, print_out, run_machine, summary};
 use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
-use crate::scene::Built;
-use serde_json::json;
+use crate::scene::{Built, Scene};
+use crate::thresher::Machine;
+use serde::Serialize;
+use serde_json::Value;
 
 /// Most body rows that a run keeps unless `--every` says otherwise.
 const BODY_ROWS: usize = 100_000;
 
-/// Settings of a scene that ours alone goes by.
-const OURS_ALONE: [&str; 8] = [
-    "scheme",
-    "events",
-    "impact_law",
-    "recovery",
-    "shares",
-    "solver",
-    "tolerance",
-    "threads",
-];
+/// What a run adds to its summary.
+#[derive(Serialize)]
+struct Found<'a> {
+    totals: Value,
+    measures: &'a [Measure],
+    warnings: &'a [String],
+}
+
+/// The head of the summary: a peer has settings of its own.
+fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
+    let mut head = summary::header("run", scene);
+    if let Some(of_scene) = &mut head.scene {
+        let peer = engine.peer().is_some();
+        if peer {
+            of_scene.settings.ours = Ours::default();
+        }
+        of_scene.settings.run = Some(OfRun {
+            model: scene.model().word(),
+            engine: engine.name(),
+            every,
+            setting: peer.then(|| Setting::new(engine, &scene.step).label()),
+        });
+    }
+    head
+}
 
 pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let (scene, machine) = args.common.load()?;
+    match &machine {
+        Some(_) => only_moreau(args, &scene)?,
+        None => args.engine.has_model(&scene)?,
+    }
+    refuse_idle(args, &scene, machine.as_ref())?;
     if let Some(machine) = machine {
         return run_machine::run(args, &scene, &machine);
     }
-    args.engine.has_model(&scene)?;
-    ours_only(args)?;
     let folder = OutputFolder::create(args.common.folder(&scene))?;
-    let mut dump = Dump::create(args, &scene)?;
+    let mut dump = Dump::create(args)?;
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
     built.keep_problems(dump.is_some());
-    let every = args.every.map_or_else(
-        || (steps * built.bodies()).div_ceil(BODY_ROWS).max(1),
-        |n| n as usize,
-    );
+    let rows = steps * built.bodies();
+    let every = args
+        .every
+        .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
     let mut files = RunFiles::create(&folder, every)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
@@ -56,33 +76,14 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     files.finish()?;
     let found = measures(&scene, &samples);
     let mut notes = summary::warnings(&totals);
-    if scene.reference.is_some() && found.is_empty() {
-        notes.push(
-            "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
-             its catalogue scene, and for what a longer run would show"
-                .to_owned(),
-        );
-    }
-    let mut head = summary::header("run", &scene);
-    head["settings"]["model"] = json!(scene.model().word());
-    head["settings"]["engine"] = json!(args.engine.name());
-    head["settings"]["every"] = json!(every);
-    if args.engine != Engine::Moreau {
-        // a peer has its own
-        for key in OURS_ALONE {
-            head["settings"][key] = json!(null);
-        }
-        head["settings"]["setting"] = json!(Setting::new(args.engine, &scene.step).label());
-    }
-    let text = summary::write(
-        &folder,
-        head,
-        json!({
-            "totals": summary::totals(&totals),
-            "measures": found.iter().map(measure_json).collect::<Vec<_>>(),
-            "warnings": notes,
-        }),
-    )?;
+    notes.extend(nothing_compared(&scene, &found));
+    let head = head(&scene, args.engine, every);
+    let found_in_run = Found {
+        totals: summary::totals(&totals),
+        measures: &found,
+        warnings: &notes,
+    };
+    let text = summary::write(&folder, head, found_in_run)?;
     let dumped = dump.map(Dump::finish).transpose()?;
     let target = folder.commit()?;
     if args.common.flags.json {
@@ -90,9 +91,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
-        for note in &notes {
-            out.push_str(&format!("note: {note}\n"));
-        }
+        out.push_str(&summary::noted(&notes));
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
         }
@@ -113,22 +112,40 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// A peer has a method of its own: flags of ours would do nothing.
-fn ours_only(args: &RunArgs) -> Result<(), RunError> {
-    let c = &args.common;
-    let flags = [
-        ("--scheme", c.flags.scheme.is_some()),
-        ("--events", c.flags.events),
-        ("--solver", c.flags.solver.is_some()),
-        ("--tolerance", c.flags.tolerance.is_some()),
-        ("--threads", !c.flags.threads.is_empty()),
-    ];
-    match flags.iter().find(|(_, given)| *given) {
-        Some((flag, _)) if args.engine != Engine::Moreau => Err(RunError::Unfit(format!(
-            "{flag}: has no effect on --engine {}, only on moreau",
-            args.engine.name()
+/// A note where the scene has a closed form and nothing was held against it.
+fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
+    let why = "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
+               its catalogue scene, and for what a longer run would show";
+    (scene.reference.is_some() && found.is_empty()).then(|| why.to_owned())
+}
+
+/// Refuses what was set and has no effect in this run.
+fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Result<(), RunError> {
+    let flags = &args.common.flags;
+    let mut typed = flags.of_runs();
+    if let Some(every) = args.every {
+        typed.push(("--every", every.to_string()));
+    }
+    if let Some(folder) = &args.dump_problems {
+        typed.push(("--dump-problems", folder.display().to_string()));
+    }
+    flags.refuse_twice(scene)?;
+    let engines = [args.engine];
+    let run = effect::Run {
+        engines: &engines,
+        ..effect::Run::new("run", scene, machine, flags)
+    };
+    run.refuse(flags, &typed)
+}
+
+fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
+    match args.engine {
+        Engine::Moreau => Ok(()),
+        other => Err(RunError::Unfit(format!(
+            "--engine {}: scene {} wears, and only moreau gives the impulses that wear needs",
+            other.name(),
+            scene.name
         ))),
-        _ => Ok(()),
     }
 }
 
@@ -139,16 +156,6 @@ fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
         Some((k as u32, pose, u))
     };
     (0..built.bodies()).filter_map(state).collect()
-}
-
-fn measure_json(m: &Measure) -> serde_json::Value {
-    json!({
-        "name": m.name,
-        "computed": summary::float(m.computed),
-        "exact": summary::float(m.exact),
-        "error": summary::float(m.error),
-        "unit": m.unit,
-    })
 }
 
 fn measure_table(found: &[Measure]) -> String {

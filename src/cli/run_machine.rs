@@ -1,9 +1,9 @@
 use super::run_files::RunFiles;
 use super::{Outcome, RunArgs, summary};
-use crate::experiment::{Engine, RunError, Totals};
+use crate::experiment::{RunError, Totals};
 use crate::report::{OutputFolder, Progress};
 use crate::scene::Scene;
-use crate::thresher::{Machine, Reading, Setup, Study, Thresher, run_study, run_threshing};
+use crate::thresher::{Machine, Setup, Study, Thresher, run_study, run_threshing};
 use serde_json::{Value, json};
 
 /// Steps between the rows kept of the first measured revolution: 1.6 degrees of turning.
@@ -14,15 +14,6 @@ type Found = (OutputFolder, Value, String, Totals);
 
 /// Runs the machine of a scene and writes what comes of it.
 pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Outcome, RunError> {
-    args.refuse("--dump-problems", args.dump_problems.is_some(), scene)?;
-    if args.engine != Engine::Moreau {
-        return Err(RunError::Unfit(format!(
-            "--engine {}: scene {} wears, and only moreau gives the impulses that wear needs",
-            args.engine.name(),
-            scene.name
-        )));
-    }
-    args.refuse("--steps", args.common.flags.steps.is_some(), scene)?;
     let (folder, mut found, text, totals) = match machine {
         Machine::Study(setup) => study(args, scene, setup)?,
         Machine::Thresher(setup) => thresher(args, scene, setup)?,
@@ -30,7 +21,9 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
     found["totals"] = summary::totals(&totals);
     found["warnings"] = json!(summary::warnings(&totals));
     let (mut head, say) = (summary::header("run", scene), args.common.flags.say());
-    head["warnings"] = json!(machine.step_warnings(scene.step.dt));
+    if let Some(of_scene) = &mut head.scene {
+        of_scene.warnings = machine.step_warnings(scene.step.dt);
+    }
     summary::close(folder, head, found, say, |target| {
         let place = target.display();
         format!(
@@ -46,10 +39,6 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
 
 fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, RunError> {
     let study = &setup.parameters;
-    args.refuse("--every", args.every.is_some(), scene)?;
-    let calibrated = study.reading == Reading::TorqueBalanced;
-    let given = args.common.flags.time.is_some();
-    args.refuse("--time", calibrated && given, scene)?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let points = (study.torques.len() * study.speeds.len()) as u64;
     let progress = Progress::new(&scene.name, points, args.common.flags.quiet);
@@ -61,7 +50,6 @@ fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, R
 }
 
 fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Found, RunError> {
-    args.refuse("--time", args.common.flags.time.is_some(), scene)?;
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let quiet = args.common.flags.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);

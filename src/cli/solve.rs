@@ -1,4 +1,4 @@
-use super::{Outcome, print_err, print_out, summary, tolerance};
+use super::{Flags, Outcome, effect, print_err, print_out, summary, tolerance};
 use crate::contact::{ContactProblem, Law, Vec2, natural_map};
 use crate::experiment::RunError;
 use crate::oracles::{LcpOptions, LcpStatus, complementarity_residual, solve_lcp};
@@ -9,7 +9,7 @@ use crate::scene::Hint;
 use crate::solver::{Shares, Sharing, Uniqueness};
 use clap::Args;
 use nalgebra::{DMatrix, DVector};
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -24,9 +24,9 @@ pub(super) struct SolveArgs {
           allow_hyphen_values = true)]
     tolerance: f64,
     /// How impulses that are not unique share a load out: found (as the solver left them) or
-    /// minimum-norm.
-    #[arg(long, value_name = "NAME", default_value = "found", value_parser = shares)]
-    shares: Shares,
+    /// minimum-norm [default: found].
+    #[arg(long, value_name = "NAME", value_parser = shares)]
+    shares: Option<Shares>,
     /// Write the result to this JSON file.
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
@@ -56,9 +56,61 @@ fn shares(name: &str) -> Result<Shares, String> {
         .ok_or_else(|| format!("unknown{}", Hint::new(name, all.map(Shares::name))))
 }
 
+/// The JSON that is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    #[serde(flatten)]
+    found: &'a Found,
+    tolerance: f64,
+    warnings: &'a [String],
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Found {
+    Contact {
+        blocks: usize,
+        solver: String,
+        status: &'static str,
+        iterations: ContactWork,
+        residual: f64,
+        residual_velocity_m_s: f64,
+        shares: &'static str,
+        self_stress: Option<usize>,
+        steep_contacts: Option<Vec<usize>>,
+        impulses: Vec<f64>,
+    },
+    Lcp {
+        size: usize,
+        solver: &'static str,
+        status: &'static str,
+        iterations: LcpWork,
+        residual: f64,
+        z: Vec<f64>,
+        w: Vec<f64>,
+        /// Proof that there is no solution.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        certificate: Option<Vec<f64>>,
+    },
+}
+
+#[derive(Serialize)]
+struct ContactWork {
+    sweeps: usize,
+    factorisations: usize,
+    pivots: usize,
+}
+
+#[derive(Serialize)]
+struct LcpWork {
+    pivots: usize,
+    paths: usize,
+    programmes: usize,
+}
+
 /// What came of a problem: the JSON that is written, the text for a person, and whether it is solved.
 struct Solved {
-    result: Value,
+    result: Found,
     text: String,
     solved: bool,
 }
@@ -84,8 +136,9 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
             out.display()
         )));
     }
+    refuse_idle(args, &problem)?;
     let out = args.out.as_deref().map(Target::create).transpose()?;
-    let mut solved = match &problem {
+    let solved = match &problem {
         StoredProblem::Contact { problem, solution } => contact(args, problem, solution.as_deref()),
         StoredProblem::Lcp {
             matrix,
@@ -102,9 +155,12 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
             lcp(args, matrix, q, solution.as_ref()).map_err(of_file)?
         }
     };
-    solved.result["tolerance"] = summary::float(args.tolerance);
-    solved.result["warnings"] = json!(warnings);
-    let json = format!("{:#}\n", solved.result);
+    let written = Written {
+        found: &solved.result,
+        tolerance: args.tolerance,
+        warnings: &warnings,
+    };
+    let json = format!("{:#}\n", summary::json(written));
     if let Some(out) = out {
         out.write(&json)?;
     }
@@ -123,12 +179,32 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     })
 }
 
+/// Refuses flags without effect on the problem.
+fn refuse_idle(args: &SolveArgs, problem: &StoredProblem) -> Result<(), RunError> {
+    let subject = match problem {
+        StoredProblem::Contact { .. } => effect::Subject::Problems,
+        StoredProblem::Lcp { .. } => effect::Subject::Lcp,
+    };
+    let run = effect::Run {
+        tables: !args.json,
+        ..effect::Run::of_problems("solve", subject)
+    };
+    let mut typed = Vec::new();
+    if let Some(shares) = args.shares {
+        typed.push(("--shares", shares.name().to_owned()));
+    }
+    if args.quiet {
+        typed.push(("--quiet", String::new()));
+    }
+    run.refuse(&Flags::default(), &typed)
+}
+
 fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) -> Solved {
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     // the name was checked when it was parsed
     let worked = solver_by_name(&args.solver)
         .map(|mut solver| solver.solve(problem, &mut impulses, args.tolerance));
-    let least = args.shares == Shares::MinimumNorm
+    let least = args.shares == Some(Shares::MinimumNorm)
         && Sharing::default()
             .least(problem, &mut impulses, args.tolerance)
             .0;
@@ -156,7 +232,7 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
     }
     let unique = solved.then(|| Uniqueness::of(problem, &impulses));
     if let Some(unique) = &unique {
-        text.push_str(&uniqueness(unique, args.shares, least));
+        text.push_str(&uniqueness(unique, args.shares.unwrap_or_default(), least));
     }
     if let Some(stored) = stored {
         let residual = natural_map(problem, stored).relative;
@@ -165,23 +241,27 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
             "the solution in the file has residual {residual}\n"
         ));
     }
-    let flat: Vec<Value> = impulses
-        .iter()
-        .flat_map(|p| [p.x, p.y].map(summary::float))
-        .collect();
-    let result = json!({
-        "kind": "contact",
-        "blocks": problem.len(),
-        "solver": args.solver,
-        "status": status,
-        "iterations": {"sweeps": sweeps, "factorisations": factorisations, "pivots": pivots},
-        "residual": summary::float(residual.relative),
-        "residual_velocity_m_s": summary::float(residual.velocity),
-        "shares": if least { Shares::MinimumNorm } else { Shares::Found }.name(),
-        "self_stress": unique.as_ref().and_then(|u| u.self_stress),
-        "steep_contacts": unique.as_ref().map(|u| &u.steep),
-        "impulses": flat,
-    });
+    let result = Found::Contact {
+        blocks: problem.len(),
+        solver: args.solver.clone(),
+        status,
+        iterations: ContactWork {
+            sweeps,
+            factorisations,
+            pivots,
+        },
+        residual: residual.relative,
+        residual_velocity_m_s: residual.velocity,
+        shares: if least {
+            Shares::MinimumNorm
+        } else {
+            Shares::Found
+        }
+        .name(),
+        self_stress: unique.as_ref().and_then(|u| u.self_stress),
+        steep_contacts: unique.map(|u| u.steep),
+        impulses: impulses.iter().flat_map(|p| [p.x, p.y]).collect(),
+    };
     Solved {
         result,
         text,
@@ -261,9 +341,50 @@ fn lcp(
         LcpStatus::Solved if residual > args.tolerance => LcpStatus::Inaccurate,
         end => end,
     };
-    let (status, told) = match end {
+    let (status, told) = in_words(end, found.exhausted);
+    let mut text = format!(
+        "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
+         complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
+         |M_ii|; tolerance {:e}\n{told}",
+        found.pivots,
+        found.paths,
+        found.programmes,
+        number(residual, 3),
+        args.tolerance,
+    );
+    if let Some(z) = stored {
+        let residual = number(complementarity_residual(matrix, q, z), 3);
+        text.push_str(&format!(
+            "the solution in the file has residual {residual}\n"
+        ));
+    }
+    let list = |x: &DVector<f64>| x.iter().copied().collect::<Vec<f64>>();
+    let result = Found::Lcp {
+        size: n,
+        solver: "lemke",
+        status,
+        iterations: LcpWork {
+            pivots: found.pivots,
+            paths: found.paths,
+            programmes: found.programmes,
+        },
+        residual,
+        z: list(&found.z),
+        w: list(&found.w),
+        certificate: found.certificate.as_ref().map(list),
+    };
+    Ok(Solved {
+        result,
+        text,
+        solved: end == LcpStatus::Solved,
+    })
+}
+
+/// The word of the JSON, and what a person is told beside it.
+fn in_words(end: LcpStatus, exhausted: bool) -> (&'static str, &'static str) {
+    match end {
         LcpStatus::Solved => ("solved", ""),
-        LcpStatus::Ray if found.exhausted => (
+        LcpStatus::Ray if exhausted => (
             "ray",
             "not solved: every path ended on a ray and a search through all complementary bases \
              found nothing; but for round-off there is no solution\n",
@@ -286,46 +407,7 @@ fn lcp(
             "inaccurate",
             "not solved: round-off leaves the basis found above the tolerance\n",
         ),
-    };
-    let mut text = format!(
-        "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
-         complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
-         |M_ii|; tolerance {:e}\n{told}",
-        found.pivots,
-        found.paths,
-        found.programmes,
-        number(residual, 3),
-        args.tolerance,
-    );
-    if let Some(z) = stored {
-        let residual = number(complementarity_residual(matrix, q, z), 3);
-        text.push_str(&format!(
-            "the solution in the file has residual {residual}\n"
-        ));
     }
-    let list = |x: &DVector<f64>| x.iter().map(|x| summary::float(*x)).collect::<Vec<_>>();
-    let mut result = json!({
-        "kind": "lcp",
-        "size": n,
-        "solver": "lemke",
-        "status": status,
-        "iterations": {
-            "pivots": found.pivots,
-            "paths": found.paths,
-            "programmes": found.programmes,
-        },
-        "residual": summary::float(residual),
-        "z": list(&found.z),
-        "w": list(&found.w),
-    });
-    if let Some(y) = &found.certificate {
-        result["certificate"] = json!(list(y));
-    }
-    Ok(Solved {
-        result,
-        text,
-        solved: end == LcpStatus::Solved,
-    })
 }
 
 /// A single file, written whole or not at all.

@@ -6,13 +6,9 @@ use crate::report::{
     OutputFolder, ReportError, ResultRow, number, quantity, write_rows, written_rows,
 };
 use crate::scene::Scene;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 use std::path::Path;
-
-/// A float as JSON has it: NaN and the infinities as null.
-pub(super) fn float(x: f64) -> Value {
-    serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
-}
 
 /// What goes to the terminal.
 #[derive(Clone, Copy)]
@@ -37,8 +33,8 @@ impl Say {
 /// that place.
 pub(super) fn close(
     folder: OutputFolder,
-    head: Value,
-    more: Value,
+    head: impl Serialize,
+    more: impl Serialize,
     say: Say,
     tables: impl FnOnce(&Path) -> String,
 ) -> Result<(), ReportError> {
@@ -69,36 +65,103 @@ pub(super) fn written(
     written_rows(folder)
 }
 
-/// Who wrote a summary.
-pub(super) fn program(command: &str) -> Value {
-    json!({
-        "program": "moreau2d",
-        "version": env!("CARGO_PKG_VERSION"),
-        "command": command,
-    })
+/// What every summary begins with: who wrote it, and of a scene what was run.
+#[derive(Serialize)]
+pub(super) struct Head<'a> {
+    program: &'static str,
+    version: &'static str,
+    command: &'a str,
+    #[serde(flatten)]
+    pub scene: Option<OfScene<'a>>,
 }
 
-/// What every summary of a scene holds: program, scene, settings, and warnings about the scene.
-pub(super) fn header(command: &str, scene: &Scene) -> Value {
-    let more = json!({
-        "scene": scene.name,
-        "title": scene.title,
-        "scene_hash": format!("{:016x}", scene.hash),
-        "settings": {
-            "dt_s": float(scene.step.dt),
-            "time_s": float(scene.step.time),
-            "scheme": scene.step.scheme.name(),
-            "events": scene.step.events,
-            "impact_law": scene.step.impact_law.name(),
-            "recovery": scene.step.recovery,
-            "shares": scene.step.shares.name(),
-            "solver": scene.step.solver,
-            "tolerance": float(scene.step.tolerance),
-            "threads": scene.step.threads,
+#[derive(Serialize)]
+pub(super) struct OfScene<'a> {
+    scene: &'a str,
+    title: &'a str,
+    scene_hash: String,
+    pub settings: Settings<'a>,
+    pub warnings: Vec<String>,
+}
+
+/// What a peer has not is null.
+#[derive(Serialize)]
+pub(super) struct Settings<'a> {
+    dt_s: f64,
+    time_s: f64,
+    #[serde(flatten)]
+    pub ours: Ours<'a>,
+    #[serde(flatten)]
+    pub run: Option<OfRun>,
+}
+
+/// What ours alone goes by.
+#[derive(Serialize, Default)]
+pub(super) struct Ours<'a> {
+    scheme: Option<&'a str>,
+    events: Option<bool>,
+    impact_law: Option<&'a str>,
+    recovery: Option<bool>,
+    shares: Option<&'a str>,
+    solver: Option<&'a str>,
+    tolerance: Option<f64>,
+    threads: Option<usize>,
+}
+
+/// What `run` adds.
+#[derive(Serialize)]
+pub(super) struct OfRun {
+    pub model: &'static str,
+    pub engine: &'static str,
+    pub every: usize,
+    /// Of a peer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setting: Option<String>,
+}
+
+/// The head of a command on no scene, or on several.
+pub(super) fn program(command: &str) -> Head<'_> {
+    Head {
+        program: "moreau2d",
+        version: env!("CARGO_PKG_VERSION"),
+        command,
+        scene: None,
+    }
+}
+
+/// The head of a command on one scene.
+pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
+    let step = &scene.step;
+    let settings = Settings {
+        dt_s: step.dt,
+        time_s: step.time,
+        ours: Ours {
+            scheme: Some(step.scheme.name()),
+            events: Some(step.events),
+            impact_law: Some(step.impact_law.name()),
+            recovery: Some(step.recovery),
+            shares: Some(step.shares.name()),
+            solver: Some(&step.solver),
+            tolerance: Some(step.tolerance),
+            threads: Some(step.threads),
         },
-        "warnings": scene.step_warnings(),
-    });
-    merged(program(command), more)
+        run: None,
+    };
+    Head {
+        scene: Some(OfScene {
+            scene: &scene.name,
+            title: &scene.title,
+            scene_hash: format!("{:016x}", scene.hash),
+            settings,
+            warnings: scene.step_warnings(),
+        }),
+        ..program(command)
+    }
+}
+
+/// As JSON: strings, lists and numbers always have a form, NaN and the infinities as null.
+pub(super) fn json(value: impl Serialize) -> Value {
+    serde_json::to_value(value).unwrap_or_default()
 }
 
 /// Both objects in one; of a key in both the second's value.
@@ -111,42 +174,24 @@ fn merged(mut summary: Value, more: Value) -> Value {
 
 /// What a peer does not tell is null.
 pub(super) fn totals(t: &Totals) -> Value {
-    let known = |count: usize| t.accounted.then_some(count);
-    json!({
-        "steps": t.steps,
-        "time_s": float(t.time),
-        "contacts": t.contacts,
-        "most_contacts": t.most_contacts,
-        "bodies_with_unread_contacts": t.unread,
-        "sweeps": known(t.sweeps),
-        "factorisations": known(t.factorisations),
-        "pivots": known(t.pivots),
-        "unsolved_islands": known(t.unsolved_islands),
-        "unsolved_steps": known(t.unsolved_steps),
-        "redundant_steps": known(t.redundant_steps),
-        "capped_islands": known(t.capped),
-        "relaxed_islands": known(t.relaxed),
-        "joint_capped_islands": known(t.joints_capped),
-        "events": known(t.events),
-        "still_recovering_pairs": known(t.recovering),
-        "impact_gain_j": float(t.impact_gain),
-        "worst_residual": float(t.residual),
-        "worst_residual_velocity_m_s": float(t.residual_velocity),
-        "worst_penetration_m": float(t.penetration),
-        "worst_penetration_impact_m": float(t.penetration_impact),
-        "worst_joint_gap_m": float(t.joint_gap),
-        "worst_imbalance_j": float(t.imbalance),
-        "energy_start_j": float(t.energy_start),
-        "energy_end_j": float(t.energy_end),
-        "energy_rise_j": float(t.energy_rise),
-        "work_forces_j": float(t.work_forces),
-        "work_contact_n_j": float(t.work_contact_n),
-        "work_contact_t_j": float(t.work_contact_t),
-        "work_joints_j": float(t.work_joints),
-        "work_motors_j": float(t.work_motors),
-        "work_recovery_j": float(t.work_recovery),
-        "friction_work_j": float(t.friction_work),
-    })
+    const OF_OURS: [&str; 11] = [
+        "sweeps",
+        "factorisations",
+        "pivots",
+        "unsolved_islands",
+        "unsolved_steps",
+        "redundant_steps",
+        "capped_islands",
+        "relaxed_islands",
+        "joint_capped_islands",
+        "events",
+        "still_recovering_pairs",
+    ];
+    let mut totals = json(t);
+    for key in OF_OURS.iter().filter(|_| !t.accounted) {
+        totals[key] = Value::Null;
+    }
+    totals
 }
 
 /// Steps, solver work and quality, for a person.
@@ -260,9 +305,10 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
 /// Writes `summary.json` and gives its text; `more` adds to the header, its warnings to those there.
 pub(super) fn write(
     folder: &OutputFolder,
-    mut summary: Value,
-    mut more: Value,
+    head: impl Serialize,
+    more: impl Serialize,
 ) -> Result<String, ReportError> {
+    let (mut summary, mut more) = (json(head), json(more));
     if let (Some(Value::Array(known)), Some(Value::Array(new))) =
         (summary.get_mut("warnings"), more.get_mut("warnings"))
     {

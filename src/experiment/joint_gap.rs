@@ -1,6 +1,6 @@
 use super::simulate::Engine;
 use crate::contact::Vec2;
-use crate::scene::joint::JointKind;
+use crate::scene::JointKind;
 use crate::scene::{Built, Scene};
 
 /// The joints of a scene that hold two points together, judged by the poses alone: the same

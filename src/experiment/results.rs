@@ -4,7 +4,7 @@ use super::self_reference::SelfReference;
 use super::setting::{Setting, step_count};
 use super::simulate::{Engine, RunError, Totals, advance};
 use crate::report::{Progress, ResultRow, step_length};
-use crate::scene::file::BodyKind;
+use crate::scene::BodyKind;
 use crate::scene::{Built, Scene};
 
 /// Of the energy of a scene: the sum over its bodies and the steps of a run tells no less.

@@ -202,17 +202,20 @@ pub enum RunError {
     Unfit(String),
 }
 
-/// Sums and worst values over a run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// Sums and worst values over a run; as JSON under the names of `summary.json`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Totals {
     /// Whether every step kept account of all that is told here, see [`StepRecord::accounted`].
+    #[serde(skip)]
     pub accounted: bool,
     pub steps: usize,
     /// Simulated time \[s\].
+    #[serde(rename = "time_s")]
     pub time: f64,
     pub contacts: usize,
     pub most_contacts: usize,
     /// Bodies, summed over steps, whose contacts a peer could not tell.
+    #[serde(rename = "bodies_with_unread_contacts")]
     pub unread: usize,
     pub sweeps: usize,
     pub factorisations: usize,
@@ -222,38 +225,61 @@ pub struct Totals {
     pub unsolved_steps: usize,
     /// Steps with loads whose shares are not unique.
     pub redundant_steps: usize,
+    #[serde(rename = "capped_islands")]
     pub capped: usize,
+    #[serde(rename = "relaxed_islands")]
     pub relaxed: usize,
+    #[serde(rename = "joint_capped_islands")]
     pub joints_capped: usize,
     /// Impacts located in time.
     pub events: usize,
     /// Pairs still overlapped from the start, after the last step.
+    #[serde(rename = "still_recovering_pairs")]
     pub recovering: usize,
     /// Energy that impacts added \[J\].
+    #[serde(rename = "impact_gain_j")]
     pub impact_gain: f64,
     /// Worst of all steps.
+    #[serde(rename = "worst_residual")]
     pub residual: f64,
+    #[serde(rename = "worst_residual_velocity_m_s")]
     pub residual_velocity: f64,
+    #[serde(rename = "worst_penetration_m")]
     pub penetration: f64,
+    #[serde(rename = "worst_penetration_impact_m")]
     pub penetration_impact: f64,
+    #[serde(rename = "worst_joint_gap_m")]
     pub joint_gap: f64,
     /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy it compares with.
+    #[serde(rename = "worst_imbalance_j")]
     pub imbalance: f64,
+    #[serde(skip)]
     pub kinetic_most: f64,
     /// Largest rise of the total energy above its start \[J\].
+    #[serde(rename = "energy_rise_j")]
     pub energy_rise: f64,
+    #[serde(rename = "energy_start_j")]
     pub energy_start: f64,
+    #[serde(rename = "energy_end_j")]
     pub energy_end: f64,
     /// Work of each kind of impulse \[J\].
+    #[serde(rename = "work_forces_j")]
     pub work_forces: f64,
+    #[serde(rename = "work_contact_n_j")]
     pub work_contact_n: f64,
+    #[serde(rename = "work_contact_t_j")]
     pub work_contact_t: f64,
+    #[serde(rename = "work_joints_j")]
     pub work_joints: f64,
+    #[serde(rename = "work_motors_j")]
     pub work_motors: f64,
     /// What moves of positions alone gave \[J\], see [`crate::dynamics::record::StepEnergy`].
+    #[serde(rename = "work_recovery_j")]
     pub work_recovery: f64,
+    #[serde(rename = "friction_work_j")]
     pub friction_work: f64,
     /// Wall-clock time of the steps alone \[s\].
+    #[serde(skip)]
     pub wall: f64,
 }
 

@@ -278,7 +278,7 @@
 //!
 //! # 9. The same as a scene file
 //! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml`
-//! holds it against rapier, `--set` changes any key. [`crate::scene::file`] lists the keys. Points
+//! holds it against rapier, `--set` changes any key. [`crate::scene`] lists the keys. Points
 //! are written out; here they are printed into the text.
 //!
 //! ```

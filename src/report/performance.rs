@@ -38,7 +38,7 @@ struct Problem {
 }
 
 /// Work of solves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Work {
     pub sweeps: usize,
     pub factorisations: usize,
@@ -46,7 +46,7 @@ pub struct Work {
 }
 
 /// One solver over all problems.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Score {
     pub solver: String,
     /// Problems it solves.
@@ -57,6 +57,7 @@ pub struct Score {
     /// does not solve half of them.
     pub median_ratio: Option<f64>,
     /// Sum over the problems it solves.
+    #[serde(flatten)]
     pub work: Work,
 }
 

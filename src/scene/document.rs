@@ -171,6 +171,18 @@ impl Document {
         part
     }
 
+    /// The value at `path`.
+    pub fn node(&self, path: &[Segment]) -> Option<&Node> {
+        path.iter()
+            .try_fold(&self.root, |node, segment| match segment {
+                Segment::Key(key) => node.entry(key).map(|entry| &entry.node),
+                Segment::Index(index) => match &node.value {
+                    Value::Array(items) => items.get(*index),
+                    _ => None,
+                },
+            })
+    }
+
     /// Where the value at `path` was written; the nearest ancestor for one that was not.
     ///
     /// Elements of arrays of tables go by their [`labels`].

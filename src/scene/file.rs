@@ -1,7 +1,5 @@
-//! The schema of a scene file: one struct a block, its keys, units and defaults.
-//!
-//! A file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Keys left out
-//! take the default given at the field; unknown keys are refused.
+//! The schema of a scene file: one struct a block. [`super::keys::KEYS`] says what each key means,
+//! its unit, its range and its default; unknown keys are refused.
 
 use super::joint::JointEntry;
 use super::linear::LinearBlock;
@@ -48,11 +46,8 @@ pub struct SceneFile {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
-    /// Letters, digits, `-` and `_`; names the output folder.
     pub name: String,
-    /// One line: what the scene shows.
     pub title: String,
-    /// Anything a reader of the results must know.
     #[serde(default)]
     pub notes: String,
 }
@@ -61,14 +56,10 @@ pub struct Header {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gravity {
-    /// Components [m/s²], default 0 and -9.81.
     pub x: Option<f64>,
     pub y: Option<f64>,
-    /// Magnitude [m/s²], default 9.81.
     pub magnitude: Option<f64>,
-    /// Angle from straight down \[rad\], positive towards +x: an incline without inclined bodies.
     pub angle: Option<f64>,
-    /// Tangent of that angle.
     pub slope: Option<f64>,
 }
 
@@ -208,73 +199,39 @@ pub struct BodyEntry {
     pub name: String,
     #[serde(default)]
     pub kind: BodyKind,
-    /// Radius \[m\].
     pub disc: Option<f64>,
-    /// Width and height \[m\].
     #[serde(rename = "box")]
     pub rectangle: Option<[f64; 2]>,
-    /// Length between the centres of the round ends, along the body's x axis, and radius \[m\].
     pub capsule: Option<[f64; 2]>,
-    /// Corners \[m\] of a convex polygon, counter-clockwise.
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// A voussoir: mean radius \[m\], thickness \[m\] and angle \[rad\] of a straight-sided sector of
-    /// a ring, its axis along the body's x axis. The body's origin is the ring's centre.
     pub sector: Option<[f64; 3]>,
-    /// Points \[m\] of a one-sided chain, the solid on the left of its direction.
     pub polyline: Option<Vec<[f64; 2]>>,
-    /// Whether the polyline's last point is joined to its first, default false.
-    /// Counter-clockwise encloses the solid, clockwise a hollow.
     pub closed: Option<bool>,
-    /// Whether the polyline touches from both sides, as rapier's plain polylines do, default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub two_sided: Option<bool>,
-    /// Length \[m\] of a thin rod along the body's x axis; it touches with its two ends.
     pub rod: Option<f64>,
-    /// `true`: the body's x axis without end, the solid below it. Fixed or kinematic.
     pub line: Option<bool>,
-    /// Radius \[m\] of a circle round the body's origin that others touch from inside. Fixed or
-    /// kinematic.
     pub bowl: Option<f64>,
-    /// A body of several shapes, each at its place in the body's frame. They may overlap; their
-    /// masses add up.
     pub parts: Option<Vec<PartEntry>>,
-    /// Mass per area [kg/m²], of a slice one metre deep; default 1000 where no `mass` is given.
     pub density: Option<f64>,
-    /// Mass \[kg\].
     pub mass: Option<f64>,
-    /// Moment of inertia about the centre of mass [kg m²]; default: that of `mass` spread evenly.
     pub inertia: Option<f64>,
-    /// Place of the body's origin \[m\], default (0, 0).
     #[serde(default)]
     pub position: [f64; 2],
-    /// Angle \[rad\], default 0.
     #[serde(default)]
     pub angle: f64,
-    /// Velocity [m/s], default (0, 0).
     #[serde(default)]
     pub velocity: [f64; 2],
-    /// Angular velocity [rad/s], default 0.
     #[serde(default)]
     pub spin: f64,
-    /// Name of a `[[material]]`; default the first one, and where the file has none,
-    /// [`Material::default`].
     pub material: Option<String>,
-    /// Speed of the surface along its own direction [m/s], as of a belt, default 0. Positive runs
-    /// counter-clockwise round the body: towards -x on its top.
     #[serde(default)]
     pub surface_velocity: f64,
-    /// Direction in the body's frame in which its surface pushes, within 0.1 rad; what comes from
-    /// elsewhere passes through. Default: it pushes all round.
     pub one_way: Option<[f64; 2]>,
-    /// Share of the weight that a dynamic body feels, default 1; negative: it falls upwards.
     pub gravity_scale: Option<f64>,
-    /// Drag of a dynamic body, `−d m v` and `−d J ω` with `d` [1/s], at most 1/dt; default 0.
     pub linear_damping: Option<f64>,
     pub angular_damping: Option<f64>,
-    /// Of a kinematic line, bowl or disc: a swing on top of its velocity.
     pub oscillation: Option<Oscillation>,
-    /// Names of the bodies that a disc, rod or box may touch, default all; for scenes with a rod,
-    /// a line or a bowl.
     pub touches: Option<Vec<String>>,
 }
 
@@ -336,10 +293,8 @@ pub struct PartEntry {
     pub rectangle: Option<[f64; 2]>,
     pub capsule: Option<[f64; 2]>,
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// \[m\], default (0, 0).
     #[serde(default)]
     pub position: [f64; 2],
-    /// \[rad\], default 0.
     #[serde(default)]
     pub angle: f64,
 }
@@ -382,36 +337,19 @@ pub const DEFAULT_DENSITY: f64 = 1000.0;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RepeatEntry {
-    /// Name of the template.
     pub of: String,
-    /// What copies are called, default the template's name: `box[3,2]` is column 3 of row 2,
-    /// `box[3]` copy 3 of a row or ring, all from 0.
     pub name: Option<String>,
-    /// Number of copies along each step: `[n]` or `[columns, rows]`. Up to two more numbers
-    /// repeat the whole grid: `[10, 10, 20]` is twenty grids in a row, and its last body
-    /// `box[9,9,19]`.
     pub count: Option<Vec<u32>>,
-    /// One displacement \[m\] for each number in `count`.
     pub step: Option<Vec<[f64; 2]>>,
-    /// Each row has this many copies fewer than the one before and starts half as many column
-    /// steps later: 1 makes a pyramid. Default 0.
     pub shrink: Option<u32>,
     pub ring: Option<Ring>,
-    /// Ties each copy of a row or ring to the next by a revolute joint at this point of its own
-    /// frame \[m\]: a chain, a belt. On a whole ring the last copy is tied to the first.
     pub pin: Option<[f64; 2]>,
-    /// The same for a grid: ties each copy to the next along each step by a revolute joint, one
-    /// point of its own frame \[m\] for each number in `count`. A net, a grid of joints.
     pub pins: Option<Vec<[f64; 2]>>,
-    /// Copies that are fixed where they are, by their numbers in the grid: `[[0, 3], [9, 3]]`.
     pub fixed: Option<Vec<Vec<u32>>>,
-    /// Largest random displacement along x and y \[m\], default 0.
     #[serde(default)]
     pub jitter: f64,
-    /// Discs only: radii spread evenly over `r (1 ± radius_spread)`, default 0.
     #[serde(default)]
     pub radius_spread: f64,
-    /// Start of the random sequence; required with `jitter` or `radius_spread`.
     pub seed: Option<u32>,
 }
 
@@ -420,12 +358,9 @@ pub struct RepeatEntry {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
-    /// Centre \[m\].
     pub centre: [f64; 2],
-    /// Radius \[m\].
     pub radius: f64,
     pub count: u32,
-    /// Where the arc starts and ends \[rad\]; default the whole circle.
     pub arc: Option<[f64; 2]>,
 }
 

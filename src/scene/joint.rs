@@ -55,26 +55,15 @@ impl JointKind {
 #[serde(deny_unknown_fields)]
 pub struct JointEntry {
     pub kind: JointKind,
-    /// Names of two bodies; one may be `world`.
     pub bodies: [String; 2],
-    /// The joint's place in the world at the start \[m\]; of all but ropes and springs.
     pub at: Option<[f64; 2]>,
-    /// Of a rope or spring: a point of each body, both in the world at the start \[m\].
     pub anchors: Option<[[f64; 2]; 2]>,
-    /// Direction in the world at the start in which a prismatic or pin-slot joint slides, fixed to
-    /// the first body; any length, default (1, 0).
     pub axis: Option<[f64; 2]>,
-    /// Least and largest value of the free coordinate, default none. Angles: less than a turn
-    /// apart.
     pub limits: Option<[f64; 2]>,
-    /// Of a rope its length \[m\], of a spring its length at rest; default as at the start.
     pub length: Option<f64>,
-    /// Of a spring [N/m].
     pub stiffness: Option<f64>,
-    /// Of a spring [N s/m], default 0.
     pub damping: Option<f64>,
     pub motor: Option<Motor>,
-    /// Whether the two bodies touch, default no.
     #[serde(default)]
     pub contacts: bool,
 }

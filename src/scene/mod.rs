@@ -1,8 +1,8 @@
 //! Scenes: the file, its checks, the catalogue.
 //!
-//! A scene file is TOML, in SI units; [`file::SceneFile`] lists every block, key and default.
-//! Four blocks belong to a machine, which [`crate::thresher`] reads.
-//! Short files are wanted: only what differs from the defaults.
+//! A scene file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Short files
+//! are wanted: only what differs from the defaults. All keys are listed below, those of a machine in
+//! [`crate::thresher`], which reads its four blocks.
 //!
 //! ```
 //! let scene = moreau2d::scene::Scene::parse(
@@ -26,6 +26,9 @@
 //! assert_eq!(scene.bodies[1].shape, moreau2d::scene::Shape::Disc { radius: 0.25 });
 //! # Ok::<(), moreau2d::scene::SceneError>(())
 //! ```
+//!
+//! # Keys
+#![doc = include_str!("keys.md")]
 
 pub mod atlas;
 mod build;
@@ -34,10 +37,11 @@ mod check;
 mod document;
 mod error;
 mod expand;
-pub mod file;
+mod file;
 mod generate;
 mod hash;
-pub mod joint;
+mod joint;
+pub mod keys;
 mod linear;
 mod machine;
 mod outline;
@@ -47,6 +51,7 @@ mod planar;
 mod reader;
 mod time_scales;
 mod world;
+mod written;
 
 pub use crate::dynamics::{ImpactLaw, Scheme};
 pub use atlas::{AtlasEntry, atlas_entries};
@@ -58,6 +63,7 @@ pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
 pub use time_scales::Motion;
 pub use world::Built;
+pub use written::Written;
 
 use document::Document;
 use file::{BodyEntry, DEFAULT_DENSITY, SceneFile};
@@ -87,6 +93,10 @@ pub struct Scene {
     pub reference: Option<ClosedForm>,
     /// FNV-1a (64 bits) of the resolved file without title and notes, see [`Scene::parse`].
     pub hash: u64,
+    /// What the file and its flags set, save of bodies, joints and mechanisms.
+    pub written: Vec<Written>,
+    /// Each flag of [`Scene::parse`] with the whole path of the key that it sets.
+    pub changes: Vec<(String, String)>,
 }
 
 /// A body and where it starts.
@@ -250,12 +260,14 @@ impl Scene {
         flags: &[String],
         check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
     ) -> Result<(Scene, M), SceneError> {
-        overrides::apply::<M>(&mut document, flags)?;
+        let changes = overrides::apply::<M>(&mut document, flags)?;
         let (read, machine) = machine::read(&document)?;
         check::check(&read, &document)?;
         check(&machine, &At::top(&document))?;
         let hash = hash::of(&read, &machine);
-        Ok((resolve(read, &document, hash)?, machine))
+        let mut scene = resolve(read, &document, hash)?;
+        scene.changes = changes;
+        Ok((scene, machine))
     }
 }
 
@@ -302,6 +314,8 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         linear: file.linear,
         reference: file.reference.map(|reference| reference.closed_form),
         hash,
+        written: written::keys(document),
+        changes: Vec::new(),
     };
     check::starts(&scene, document)?;
     Ok(scene)

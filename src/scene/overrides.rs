@@ -17,6 +17,9 @@ const ARRAYS: [&str; 4] = ["material", "body", "joint", "repeat"];
 /// of arrays of tables by their name, a repeat by what it is of, a joint by what it ties as in
 /// `crank-rod`, any by number from 0), or a bare key that only one block has. The value is TOML; text that is not TOML is taken as a string.
 ///
+/// # Returns
+/// Each flag with the whole path of its key.
+///
 /// # Errors
 /// [`SceneError::FlagForm`] without `=`; [`SceneError::UnknownKey`] and
 /// [`SceneError::AmbiguousKey`] for a bare key; [`SceneError::UnknownName`] for an element that
@@ -26,7 +29,8 @@ const ARRAYS: [&str; 4] = ["material", "body", "joint", "repeat"];
 pub(super) fn apply<M: DeserializeOwned + Serialize>(
     document: &mut Document,
     flags: &[String],
-) -> Result<(), SceneError> {
+) -> Result<Vec<(String, String)>, SceneError> {
+    let mut changes = Vec::new();
     for flag in flags {
         let (key, text) = flag
             .split_once('=')
@@ -41,8 +45,9 @@ pub(super) fn apply<M: DeserializeOwned + Serialize>(
         };
         let value = flag_value(text, &origin);
         set(document, &path, &origin, value)?;
+        changes.push((flag.clone(), path.join(".")));
     }
-    Ok(())
+    Ok(changes)
 }
 
 /// Makes the changes of a table: every value in it is set at its path of keys. A table with the key

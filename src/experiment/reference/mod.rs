@@ -21,7 +21,7 @@ pub use samples::Samples;
 use crate::scene::{ClosedForm, Scene};
 
 /// One figure of a run against what it should be.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Measure {
     pub name: &'static str,
     /// Of `error`: "1" for a relative one.

@@ -6,10 +6,6 @@ use crate::scene::joint::{Joint, JointEntry, JointKind, Motor, WORLD};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-const COORDINATE: Range = range(-1e9, 1e9, "-1e9 to 1e9");
-const LENGTH: Range = range(0.0, 1e9, "0 to 1e9 m");
-const GAIN: Range = range(0.0, 1e15, "0 to 1e15");
-
 pub(super) fn check(at: &At<'_>, joint: &JointEntry, closed_form: bool) -> Result<(), SceneError> {
     let kind = joint.kind;
     if joint.bodies[0] == joint.bodies[1] {
@@ -17,65 +13,35 @@ pub(super) fn check(at: &At<'_>, joint: &JointEntry, closed_form: bool) -> Resul
         return Err(at.key("bodies").conflict(problem));
     }
     let distance = kind.is_distance();
-    for (key, given, known) in [
-        ("at", joint.at.is_some(), !distance),
-        ("anchors", joint.anchors.is_some(), distance),
-        ("axis", joint.axis.is_some(), kind.has_axis()),
-        ("length", joint.length.is_some(), distance),
+    let why = format!("{{key}} has no effect on a {} joint", kind.word());
+    for (keys, known) in [
+        (&["at"][..], !distance),
+        (&["anchors", "length"], distance),
+        (&["axis"], kind.has_axis()),
+        (&["stiffness", "damping"], kind == JointKind::Spring),
         (
-            "stiffness",
-            joint.stiffness.is_some(),
-            kind == JointKind::Spring,
-        ),
-        (
-            "damping",
-            joint.damping.is_some(),
-            kind == JointKind::Spring,
-        ),
-        (
-            "limits",
-            joint.limits.is_some(),
+            &["limits"],
             !matches!(kind, JointKind::Fixed | JointKind::Rope),
         ),
-        (
-            "motor",
-            joint.motor.is_some(),
-            kind == JointKind::Revolute || kind.has_axis(),
-        ),
+        (&["motor"], kind == JointKind::Revolute || kind.has_axis()),
     ] {
-        if given && !known {
-            let problem = format!("{key} has no effect on a {} joint", kind.word());
-            return Err(at.key(key).conflict(problem));
-        }
+        at.refuse(keys, !known, &why)?;
     }
-    let missing = |key: &str| SceneError::Missing {
-        at: at.place(),
-        key: key.to_owned(),
-    };
-    match (joint.at, joint.anchors) {
-        (None, None) if distance => return Err(missing("anchors (a point of each body)")),
-        (None, None) => return Err(missing("at")),
-        (Some(place), _) => at.pair("at", place, PLACE)?,
-        (_, Some(points)) => {
-            for (index, point) in points.into_iter().enumerate() {
-                at.key("anchors").at_point(index, point)?;
-            }
-        }
+    if distance && joint.anchors.is_none() {
+        return Err(at.missing("anchors (a point of each body)"));
     }
-    if let Some(axis) = joint.axis {
-        at.pair("axis", axis, PLACE)?;
-        if axis[0].hypot(axis[1]) < 1e-9 {
-            return Err(at.key("axis").conflict("the axis has no direction"));
-        }
+    if !distance && joint.at.is_none() {
+        return Err(at.missing("at"));
     }
-    at.within_if("length", joint.length, LENGTH)?;
+    if let Some([x, y]) = joint.axis
+        && x.hypot(y) < 1e-9
+    {
+        return Err(at.key("axis").conflict("the axis has no direction"));
+    }
     if kind == JointKind::Spring && joint.stiffness.is_none() {
-        return Err(missing("stiffness"));
+        return Err(at.missing("stiffness"));
     }
-    at.within_if("stiffness", joint.stiffness, GAIN)?;
-    at.within_if("damping", joint.damping, GAIN)?;
     if let Some(limits) = joint.limits {
-        at.pair("limits", limits, COORDINATE)?;
         let [low, high] = limits;
         if low > high {
             let problem = format!("the lower limit {low:?} is above the upper one {high:?}");
@@ -109,45 +75,21 @@ pub(super) fn check(at: &At<'_>, joint: &JointEntry, closed_form: bool) -> Resul
 }
 
 fn check_motor(at: &At<'_>, motor: &Motor, kind: JointKind) -> Result<(), SceneError> {
-    let (own, other) = if kind == JointKind::Revolute {
-        ("max_torque", ("max_force", motor.max_force))
-    } else {
-        ("max_force", ("max_torque", motor.max_torque))
+    let (own, other) = match kind {
+        JointKind::Revolute => ("max_torque", "max_force"),
+        _ => ("max_force", "max_torque"),
     };
-    if other.1.is_some() {
-        let problem = format!("the motor of a {} joint has a {own}", kind.word());
-        return Err(at.key(other.0).conflict(problem));
+    let why = format!("the motor of a {} joint has a {own}", kind.word());
+    at.refuse(&[other], true, &why)?;
+    let spring = motor.stiffness.is_some();
+    let why = "a motor has either a speed or a stiffness";
+    at.refuse(&["speed"], spring, why)?;
+    at.refuse(&["target", "damping"], !spring, "{key} needs a stiffness")?;
+    if !spring && motor.speed.is_none() {
+        return Err(at.missing("speed or stiffness"));
     }
-    at.within_if("speed", motor.speed, SPIN)?;
-    at.within_if("target", motor.target, COORDINATE)?;
-    at.within_if("stiffness", motor.stiffness, GAIN)?;
-    at.within_if("damping", motor.damping, GAIN)?;
-    at.within_if("max_torque", motor.max_torque, TORQUE)?;
-    at.within_if("max_force", motor.max_force, TORQUE)?;
-    let missing = |key: &str| SceneError::Missing {
-        at: at.place(),
-        key: key.to_owned(),
-    };
-    if motor.stiffness.is_some() {
-        if motor.speed.is_some() {
-            let problem = "a motor has either a speed or a stiffness";
-            return Err(at.key("speed").conflict(problem));
-        }
-        return Ok(());
-    }
-    for (key, given) in [
-        ("target", motor.target.is_some()),
-        ("damping", motor.damping.is_some()),
-    ] {
-        if given {
-            return Err(at.key(key).conflict(format!("{key} needs a stiffness")));
-        }
-    }
-    if motor.speed.is_none() {
-        return Err(missing("speed or stiffness"));
-    }
-    if motor.max_torque.or(motor.max_force).is_none() {
-        return Err(missing(own));
+    if !spring && !at.written(own) {
+        return Err(at.missing(own));
     }
     Ok(())
 }

@@ -10,7 +10,6 @@ use crate::scene::{Body, Joint, Model, Scene, Shape};
 const SHAPES: &str = "disc, box, rod, line and bowl";
 /// Half a million pairs.
 const MOST_BODIES: usize = 1000;
-const FREQUENCY: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
 
 /// Whether the file has a shape that only closed-form geometry has.
 pub(super) fn is_planar(bodies: &[BodyEntry]) -> bool {
@@ -20,44 +19,21 @@ pub(super) fn is_planar(bodies: &[BodyEntry]) -> bool {
 
 /// What the body says of itself.
 pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<(), SceneError> {
-    at.within_if("rod", body.rod, SIZE)?;
-    at.within_if("bowl", body.bowl, SIZE)?;
-    if body.line == Some(false) {
-        return Err(at
-            .key("line")
-            .conflict("`line = false` says nothing; leave it out"));
+    let why = "`line = false` says nothing; leave it out";
+    at.refuse(&["line"], body.line == Some(false), why)?;
+    let dynamic = body.kind == BodyKind::Dynamic;
+    let why = "a {key} has no mass; use kind = \"fixed\" or \"kinematic\"";
+    at.refuse(&["line", "bowl"], dynamic, why)?;
+    if body.rod.is_some() && dynamic && body.mass.is_none() {
+        return Err(at.missing("mass (a rod has no area to take it from)"));
     }
-    for (key, given) in [("line", body.line.is_some()), ("bowl", body.bowl.is_some())] {
-        if given && body.kind == BodyKind::Dynamic {
-            let problem = format!("a {key} has no mass; use kind = \"fixed\" or \"kinematic\"");
-            return Err(at.key(key).conflict(problem));
-        }
-    }
-    if body.rod.is_some() && body.kind == BodyKind::Dynamic && body.mass.is_none() {
-        return Err(SceneError::Missing {
-            at: at.place(),
-            key: "mass (a rod has no area to take it from)".to_owned(),
-        });
-    }
+    let why = "{key} is known only to scenes with a rod, a line or a bowl";
+    at.refuse(&["oscillation", "touches"], !planar, why)?;
     if !planar {
-        for (key, given) in [
-            ("oscillation", body.oscillation.is_some()),
-            ("touches", body.touches.is_some()),
-        ] {
-            if given {
-                let problem = format!("{key} is known only to scenes with a rod, a line or a bowl");
-                return Err(at.key(key).conflict(problem));
-            }
-        }
         return Ok(());
     }
-    for (key, given) in [
-        ("capsule", body.capsule.is_some()),
-        ("polygon", body.polygon.is_some()),
-        ("polyline", body.polyline.is_some()),
-        ("parts", body.parts.is_some()),
-    ] {
-        if given {
+    for key in ["capsule", "polygon", "polyline", "parts"] {
+        if at.written(key) {
             return Err(SceneError::Unsupported {
                 at: at.key(key).place(),
                 what: format!("a {key} in a scene with a rod, a line or a bowl"),
@@ -65,39 +41,16 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
             });
         }
     }
-    for (key, given) in [
-        ("one_way", body.one_way.is_some()),
-        ("gravity_scale", body.gravity_scale.is_some()),
-        ("linear_damping", body.linear_damping.is_some()),
-        ("angular_damping", body.angular_damping.is_some()),
-    ] {
-        if given {
-            let problem = format!("a scene with a rod, a line or a bowl knows no {key}");
-            return Err(at.key(key).conflict(problem));
-        }
-    }
-    if let Some(oscillation) = &body.oscillation {
-        let at = at.key("oscillation");
-        if body.kind != BodyKind::Kinematic {
-            return Err(at.conflict("only a kinematic body swings by itself"));
-        }
-        at.pair("amplitude", oscillation.amplitude, PLACE)?;
-        at.within(
-            "angular_frequency",
-            oscillation.angular_frequency,
-            FREQUENCY,
-        )?;
-    }
-    Ok(())
-}
-
-/// Contacts of closed-form geometry are rigid.
-pub(super) fn check_material(at: &At<'_>, material: &Material) -> Result<(), SceneError> {
-    if material.stiffness.is_some() {
-        let problem = "contacts in a scene with a rod, a line or a bowl are rigid";
-        return Err(at.key("stiffness").conflict(problem));
-    }
-    Ok(())
+    let unknown = [
+        "one_way",
+        "gravity_scale",
+        "linear_damping",
+        "angular_damping",
+    ];
+    let why = "a scene with a rod, a line or a bowl knows no {key}";
+    at.refuse(&unknown, true, why)?;
+    let why = "only a kinematic body swings by itself";
+    at.refuse(&["oscillation"], body.kind != BodyKind::Kinematic, why)
 }
 
 /// The bodies that each body placed may touch, by number.
@@ -143,14 +96,12 @@ pub(in crate::scene) fn planar(
         return Ok(());
     }
     if bodies.len() > MOST_BODIES {
-        return Err(SceneError::OutOfRange {
-            at: At::top(document).key("body").place(),
-            value: format!("{} bodies", bodies.len()),
-            allowed: format!(
-                "1 to {MOST_BODIES} in a scene with a rod, a line or a bowl, where every pair is \
-                 looked at in every step"
-            ),
-        });
+        let value = format!("{} bodies", bodies.len());
+        let allowed = format!(
+            "1 to {MOST_BODIES} in a scene with a rod, a line or a bowl, where every pair is looked \
+             at in every step"
+        );
+        return Err(At::top(document).key("body").out_of_range(value, allowed));
     }
     for i in 0..bodies.len() {
         for j in i + 1..bodies.len() {

@@ -4,6 +4,7 @@ mod content;
 mod contradictions;
 mod errors;
 mod joints;
+mod keys;
 mod mangled;
 mod models;
 mod warnings;

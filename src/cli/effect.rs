@@ -1,0 +1,337 @@
+//! Which keys and flags have an effect in which run: one table. What the user set and has none is
+//! refused, with what it would need.
+//!
+//! A key written in the scene file is meant for every engine, scheme and reading that the file may
+//! be run with. It is refused only where the file itself leaves it without effect. What is typed,
+//! as a flag or with `--set`, is meant for this run, and is refused where this run has no use for it.
+
+use super::Flags;
+use crate::experiment::{Engine, RunError};
+use crate::scene::{Scene, Scheme};
+use crate::thresher::{Machine, Reading, Shares};
+use Need::{
+    Balanced, Bodies, Contacts, Gravity, Islands, Landings, LongLife, Ours, Peer, Redrawn,
+    Restitution, Staggered, Tables, Time, Winkler,
+};
+
+/// What a key or flag needs to have an effect.
+#[derive(Clone, Copy, PartialEq)]
+enum Need {
+    /// Ours among the engines that step.
+    Ours,
+    /// A peer among them.
+    Peer,
+    /// A scene that is stepped for a given time, no load cycles of a machine.
+    Bodies,
+    /// A time of the run that nothing else sets.
+    Time,
+    /// Bodies that may stand apart: threads share out what does not touch.
+    Islands,
+    /// Bodies that come together and part.
+    Landings,
+    /// A contact that returns something.
+    Restitution,
+    /// Ours in the scheme `staggered`.
+    Staggered,
+    /// Gravity from `[gravity]`.
+    Gravity,
+    /// Steps of which every N-th can be kept.
+    Redrawn,
+    /// The torque-balanced reading of the study.
+    Balanced,
+    /// The same with cells that share the load by their overlap.
+    Winkler,
+    /// Cycles of the machine.
+    LongLife,
+    /// A contact problem, no linear complementarity problem.
+    Contacts,
+    /// Text on the terminal.
+    Tables,
+}
+
+/// Keys of scene files and flags, and what each needs to have an effect. Flags that stand for a key
+/// are under the key; what has an effect in every run that takes it is not listed.
+const TABLE: &[(&str, &[Need])] = &[
+    ("step.time", &[Time]),
+    ("step.scheme", &[Ours]),
+    ("step.events", &[Ours, Landings]),
+    ("step.impact_law", &[Ours, Landings, Restitution]),
+    ("step.recovery", &[Ours, Landings, Staggered]),
+    ("step.shares", &[Ours]),
+    ("step.solver", &[Ours]),
+    ("step.tolerance", &[Ours]),
+    ("gravity", &[Gravity]),
+    ("material.stiffness", &[Ours]),
+    ("material.damping", &[Ours]),
+    ("material.damping_restitution", &[Ours]),
+    ("reference", &[Bodies]),
+    ("study.shares", &[Balanced]),
+    ("study.tape_thickness", &[Balanced, Winkler]),
+    ("study.calibrate.depth", &[Balanced]),
+    ("study.calibrate.cycles", &[Balanced]),
+    ("wear.limits", &[Balanced]),
+    ("wear.jump", &[Balanced]),
+    ("wear.max_hours", &[Balanced]),
+    ("wear.revolutions", &[LongLife]),
+    ("--steps", &[Bodies]),
+    ("--threads", &[Ours, Islands]),
+    ("--every", &[Redrawn]),
+    ("--dump-problems", &[Ours, Bodies]),
+    ("--soft", &[Peer]),
+    ("--no-sweep", &[Peer]),
+    ("--shares", &[Contacts]),
+    ("--quiet", &[Tables]),
+];
+
+/// Flags that act where nothing is stepped but stored problems are solved.
+const OF_PROBLEMS: [&str; 3] = ["step.tolerance", "--shares", "--quiet"];
+
+/// What is run.
+#[derive(Clone, Copy)]
+pub(super) enum Subject<'a> {
+    /// A scene, and its machine if it has one.
+    Scene(&'a Scene, Option<&'a Machine>),
+    /// Stored contact problems.
+    Problems,
+    /// A stored linear complementarity problem.
+    Lcp,
+}
+
+/// A run in which keys and flags are to have an effect.
+#[derive(Clone, Copy)]
+pub(super) struct Run<'a> {
+    pub command: &'static str,
+    pub subject: Subject<'a>,
+    /// Who steps.
+    pub engines: &'a [Engine],
+    /// Whether ours steps a reference as well, with the keys of the scene.
+    pub reference: bool,
+    /// Whether `--steps` says how long.
+    pub steps: bool,
+    /// Whether ours steps in the scene's scheme alone.
+    pub one_scheme: bool,
+    /// Whether tables or a bar go to the terminal unless it is to be quiet.
+    pub tables: bool,
+}
+
+impl<'a> Run<'a> {
+    /// `command` on `scene`, by our own engine unless said otherwise.
+    pub fn new(
+        command: &'static str,
+        scene: &'a Scene,
+        machine: Option<&'a Machine>,
+        flags: &Flags,
+    ) -> Run<'a> {
+        Run {
+            command,
+            subject: Subject::Scene(scene, machine),
+            engines: &[Engine::Moreau],
+            reference: false,
+            steps: flags.steps.is_some(),
+            one_scheme: true,
+            tables: true,
+        }
+    }
+
+    /// `command` on stored problems.
+    pub fn of_problems(command: &'static str, subject: Subject<'a>) -> Run<'a> {
+        Run {
+            command,
+            subject,
+            engines: &[],
+            reference: false,
+            steps: false,
+            one_scheme: true,
+            tables: true,
+        }
+    }
+
+    /// Refuses what was set and has no effect.
+    ///
+    /// # Arguments
+    /// - `typed`: flags that stand for no key, with their values as typed.
+    ///
+    /// # Errors
+    /// [`RunError::Unfit`].
+    pub fn refuse(&self, flags: &Flags, typed: &[(&str, String)]) -> Result<(), RunError> {
+        match self.without_effect(flags, typed).into_iter().next() {
+            None => Ok(()),
+            Some((what, why)) => Err(unfit(&what, &why)),
+        }
+    }
+
+    /// What was set and has no effect, flags before keys of the scene, and why.
+    pub fn without_effect(&self, flags: &Flags, typed: &[(&str, String)]) -> Vec<(String, String)> {
+        let of_flags = typed.iter().filter_map(|(flag, value)| {
+            let words = format!("{flag} {value}").trim_end().to_owned();
+            Some((words, self.idle(flag)?))
+        });
+        let written = self.scene().map_or(&[][..], |scene| &scene.written);
+        let of_keys = written.iter().filter_map(|key| {
+            Some(match flags.typed(&key.place.origin) {
+                Some(words) => (words, self.idle(&key.path)?),
+                None => {
+                    let place = format!("{} = {}", key.place, key.value);
+                    (place, self.idle_in_file(&key.path)?)
+                }
+            })
+        });
+        of_flags.chain(of_keys).collect()
+    }
+
+    /// Why a key or flag has no effect; `None` where it has one.
+    pub fn idle(&self, name: &str) -> Option<String> {
+        self.lacks(name, |_| true)
+    }
+
+    /// The same of a key in the file, which is meant for more runs than this one.
+    fn idle_in_file(&self, key: &str) -> Option<String> {
+        self.lacks(key, |need| {
+            matches!(need, Landings | Restitution | Gravity | Bodies | LongLife)
+                || need == Time && matches!(self.machine(), Some(Machine::Thresher(_)))
+        })
+    }
+
+    fn lacks(&self, name: &str, counts: impl Fn(Need) -> bool) -> Option<String> {
+        if !matches!(self.subject, Subject::Scene(..)) && !OF_PROBLEMS.contains(&name) {
+            let what = format!("in `{}`: nothing is stepped", self.command);
+            return Some(what);
+        }
+        let of = |row: &&(&str, &[Need])| {
+            let rest = name.strip_prefix(row.0);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let (_, needs) = TABLE.iter().find(of)?;
+        let referred = |need: Need| need == Ours && self.reference && !name.starts_with("--");
+        let mut needs = needs
+            .iter()
+            .filter(|need| counts(**need) && !referred(**need));
+        needs.find_map(|need| self.lacking(*need))
+    }
+
+    fn scene(&self) -> Option<&'a Scene> {
+        match self.subject {
+            Subject::Scene(scene, _) => Some(scene),
+            Subject::Problems | Subject::Lcp => None,
+        }
+    }
+
+    fn machine(&self) -> Option<&'a Machine> {
+        match self.subject {
+            Subject::Scene(_, machine) => machine,
+            Subject::Problems | Subject::Lcp => None,
+        }
+    }
+
+    /// What the run lacks of a need, as the end of "has no effect".
+    fn lacking(&self, need: Need) -> Option<String> {
+        let (lacks, why) = match need {
+            Ours => {
+                let engines: Vec<&str> = self.engines.iter().map(|e| e.name()).collect();
+                let why = format!("on --engine {}, only on moreau", engines.join(","));
+                (!self.engines.contains(&Engine::Moreau), why)
+            }
+            Peer => {
+                let peer = self.engines.iter().any(|engine| engine.peer().is_some());
+                let name = self.scene().map_or("", |scene| &scene.name);
+                let why = format!("on scene {name} without a peer that steps it");
+                (!peer, why)
+            }
+            Time if self.steps => (true, "beside --steps, which says how long".to_owned()),
+            Time if self.command == "bench" => {
+                let how = "--steps N times that many steps, --settle N goes before";
+                (true, format!("in a bench; {how}"))
+            }
+            Staggered => {
+                let moreau = |scene: &Scene| scene.step.scheme == Scheme::Moreau;
+                let alone = self.one_scheme && self.scene().is_some_and(moreau);
+                let why = "in the scheme moreau, which ignores gaps; it needs staggered";
+                (alone, why.to_owned())
+            }
+            Contacts => {
+                let why = "on an LCP, only on a contact problem";
+                (matches!(self.subject, Subject::Lcp), why.to_owned())
+            }
+            Tables => (
+                !self.tables,
+                "beside --json, which prints nothing else".to_owned(),
+            ),
+            _ => {
+                return self
+                    .scene()
+                    .and_then(|scene| lacking_of(scene, self.machine(), need));
+            }
+        };
+        lacks.then_some(why)
+    }
+}
+
+/// What a scene lacks of a need, as the end of "has no effect".
+fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<String> {
+    let parameters = match machine {
+        Some(Machine::Study(setup)) => Some(&setup.parameters),
+        _ => None,
+    };
+    let study = parameters.is_some();
+    let reading = parameters.map(|study| study.reading);
+    let shares = parameters.map(|study| study.shares);
+    let machine = matches!(machine, Some(Machine::Thresher(_)));
+    let own = "on scene {scene}, whose run is set by its own blocks";
+    let (lacks, why) = match need {
+        Bodies => (study || machine, own),
+        Redrawn => (study, own),
+        Time if machine => (true, own),
+        Time => (
+            reading == Some(Reading::TorqueBalanced),
+            "on scene {scene}, whose contact time is calibrated; study.reading = \"literal\" \
+             needs it",
+        ),
+        Islands => (
+            study || scene.linear.is_some(),
+            "on scene {scene}: all of it is one island",
+        ),
+        Landings => (
+            study,
+            "on a [study]: its one rotor is in contact all the time",
+        ),
+        Restitution => (
+            !rebounds(scene),
+            "on scene {scene}: no contact of it has a restitution above 0",
+        ),
+        Gravity => (study, "on a [study], whose gravity is the standard one"),
+        Balanced => (
+            reading == Some(Reading::Literal),
+            "on study.reading = \"literal\", which follows no life; it needs \"torque-balanced\"",
+        ),
+        Winkler => (
+            shares.is_some_and(|shares| shares != Shares::Winkler),
+            "unless study.shares = \"winkler\"",
+        ),
+        LongLife => (
+            study,
+            "on a [study], whose cycles are all alike; it needs a [thresher]",
+        ),
+        _ => (false, ""),
+    };
+    lacks.then(|| why.replace("{scene}", &scene.name))
+}
+
+/// Whether a contact returns anything.
+fn rebounds(scene: &Scene) -> bool {
+    let linear = scene.linear.iter().flat_map(|block| &block.contact);
+    linear.into_iter().any(|contact| contact.restitution > 0.0)
+        || scene.materials.iter().any(|m| m.restitution > 0.0)
+}
+
+/// Whether ours alone takes what a change such as `step.solver="nsgs"` sets.
+pub(super) fn ours_alone(change: &str) -> bool {
+    let key = change.split('=').next().unwrap_or_default();
+    TABLE
+        .iter()
+        .any(|(name, needs)| *name == key && needs.contains(&Ours))
+}
+
+/// The error that refuses `what`.
+pub(super) fn unfit(what: &str, why: &str) -> RunError {
+    RunError::Unfit(format!("{what}: has no effect {why}"))
+}

@@ -1,0 +1,312 @@
+//! Every key of a scene file in one table: what is allowed, in which unit, and what it means.
+//!
+//! The ranges are wide enough for scenes from a millimetre to a hundred metres, on bodies far from
+//! the origin, and narrow enough that no product of a few numbers leaves `f64` or drowns in
+//! round-off. What concerns several keys at once is in `scene::check`.
+
+use super::document::{Document, Node, Segment, Value};
+use super::error::{Hint, SceneError};
+use crate::solver::SOLVERS;
+use Allowed::{Flag, Line, Name, Real, Text, Whole, Word};
+use std::fmt;
+
+/// A key of a scene file.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its blocks and its name, without the numbers and names of elements: `body.parts.disc`.
+    pub path: &'static str,
+    pub allowed: Allowed,
+    /// Of the number, or of each number of an array; empty for none.
+    pub unit: &'static str,
+    /// What it means, and what it is where the file does not say it.
+    pub meaning: &'static str,
+}
+
+/// What a key may hold. Of an array every element is meant.
+#[derive(Debug, Clone, Copy)]
+pub enum Allowed {
+    /// Numbers from the first to the second.
+    Real(f64, f64),
+    /// The same for whole numbers.
+    Whole(u32, u32),
+    /// What can stand in a path of keys, a file name and a CSV column.
+    Name,
+    /// One line of text.
+    Line,
+    /// Any text; names of bodies are among those whose check needs the whole file.
+    Text,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// `true` or `false`.
+    Flag,
+}
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Real(least, most) => write!(f, "{} to {}", shown(*least), shown(*most)),
+            Whole(least, most) => write!(f, "{least} to {most}"),
+            Name => write!(f, "1 to 64 letters, digits, `-` and `_`"),
+            Line => write!(f, "one line of 1 to 120 bytes"),
+            Text => write!(f, "text"),
+            Word(words) => write!(f, "{}", words.join(", ")),
+            Flag => write!(f, "true, false"),
+        }
+    }
+}
+
+fn shown(x: f64) -> String {
+    match x.abs() {
+        size if size != 0.0 && !(0.1..1e4).contains(&size) => format!("{x:e}"),
+        _ => x.to_string(),
+    }
+}
+
+const fn key(
+    path: &'static str,
+    allowed: Allowed,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Key {
+    Key {
+        path,
+        allowed,
+        unit,
+        meaning,
+    }
+}
+
+const SIZE: Allowed = Real(1e-6, 1e6);
+const PLACE: Allowed = Real(-1e9, 1e9);
+const POINT: Allowed = Real(-1e6, 1e6);
+const ANGLE: Allowed = Real(-1e6, 1e6);
+const SPEED: Allowed = Real(-1e6, 1e6);
+const GAIN: Allowed = Real(0.0, 1e15);
+const TORQUE: Allowed = Real(0.0, 1e12);
+const FRICTION: Allowed = Real(0.0, 1000.0);
+const MATRIX: Allowed = Real(-1e12, 1e12);
+/// Most bodies a scene may place: beyond it a slip of a zero in `count` would fill the memory.
+pub(super) const MOST_BODIES: u32 = 100_000;
+
+/// All keys but those of the threshing machine and its study.
+#[rustfmt::skip]
+pub const KEYS: &[Key] = &[
+    key("scene.name", Name, "", "Names the output folder"),
+    key("scene.title", Line, "", "What the scene shows"),
+    key("scene.notes", Text, "", "Anything a reader of the results must know; default none"),
+
+    key("gravity.x", Real(-1e6, 1e6), "m/s²", "Component of gravity; default 0"),
+    key("gravity.y", Real(-1e6, 1e6), "m/s²", "Component of gravity; default -9.81"),
+    key("gravity.magnitude", Real(0.0, 1e6), "m/s²", "In place of x and y; default 9.81"),
+    key("gravity.angle", ANGLE, "rad", "From straight down, positive towards +x: an incline without inclined bodies; default 0"),
+    key("gravity.slope", Real(-1e6, 1e6), "", "Tangent of that angle, in its place"),
+
+    key("step.dt", Real(1e-9, 1.0), "s", "Step length; default 1/60"),
+    key("step.time", Real(0.0, 1e9), "s", "Simulated time; default 10"),
+    key("step.scheme", Word(&["staggered", "moreau"]), "", "Time-stepping scheme; default staggered"),
+    key("step.events", Flag, "", "Whether impacts are located in time inside the step; staggered only; default false"),
+    key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "What impacts return; default capped: Newton's law that never adds energy"),
+    key("step.recovery", Flag, "", "Whether bodies that start overlapped are moved apart; staggered only; default true"),
+    key("step.shares", Word(&["found", "minimum-norm"]), "", "How a load is shared out among redundant contacts; default found: as the solver finds it"),
+    key("step.solver", Word(&SOLVERS), "", "Impulse solver; default auto"),
+    key("step.tolerance", Real(1e-15, 1e-2), "", "Relative natural-map residual asked of every solve; default 1e-8"),
+
+    key("material.name", Name, "", "What bodies call it"),
+    key("material.friction", FRICTION, "", "Coulomb's coefficient; two materials combine by the mean; default 0.5"),
+    key("material.restitution", Real(0.0, 1.0), "", "Newton's coefficient; default 0"),
+    key("material.stiffness", Real(1e-3, 1e15), "N/m", "Makes contacts compliant: of a contact point, Kelvin-Voigt; default rigid"),
+    key("material.damping", Real(0.0, 1e12), "N s/m", "Of a compliant contact point; default 0"),
+    key("material.damping_restitution", Real(1e-3, 1.0), "", "In place of damping: what a body's impact on a fixed compliant surface returns"),
+
+    key("body.name", Name, "", "Unique; not `world`"),
+    key("body.kind", Word(&["dynamic", "fixed", "kinematic"]), "", "What moves it: forces, nothing, or its own constant velocity; default dynamic"),
+    key("body.disc", SIZE, "m", "Shape: radius"),
+    key("body.box", SIZE, "m", "Shape: [width, height]"),
+    key("body.capsule", SIZE, "m", "Shape: [length between the centres of the round ends along the body's x axis, radius]"),
+    key("body.polygon", POINT, "m", "Shape: corners [x, y], convex, counter-clockwise"),
+    key("body.sector", Real(1e-6, 1e6), "m, m, rad", "Shape: a voussoir, [mean radius, thickness, angle] of a straight-sided sector of a ring round the body's origin, its axis along x"),
+    key("body.polyline", POINT, "m", "Shape: points [x, y] of a one-sided chain, the solid on the left of its direction"),
+    key("body.closed", Flag, "", "Whether a polyline's last point is joined to its first: counter-clockwise encloses the solid, clockwise a hollow; default false"),
+    key("body.rod", SIZE, "m", "Shape: length of a thin rod along the body's x axis that touches with its two ends; makes the scene planar"),
+    key("body.line", Flag, "", "Shape: true for the body's x axis without end, the solid below it; fixed or kinematic; makes the scene planar"),
+    key("body.bowl", SIZE, "m", "Shape: radius of a circle touched from inside; fixed or kinematic; makes the scene planar"),
+    key("body.parts.disc", SIZE, "m", "Of a body of several shapes, which may overlap: as of a body"),
+    key("body.parts.box", SIZE, "m", "The same"),
+    key("body.parts.capsule", SIZE, "m", "The same"),
+    key("body.parts.polygon", POINT, "m", "The same"),
+    key("body.parts.position", PLACE, "m", "Of the part in the body's frame; default [0, 0]"),
+    key("body.parts.angle", ANGLE, "rad", "Of the part in the body's frame; default 0"),
+    key("body.density", Real(1e-9, 1e9), "kg/m²", "Mass per area of a slice one metre deep; default 1000 where there is no mass"),
+    key("body.mass", Real(1e-12, 1e12), "kg", "In place of density"),
+    key("body.inertia", Real(1e-18, 1e18), "kg m²", "About the centre of mass; default: that of the mass spread evenly"),
+    key("body.position", PLACE, "m", "Of the body's origin; default [0, 0]"),
+    key("body.angle", ANGLE, "rad", "Default 0"),
+    key("body.velocity", SPEED, "m/s", "At the start, of a kinematic body always; default [0, 0]"),
+    key("body.spin", SPEED, "rad/s", "The same for the angular velocity; default 0"),
+    key("body.material", Text, "", "Name of a `[[material]]`; default the first one"),
+    key("body.surface_velocity", SPEED, "m/s", "Of the surface along its own direction, as of a belt, positive counter-clockwise round the body; default 0"),
+    key("body.one_way", PLACE, "", "Direction of length 1 in the body's frame in which its surface pushes, within 0.1 rad; what comes from elsewhere passes through; default: it pushes all round"),
+    key("body.gravity_scale", Real(-1e3, 1e3), "", "Share of the weight that a dynamic body feels; default 1"),
+    key("body.linear_damping", Real(0.0, 1e9), "1/s", "Drag of a dynamic body, at most 1/dt; default 0"),
+    key("body.angular_damping", Real(0.0, 1e9), "1/s", "The same for its spin"),
+    key("body.oscillation.amplitude", PLACE, "m", "Of a kinematic body of a planar scene: A of a motion A sin(ω t) on top of its velocity"),
+    key("body.oscillation.angular_frequency", Real(1e-6, 1e6), "rad/s", "Its ω"),
+    key("body.touches", Text, "", "Names of the bodies that it may touch in a planar scene; default all"),
+
+    key("joint.kind", Word(&["revolute", "prismatic", "fixed", "rope", "spring", "pin-slot"]), "", "What it leaves free: a turn about `at`, a slide along `axis`, nothing, up to a length, a distance with a spring, turn and slide"),
+    key("joint.bodies", Text, "", "Names of two bodies; one may be `world`"),
+    key("joint.at", PLACE, "m", "Its place in the world at the start; of all but ropes and springs"),
+    key("joint.anchors", POINT, "m", "Of a rope or spring: a point of each body, in the world at the start"),
+    key("joint.axis", PLACE, "", "Direction in the world at the start in which a prismatic or pin-slot joint slides; any length; default [1, 0]"),
+    key("joint.limits", PLACE, "m or rad", "Least and largest value of the free coordinate; default none"),
+    key("joint.length", Real(0.0, 1e9), "m", "Of a rope, of a spring at rest; default as at the start"),
+    key("joint.stiffness", GAIN, "N/m", "Of a spring"),
+    key("joint.damping", GAIN, "N s/m", "Of a spring; default 0"),
+    key("joint.contacts", Flag, "", "Whether the two bodies touch; default false"),
+    key("joint.motor.speed", SPEED, "rad/s or m/s", "Rate of the free coordinate that the motor holds"),
+    key("joint.motor.target", PLACE, "rad or m", "Value of it to which a motor with a stiffness pulls; default 0"),
+    key("joint.motor.stiffness", GAIN, "N m/rad or N/m", "In place of a speed"),
+    key("joint.motor.damping", GAIN, "N m s/rad or N s/m", "Beside a stiffness; default 0"),
+    key("joint.motor.max_torque", TORQUE, "N m", "Of a revolute joint; needed with a speed, else default none"),
+    key("joint.motor.max_force", TORQUE, "N", "The same of a prismatic or pin-slot joint"),
+
+    key("repeat.of", Text, "", "Name of the body that is copied; it is not placed itself"),
+    key("repeat.name", Name, "", "What copies are called: box[3,2], column 3 of row 2, from 0; default the body's name"),
+    key("repeat.count", Whole(1, u32::MAX), "", "Copies along each step, one to four numbers: [columns, rows, ...]"),
+    key("repeat.step", POINT, "m", "One displacement for each number in count"),
+    key("repeat.shrink", Whole(0, u32::MAX), "", "Each row has this many copies fewer and starts half as many columns later: 1 makes a pyramid; default 0"),
+    key("repeat.ring.centre", PLACE, "m", "Of a circle of copies, each turned with its place, in place of a grid"),
+    key("repeat.ring.radius", Real(0.0, 1e6), "m", "Of the circle"),
+    key("repeat.ring.count", Whole(1, MOST_BODIES), "", "Copies on it"),
+    key("repeat.ring.arc", ANGLE, "rad", "Where it starts and ends; default the whole circle"),
+    key("repeat.pin", PLACE, "m", "Ties each copy of a row or ring to the next by a revolute joint at this point of its own frame"),
+    key("repeat.pins", POINT, "m", "The same for a grid: one point for each number in count"),
+    key("repeat.fixed", Whole(0, u32::MAX), "", "Copies that are fixed where they are, by their numbers in the grid: [[0, 3], [9, 3]]"),
+    key("repeat.jitter", Real(0.0, 1e6), "m", "Largest random displacement along x and y; default 0"),
+    key("repeat.radius_spread", Real(0.0, 0.9), "", "Of discs: radii spread evenly over r (1 ± radius_spread); default 0"),
+    key("repeat.seed", Whole(0, u32::MAX), "", "Start of the random sequence; needed with jitter or radius_spread"),
+
+    key("linear.coordinates", Text, "", "Names of one to three coordinates of M q'' + K q = f"),
+    key("linear.mass", MATRIX, "", "M in rows, symmetric and positive definite"),
+    key("linear.stiffness", MATRIX, "", "K in rows, symmetric; default 0"),
+    key("linear.load", MATRIX, "", "f, gravity included; default 0"),
+    key("linear.position", MATRIX, "", "q at the start; default 0"),
+    key("linear.velocity", MATRIX, "", "q' at the start; default 0"),
+    key("linear.contact.name", Name, "", "Unique"),
+    key("linear.contact.gap", MATRIX, "m", "Where all coordinates are 0"),
+    key("linear.contact.normal", MATRIX, "", "Levers of the gap's growth, one a coordinate"),
+    key("linear.contact.tangent", MATRIX, "", "Levers of sliding, one a coordinate; default 0"),
+    key("linear.contact.friction", FRICTION, "", "Coulomb's coefficient; default 0"),
+    key("linear.contact.restitution", Real(0.0, 1.0), "", "Newton's coefficient; default 0"),
+
+    key("reference.closed_form", Text, "", "The closed form that the result is compared with"),
+];
+
+/// All keys as a table in Markdown.
+pub fn listing() -> String {
+    let head = "| key | allowed | meaning |\n|---|---|---|\n";
+    let rows = KEYS.iter().map(|key| {
+        let allowed = format!("{} {}", key.allowed, key.unit);
+        let (path, meaning) = (key.path, key.meaning);
+        format!("| `{path}` | {} | {meaning} |\n", allowed.trim_end())
+    });
+    std::iter::once(head.to_owned()).chain(rows).collect()
+}
+
+/// Holds every value of the document against its row.
+///
+/// # Errors
+/// [`SceneError::OutOfRange`]; [`SceneError::UnknownName`] for a word that is none of those allowed.
+pub(super) fn check(document: &Document) -> Result<(), SceneError> {
+    let mut walk = Walk {
+        document,
+        path: String::new(),
+        segments: Vec::new(),
+    };
+    walk.node(&document.root)
+}
+
+struct Walk<'d> {
+    document: &'d Document,
+    path: String,
+    segments: Vec<Segment>,
+}
+
+impl Walk<'_> {
+    fn node(&mut self, node: &Node) -> Result<(), SceneError> {
+        match &node.value {
+            Value::Table(entries) => {
+                for entry in entries {
+                    let length = self.path.len();
+                    if length > 0 {
+                        self.path.push('.');
+                    }
+                    self.path.push_str(&entry.key);
+                    self.segments.push(Segment::Key(entry.key.clone()));
+                    self.node(&entry.node)?;
+                    self.segments.pop();
+                    self.path.truncate(length);
+                }
+                Ok(())
+            }
+            Value::Array(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    self.segments.push(Segment::Index(index));
+                    self.node(item)?;
+                    self.segments.pop();
+                }
+                Ok(())
+            }
+            value => match KEYS.iter().find(|key| key.path == self.path) {
+                Some(key) => self.value(key, value),
+                // of a block that is checked elsewhere: the reader has refused unknown keys
+                None => Ok(()),
+            },
+        }
+    }
+
+    fn value(&self, key: &Key, value: &Value) -> Result<(), SceneError> {
+        let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let (fits, shown) = match (key.allowed, value) {
+            (Real(least, most), Value::Float(x)) => ((least..=most).contains(x), format!("{x:?}")),
+            (Real(least, most), Value::Integer(n)) => {
+                let x = *n as f64;
+                ((least..=most).contains(&x), format!("{x:?}"))
+            }
+            (Whole(least, most), Value::Integer(n)) => {
+                let range = i64::from(least)..=i64::from(most);
+                (range.contains(n), n.to_string())
+            }
+            (Name, Value::String(text)) => {
+                let fits = (1..=64).contains(&text.len()) && text.chars().all(good);
+                (fits, format!("{text:?}"))
+            }
+            (Line, Value::String(text)) => {
+                let fits = !text.trim().is_empty() && text.len() <= 120;
+                (
+                    fits && !text.chars().any(char::is_control),
+                    format!("{text:?}"),
+                )
+            }
+            (Word(words), Value::String(text)) if !words.contains(&text.as_str()) => {
+                return Err(SceneError::UnknownName {
+                    at: self.document.place(&self.segments),
+                    what: key.path.rsplit('.').next().unwrap_or_default().to_owned(),
+                    name: text.clone(),
+                    hint: Hint::new(text, words),
+                });
+            }
+            _ => return Ok(()),
+        };
+        if fits {
+            return Ok(());
+        }
+        Err(SceneError::OutOfRange {
+            at: self.document.place(&self.segments),
+            value: shown,
+            allowed: format!("{} {}", key.allowed, key.unit)
+                .trim_end()
+                .to_owned(),
+        })
+    }
+}
