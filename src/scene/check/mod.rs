@@ -61,7 +61,6 @@ pub const fn range(least: f64, most: f64, text: &'static str) -> Range {
     Range { least, most, text }
 }
 
-
 impl<'a> At<'a> {
     pub(super) fn top(document: &'a Document) -> Self {
         At {

@@ -2,12 +2,10 @@
 //! energy from nowhere, nothing unsolved that is not said.
 //!
 //! The suite runs them small and short; all of it, with a table, by
-//! `cargo test --release --test rapier_scenes -- --ignored --nocapture`.
+//! `cargo test --release --test plugin rapier_scenes -- --ignored --nocapture`.
 
-mod common;
-
-use common::movers::{Mover, between, driven, movers};
-use common::{load, small};
+use crate::common::movers::{Mover, between, driven, movers};
+use crate::common::{load, small};
 use moreau2d::contact::{Vec2, natural_map};
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::experiment::{Engine, Totals, simulate};

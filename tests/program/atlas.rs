@@ -1,8 +1,6 @@
 //! The failure atlas: our verdicts on its quick rungs, one by one, and the command as a user types it.
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::experiment::{Atlas, Engine};
 use moreau2d::report::{Progress, ResultRow, read_rows};
 use moreau2d::scene::{AtlasEntry, atlas_entries};
@@ -12,7 +10,7 @@ use std::fs;
 
 /// Entry, rung, verdict and mode of ours. A change here is a change of what we can do: deliberate,
 /// and said in the entry where it is for the worse.
-const OURS: &str = include_str!("data/atlas-quick.txt");
+const OURS: &str = include_str!("../data/atlas-quick.txt");
 
 fn quiet() -> Progress {
     Progress::new("test", 1, true)

@@ -1,9 +1,7 @@
 //! What holds for every solver of the table, whatever its method.
 
-mod common;
-
-use common::Random;
-use common::problems::{Change, Known, apart, assert_laws, bodies_and_rows, largest};
+use crate::common::Random;
+use crate::common::problems::{Change, Known, apart, assert_laws, bodies_and_rows, largest};
 use moreau2d::contact::examples::tower;
 use moreau2d::contact::{ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3, natural_map};
 use moreau2d::oracles::{SOLVERS, solver_by_name};

@@ -1,9 +1,7 @@
 //! The contact kernel and the judge: what holds for every cone, block and problem.
 
-mod common;
-
-use common::Random;
-use common::problems::{Change, Known, assert_laws};
+use crate::common::Random;
+use crate::common::problems::{Change, Known, assert_laws};
 use moreau2d::contact::{
     ContactProblem, Delassus, Law, Mat2, Vec2, natural_map, project_onto_cone, solve_local,
 };

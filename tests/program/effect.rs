@@ -1,8 +1,6 @@
 //! What has no effect in a run is refused and named; what is taken changes something.
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use std::collections::BTreeMap;
 use std::fs;
 

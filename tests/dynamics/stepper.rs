@@ -1,8 +1,6 @@
 //! Properties of one step, whatever the scene: energy, momentum, restitution, sticking, symmetry.
 
-mod common;
-
-use common::{Random, load, run_steps};
+use crate::common::{Random, load, run_steps};
 use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
 use moreau2d::dynamics::record::{ContactStatus, StepRecord};
 use moreau2d::dynamics::{

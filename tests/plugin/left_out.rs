@@ -1,8 +1,6 @@
 //! Contacts that are left out of a step's problem because they would open, and are needed after all.
 
-mod common;
-
-use common::parse;
+use crate::common::parse;
 use moreau2d::experiment::Engine;
 
 /// A heavy ball hits a light lever near its pivot at 1 m/s: the tip would go at 10 m/s, through the

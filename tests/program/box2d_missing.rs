@@ -1,9 +1,6 @@
 //! Without the feature `box2d`: every place that takes an engine says what would bring it.
-#![cfg(not(feature = "box2d"))]
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::experiment::{Engine, RunError};
 use moreau2d::scene;
 

@@ -1,5 +1,4 @@
 //! Contacts drawn through rapier's debug renderer.
-#![cfg(feature = "debug-render")]
 
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{ContactStyle, MoreauPipeline, MoreauSettings};

@@ -2,9 +2,7 @@
 //!
 //! Gates are for dt = 1/60 s and the staggered scheme, orders over 1/30 to 1/1000 s.
 
-mod common;
-
-use common::{LADDER, Random, Run, load, order, parse, rms, run, run_steps};
+use crate::common::{LADDER, Random, Run, load, order, parse, rms, run, run_steps};
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::ContactStatus;
 use moreau2d::dynamics::{
@@ -148,7 +146,7 @@ fn a_disc_rides_a_swinging_plate() {
     assert!(run.records.iter().all(|r| r.contacts.len() == 1));
     assert_order_two("riding-disc", "height");
     // a restitution changes nothing for a disc that never leaves
-    let bouncy = common::run(&load("riding-disc", &["material.smooth.restitution=0.5"]));
+    let bouncy = crate::common::run(&load("riding-disc", &["material.smooth.restitution=0.5"]));
     assert!((bouncy.error("height") / arrow - 1.0).abs() < 0.01);
 }
 
@@ -220,7 +218,7 @@ fn rods_swing_on_pivots() {
         let errors = LADDER.map(|dt| {
             // whole steps fill five seconds
             let scene = rods(count, 5.0 / (5.0 / dt).round());
-            common::run(&scene).error("position")
+            crate::common::run(&scene).error("position")
         });
         assert!(errors[1] <= 8e-3, "{count} rods: {errors:?}");
         // the second mode of two rods turns 0.3 rad in the coarsest step: the order is reached at

@@ -6,7 +6,7 @@
 //! `contact-work.csv` holds what each solver did with it. After a solver was changed on purpose,
 //!
 //! ```text
-//! cargo test --release --test collection -- --ignored
+//! cargo test --release --test solvers collection -- --ignored
 //! ```
 //!
 //! writes that file anew; its difference belongs into the change.

@@ -1,8 +1,6 @@
 //! Closed loops: every step of a run is certified by the judge, or says that it is not.
 
-mod common;
-
-use common::load;
+use crate::common::load;
 use moreau2d::contact::natural_map;
 use moreau2d::experiment::Engine;
 
@@ -136,7 +134,7 @@ fn a_heap_that_is_hit() {
 }
 
 /// The whole thousand steps of each, with the counts; the pyramid of 5050 boxes takes minutes:
-/// `cargo test --release --test closed_loops -- --ignored --nocapture`
+/// `cargo test --release --test dynamics closed_loops -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
 fn a_thousand_steps_of_all() {

@@ -6,17 +6,25 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// Names of all tests of `tests/FILE.rs`, or of the files of `tests/FILE/`.
+/// Names of all tests of `tests/GROUP/FILE.rs`, or of the files of `tests/GROUP/FILE/`.
 fn tests_of(file: &str) -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
-    let single = root.join(file).with_extension("rs");
-    let paths = if single.is_file() {
-        vec![single]
-    } else {
-        let folder = fs::read_dir(root.join(file));
-        let folder = folder.unwrap_or_else(|_| panic!("no tests/{file}.rs and no tests/{file}/"));
-        folder.map(|entry| entry.unwrap().path()).collect()
-    };
+    let groups = fs::read_dir(root)
+        .unwrap()
+        .map(|group| group.unwrap().path());
+    let mut paths = Vec::new();
+    for group in groups.filter(|path| path.is_dir()) {
+        let single = group.join(file).with_extension("rs");
+        if single.is_file() {
+            paths.push(single);
+        } else if let Ok(folder) = fs::read_dir(group.join(file)) {
+            paths.extend(folder.map(|entry| entry.unwrap().path()));
+        }
+    }
+    assert!(
+        !paths.is_empty(),
+        "no tests/*/{file}.rs and no tests/*/{file}/"
+    );
     let mut names = BTreeSet::new();
     for path in paths {
         let text = fs::read_to_string(path).unwrap();
@@ -37,7 +45,7 @@ fn tests_of(file: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_line_of_the_table_names_tests_that_exist() {
-    let text = include_str!("../src/guide/features.rs");
+    let text = include_str!("../../src/guide/features.rs");
     let rows: Vec<&str> = text.lines().filter(|l| l.starts_with("//! | ")).collect();
     let heads = rows.iter().filter(|r| r.starts_with("//! | rapier2d |"));
     let heads = heads.count();

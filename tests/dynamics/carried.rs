@@ -1,9 +1,7 @@
 //! What an island carries from step to step: it saves factorisations, and nothing depends on it
 //! that a saved state does not hold.
 
-mod common;
-
-use common::{load, run};
+use crate::common::{load, run};
 use moreau2d::contact::{ContactProblem, Vec2};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, PipelineState};

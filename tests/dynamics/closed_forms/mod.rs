@@ -3,8 +3,6 @@
 //! Gates at steps of 1/60 s, the scheme `staggered`; orders over 1/30 ... 1/1000 s. Shapes whose gaps
 //! parry forms in `f32` (capsules, polygons) may add 3e-7 of their size.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod events;
 mod impacts;
 mod pivots;

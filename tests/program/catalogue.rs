@@ -1,9 +1,7 @@
 //! Every scene of the catalogue steps, stays finite, and makes no energy.
 
-mod common;
-
-use common::movers::{between, driven, movers};
-use common::{load, small};
+use crate::common::movers::{between, driven, movers};
+use crate::common::{load, small};
 use moreau2d::contact::Vec2;
 use moreau2d::dynamics::record::{ContactRecord, StepRecord};
 use moreau2d::experiment::Engine;
@@ -184,7 +182,7 @@ fn what_should_stand_stands() {
         ("heavy-top", 50, heavy),
     ] {
         let scene = load(name, &[]);
-        let run = common::run_steps(&scene, steps);
+        let run = crate::common::run_steps(&scene, steps);
         for (k, body) in scene.bodies.iter().enumerate() {
             let place = run.state(k).0.translation;
             let moved = (place - Vec2::from(body.position)).norm();

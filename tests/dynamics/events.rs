@@ -1,8 +1,6 @@
 //! Impacts located in time, and what starts overlapped.
 
-mod common;
-
-use common::{LADDER, load, parse, run, run_steps};
+use crate::common::{LADDER, load, parse, run, run_steps};
 use moreau2d::contact::{NO_BODY, Rows, Vec2, Vec3};
 use moreau2d::dynamics::record::ContactStatus;
 use moreau2d::dynamics::{
@@ -168,7 +166,7 @@ fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
              position = [{x}, {y}]\n"
         ));
     }
-    let mut random = common::Random(12345);
+    let mut random = crate::common::Random(12345);
     for k in 0..16 {
         let u = [(); 4].map(|()| random.between(-1.0, 1.0));
         text.push_str(&format!(
@@ -184,7 +182,7 @@ fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
     }
     let plain = run(&parse(&text));
     let located = run(&parse(&text.replace("time = 2", "time = 2\nevents = true")));
-    let loss = |run: &common::Run| 1.0 - run.totals.energy_end / run.totals.energy_start;
+    let loss = |run: &crate::common::Run| 1.0 - run.totals.energy_end / run.totals.energy_start;
     assert!(located.totals.events > 100);
     // slow contacts land without rebound, by rule
     assert!(loss(&located) < 0.02, "{}", loss(&located));

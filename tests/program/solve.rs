@@ -1,8 +1,6 @@
 //! `moreau2d solve` and `run --dump-problems` as a user types them.
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::contact::examples::tower;
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
 use moreau2d::oracles::{SOLVERS, solver_by_name};

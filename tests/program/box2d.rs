@@ -1,9 +1,6 @@
 //! Box2D as a peer: what it is given of a scene, and what is read of it.
-#![cfg(feature = "box2d")]
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::Pose64;
 use moreau2d::dynamics::record::StepRecord;

@@ -1,8 +1,6 @@
 //! `moreau2d bench` as a user types it. The arithmetic of profile and growth is tested where it is.
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::oracles::SOLVERS;
 use moreau2d::report::{Performance, PerformanceRow, ResultRow, read_rows};
 use serde_json::Value;

@@ -1,8 +1,6 @@
 //! What tables, files and pictures say, and what they leave open.
 
-mod common;
-
-use common::program::Place;
+use crate::common::program::Place;
 use moreau2d::experiment::{Engine, Totals, simulate};
 use moreau2d::report::{
     ResultRow, StepRow, convergence, panels, read_rows, scatter, work_precision,

@@ -1,8 +1,6 @@
 //! A pipeline saved as text and resumed goes on bit for bit, and the same run gives the same bytes.
 
-mod common;
-
-use common::load;
+use crate::common::load;
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{

@@ -1,9 +1,7 @@
 //! Nothing but the time depends on the number of threads.
 
-mod common;
-
-use common::program::Place;
-use common::{load, small};
+use crate::common::program::Place;
+use crate::common::{load, small};
 use moreau2d::contact::{ContactProblem, Vec2};
 use moreau2d::dynamics::{Scheme, StepError, StepperSettings};
 use moreau2d::experiment::{Engine, simulate};

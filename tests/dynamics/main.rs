@@ -1,0 +1,13 @@
+//! The time step: closed forms, order, events, caches, threads, determinism.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod carried;
+mod closed_forms;
+mod closed_loops;
+mod determinism;
+mod events;
+mod own_solver;
+mod stepper;
+mod threads;

@@ -1,0 +1,27 @@
+//! The plug-in on rapier worlds: what users see of it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bodies;
+#[cfg(feature = "debug-render")]
+mod debug_render;
+mod detection;
+mod dominance;
+mod edits;
+mod fast_bodies;
+mod features;
+mod hand_written;
+mod hooks;
+mod joint_changes;
+mod joints;
+mod left_out;
+mod long_run;
+mod queries;
+mod rapier_scenes;
+mod rapier_seam;
+mod reach;
+mod results;
+mod resume;
+mod sleeping;
+mod user_worlds;

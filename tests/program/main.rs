@@ -1,0 +1,18 @@
+//! The program as a user types it, and what it writes.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod atlas;
+mod bench;
+#[cfg(feature = "box2d")]
+mod box2d;
+#[cfg(not(feature = "box2d"))]
+mod box2d_missing;
+mod catalogue;
+mod chart;
+mod cli;
+mod compare;
+mod effect;
+mod reports;
+mod solve;

@@ -1,0 +1,9 @@
+//! Impulse solvers and their judge on stored and random problems.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod collection;
+mod judge_properties;
+mod lcp;
+mod solver_properties;
