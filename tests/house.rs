@@ -44,7 +44,7 @@ const HOST: [&str; 9] = [
 ];
 
 /// The one file that shares work out to threads, behind the feature `parallel`.
-const THREADS: (&str, &str) = ("rayon", "crew.rs");
+const THREADS: (&str, &str) = ("rayon", "thread_pool.rs");
 
 /// What only `src/rapier` and `src/peers` may name. (A string may say `"f32"`, serde's forwarding macro lists all
 /// primitive types, and an inline test may borrow a number.)

@@ -38,11 +38,6 @@
 mod cluster;
 mod collect;
 mod contact_cache;
-#[cfg(feature = "parallel")]
-mod crew;
-#[cfg(not(feature = "parallel"))]
-#[path = "crew_absent.rs"]
-mod crew;
 mod energy_bound;
 mod events;
 mod fallback;
@@ -75,6 +70,11 @@ mod solution;
 mod solve;
 mod step;
 mod stepper;
+#[cfg(feature = "parallel")]
+mod thread_pool;
+#[cfg(not(feature = "parallel"))]
+#[path = "thread_pool_absent.rs"]
+mod thread_pool;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;

@@ -1,6 +1,5 @@
 //! Solves an interval: its islands one by one, or shared out among threads.
 
-use super::crew::Crew;
 use super::fallback::{Fallback, LARGE};
 use super::interval::Interval;
 use super::island::{Task, Worker};
@@ -9,6 +8,7 @@ use super::outcome::IslandResult;
 use super::phases::PhaseClock;
 use super::rules::Rules;
 use super::solution::Solution;
+use super::thread_pool::SolverPool;
 use super::working_set::WorkingSet;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::solver::{Carried, ImpulseSolver, SolveReport};
@@ -26,7 +26,7 @@ struct Job {
 pub(super) struct IslandSolver {
     pub own: Worker,
     /// Other threads, where there are any.
-    pub crew: Option<Crew>,
+    pub pool: Option<SolverPool>,
     pub tolerance: f64,
     /// Whether solutions keep copies of their problems.
     pub keep: bool,
@@ -41,7 +41,7 @@ impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
         IslandSolver {
             own: Worker::new(solver),
-            crew: None,
+            pool: None,
             tolerance,
             keep: false,
             cache: IslandCache::default(),
@@ -194,7 +194,7 @@ impl IslandSolver {
             }
         }
         let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
-        if self.crew.as_mut().is_some_and(|crew| crew.shares(sizes)) {
+        if self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
             let task = self.task(interval, solution, inverse_mass, rules);
             let solved = self.solve_on_threads(jobs, |island| islands.blocks(island), task);
             for (island, result, impulses) in solved {
@@ -234,10 +234,10 @@ impl IslandSolver {
             (job, result, worker.impulses().to_vec())
         };
         self.clock.lap(|t| &mut t.assembly);
-        let Some(crew) = &mut self.crew else {
+        let Some(pool) = &mut self.pool else {
             return Vec::new();
         };
-        let solved = crew.solve(&mut self.own, &mut self.clock, jobs, one);
+        let solved = pool.solve(&mut self.own, &mut self.clock, jobs, one);
         let keep = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
             self.keep(own, job.factors, job.fallback, task.interval);

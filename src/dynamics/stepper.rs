@@ -1,7 +1,6 @@
 //! The stepper: its settings, and what it hands on from one step to the next.
 
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
-use super::crew::Crew;
 use super::interval::{Interval, movable};
 use super::island_cache::IslandCacheState;
 use super::model::{Configuration, ContactKey};
@@ -11,6 +10,7 @@ use super::rules::Scheme;
 use super::settings::{StepError, StepperSettings};
 use super::solution::Solution;
 use super::solve::IslandSolver;
+use super::thread_pool::SolverPool;
 use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{ImpulseSolver, Judged, SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
@@ -66,7 +66,7 @@ impl MoreauStepper {
             return Err(StepError::Events);
         }
         let mut solver = IslandSolver::new(solver, settings.tolerance);
-        solver.crew = Crew::new(settings.threads, &settings.solver, table)?;
+        solver.pool = SolverPool::new(settings.threads, &settings.solver, table)?;
         Ok(MoreauStepper {
             solver,
             settings,
@@ -101,7 +101,7 @@ impl MoreauStepper {
     /// that all islands are solved on the caller's thread.
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
         self.solver.own.solver = Box::new(Judged::new(solver));
-        self.solver.crew = None;
+        self.solver.pool = None;
         self.solver.cache.clear();
         self.named = false;
     }
@@ -112,8 +112,8 @@ impl MoreauStepper {
     /// # Errors
     /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
-        let crew = Crew::new(threads, &self.settings.solver, self.table)?;
-        self.solver.crew = crew.filter(|_| self.named);
+        let pool = SolverPool::new(threads, &self.settings.solver, self.table)?;
+        self.solver.pool = pool.filter(|_| self.named);
         self.settings.threads = threads;
         Ok(())
     }

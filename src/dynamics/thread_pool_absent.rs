@@ -6,14 +6,14 @@ use super::settings::{MOST_THREADS, StepError};
 use crate::solver::SolverTable;
 
 /// No value of it exists.
-pub(super) enum Crew {}
+pub(super) enum SolverPool {}
 
-impl Crew {
+impl SolverPool {
     /// `None` for one thread.
     ///
     /// # Errors
     /// [`StepError::Threads`] for any other number.
-    pub fn new(threads: usize, _: &str, _: SolverTable) -> Result<Option<Crew>, StepError> {
+    pub fn new(threads: usize, _: &str, _: SolverTable) -> Result<Option<SolverPool>, StepError> {
         if threads != MOST_THREADS {
             return Err(StepError::Threads(threads));
         }

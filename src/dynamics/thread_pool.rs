@@ -1,4 +1,4 @@
-//! Islands of a stage shared out among threads.
+//! Islands of an interval shared out among threads.
 
 use super::island::Worker;
 use super::phases::PhaseClock;
@@ -14,23 +14,23 @@ const BATCH: usize = 64;
 
 /// Threads besides the caller's, each with a solver of its own.
 ///
-/// Which thread solves an island is left to chance, and nothing depends on it: a solve reads the
-/// stage, which stands still meanwhile, and a solver takes nothing from one problem to the next.
-pub(super) struct Crew {
+/// Which thread solves an island is left to chance, and nothing depends on it: a solve only reads the
+/// interval and its solution so far, and a solver keeps nothing from one problem to the next.
+pub(super) struct SolverPool {
     pool: ThreadPool,
-    others: Vec<Hand>,
-    /// Islands of the stage at hand, the largest first, and batches of them.
+    others: Vec<PoolThread>,
+    /// Islands of the interval, the largest first, and batches of them.
     order: Vec<usize>,
     batches: Vec<Range<usize>>,
 }
 
 /// One of the threads.
-struct Hand {
+struct PoolThread {
     worker: Worker,
     clock: PhaseClock,
 }
 
-impl Crew {
+impl SolverPool {
     /// `threads` in all, the caller's among them, with the solver of that name; `None` for one.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl Crew {
         threads: usize,
         solver: &str,
         table: SolverTable,
-    ) -> Result<Option<Crew>, StepError> {
+    ) -> Result<Option<SolverPool>, StepError> {
         if !(1..=MOST_THREADS).contains(&threads) {
             return Err(StepError::Threads(threads));
         }
@@ -49,12 +49,12 @@ impl Crew {
         }
         let others = (1..threads).map(|_| {
             let solver = table(solver);
-            Some(Hand {
+            Some(PoolThread {
                 worker: Worker::new(solver?),
                 clock: PhaseClock::default(),
             })
         });
-        let others: Option<Vec<Hand>> = others.collect();
+        let others: Option<Vec<PoolThread>> = others.collect();
         let pool = ThreadPoolBuilder::new()
             .num_threads(threads - 1)
             .thread_name(|k| format!("moreau2d {}", k + 1))
@@ -63,7 +63,7 @@ impl Crew {
                 threads,
                 why: error.to_string(),
             })?;
-        Ok(Some(Crew {
+        Ok(Some(SolverPool {
             pool,
             others: others.ok_or_else(|| StepError::Solver(solver.to_owned()))?,
             order: Vec::new(),
@@ -92,7 +92,7 @@ impl Crew {
         self.batches.len() > 1
     }
 
-    /// Calls `one` on every job, an island each of which [`Crew::shares`] was told, and returns the
+    /// Calls `one` on every job, one for each island that [`SolverPool::shares`] got, and returns the
     /// results in the order of the jobs.
     ///
     /// The wall time goes to the phases in the shares in which all threads spent theirs.
@@ -126,14 +126,14 @@ impl Crew {
         let (mut own_clock, mut own) = (clock.another(), Vec::new());
         let mut done: Vec<Vec<(usize, R)>> = others.iter().map(|_| Vec::new()).collect();
         self.pool.in_place_scope(|scope| {
-            for (hand, done) in others.iter_mut().zip(&mut done) {
-                hand.clock = clock.another();
+            for (thread, done) in others.iter_mut().zip(&mut done) {
+                thread.clock = clock.another();
                 let work = &work;
-                scope.spawn(move |_| work(&mut hand.worker, &mut hand.clock, done));
+                scope.spawn(move |_| work(&mut thread.worker, &mut thread.clock, done));
             }
             work(worker, &mut own_clock, &mut own);
         });
-        let clocks = others.iter().map(|hand| &hand.clock);
+        let clocks = others.iter().map(|thread| &thread.clock);
         clock.lap_as(clocks.chain(std::iter::once(&own_clock)));
         let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
         for (k, result) in done.into_iter().flatten().chain(own) {
@@ -150,10 +150,12 @@ mod tests {
     use crate::solver::solver_by_name;
     use std::sync::Barrier;
 
-    fn crew(threads: usize) -> (Crew, Worker) {
+    fn pool(threads: usize) -> (SolverPool, Worker) {
         let solver = solver_by_name("auto").unwrap();
-        let crew = Crew::new(threads, "auto", solver_by_name).unwrap().unwrap();
-        (crew, Worker::new(solver))
+        let pool = SolverPool::new(threads, "auto", solver_by_name)
+            .unwrap()
+            .unwrap();
+        (pool, Worker::new(solver))
     }
 
     /// Every island once, and the results in order, however many threads there are.
@@ -161,11 +163,11 @@ mod tests {
     fn results_come_in_the_order_of_the_islands() {
         let sizes = || (0..500).map(|k| 1 + (k * 37) % 90);
         for threads in [2, 3, 8] {
-            let (mut crew, mut worker) = crew(threads);
+            let (mut pool, mut worker) = pool(threads);
             for _ in 0..20 {
-                assert!(crew.shares(sizes()));
+                assert!(pool.shares(sizes()));
                 let clock = &mut PhaseClock::default();
-                let found = crew.solve(&mut worker, clock, (0..500).collect(), |_, _, k| k);
+                let found = pool.solve(&mut worker, clock, (0..500).collect(), |_, _, k| k);
                 assert_eq!(found, (0..500).collect::<Vec<usize>>());
             }
         }
@@ -174,11 +176,11 @@ mod tests {
     /// Each island waits until another thread is at the other one.
     #[test]
     fn threads_work_at_the_same_time() {
-        let (mut crew, mut worker) = crew(2);
+        let (mut pool, mut worker) = pool(2);
         let both = Barrier::new(2);
-        assert!(crew.shares([BATCH, BATCH].into_iter()));
+        assert!(pool.shares([BATCH, BATCH].into_iter()));
         let clock = &mut PhaseClock::default();
-        let found = crew.solve(&mut worker, clock, vec![(); 2], |_, _, ()| {
+        let found = pool.solve(&mut worker, clock, vec![(); 2], |_, _, ()| {
             both.wait();
             std::thread::current().id()
         });
@@ -187,7 +189,7 @@ mod tests {
 
     #[test]
     fn what_is_one_batch_is_not_shared_out() {
-        let (mut crew, _) = crew(2);
+        let (mut pool, _) = pool(2);
         let shared = [
             (vec![], false),
             (vec![10_000], false),
@@ -196,7 +198,7 @@ mod tests {
             (vec![1, 10_000], true),
         ];
         for (sizes, expected) in shared {
-            assert_eq!(crew.shares(sizes.iter().copied()), expected, "{sizes:?}");
+            assert_eq!(pool.shares(sizes.iter().copied()), expected, "{sizes:?}");
         }
     }
 
@@ -210,14 +212,14 @@ mod tests {
     /// The phases share the wall time out, however many threads spent theirs.
     #[test]
     fn phases_add_up_to_the_wall_time() {
-        let (mut crew, mut worker) = crew(4);
+        let (mut pool, mut worker) = pool(4);
         let mut clock = PhaseClock::default();
         clock.switch(Some(seconds));
         let start = std::time::Instant::now();
         clock.start();
-        assert!(crew.shares([BATCH; 12].into_iter()));
+        assert!(pool.shares([BATCH; 12].into_iter()));
         let pause = || std::thread::sleep(std::time::Duration::from_millis(2));
-        crew.solve(&mut worker, &mut clock, vec![(); 12], |_, clock, ()| {
+        pool.solve(&mut worker, &mut clock, vec![(); 12], |_, clock, ()| {
             pause();
             clock.lap(|t| &mut t.assembly);
             pause();
