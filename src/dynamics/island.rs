@@ -11,7 +11,7 @@ use super::redundancy::redundant;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
 use crate::contact::{Residual, Vec2, Vec3, natural_map};
-use crate::solver::{Carried, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+use crate::solver::{FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// A solver, and what it solves one island after the other with.
 pub(super) struct Worker {
@@ -111,7 +111,7 @@ impl Worker {
     pub fn solve_island(
         &mut self,
         members: &[u32],
-        (factors, fallback): (Option<&mut Carried>, Fallback),
+        (factors, fallback): (Option<&mut FactorCache>, Fallback),
         task: Task,
         clock: &mut PhaseClock,
     ) -> (IslandResult, Fallback) {
@@ -155,7 +155,7 @@ impl Worker {
     }
 
     /// Solves the rigid problem, as far as it is to be tried.
-    fn solve_rigid(&mut self, attempt: Attempt, factors: Option<&mut Carried>, task: Task) {
+    fn solve_rigid(&mut self, attempt: Attempt, factors: Option<&mut FactorCache>, task: Task) {
         let Worker {
             solver,
             island,
@@ -174,7 +174,7 @@ impl Worker {
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
         answer.report = match factors {
             _ if attempt == Attempt::None => SolveReport::judged(problem, impulses, task.tolerance),
-            Some(factors) => solver.solve_on(problem, impulses, task.tolerance, factors),
+            Some(factors) => solver.solve_next(problem, impulses, task.tolerance, factors),
             None => solver.solve(problem, impulses, task.tolerance),
         };
         answer.velocities_known = answer.report.solved() && attempt != Attempt::None && {

@@ -2,7 +2,7 @@
 
 use super::fallback::Fallback;
 use super::model::ContactKey;
-use crate::solver::{Carried, CarriedState};
+use crate::solver::{FactorCache, FactorState};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Default)]
 struct Generation {
     /// Factors of a Newton system, by the key of the island's first block.
-    factors: FxHashMap<ContactKey, Carried>,
+    factors: FxHashMap<ContactKey, FactorCache>,
     /// Fallback state of large islands, by the keys of all their blocks: in a heap that moves any
     /// one of them may be gone in the next step.
     fallback: FxHashMap<ContactKey, Fallback>,
@@ -34,7 +34,7 @@ pub(super) struct IslandCache {
 /// [`IslandCache`] as a saved state holds it, in the order of its keys.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct IslandCacheState {
-    factors: Vec<(ContactKey, CarriedState)>,
+    factors: Vec<(ContactKey, FactorState)>,
     fallback: Vec<(ContactKey, Fallback)>,
     wedged: bool,
 }
@@ -64,14 +64,14 @@ impl IslandCache {
     }
 
     /// Takes out the factors of the island with this first key; empty ones if there are none.
-    pub fn take_factors(&mut self, first: &ContactKey) -> Carried {
+    pub fn take_factors(&mut self, first: &ContactKey) -> FactorCache {
         let earlier = self.next.factors.remove(first);
         let earlier = earlier.or_else(|| self.last.factors.remove(first));
         earlier.unwrap_or_default()
     }
 
     /// Keeps the factors of the island with this first key for the next step.
-    pub fn keep_factors(&mut self, first: ContactKey, factors: Carried) {
+    pub fn keep_factors(&mut self, first: ContactKey, factors: FactorCache) {
         if !factors.is_empty() {
             self.next.factors.insert(first, factors);
         }
@@ -137,7 +137,7 @@ impl IslandCache {
 
     /// Goes on with what [`IslandCache::state`] returned.
     pub fn restore(&mut self, state: &IslandCacheState) {
-        let restored = |(key, state): &(_, _)| (*key, Carried::restored(state));
+        let restored = |(key, state): &(_, _)| (*key, FactorCache::restored(state));
         *self = IslandCache {
             last: Generation {
                 factors: state.factors.iter().map(restored).collect(),

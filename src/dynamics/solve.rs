@@ -11,14 +11,14 @@ use super::solution::Solution;
 use super::thread_pool::SolverPool;
 use super::working_set::WorkingSet;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::solver::{Carried, ImpulseSolver, SolveReport};
+use crate::solver::{FactorCache, ImpulseSolver, SolveReport};
 
 /// An island to be solved.
 struct Job {
     island: usize,
     /// Work spent on parts of it.
     spent: Vec<SolveReport>,
-    factors: Option<Carried>,
+    factors: Option<FactorCache>,
     fallback: Fallback,
 }
 
@@ -151,7 +151,7 @@ impl IslandSolver {
     fn keep(
         &mut self,
         members: &[u32],
-        factors: Option<Carried>,
+        factors: Option<FactorCache>,
         fallback: Fallback,
         interval: &Interval,
     ) {

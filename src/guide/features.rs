@@ -3,7 +3,7 @@
 //! "As rapier" means: set up with rapier's own builders and setters, at any time, and taken over by
 //! the next step. What is not there is refused by name with a
 //! [`StepError`](crate::dynamics::StepError), and the world stands as it did before. Tests are
-//! named by file and function, `cargo test --release --test FILE FUNCTION` runs one; a test of its
+//! named by file and function, `cargo test --release FILE::FUNCTION` runs one; a test of its
 //! own checks that each exists.
 //!
 //! # Bodies

@@ -177,7 +177,7 @@
 //!
 //! [`ContactProblem`]: crate::contact::ContactProblem
 //! [`Direct`]: crate::solver::Direct
-//! [`ImpulseSolver::solve_on`]: crate::solver::ImpulseSolver::solve_on
+//! [`ImpulseSolver::solve_next`]: crate::solver::ImpulseSolver::solve_next
 //! [`Law`]: crate::contact::Law
 //! [`SweepState`]: crate::contact::SweepState
 //! [`SolveReport::judged`]: crate::solver::SolveReport::judged

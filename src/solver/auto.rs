@@ -1,4 +1,4 @@
-use super::{Carried, Direct, Enumeration, ImpulseSolver, SolveReport, Velocities};
+use super::{Direct, Enumeration, FactorCache, ImpulseSolver, SolveReport, Velocities};
 use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
@@ -36,12 +36,12 @@ impl ImpulseSolver for Auto {
         self.run(problem, impulses, tolerance, None)
     }
 
-    fn solve_on(
+    fn solve_next(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut Carried,
+        carried: &mut FactorCache,
     ) -> SolveReport {
         self.run(problem, impulses, tolerance, Some(carried))
     }
@@ -57,7 +57,7 @@ impl Auto {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: Option<&mut Carried>,
+        carried: Option<&mut FactorCache>,
     ) -> SolveReport {
         self.direct_last = false;
         let few = problem.len() <= ENUMERATED

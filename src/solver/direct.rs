@@ -1,6 +1,6 @@
 use super::best::Best;
-use super::carried::Carried;
 use super::continuation::{Continuation, Path, Tools};
+use super::factor_cache::FactorCache;
 use super::interior_point::InteriorPoint;
 use super::response::Response;
 use super::status_newton::StatusNewton;
@@ -12,7 +12,7 @@ use crate::contact::{ContactProblem, Judge, Law, Vec2};
 /// Each stage runs only if the ones before it did not solve the problem:
 ///
 /// 1. Certify the impulses given; failing that, up to four chord steps with the factors of the
-///    island's last Newton step, where nine in ten of its statuses are still the same ([`Carried`]).
+///    island's last Newton step, where nine in ten of its statuses are still the same ([`FactorCache`]).
 ///    Of more than 500 blocks, impulses that were just solved for are solved for once more, to a
 ///    tenth of the tolerance, though they are certified: what is left of them would be the next
 ///    steps' disturbance, and a pile that comes to rest wholly needs no solve in most steps. (Of few
@@ -93,12 +93,12 @@ impl ImpulseSolver for Direct {
         self.run(problem, impulses, tolerance, None)
     }
 
-    fn solve_on(
+    fn solve_next(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut Carried,
+        carried: &mut FactorCache,
     ) -> SolveReport {
         self.run(problem, impulses, tolerance, Some(carried))
     }
@@ -115,7 +115,7 @@ impl Direct {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        mut carried: Option<&mut Carried>,
+        mut carried: Option<&mut FactorCache>,
     ) -> SolveReport {
         drop_unless_finite(impulses);
         self.newton.begin();

@@ -1,6 +1,6 @@
 //! [`Direct`] on the problems it is for, judged by the natural map alone.
 
-use super::{Carried, Direct, ImpulseSolver, solve_cold};
+use super::{Direct, FactorCache, ImpulseSolver, solve_cold};
 use crate::contact::examples::{Lcg, heap, pyramid, tower};
 use crate::contact::{
     BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3, natural_map,
@@ -231,9 +231,9 @@ fn factors_of_another_problem_are_not_carried() {
             balls as usize
         ],
     };
-    let mut carried = Carried::default();
+    let mut carried = FactorCache::default();
     let mut impulses = vec![Vec2::zeros(); problem.len()];
-    let report = solver.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+    let report = solver.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
     assert!(report.solved());
     assert_eq!(report.factorisations, 0);
     assert!(carried.is_empty());
@@ -243,12 +243,12 @@ fn factors_of_another_problem_are_not_carried() {
 #[test]
 fn velocities_handed_out_are_those_of_the_impulses_returned() {
     let mut problem = pyramid(12, 0.5).problem();
-    let (mut direct, mut carried) = (Direct::default(), Carried::default());
+    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut handed = 0;
     for weight in [1.0, 1.0, 1.001, 1.001, 0.5, 1.1] {
         problem.free.iter_mut().for_each(|b| *b *= weight);
-        let report = direct.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
         assert!(report.solved(), "{report:?}");
         let Some(found) = direct.velocities() else {
             continue;
@@ -278,12 +278,12 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
 fn what_was_moved_comes_to_rest() {
     let mut problem = pyramid(24, 0.5).problem();
     assert!(problem.len() > 500);
-    let (mut direct, mut carried) = (Direct::default(), Carried::default());
+    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut solve = |weight: f64| {
         problem.free.iter_mut().for_each(|b| *b *= weight);
         let start = natural_map(&problem, &impulses).merit();
-        let report = direct.solve_on(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
         assert!(report.solved(), "{report:?}");
         let merit = natural_map(&problem, &impulses).merit();
         (start / TOLERANCE, merit / TOLERANCE)

@@ -1,4 +1,4 @@
-use super::carried::Carried;
+use super::factor_cache::FactorCache;
 use crate::contact::{ContactProblem, Judge, Residual, Vec2, Vec3, natural_map};
 
 /// How a solve ended. Not converging is an outcome, not an error.
@@ -85,12 +85,12 @@ pub trait ImpulseSolver: Send {
     ///
     /// A step calls this one for islands of 16 blocks and more, each with its own `carried`, and
     /// [`ImpulseSolver::solve`] for all else; who carries nothing has nothing to do here.
-    fn solve_on(
+    fn solve_next(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        _carried: &mut Carried,
+        _carried: &mut FactorCache,
     ) -> SolveReport {
         self.solve(problem, impulses, tolerance)
     }

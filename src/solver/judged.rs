@@ -1,4 +1,4 @@
-use super::{Carried, ImpulseSolver, SolveReport, Velocities};
+use super::{FactorCache, ImpulseSolver, SolveReport, Velocities};
 use crate::contact::{ContactProblem, Judge, Vec2};
 
 /// A solver whose word does not count: whatever it reports, the judge's figures and status stand.
@@ -43,14 +43,16 @@ impl ImpulseSolver for Judged {
         self.judge(problem, impulses, tolerance, &work)
     }
 
-    fn solve_on(
+    fn solve_next(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut Carried,
+        carried: &mut FactorCache,
     ) -> SolveReport {
-        let work = self.solver.solve_on(problem, impulses, tolerance, carried);
+        let work = self
+            .solver
+            .solve_next(problem, impulses, tolerance, carried);
         self.judge(problem, impulses, tolerance, &work)
     }
 

@@ -36,10 +36,10 @@
 mod auto;
 mod best;
 mod block_status;
-mod carried;
 mod continuation;
 mod direct;
 mod enumeration;
+mod factor_cache;
 mod four_sweep;
 mod groups;
 mod impulse_solver;
@@ -56,10 +56,10 @@ mod table;
 mod direct_tests;
 
 pub use auto::Auto;
-pub use carried::Carried;
-pub(crate) use carried::CarriedState;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
+pub use factor_cache::FactorCache;
+pub(crate) use factor_cache::FactorState;
 use impulse_solver::drop_unless_finite;
 #[cfg(test)]
 pub(crate) use impulse_solver::solve_cold;

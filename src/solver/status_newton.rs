@@ -1,6 +1,6 @@
 use super::best::Best;
 use super::block_status::Status;
-use super::carried::{Carried, Newton};
+use super::factor_cache::{FactorCache, Newton};
 use super::response::Response;
 use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, project_onto_cone};
 
@@ -195,9 +195,9 @@ impl StatusNewton {
 
     /// Puts the factors last made into `carried`; empties it if they are no longer there, or of no
     /// use to another problem.
-    pub fn hand_over(&mut self, response: &mut Response, carried: &mut Carried) {
+    pub fn hand_over(&mut self, response: &mut Response, carried: &mut FactorCache) {
         if self.statuses.is_empty() || self.made != response.count() {
-            *carried = Carried::default();
+            *carried = FactorCache::default();
             return;
         }
         let newton = carried.0.get_or_insert_default();

@@ -34,7 +34,7 @@ pub struct PowerBudget {
     /// Taken by the damping of the crop, and stored in its compression.
     pub normal_teeth: f64,
     pub normal_concave: f64,
-    /// Carried away by the crop beyond what it brought.
+    /// FactorCache away by the crop beyond what it brought.
     pub crop: f64,
     /// Taken by the bending of the crop: lost in it, and stored.
     pub bending: f64,

@@ -3,11 +3,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod carried;
 mod closed_forms;
 mod closed_loops;
 mod determinism;
 mod events;
+mod factor_cache;
 mod own_solver;
 mod stepper;
 mod threads;

@@ -9,7 +9,7 @@ use moreau2d::oracles::{SOLVERS, solver_by_name};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, StateError};
 use moreau2d::report::{ResultRow, read_rows};
-use moreau2d::solver::{Auto, Carried, ImpulseSolver, Shares, SolveReport};
+use moreau2d::solver::{Auto, FactorCache, ImpulseSolver, Shares, SolveReport};
 use std::collections::BTreeSet;
 use std::fs;
 use std::sync::{Arc, Mutex};
@@ -324,10 +324,10 @@ fn answer(
         format!("{report:?} {impulses:?}")
     };
     let mut answers: Vec<String> = starts(found).map(&mut of).into();
-    let mut carried = Carried::default();
+    let mut carried = FactorCache::default();
     for factor in [1.1, 1.0 + 1e-7] {
         let mut impulses: Vec<Vec2> = found.iter().map(|p| p * factor).collect();
-        let report = solver.solve_on(problem, &mut impulses, 1e-9, &mut carried);
+        let report = solver.solve_next(problem, &mut impulses, 1e-9, &mut carried);
         answers.push(format!("{report:?} {impulses:?} {}", carried.is_empty()));
     }
     answers

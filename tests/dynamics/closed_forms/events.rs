@@ -1,7 +1,7 @@
 //! Gates with event location.
 
+use super::pivots::{ladder, tilted};
 use crate::common::{load, run};
-use crate::pivots::{ladder, tilted};
 
 /// Twelve tilts from 0.08 to 0.113 rad, as the landing falls anywhere in its step.
 #[test]

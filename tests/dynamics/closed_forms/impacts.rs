@@ -1,7 +1,7 @@
 //! Bounces and impacts, alone and many at once.
 
+use super::{DT, G};
 use crate::common::{LADDER, Run, load, order, rms, run};
-use crate::{DT, G};
 use moreau2d::dynamics::record::ContactStatus;
 
 #[test]

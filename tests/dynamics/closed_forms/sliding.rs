@@ -1,7 +1,7 @@
 //! Blocks and discs that slide, stop, roll or are carried along.
 
+use super::{DT, G, MU, ROUND_OFF};
 use crate::common::{LADDER, load, order, rms, run};
-use crate::{DT, G, MU, ROUND_OFF};
 
 #[test]
 fn a_sliding_block_stops_where_and_when_coulomb_says() {

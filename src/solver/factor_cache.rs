@@ -5,7 +5,7 @@ use super::response::{Factored, Response};
 use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The factors of an island's last Newton step, for [`ImpulseSolver::solve_on`].
+/// The factors of an island's last Newton step, for [`ImpulseSolver::solve_next`].
 ///
 /// Where hardly anything has moved since, its factors and statuses still serve the next problem,
 /// and a chord step of Newton's method solves it without a factorisation, by two triangular solves.
@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 ///
 /// Empty at first. Part of what a run depends on: who goes on from a saved state must save it.
 ///
-/// [`ImpulseSolver::solve_on`]: super::ImpulseSolver::solve_on
+/// [`ImpulseSolver::solve_next`]: super::ImpulseSolver::solve_next
 #[derive(Debug, Clone, Default)]
-pub struct Carried(pub(super) Option<Box<Newton>>);
+pub struct FactorCache(pub(super) Option<Box<Newton>>);
 
 /// A system of Newton's method, factorised.
 #[derive(Debug, Clone, Default)]
@@ -55,7 +55,7 @@ impl Newton {
     }
 }
 
-impl Carried {
+impl FactorCache {
     /// Whether there is anything.
     pub fn is_empty(&self) -> bool {
         self.0.is_none()
@@ -79,9 +79,9 @@ impl Carried {
     }
 
     /// All numbers that it depends on.
-    pub(crate) fn state(&self) -> Option<CarriedState> {
+    pub(crate) fn state(&self) -> Option<FactorState> {
         let newton = self.0.as_deref()?;
-        Some(CarriedState {
+        Some(FactorState {
             bodies: newton.bodies.clone(),
             rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
@@ -91,8 +91,8 @@ impl Carried {
         })
     }
 
-    /// The same again; empty if `state` is none that [`Carried::state`] gave.
-    pub(crate) fn restored(state: &CarriedState) -> Carried {
+    /// The same again; empty if `state` is none that [`FactorCache::state`] gave.
+    pub(crate) fn restored(state: &FactorState) -> FactorCache {
         let rows = state.bodies.iter().zip(&state.rows).map(|(&bodies, n)| {
             let row = |k: usize| Vec3::new(n[k], n[k + 1], n[k + 2]);
             Rows {
@@ -109,7 +109,7 @@ impl Carried {
         let factored = (alike && bodies <= 2 * rows.len())
             .then(|| Response::factored(bodies, rows, gains, state.lean))
             .flatten();
-        Carried(factored.map(|factored| {
+        FactorCache(factored.map(|factored| {
             Box::new(Newton {
                 bodies: state.bodies.clone(),
                 factored,
@@ -121,9 +121,9 @@ impl Carried {
     }
 }
 
-/// [`Carried`] as a saved state has it: what was factorised.
+/// [`FactorCache`] as a saved state has it: what was factorised.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct CarriedState {
+pub(crate) struct FactorState {
     bodies: Vec<[u32; 2]>,
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
