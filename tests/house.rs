@@ -490,3 +490,48 @@ fn planted_circles_are_found() {
     ];
     assert!(in_circles(&imports(&chain, "contact")).is_empty());
 }
+
+/// Rows of a table in a documentation comment: the cells of each line, without its header.
+fn table_rows(text: &str, heading: &str) -> Vec<Vec<String>> {
+    let lines = text.lines().skip_while(|line| *line != heading);
+    let rows = lines.skip(2).take_while(|line| line.starts_with("//! |"));
+    let cells = |row: &str| {
+        let row = row.trim_start_matches("//! |").trim_end_matches('|');
+        row.split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    rows.map(cells).collect()
+}
+
+/// The page that tells how a contact becomes wear names files and items that exist.
+#[test]
+fn the_page_of_the_data_flow_names_what_exists() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = include_str!("../src/guide/data_flow.rs");
+    let rows = table_rows(page, "//! | step | file | name | what it does |");
+    assert!(rows.len() > 20, "{} rows", rows.len());
+    for row in rows {
+        let [file, name] = [&row[1], &row[2]].map(|cell| cell.trim_matches('`'));
+        let text = fs::read_to_string(root.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let defined = ["struct", "enum", "trait", "fn"]
+            .iter()
+            .any(|kind| words(&without_comments(&text), &format!("{kind} {name}")).count() > 0);
+        assert!(defined, "{file} does not define {name}");
+    }
+    // every other path on the page exists too
+    for quoted in page
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|q| q.contains('/'))
+    {
+        let path = quoted.trim_end_matches('/');
+        assert!(root.join(path).exists(), "{path} does not exist");
+    }
+}
+
+/// A glossary is of use while it is short.
+#[test]
+fn the_glossary_has_at_most_forty_terms() {
+    let rows = table_rows(include_str!("../src/lib.rs"), "//! | term | meaning |");
+    assert!((20..=40).contains(&rows.len()), "{} terms", rows.len());
+}
