@@ -1,11 +1,12 @@
 use super::{Flags, Outcome, effect, print_err, print_out, summary, tolerance};
 use crate::contact::{ContactProblem, Law, Vec2, natural_map};
 use crate::experiment::RunError;
-use crate::oracles::{LcpOptions, LcpStatus, complementarity_residual, solve_lcp};
 use crate::oracles::{SOLVERS, solver_by_name};
+use crate::oracles::{complementarity_residual, solve_lcp};
 use crate::problems::{FileError, Loaded, StoredProblem, read};
 use crate::report::{OutputFolder, ReportError, number};
 use crate::scene::Hint;
+use crate::solver::{LcpOptions, LcpStatus};
 use crate::solver::{Shares, Sharing, Uniqueness};
 use clap::Args;
 use nalgebra::{DMatrix, DVector};

@@ -2,16 +2,13 @@
 //!
 //! | solver | for |
 //! |---|---|
-//! | [`Lemke`] | up to some 100 blocks: complementary pivoting, an oracle independent of `direct` |
+//! | [`solve_lcp`] | any linear complementarity problem: Lemke's method, a proof that none exists, a search |
 //! | [`Prox`] | the published study's own method, for reference |
 
-mod lemke;
+mod lcp;
 mod prox;
 
-pub use lemke::{
-    LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke, complementarity_residual,
-    proves_infeasible, solve_lcp,
-};
+pub use lcp::{complementarity_residual, proves_infeasible, solve_lcp};
 pub use prox::Prox;
 
 use crate::solver::{self, ImpulseSolver};
@@ -22,7 +19,6 @@ pub const SOLVERS: [&str; 6] = ["auto", "enumeration", "nsgs", "direct", "lemke"
 /// The solver of that name, of [`crate::solver`] or of this module, or `None`.
 pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
     Some(match name {
-        "lemke" => Box::new(Lemke::default()),
         "prox" => Box::new(Prox::default()),
         _ => return solver::solver_by_name(name),
     })

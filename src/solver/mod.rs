@@ -8,6 +8,7 @@
 //! | [`Auto`] | every island; the default: the others in a fixed order |
 //! | [`Enumeration`] | 1 to 4 frictional contacts: exact, and a stated one of several solutions |
 //! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance; a start for `direct` |
+//! | [`Lemke`] | up to some 100 blocks: the last resort of `auto` |
 //! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 |
 //!
 //! `moreau2d bench --solvers` measures them on `tests/data/problems`: 146 frozen problems, from a
@@ -45,6 +46,8 @@ mod groups;
 mod impulse_solver;
 mod interior_point;
 mod judged;
+#[allow(dead_code)] // oracles follow further paths with it
+pub(crate) mod lemke;
 mod nsgs;
 mod pairs;
 mod response;
@@ -65,6 +68,7 @@ use impulse_solver::drop_unless_finite;
 pub(crate) use impulse_solver::solve_cold;
 pub use impulse_solver::{ImpulseSolver, SolveReport, SolveStatus, Velocities};
 pub(crate) use judged::Judged;
+pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke};
 #[cfg(test)]
 pub(crate) use nsgs::tests as nsgs_tests;
 pub use nsgs::{LocalStep, Nsgs};

@@ -1,7 +1,7 @@
-use super::{Auto, Direct, Enumeration, ImpulseSolver, Nsgs};
+use super::{Auto, Direct, Enumeration, ImpulseSolver, Lemke, Nsgs};
 
 /// Names of all solvers here, in the order the help shows them.
-pub const SOLVERS: [&str; 4] = ["auto", "enumeration", "nsgs", "direct"];
+pub const SOLVERS: [&str; 5] = ["auto", "enumeration", "nsgs", "direct", "lemke"];
 
 /// A table of solvers by name: [`solver_by_name`], or one of the user's own.
 pub type SolverTable = fn(&str) -> Option<Box<dyn ImpulseSolver>>;
@@ -13,6 +13,7 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "enumeration" => Box::new(Enumeration::default()),
         "direct" => Box::new(Direct::default()),
         "nsgs" => Box::new(Nsgs::default()),
+        "lemke" => Box::new(Lemke::default()),
         _ => return None,
     })
 }

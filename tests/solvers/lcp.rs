@@ -1,10 +1,9 @@
 //! Plain LCPs from the literature and from formulas: every one ends as its index says, at a work that
 //! is pinned.
 
-use moreau2d::oracles::{
-    LcpOptions, LcpStatus, complementarity_residual, proves_infeasible, solve_lcp,
-};
+use moreau2d::oracles::{complementarity_residual, proves_infeasible, solve_lcp};
 use moreau2d::problems::{StoredProblem, read};
+use moreau2d::solver::{LcpOptions, LcpStatus};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;

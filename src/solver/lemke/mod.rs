@@ -1,17 +1,19 @@
-//! Lemke's method: a plain LCP solver, and contact problems through it.
+//! Lemke's method for contact problems, as linear complementarity problems.
 
-mod infeasible;
-mod lcp;
+mod path;
 mod pivot;
 mod reduction;
-mod restart;
-mod tree;
 
-pub use infeasible::proves_infeasible;
-pub use lcp::{LcpError, LcpOptions, LcpSolution, LcpStatus, complementarity_residual, solve_lcp};
+#[cfg(test)]
+pub(crate) use path::solve_basis;
+pub use path::{LcpError, LcpOptions, LcpSolution, LcpStatus};
+#[allow(unused_imports)] // for the other paths of `oracles`
+pub(crate) use path::{Search, first_path, mean_diagonal};
+#[allow(unused_imports)] // as above
+pub(crate) use pivot::{PathEnd, Tableau};
 
+use super::impulse_solver::{ImpulseSolver, SolveReport};
 use crate::contact::{ContactProblem, Vec2};
-use crate::solver::{ImpulseSolver, SolveReport};
 use reduction::{Form, Rows};
 
 /// Lemke's complementary pivoting on the contact problem as an LCP: an oracle and a fallback.
@@ -53,7 +55,8 @@ impl Lemke {
     /// Impulses and pivots of one form; `None` where the data overflow.
     fn attempt(&self, rows: &Rows, form: Form) -> Option<(Vec<Vec2>, usize)> {
         let lcp = rows.complementarity(form);
-        let solution = solve_lcp(&lcp.matrix, &lcp.q, &self.options).ok()?;
+        let solution = first_path(&lcp.matrix, &lcp.q, &self.options).ok()?;
+        let solution = solution.into_solution(None, false);
         Some((rows.impulses(&lcp, &solution.z), solution.pivots))
     }
 }
@@ -101,7 +104,7 @@ impl ImpulseSolver for Lemke {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::contact::{
         BodyOperator, Delassus, Law, NO_BODY, Rows as BlockRows, Vec3, natural_map,

@@ -2,7 +2,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// How a path of pivots ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PathEnd {
+pub(crate) enum PathEnd {
     /// z₀ left: the basis is complementary.
     Complementary,
     Ray,
@@ -26,7 +26,7 @@ const TIE: f64 = 1e-12;
 /// of it is the column of `w_j`, a unit vector while `w_j` is basic. A start from another
 /// complementary basis exchanges the names of the pairs it has swapped, see [`Tableau::swap`].
 #[derive(Clone)]
-pub(super) struct Tableau {
+pub(crate) struct Tableau {
     n: usize,
     /// n rows of n + 2 numbers: the nonbasic columns, then the right-hand side.
     cells: Vec<f64>,
@@ -36,11 +36,11 @@ pub(super) struct Tableau {
     /// Whether `w_i` and `z_i` have exchanged their names.
     swapped: Vec<bool>,
     pivot_tolerance: f64,
-    pub(super) pivots: usize,
+    pub(crate) pivots: usize,
 }
 
 impl Tableau {
-    pub(super) fn new(matrix: &DMatrix<f64>, free: &DVector<f64>, pivot_tolerance: f64) -> Self {
+    pub(crate) fn new(matrix: &DMatrix<f64>, free: &DVector<f64>, pivot_tolerance: f64) -> Self {
         let n = free.len();
         let mut cells = Vec::with_capacity(n * (n + 2));
         for i in 0..n {
@@ -63,7 +63,7 @@ impl Tableau {
     }
 
     /// Takes another covering vector `d ≥ 0`; to be called before [`Tableau::run`].
-    pub(super) fn cover(&mut self, covering: impl Fn(usize) -> f64) {
+    pub(crate) fn cover(&mut self, covering: impl Fn(usize) -> f64) {
         for i in 0..self.n {
             self.cells[i * (self.n + 2) + self.n] = -covering(i);
         }
@@ -71,7 +71,7 @@ impl Tableau {
 
     /// Takes the column of nonbasic `z_k` (after a swap: of what was `w_k`) as covering vector,
     /// if it is one: `≥ 0`, and positive where the right-hand side is negative.
-    pub(super) fn cover_by(&mut self, k: usize) -> bool {
+    pub(crate) fn cover_by(&mut self, k: usize) -> bool {
         let Place::Column(column) = self.place[self.n + k] else {
             return false;
         };
@@ -89,7 +89,7 @@ impl Tableau {
     /// Principal pivot on the rows and columns of `block`, of one or two numbers, which then count
     /// as the start: what became basic there is called w, what left z. `false`, and no longer to be
     /// used, where the block is singular.
-    pub(super) fn swap(&mut self, block: &[usize]) -> bool {
+    pub(crate) fn swap(&mut self, block: &[usize]) -> bool {
         let n = self.n;
         for &z in block {
             // the row still held by a w of the block with the largest pivot
@@ -124,7 +124,7 @@ impl Tableau {
     }
 
     /// Whether the present basis solves the problem: no right-hand side below 0 but by round-off.
-    pub(super) fn feasible(&self) -> bool {
+    pub(crate) fn feasible(&self) -> bool {
         (0..self.n).all(|i| self.at(i, self.n + 1) >= -TIE)
     }
 
@@ -137,7 +137,7 @@ impl Tableau {
     }
 
     /// Pivots until z₀ leaves, a ray, or the limit on all pivots of this tableau.
-    pub(super) fn run(&mut self, max_pivots: usize) -> PathEnd {
+    pub(crate) fn run(&mut self, max_pivots: usize) -> PathEnd {
         let n = self.n;
         let covered = (0..n).filter(|&i| self.at(i, n) != 0.0).collect();
         let mut row = self.least_row(n, covered);
@@ -242,13 +242,13 @@ impl Tableau {
     }
 
     /// Indices of the basic z.
-    pub(super) fn support(&self) -> Vec<usize> {
+    pub(crate) fn support(&self) -> Vec<usize> {
         (0..self.n)
             .filter(|&i| matches!(self.place_of_z(i), Place::Row(_)))
             .collect()
     }
 
-    pub(super) fn z(&self) -> DVector<f64> {
+    pub(crate) fn z(&self) -> DVector<f64> {
         DVector::from_fn(self.n, |i, _| match self.place_of_z(i) {
             Place::Row(row) => self.at(row, self.n + 1).max(0.0),
             Place::Column(_) => 0.0,

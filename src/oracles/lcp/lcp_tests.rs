@@ -1,5 +1,5 @@
-use super::super::proves_infeasible;
 use super::*;
+use crate::solver::lemke::{Search, solve_basis};
 
 fn solve(matrix: &DMatrix<f64>, q: &[f64]) -> LcpSolution {
     solve_lcp(matrix, &DVector::from_row_slice(q), &LcpOptions::default()).unwrap()
@@ -131,7 +131,7 @@ fn the_bimatrix_game_is_solved_from_another_basis() {
 /// numbers of 1 to 4 tie.
 #[test]
 fn bimatrix_games_are_solved_without_the_tree() {
-    let mut random = super::super::tests::Random(3);
+    let mut random = crate::solver::lemke::tests::Random(3);
     for case in 0..120 {
         let n = 2 + case % 29;
         let first = 1 + random.below(n - 1);
@@ -151,7 +151,7 @@ fn bimatrix_games_are_solved_without_the_tree() {
 /// some by each of the fallbacks.
 #[test]
 fn planted_solutions_are_found_by_every_fallback() {
-    let mut random = super::super::tests::Random(11);
+    let mut random = crate::solver::lemke::tests::Random(11);
     let mut by = [0; 4];
     for case in 0..200 {
         let n = 4 + case % 9;
@@ -181,7 +181,7 @@ fn planted_solutions_are_found_by_every_fallback() {
 /// proved infeasible or searched to the end.
 #[test]
 fn no_solution_is_missed() {
-    let mut random = super::super::tests::Random(5);
+    let mut random = crate::solver::lemke::tests::Random(5);
     let mut ends = [0; 3];
     for case in 0..1200 {
         let n = 1 + case % 7;
@@ -224,7 +224,7 @@ fn badly_scaled_problems_are_solved_after_balancing() {
 /// Numbers from the least to the largest: any end, but finite, and a certificate that certifies.
 #[test]
 fn wild_numbers_stay_finite() {
-    let mut random = super::super::tests::Random(9);
+    let mut random = crate::solver::lemke::tests::Random(9);
     let mut proofs = 0;
     for case in 0..2000 {
         let n = 1 + case % 5;
@@ -275,7 +275,7 @@ fn murty_family_is_exponential_and_the_limit_stops_it() {
 /// A positive definite plus a skew matrix is a P-matrix: the solution is unique and known.
 #[test]
 fn random_p_matrices_return_the_known_solution() {
-    let mut random = super::super::tests::Random(7);
+    let mut random = crate::solver::lemke::tests::Random(7);
     for case in 0..60 {
         let n = 1 + case;
         let a = DMatrix::from_fn(n, n, |_, _| random.between(-1.0, 1.0));

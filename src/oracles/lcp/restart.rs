@@ -1,5 +1,5 @@
-use super::lcp::Search;
-use super::pivot::Tableau;
+use crate::solver::lemke::Search;
+use crate::solver::lemke::Tableau;
 use nalgebra::{DMatrix, DVector};
 
 /// The problem with rows and columns scaled to like size by powers of two, and so exactly:

@@ -1,6 +1,6 @@
 use super::infeasible::{Optimum, expression, solve};
-use super::lcp::Search;
 use super::restart::Balanced;
+use crate::solver::lemke::Search;
 use microlp::{ComparisonOp, OptimizationDirection, Problem, Variable};
 
 /// Largest problem whose complementary bases are searched. Planted solutions of random real `M` were

@@ -1,6 +1,4 @@
-use super::infeasible::certificate;
 use super::pivot::{PathEnd, Tableau};
-use super::{restart, tree};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
@@ -14,7 +12,7 @@ pub struct LcpOptions {
     pub max_pivots: usize,
     /// Solved means [`LcpSolution::residual`] ≤ this; no unit.
     pub tolerance: f64,
-    /// Whether a ray is followed by a proof, other paths and a tree, see [`solve_lcp`].
+    /// Whether a ray is followed by other methods, where the caller has any.
     pub fallbacks: bool,
 }
 
@@ -29,7 +27,7 @@ impl Default for LcpOptions {
     }
 }
 
-/// How [`solve_lcp`] ended. Not solving is an outcome, not an error.
+/// How a solve of a linear complementarity problem ended. Not solving is an outcome, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LcpStatus {
     /// The residual of the returned `z` is within the tolerance.
@@ -65,9 +63,8 @@ pub struct LcpSolution {
     /// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `m` the mean of
     /// `|M_ii|`; 0 where `q ≥ 0`.
     pub residual: f64,
-    /// `y` of [`proves_infeasible`], its largest number 1; with [`LcpStatus::Infeasible`] only.
-    ///
-    /// [`proves_infeasible`]: super::proves_infeasible
+    /// `y ≥ 0` with `Mᵀ y ≤ 0` and `qᵀ y < 0`, its largest number 1; with
+    /// [`LcpStatus::Infeasible`] only.
     pub certificate: Option<DVector<f64>>,
 }
 
@@ -88,7 +85,7 @@ pub enum LcpError {
     NonFinite { row: usize },
 }
 
-/// Linear complementarity problem by Lemke's method with lexicographic ties.
+/// One path of Lemke's method on a linear complementarity problem, with lexicographic ties.
 ///
 /// ```text
 /// find z ≥ 0 with w = M z + q ≥ 0 and zᵀ w = 0                               (1)
@@ -98,38 +95,22 @@ pub enum LcpError {
 /// ratio test go to the lexicographically least row of `[q, B⁻¹]`, so degenerate problems do not
 /// cycle. The last basis is solved again from the original data.
 ///
-/// # After a ray
-/// A ray, or a basis that round-off spoils, is followed by these, up to the first that answers,
-/// all on rows and columns scaled to like size:
-/// 1. up to n = 500 a linear programme for a proof that (1) has no `z ≥ 0` with `w ≥ 0`, see
-///    [`proves_infeasible`](super::proves_infeasible);
-/// 2. paths from `z = 0` with the covering vectors 1, i/n, 1 − (i − 1)/n and `max(−q, 0)`;
-/// 3. paths from other complementary bases: principal pivots on every `M_ii`, then on every block
-///    of rows and columns i < j, each nonsingular; from each with the unit vectors of the block, as
-///    far as they cover (Lemke & Howson's start in a bimatrix game), then with 1;
-/// 4. up to n = 40 a tree: a linear programme of `z, w ≥ 0` decides at each node which `z_i` or
-///    `w_i` is set to 0 next; up to 2000 nodes.
-///
 /// # Arguments
-/// - `matrix`: `M`, n × n, any. Rows and columns should be of like size: on the first path only a
-///   common factor of `M` and one of `q` is scaled away.
-/// - `q`: n.
+/// - `matrix`: `M`, n × n, any, with rows and columns of like size; `q`: n.
 ///
 /// # Returns
-/// See [`LcpSolution`]. The work is O(n²) a pivot.
+/// The search where the path ended; its status says how. The work is O(n²) a pivot.
 ///
 /// # Errors
 /// [`LcpError::Shape`] unless `M` is n × n and `q` has length n; [`LcpError::NonFinite`].
 ///
 /// # Source
-/// Lemke (1965); Lemke & Howson (1964); Cottle, Pang & Stone, *The Linear Complementarity Problem*
-/// (1992), §2.3, §4.4 and §4.9; the tree: Al-Khayyal, *An implicit enumeration procedure for the
-/// general linear complementarity problem*, Math. Program. Study 31 (1987).
-pub fn solve_lcp(
+/// Lemke (1965); Cottle, Pang & Stone, *The Linear Complementarity Problem* (1992), §4.4 and §4.9.
+pub(crate) fn first_path(
     matrix: &DMatrix<f64>,
     q: &DVector<f64>,
     options: &LcpOptions,
-) -> Result<LcpSolution, LcpError> {
+) -> Result<Search, LcpError> {
     let n = q.len();
     if matrix.nrows() != n || matrix.ncols() != n {
         return Err(LcpError::Shape {
@@ -145,80 +126,47 @@ pub fn solve_lcp(
     // Not max |q|: one long bound in q must not hide the rows that drive the path.
     let depth = q.iter().fold(0.0f64, |depth, &x| depth.max(-x));
     if depth == 0.0 {
-        return Ok(LcpSolution {
+        let mut search = Search::new(DMatrix::zeros(0, 0), DVector::zeros(0), *options);
+        search.best = Candidate {
             z: DVector::zeros(n),
             w: q.clone(),
-            status: LcpStatus::Solved,
-            pivots: 0,
-            paths: 0,
-            programmes: 0,
-            exhausted: false,
             residual: 0.0,
-            certificate: None,
-        });
+        };
+        return Ok(search);
     }
     let mean = mean_diagonal(matrix);
     let scaled = (matrix / mean).map(representable);
     let mut search = Search::new(scaled, (q / depth).map(representable), *options);
+    (search.depth, search.mean) = (depth, mean);
     let tableau = Tableau::new(&search.matrix, &search.free, options.pivot_tolerance);
-    let end = search.follow(tableau, options.max_pivots);
-    let mut status = match end {
+    search.status = match search.follow(tableau, options.max_pivots) {
         PathEnd::Complementary if search.solved() => LcpStatus::Solved,
         PathEnd::Complementary => LcpStatus::Inaccurate,
         PathEnd::Ray => LcpStatus::Ray,
         PathEnd::Limit => LcpStatus::PivotLimit,
     };
-    let (mut proof, mut exhausted) = (None, false);
-    if options.fallbacks && matches!(status, LcpStatus::Ray | LcpStatus::Inaccurate) {
-        let balanced = restart::Balanced::new(&search);
-        // a ray may start from a point that is good enough; the other paths may have a better one
-        if !search.solved() {
-            proof = certificate(matrix, q, &balanced, &mut search.programmes);
-        }
-        if proof.is_some() {
-            status = LcpStatus::Infeasible;
-        } else {
-            restart::other_paths(&mut search, &balanced);
-            if !search.solved() {
-                exhausted = tree::enumerate(&mut search, &balanced);
-            }
-            if search.solved() {
-                status = LcpStatus::Solved;
-                exhausted = false;
-            }
-        }
-    }
-    let best = search.best;
-    let z = (best.z * representable(depth / mean)).map(representable);
-    let w = (best.w * depth).map(representable);
-    Ok(LcpSolution {
-        z,
-        w,
-        status,
-        pivots: search.pivots,
-        paths: search.paths,
-        programmes: search.programmes,
-        exhausted,
-        residual: best.residual,
-        certificate: proof,
-    })
+    Ok(search)
 }
 
 /// The scaled problem, the best point so far and the work so far.
-pub(super) struct Search {
-    pub(super) matrix: DMatrix<f64>,
-    pub(super) free: DVector<f64>,
-    pub(super) options: LcpOptions,
+pub(crate) struct Search {
+    pub(crate) matrix: DMatrix<f64>,
+    pub(crate) free: DVector<f64>,
+    pub(crate) options: LcpOptions,
     best: Candidate,
-    pub(super) pivots: usize,
+    pub(crate) pivots: usize,
     /// Starting bases that were singular.
-    pub(super) refused: usize,
+    pub(crate) refused: usize,
     paths: usize,
-    pub(super) programmes: usize,
+    pub(crate) programmes: usize,
+    pub(crate) status: LcpStatus,
+    /// What `q` and `M` were divided by.
+    depth: f64,
+    mean: f64,
 }
 
 impl Search {
-    fn new(matrix: DMatrix<f64>, free: DVector<f64>, options: LcpOptions) -> Self {
+    pub(crate) fn new(matrix: DMatrix<f64>, free: DVector<f64>, options: LcpOptions) -> Self {
         let best = Candidate::new(&matrix, &free, DVector::zeros(free.len()));
         Search {
             matrix,
@@ -229,16 +177,42 @@ impl Search {
             refused: 0,
             paths: 0,
             programmes: 0,
+            status: LcpStatus::Solved,
+            depth: 1.0,
+            mean: 1.0,
+        }
+    }
+
+    /// The best point found, in the scale of the data.
+    ///
+    /// # Arguments
+    /// - `certificate`: the proof that there is no solution, if one was found.
+    /// - `exhausted`: whether all bases were searched.
+    pub(crate) fn into_solution(
+        self,
+        certificate: Option<DVector<f64>>,
+        exhausted: bool,
+    ) -> LcpSolution {
+        LcpSolution {
+            z: (self.best.z * representable(self.depth / self.mean)).map(representable),
+            w: (self.best.w * self.depth).map(representable),
+            status: self.status,
+            pivots: self.pivots,
+            paths: self.paths,
+            programmes: self.programmes,
+            exhausted,
+            residual: self.best.residual,
+            certificate,
         }
     }
 
     /// Whether the best point is a solution.
-    pub(super) fn solved(&self) -> bool {
+    pub(crate) fn solved(&self) -> bool {
         self.best.residual <= self.options.tolerance
     }
 
     /// What counts against [`LcpOptions::max_pivots`]: each is O(n²).
-    pub(super) fn spent(&self) -> usize {
+    pub(crate) fn spent(&self) -> usize {
         self.pivots + self.refused
     }
 
@@ -256,7 +230,7 @@ impl Search {
     }
 
     /// Counts a path from a scaled copy, and offers its end, `z` here, if that is complementary.
-    pub(super) fn followed(
+    pub(crate) fn followed(
         &mut self,
         end: PathEnd,
         pivots: usize,
@@ -272,7 +246,7 @@ impl Search {
     }
 
     /// Keeps `z` if it is better than the best so far.
-    pub(super) fn offer(&mut self, z: DVector<f64>) {
+    pub(crate) fn offer(&mut self, z: DVector<f64>) {
         let candidate = Candidate::new(&self.matrix, &self.free, z);
         if candidate.residual <= self.best.residual {
             self.best = candidate;
@@ -280,35 +254,14 @@ impl Search {
     }
 
     /// Solves for the `z` of a basis from the data and keeps them if they are better.
-    pub(super) fn offer_basis(&mut self, support: &[usize]) {
+    pub(crate) fn offer_basis(&mut self, support: &[usize]) {
         if let Some(z) = solve_basis(&self.matrix, &self.free, support) {
             self.offer(z);
         }
     }
 }
 
-/// How far `z` is from solving the problem (1) of [`solve_lcp`], from the data alone.
-///
-/// # Returns
-/// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `w = M z + q` and `m`
-/// the mean of `|M_ii|`; 0 where no `min` differs from 0, NaN where a number is.
-pub fn complementarity_residual(matrix: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>) -> f64 {
-    let mean = mean_diagonal(matrix);
-    let w = matrix * z + q;
-    // `min` and `max` drop NaN; and NaN in z is NaN in w, but for columns of zeros
-    if w.iter().chain(z.iter()).any(|x| x.is_nan()) {
-        return f64::NAN;
-    }
-    let (mut worst, mut scale) = (0.0f64, 0.0f64);
-    for i in 0..q.len() {
-        let impulse = mean * z[i];
-        worst = worst.max(impulse.min(w[i]).abs());
-        scale = scale.max(-q[i]).max(impulse);
-    }
-    if worst == 0.0 { 0.0 } else { worst / scale }
-}
-
-fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
+pub(crate) fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
     let n = matrix.nrows() as f64;
     let mean = matrix.diagonal().iter().map(|x| x.abs() / n).sum::<f64>();
     if mean > 0.0 {
@@ -351,7 +304,7 @@ impl Candidate {
 }
 
 /// `z` with `M_αα z_α = −q_α` on the support α, 0 elsewhere; one step of iterative refinement.
-fn solve_basis(
+pub(crate) fn solve_basis(
     matrix: &DMatrix<f64>,
     free: &DVector<f64>,
     support: &[usize],
@@ -370,7 +323,3 @@ fn solve_basis(
     }
     Some(z)
 }
-
-#[cfg(test)]
-#[path = "lcp_tests.rs"]
-mod tests;
