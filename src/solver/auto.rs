@@ -3,23 +3,23 @@ use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
 ///
-/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From nothing it costs
-///    up to twice what `direct` does, a microsecond or two; but it says which of several solutions it
-///    takes, and from the statuses of the last step it is one linear system.
-/// 2. Larger, or not solved by it: [`Direct`], whose own stages go by how far the last step's
-///    impulses still fit: a certificate of them costs next to nothing at rest. From five blocks on
-///    no other method is cheaper (`moreau2d bench --solvers`).
+/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From a cold start it
+///    costs up to twice as much as `direct`, a microsecond or two, but its choice among several
+///    solutions is documented. With the statuses of the last step it solves one linear system.
+/// 2. Larger problems, and those that enumeration did not solve: [`Direct`]. Its stages depend on
+///    how well the impulses of the last step still fit; at rest it only certifies them, which costs
+///    almost nothing. From five blocks on no other method is cheaper (`moreau2d bench --solvers`).
 ///
-/// The best impulses met are returned, flagged when nothing certified them.
+/// Returns the best impulses found. The status says `Unsolved` where the judge certified none.
 #[derive(Debug, Clone, Default)]
 pub struct Auto {
     enumeration: Enumeration,
     direct: Direct,
-    /// Whether the impulses returned are those of `direct`.
+    /// Whether `direct` computed the impulses returned last.
     direct_last: bool,
 }
 
-/// Blocks up to which enumeration comes first: its systems are dense, and pins add no combination.
+/// Most blocks for enumeration. Its systems are dense, and pins add no combinations to the count.
 const ENUMERATED: usize = 8;
 
 impl ImpulseSolver for Auto {
