@@ -41,9 +41,9 @@ impl ImpulseSolver for Auto {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        self.run(problem, impulses, tolerance, Some(carried))
+        self.run(problem, impulses, tolerance, Some(cache))
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
@@ -57,7 +57,7 @@ impl Auto {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: Option<&mut FactorCache>,
+        cache: Option<&mut FactorCache>,
     ) -> SolveReport {
         self.direct_last = false;
         let few = problem.len() <= ENUMERATED
@@ -70,7 +70,7 @@ impl Auto {
             let again = self.direct.solve(problem, impulses, tolerance);
             again.after(&report)
         } else {
-            self.direct.run(problem, impulses, tolerance, carried)
+            self.direct.run(problem, impulses, tolerance, cache)
         };
         self.direct_last = !few && report.solved();
         report

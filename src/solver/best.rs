@@ -31,7 +31,7 @@ impl Best {
     }
 
     /// Changes the tolerance.
-    pub fn ask(&mut self, tolerance: f64) {
+    pub fn set_tolerance(&mut self, tolerance: f64) {
         self.tolerance = tolerance;
     }
 

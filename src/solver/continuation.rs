@@ -140,7 +140,7 @@ impl Continuation {
 fn ease(easy: &mut ContactProblem, problem: &ContactProblem, path: Path, judge: &Judge, s: f64) {
     let mut random = Lcg(1);
     let own = problem.laws.iter().zip(judge.diagonal());
-    for (law, (asked, block)) in easy.laws.iter_mut().zip(own) {
+    for (law, (given, block)) in easy.laws.iter_mut().zip(own) {
         let (
             Law::Contact {
                 friction,
@@ -150,7 +150,7 @@ fn ease(easy: &mut ContactProblem, problem: &ContactProblem, path: Path, judge: 
                 friction: mu,
                 compliance: r,
             },
-        ) = (law, *asked)
+        ) = (law, *given)
         else {
             continue;
         };

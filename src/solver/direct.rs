@@ -104,9 +104,9 @@ impl ImpulseSolver for Direct {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        self.run(problem, impulses, tolerance, Some(carried))
+        self.run(problem, impulses, tolerance, Some(cache))
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
@@ -121,7 +121,7 @@ impl Direct {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        mut carried: Option<&mut FactorCache>,
+        mut cache: Option<&mut FactorCache>,
     ) -> SolveReport {
         drop_unless_finite(impulses);
         self.newton.begin();
@@ -130,7 +130,7 @@ impl Direct {
         let solved = report.solved();
         self.judged_last = solved;
         let large = problem.len() > LARGE;
-        let factors = (carried.as_mut()).filter(|c| !solved || large && c.settles());
+        let factors = (cache.as_mut()).filter(|c| !solved || large && c.needed_solve());
         let newton = factors.and_then(|c| c.of(problem));
         if solved && newton.is_none() {
             return report;
@@ -138,13 +138,13 @@ impl Direct {
         let enough = if solved { REST * tolerance } else { tolerance };
         self.best.start(impulses, residual, enough);
         if let Some(newton) = newton {
-            newton.settles = !solved;
+            newton.needed_solve = !solved;
             if self.best.solved() {
                 return report;
             }
             let (judge, best) = (&mut self.judge, &mut self.best);
             self.judged_last = self.newton.chord(problem, judge, impulses, newton, best);
-            self.best.ask(tolerance);
+            self.best.set_tolerance(tolerance);
             if self.best.solved() {
                 return self.found(impulses, report);
             }
@@ -171,35 +171,24 @@ impl Direct {
             self.interior_point(problem, None, &mut report);
         }
         self.approach(problem, impulses, warm, tolerance, &mut report);
-        let jammed = warm && problem.len() > LARGE;
-        if !jammed {
+        let large_warm = warm && large;
+        if !large_warm {
             self.interior_point(problem, None, &mut report);
         }
-        if warm && !jammed && !self.best.solved() {
+        if warm && !large_warm && !self.best.solved() {
             // the impulses of the last step can be a bad start
             impulses.fill(Vec2::zeros());
             self.approach(problem, impulses, warm, tolerance, &mut report);
         }
-        for path in Path::ALL {
-            if !self.best.solved() && problem.len() <= LARGE {
-                let tools = &mut Tools {
-                    judge: &mut self.judge,
-                    response: &mut self.response,
-                    newton: &mut self.newton,
-                    interior: &mut self.interior,
-                };
-                let best = &mut self.best;
-                report.factorisations += self.continuation.run(problem, path, tools, best);
-            }
-        }
+        self.follow_paths(problem, &mut report);
         if !self.best.solved() {
             impulses.copy_from_slice(&self.best.impulses);
         }
         for sweeps in SWEEPS_LAST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
-        if let Some(carried) = carried {
-            self.newton.hand_over(&mut self.response, carried);
+        if let Some(cache) = cache {
+            self.newton.store_factors(&mut self.response, cache);
         }
         self.found(impulses, report)
     }
@@ -226,6 +215,23 @@ impl Direct {
             if k == 0 || problem.len() <= LARGE || !warm {
                 self.interior_point(problem, Some(impulses), report);
             }
+        }
+    }
+
+    /// Stage 6, see [`Direct`].
+    fn follow_paths(&mut self, problem: &ContactProblem, report: &mut SolveReport) {
+        for path in Path::ALL {
+            if self.best.solved() || problem.len() > LARGE {
+                return;
+            }
+            let tools = &mut Tools {
+                judge: &mut self.judge,
+                response: &mut self.response,
+                newton: &mut self.newton,
+                interior: &mut self.interior,
+            };
+            let best = &mut self.best;
+            report.factorisations += self.continuation.run(problem, path, tools, best);
         }
     }
 

@@ -232,12 +232,12 @@ fn factors_of_another_problem_are_not_carried() {
             balls as usize
         ],
     };
-    let mut carried = FactorCache::default();
+    let mut cache = FactorCache::default();
     let mut impulses = vec![Vec2::zeros(); problem.len()];
-    let report = solver.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+    let report = solver.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
     assert!(report.solved());
     assert_eq!(report.factorisations, 0);
-    assert!(carried.is_empty());
+    assert!(cache.is_empty());
 }
 
 /// The velocities returned are `G P + b` for certified start impulses, after a chord step, and
@@ -245,12 +245,12 @@ fn factors_of_another_problem_are_not_carried() {
 #[test]
 fn velocities_handed_out_are_those_of_the_impulses_returned() {
     let mut problem = pyramid(12, 0.5).problem();
-    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
+    let (mut direct, mut cache) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut handed = 0;
     for weight in [1.0, 1.0, 1.001, 1.001, 0.5, 1.1] {
         problem.free.iter_mut().for_each(|b| *b *= weight);
-        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
         assert!(report.solved(), "{report:?}");
         let Some(found) = direct.velocities() else {
             continue;
@@ -281,12 +281,12 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
 fn what_was_moved_comes_to_rest() {
     let mut problem = pyramid(24, 0.5).problem();
     assert!(problem.len() > 500);
-    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
+    let (mut direct, mut cache) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut solve = |weight: f64| {
         problem.free.iter_mut().for_each(|b| *b *= weight);
         let start = natural_map(&problem, &impulses).merit();
-        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
         assert!(report.solved(), "{report:?}");
         let merit = natural_map(&problem, &impulses).merit();
         (start / TOLERANCE, merit / TOLERANCE)

@@ -26,9 +26,9 @@ pub(super) struct Newton {
     pub bodies: Vec<[u32; 2]>,
     pub statuses: Vec<Status>,
     /// Whether the factors leave out pairs of bodies that only open contacts couple.
-    pub lean: bool,
+    pub closed_only: bool,
     /// Whether the last problem was not already solved by its start impulses.
-    pub settles: bool,
+    pub needed_solve: bool,
 }
 
 /// Least share of open contacts at which the stored factors leave them out.
@@ -36,9 +36,9 @@ const OPEN: f64 = 0.1;
 
 impl Newton {
     /// Leaves out open contacts if they are many. This makes later triangular solves cheaper.
-    pub fn serve_again(&mut self) {
+    pub fn drop_open_contacts(&mut self) {
         let open = self.statuses.iter().filter(|s| **s == Status::Open).count();
-        if self.lean || (open as f64) < OPEN * self.statuses.len() as f64 {
+        if self.closed_only || (open as f64) < OPEN * self.statuses.len() as f64 {
             return;
         }
         let own = &mut self.factored;
@@ -46,9 +46,9 @@ impl Newton {
             std::mem::take(&mut own.rows),
             std::mem::take(&mut own.gains),
         );
-        let lean = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
-        self.lean = true;
-        match lean {
+        let reduced = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
+        self.closed_only = true;
+        match reduced {
             Some(factored) => self.factored = factored,
             None => (own.rows, own.gains) = (rows, gains),
         }
@@ -62,8 +62,8 @@ impl FactorCache {
     }
 
     /// Whether the last problem of the island was not already solved by its start impulses.
-    pub(super) fn settles(&self) -> bool {
-        self.0.as_deref().is_some_and(|newton| newton.settles)
+    pub(super) fn needed_solve(&self) -> bool {
+        self.0.as_deref().is_some_and(|newton| newton.needed_solve)
     }
 
     /// The stored system, if its blocks have the same bodies as those of `problem`.
@@ -86,8 +86,8 @@ impl FactorCache {
             rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
-            lean: newton.lean,
-            settles: newton.settles,
+            closed_only: newton.closed_only,
+            needed_solve: newton.needed_solve,
         })
     }
 
@@ -107,15 +107,15 @@ impl FactorCache {
         let bodies = last.map_or(0, |b| b as usize + 1);
         let alike = [state.bodies.len(), gains.len(), state.statuses.len()] == [rows.len(); 3];
         let factored = (alike && bodies <= 2 * rows.len())
-            .then(|| Response::factored(bodies, rows, gains, state.lean))
+            .then(|| Response::factored(bodies, rows, gains, state.closed_only))
             .flatten();
         FactorCache(factored.map(|factored| {
             Box::new(Newton {
                 bodies: state.bodies.clone(),
                 factored,
                 statuses: state.statuses.clone(),
-                lean: state.lean,
-                settles: state.settles,
+                closed_only: state.closed_only,
+                needed_solve: state.needed_solve,
             })
         }))
     }
@@ -128,9 +128,10 @@ pub(crate) struct FactorState {
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
-    lean: bool,
-    #[serde(default)]
-    settles: bool,
+    #[serde(rename = "lean")]
+    closed_only: bool,
+    #[serde(rename = "settles", default)]
+    needed_solve: bool,
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {

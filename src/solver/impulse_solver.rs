@@ -90,7 +90,7 @@ pub trait ImpulseSolver: Send {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        _carried: &mut FactorCache,
+        _cache: &mut FactorCache,
     ) -> SolveReport {
         self.solve(problem, impulses, tolerance)
     }

@@ -85,7 +85,7 @@ impl InteriorPoint {
                 self.statuses
                     .extend(self.blocks.iter().map(|b| b.status(size)));
                 let guess = Some(&self.statuses[..]);
-                response.keep();
+                response.store();
                 work += polish.run(
                     problem,
                     judge,
@@ -109,41 +109,11 @@ impl InteriorPoint {
                 }
                 watched = tau;
             }
-            // predictor: aims directly at the solution
-            let zero = Direction::default();
-            self.predictor.clear();
-            self.predictor.resize(self.blocks.len(), zero);
-            self.linearise(judge, 0.0, false);
-            if !response.factorise(problem, &self.gains) {
+            let Some((step, sigma)) = self.step(problem, judge, response, [tau, floor], pairs)
+            else {
                 return work;
-            }
+            };
             work += 1;
-            let step = self.solve(problem, judge, response, 0.0, false);
-            let reached = (self.blocks.iter().zip(&self.direction))
-                .map(|(b, d)| b.product_after(d, step))
-                .sum::<f64>()
-                / pairs.max(1) as f64;
-            let mut sigma = if pairs == 0 {
-                0.0
-            } else {
-                (reached / tau).max(0.0).powi(3).clamp(1e-8, 1.0)
-            };
-            let second_order = step > 0.1;
-            if !second_order {
-                sigma = sigma.max(0.5);
-            }
-            if sigma * tau < floor {
-                sigma = (floor / tau).min(1.0);
-            }
-            // corrector: back to the central path
-            std::mem::swap(&mut self.predictor, &mut self.direction);
-            self.linearise(judge, sigma * tau, second_order);
-            let boundary = self.solve(problem, judge, response, sigma * tau, second_order);
-            let step = if pairs == 0 {
-                1.0
-            } else {
-                (TO_BOUNDARY * boundary).min(1.0)
-            };
             if !step.is_finite() {
                 return work;
             }
@@ -158,6 +128,53 @@ impl InteriorPoint {
             }
         }
         work
+    }
+
+    /// Factorises, and computes the directions of a predictor and a corrector step at the mean
+    /// product `tau`. Returns the step length and `σ`; `None` if the system is singular.
+    fn step(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &Judge,
+        response: &mut Response,
+        [tau, floor]: [f64; 2],
+        pairs: usize,
+    ) -> Option<(f64, f64)> {
+        // predictor: aims directly at the solution
+        let zero = Direction::default();
+        self.predictor.clear();
+        self.predictor.resize(self.blocks.len(), zero);
+        self.linearise(judge, 0.0, false);
+        if !response.factorise(problem, &self.gains) {
+            return None;
+        }
+        let step = self.solve(problem, judge, response, 0.0, false);
+        let reached = (self.blocks.iter().zip(&self.direction))
+            .map(|(b, d)| b.product_after(d, step))
+            .sum::<f64>()
+            / pairs.max(1) as f64;
+        let mut sigma = if pairs == 0 {
+            0.0
+        } else {
+            (reached / tau).max(0.0).powi(3).clamp(1e-8, 1.0)
+        };
+        let second_order = step > 0.1;
+        if !second_order {
+            sigma = sigma.max(0.5);
+        }
+        if sigma * tau < floor {
+            sigma = (floor / tau).min(1.0);
+        }
+        // corrector: back to the central path
+        std::mem::swap(&mut self.predictor, &mut self.direction);
+        self.linearise(judge, sigma * tau, second_order);
+        let boundary = self.solve(problem, judge, response, sigma * tau, second_order);
+        let step = if pairs == 0 {
+            1.0
+        } else {
+            (TO_BOUNDARY * boundary).min(1.0)
+        };
+        Some((step, sigma))
     }
 
     /// The first point, and the scales of impulse and velocity that measure it.

@@ -48,11 +48,9 @@ impl ImpulseSolver for Judged {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        let work = self
-            .solver
-            .solve_next(problem, impulses, tolerance, carried);
+        let work = self.solver.solve_next(problem, impulses, tolerance, cache);
         self.judge(problem, impulses, tolerance, &work)
     }
 

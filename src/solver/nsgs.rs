@@ -76,7 +76,7 @@ const START: Plan = Plan {
 };
 
 /// Least number of blocks for groups of four.
-const FEWEST_IN_FOURS: usize = 32;
+const LEAST_BLOCKS_FOR_FOURS: usize = 32;
 
 impl Default for Nsgs {
     fn default() -> Self {
@@ -154,14 +154,14 @@ impl Nsgs {
             since_check += 1;
             let rests = change == 0.0;
             let hint = change <= tolerance * scale;
-            let asks = rests || plan.asks(hint, since_check, sweep);
-            if by_four.is_some() && (asks || sweep + 1 == sweeps) {
+            let checks = rests || plan.checks(hint, since_check, sweep);
+            if by_four.is_some() && (checks || sweep + 1 == sweeps) {
                 self.fours.write(impulses);
             }
             if rests {
                 return sweep + 1;
             }
-            if asks {
+            if checks {
                 since_check = 0;
                 if judge.natural_map(problem, impulses).certified(tolerance) {
                     return sweep + 1;
@@ -173,7 +173,7 @@ impl Nsgs {
 
     /// Whether to try the groups of [`FourSweep`] on `problem`.
     fn takes_fours(&self, problem: &ContactProblem) -> bool {
-        self.step.is_none() && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
+        self.step.is_none() && self.relaxation == 1.0 && problem.len() >= LEAST_BLOCKS_FOR_FOURS
     }
 
     /// One sweep, one block at a time. Returns the largest change of a local velocity, and the
@@ -215,7 +215,7 @@ impl Nsgs {
 
 impl Plan {
     /// Whether to call the judge. The change of a sweep is a cheap hint; only the judge decides.
-    fn asks(&self, hint: bool, since_check: usize, sweep: usize) -> bool {
+    fn checks(&self, hint: bool, since_check: usize, sweep: usize) -> bool {
         since_check == 50 || hint && since_check as f64 > self.pause * sweep as f64
     }
 }
