@@ -35,7 +35,10 @@ impl BlockMatrix {
         });
         blocks.retain(|(_, _, m)| !is_zero(m));
         let stored = |i, j| blocks.binary_search_by_key(&(j, i), place).is_ok();
-        let mut missing: Vec<_> = (0..size).filter(|&k| !stored(k, k)).map(|k| (k, k)).collect();
+        let mut missing: Vec<_> = (0..size)
+            .filter(|&k| !stored(k, k))
+            .map(|k| (k, k))
+            .collect();
         let mirrored = blocks.iter().map(|&(i, j, _)| (j, i));
         missing.extend(mirrored.filter(|&(i, j)| !stored(i, j)));
         blocks.extend(missing.into_iter().map(|(i, j)| (i, j, Mat2::zeros())));

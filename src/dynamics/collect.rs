@@ -1,4 +1,4 @@
-//! Poses an interval: the rule of every contact and joint that takes part.
+//! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
@@ -9,8 +9,7 @@ use super::rules::{
 };
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
-/// Gap \[m or rad\], and share of its arm, by which a limit may be passed before it is closed by
-/// position.
+/// Least penetration of a limit that is closed by position: \[m or rad\], and relative to its arm.
 const PASSED: f64 = 1e-9;
 
 impl Interval {
@@ -49,7 +48,7 @@ impl Interval {
         self.collect_joints(rules, cache, members, inverse_mass, span);
     }
 
-    /// What the rule of a contact depends on; `known` is what the cache has of it.
+    /// The data that the rule of a contact depends on; `known` is the contact's cache entry.
     #[inline]
     fn situation(
         &self,
@@ -64,7 +63,7 @@ impl Interval {
         let swept = rules.sweeps
             && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
         let located = rules.events || swept;
-        // only what rebounds or waits depends on accelerations
+        // only rebounding and deferred contacts depend on accelerations
         let bounces = matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
         let (mut applied, mut acceleration) = (0.0, 0.0);
         if located || bounces {
@@ -97,7 +96,7 @@ impl Interval {
         warm: Vec2,
     ) {
         let loaded = matches!(contact.law, NormalLaw::Load { .. });
-        // friction alone is solved under a given load: its row comes first
+        // under a given load only friction is solved: its row comes first
         let rows = |v: Vec2| if loaded { Vec2::new(v.y, 0.0) } else { v };
         let gamma_f = rows(now.gamma_f);
         let block = Block {
@@ -114,7 +113,7 @@ impl Interval {
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
 
-    /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
+    /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a
     /// coefficient; no forces. A limit takes part if it touches or was `pressed` before.
     pub fn collect_impact(
         &mut self,
@@ -182,7 +181,7 @@ impl Interval {
         self.clear_energies(joints.len());
         for (index, joint) in joints.iter().enumerate() {
             let diagonal = diagonal(joint, inverse_mass);
-            // a row that nothing can move is none
+            // leave out a row that cannot move anything
             if !belongs(joint.rows.bodies, members, inverse_mass) || diagonal <= 0.0 {
                 continue;
             }

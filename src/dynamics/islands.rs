@@ -2,21 +2,22 @@
 
 use crate::contact::NO_BODY;
 
-/// Splits blocks of rows into islands of bodies connected by them.
+/// Splits blocks of rows into islands of connected bodies.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Islands {
     parent: Vec<u32>,
     /// Blocks grouped by island: `blocks[start\[k\]..start[k + 1]]`, ascending within an island.
     blocks: Vec<u32>,
     start: Vec<u32>,
-    /// What they were last built of: the bodies of each block, and its number where not all are in.
+    /// Input of the last build: the bodies of each block, and the block numbers if only some take
+    /// part.
     pairs: Vec<[u32; 2]>,
     some: Vec<u32>,
 }
 
 impl Islands {
-    /// Groups blocks by the two bodies of each, over `bodies` bodies; islands come in the order of
-    /// their first block.
+    /// Groups blocks by the two bodies of each, with `bodies` bodies in all. Islands are in the
+    /// order of their first blocks.
     pub fn build(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
         if !self.stand(bodies, &[], rows.clone()) {
             self.find_all(bodies, rows);
@@ -24,7 +25,7 @@ impl Islands {
         }
     }
 
-    /// Whether they are of these blocks already, as they mostly are from step to step.
+    /// Whether the last build had the same input, as in most steps.
     fn stand(
         &self,
         bodies: usize,
@@ -77,7 +78,7 @@ impl Islands {
         }
     }
 
-    /// The same of some blocks only, by their numbers.
+    /// Groups only some blocks, given by their numbers.
     pub fn build_of(&mut self, bodies: usize, some: &[u32], rows: &[[u32; 2]]) {
         let rows = some.iter().map(|&i| rows[i as usize]);
         if self.stand(bodies, some, rows.clone()) {
@@ -125,7 +126,7 @@ mod tests {
         assert_eq!(islands.blocks(1), &[1, 2]);
     }
 
-    /// Built again of the same blocks, of some or of others, it is the same as a new one.
+    /// A rebuild from the same blocks, some of them or others equals a new build.
     #[test]
     fn what_was_built_before_does_not_matter() {
         let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3], [0, 2]];
