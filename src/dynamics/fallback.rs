@@ -146,9 +146,9 @@ pub(super) fn push_back(
     }
 }
 
-/// Replaces `impulses`, the best rigid ones, by the impulses `found` of the softened problem if
-/// they are better. `spent` is the report of that solve, including the work of all earlier ones.
-/// Returns the report for the rigid `problem`.
+/// Chooses the impulses of an island in fallback. `impulses` holds the best rigid ones on entry,
+/// `found` those of the softened problem, which are used if they solve it. `spent` is the report of
+/// that solve, including the work of all earlier ones. Returns the report for the rigid `problem`.
 ///
 /// Rigid boxes wedged between each other can hold any self-stress. If the best rigid impulses are
 /// not quite a solution, their self-stress is amplified from step to step until its residual

@@ -1,4 +1,4 @@
-//! What an interval did: energy, contacts and joints, and what the contact cache keeps of them.
+//! Records an interval: energy, contacts, joints and their cache entries.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
 use super::interval::{Interval, Source};
@@ -7,7 +7,8 @@ use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
-/// Adds the work and the contacts of those blocks that `used` keeps, and what `cache` keeps of them.
+/// Adds the work and the contacts of the blocks that `used` selects to `record`, and their entries
+/// to `cache`.
 pub(super) fn record_interval(
     interval: &Interval,
     solution: &Solution,
@@ -17,7 +18,7 @@ pub(super) fn record_interval(
     record: &mut StepRecord,
     cache: &mut CachedContacts,
 ) {
-    // impulses do no work on what moves on its own
+    // impulses do no work on bodies with prescribed motion
     let velocities = interval.start.iter().zip(&solution.end).zip(inverse_mass);
     let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
     let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
@@ -27,7 +28,7 @@ pub(super) fn record_interval(
         if !used(i) {
             continue;
         }
-        // no work where no impulse arrives
+        // no work on a side that receives no impulse
         let takes = |rows: &Rows| {
             let (bodies, jacobian) = (interval.sides[i], rows.jacobian);
             Rows { bodies, jacobian }.velocity(&mean)
@@ -63,7 +64,7 @@ pub(super) fn record_interval(
             }
             Source::Contact(index) => {
                 let contact = &interval.detection.contacts[index];
-                // the whole impulse, with the given load where friction alone was solved
+                // the whole impulse, including a given load
                 let impulse = match contact.law {
                     NormalLaw::Load { force } => Vec2::new(force * interval.length, p.x),
                     _ => p,
@@ -78,7 +79,7 @@ pub(super) fn record_interval(
     }
 }
 
-/// Records what a contact did. Returns what the contact cache keeps of it.
+/// Records a contact. Returns its cache entry.
 fn record_contact(
     interval: &Interval,
     solution: &Solution,
@@ -97,8 +98,8 @@ fn record_contact(
         block.gamma_a
     };
     let gamma_mean = 0.5 * (gamma_a + gamma_e);
-    // the velocity that the friction law sees, within what the solve resolves: on the border of
-    // the cone a contact may stick, inside it it must
+    // the velocity in the friction law, up to the resolution of the solve: on the border of the
+    // cone a contact may stick, inside it it must
     let added = solution.bias[i] - solution.gamma_f(interval, i);
     let added = match contact.law {
         NormalLaw::Load { .. } => added.x,
@@ -151,7 +152,7 @@ fn record_contact(
     }
 }
 
-/// Work \[J\] of an interval's forces on the bodies that `of` names.
+/// Work \[J\] of an interval's forces on the bodies that `of` returns.
 pub(super) fn forces_work(
     interval: &Interval,
     solution: &Solution,

@@ -1,4 +1,4 @@
-//! Solves an interval: its islands one by one, or shared out among threads.
+//! Solves an interval: its islands one by one, or on several threads.
 
 use super::fallback::{Fallback, LARGE};
 use super::interval::Interval;
@@ -16,7 +16,7 @@ use crate::solver::{FactorCache, ImpulseSolver, SolveReport};
 /// An island to be solved.
 struct Job {
     island: usize,
-    /// Work spent on parts of it.
+    /// Work on earlier parts of it.
     spent: Vec<SolveReport>,
     factors: Option<FactorCache>,
     fallback: Fallback,
@@ -25,16 +25,17 @@ struct Job {
 /// Splits intervals into islands and solves them.
 pub(super) struct IslandSolver {
     pub own: Worker,
-    /// Other threads, where there are any.
+    /// Further threads, if any.
     pub pool: Option<SolverPool>,
     pub tolerance: f64,
-    /// Whether solutions keep copies of their problems.
+    /// Whether solutions store copies of their problems.
     pub keep: bool,
     pub cache: IslandCache,
     pub clock: PhaseClock,
 }
 
-/// Blocks from which on an island keeps factors from step to step: fewer are factorised at once.
+/// Least number of blocks of an island that stores factors for the next step; smaller ones are
+/// cheap to factorise.
 const KEEPS_FACTORS: usize = 16;
 
 impl IslandSolver {
@@ -49,7 +50,7 @@ impl IslandSolver {
         }
     }
 
-    /// Finds the impulses of all blocks of `interval`.
+    /// Computes the impulses of all blocks of `interval`.
     pub fn solve(
         &mut self,
         interval: &Interval,
@@ -70,7 +71,7 @@ impl IslandSolver {
         }
     }
 
-    /// Solves the islands of higher dominance before those that they press on.
+    /// Solves the islands of higher dominance before those they act on.
     fn solve_levels(
         &mut self,
         interval: &Interval,
@@ -79,7 +80,7 @@ impl IslandSolver {
         rules: &Rules,
     ) -> Vec<Option<IslandResult>> {
         let islands = std::mem::take(&mut solution.islands);
-        // bodies that press on each other both ways are of one dominance
+        // bodies that act on each other in both directions have the same dominance
         let level = |k: usize| {
             let sides = interval.sides[islands.blocks(k)[0] as usize];
             let own = sides.iter().find(|b| **b != NO_BODY);
@@ -123,7 +124,7 @@ impl IslandSolver {
         }
     }
 
-    /// An island with what the cache has of it.
+    /// An island with its data from the cache.
     fn job(
         &mut self,
         island: usize,
@@ -147,7 +148,7 @@ impl IslandSolver {
         }
     }
 
-    /// Keeps what an island hands on to the next step.
+    /// Stores an island's data for the next step.
     fn keep(
         &mut self,
         members: &[u32],
@@ -173,8 +174,9 @@ impl IslandSolver {
         result
     }
 
-    /// Solves those islands of the working set that are not solved yet. `false` if contacts that were
-    /// left out would be closed: the set holds them now, and their islands wait.
+    /// Solves the islands of the working set that are not solved yet. Returns `false` if contacts
+    /// outside the set would be closed: they are then added to the set, and their islands are left
+    /// for the next round.
     fn solve_set(
         &mut self,
         set: &mut WorkingSet,
@@ -185,7 +187,7 @@ impl IslandSolver {
     ) -> bool {
         let mut islands = std::mem::take(&mut solution.islands);
         let all = set.group(interval, &mut islands, inverse_mass.len());
-        // all are taken up before any is solved: none depends on the others then
+        // prepare all islands before the first solve, so that none depends on another
         let mut jobs = Vec::with_capacity(islands.len());
         for k in 0..islands.len() {
             let members = islands.blocks(k);
@@ -220,7 +222,8 @@ impl IslandSolver {
         set.take_closed(interval, solution)
     }
 
-    /// Solves islands on all threads; their numbers, results and impulses in the order of the jobs.
+    /// Solves islands on all threads. Returns their numbers, results and impulses in the order of
+    /// the jobs.
     fn solve_on_threads<'a>(
         &mut self,
         jobs: Vec<Job>,
@@ -248,7 +251,7 @@ impl IslandSolver {
     }
 }
 
-/// Adds the work spent on parts of an island.
+/// Adds the work on earlier parts of an island.
 fn add_work(result: &mut IslandResult, spent: &[SolveReport]) {
     for earlier in spent {
         result.outcome.report = result.outcome.report.after(earlier);

@@ -1,5 +1,5 @@
-//! One step: contacts are found, an interval is posed and solved, and what came of it is recorded and
-//! written to the model.
+//! One step: detects contacts, poses and solves an interval, records the result and writes it to
+//! the model.
 
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
@@ -17,7 +17,8 @@ use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
 use crate::contact::NO_BODY;
 
-/// A step that has begun: the bodies stand at its midpoint, contacts are found, nothing is solved.
+/// A step after [`MoreauStepper::begin`]: the bodies are at its midpoint, contacts are detected,
+/// nothing is solved.
 pub(crate) struct BegunStep {
     rules: Rules,
     record: StepRecord,
@@ -27,8 +28,8 @@ impl MoreauStepper {
     /// Advances `model` by `dt` \[s\].
     ///
     /// # Errors
-    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]; the model then stands as
-    /// it did before, velocities included.
+    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]. The model is then
+    /// unchanged, including its velocities.
     pub fn step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -38,8 +39,8 @@ impl MoreauStepper {
         self.finish(model, begun)
     }
 
-    /// The first part of a step: advances the bodies to its midpoint and finds the contacts there.
-    /// It is followed by [`MoreauStepper::finish`] or [`MoreauStepper::cancel`].
+    /// The first part of a step: moves the bodies to its midpoint and detects the contacts there.
+    /// [`MoreauStepper::finish`] or [`MoreauStepper::cancel`] must follow.
     ///
     /// # Errors
     /// As [`MoreauStepper::step`].
@@ -70,7 +71,8 @@ impl MoreauStepper {
         self.origin
             .extend(bodies.map(|body| model.configuration(body)));
         let mut rules = self.settings.rules();
-        // event location follows all that is fast: sweeps add only bodies followed against all others
+        // event location follows all fast bodies: sweeps matter only for bodies swept against all
+        // others
         let sweeps = &interval.roles.sweeps;
         let against_all = sweeps.iter().any(|s| s.all);
         rules.sweeps =
@@ -84,7 +86,7 @@ impl MoreauStepper {
         record.energy.potential_start = model.potential_energy();
         record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
         model.advance(0.5 * dt);
-        // a crowd that lands must be seen a step before it closes: see `find_crowds`
+        // a landing crowd must be detected a step before it closes: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
             2.0 * dt
         } else {
@@ -97,12 +99,12 @@ impl MoreauStepper {
         Ok(BegunStep { rules, record })
     }
 
-    /// What was found when the step began.
+    /// The detection of the step.
     pub(crate) fn detection(&self) -> &Detection {
         &self.interval.detection
     }
 
-    /// Puts the model back to the start of a step.
+    /// Restores the model at the start of the step.
     pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         model.set_velocities(&self.interval.start);
         for (body, place) in self.origin.iter().enumerate() {
@@ -127,8 +129,8 @@ impl MoreauStepper {
         result.map(|()| record)
     }
 
-    /// Poses, solves, records and writes a step; the caches change only when nothing can fail any
-    /// more.
+    /// Poses, solves, records and writes a step. Changes the caches only when no more error can
+    /// occur.
     fn take_step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -160,7 +162,7 @@ impl MoreauStepper {
         Ok(())
     }
 
-    /// Poses the interval of the step. Returns the pairs that are to be moved apart after it.
+    /// Poses the interval of the step. Returns the pairs to move apart after it.
     fn pose<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -200,7 +202,7 @@ impl MoreauStepper {
         check_finite(&solution.end, self.time)
     }
 
-    /// Steps clusters of bodies that collide within the step.
+    /// Steps the clusters of bodies that collide within the step.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -226,7 +228,8 @@ impl MoreauStepper {
         Ok(clusters)
     }
 
-    /// Counts the work of all islands, and results and problems of those that are not all `apart`.
+    /// Adds the work of all islands to the record, and the results and problems of those that are
+    /// not wholly `apart`.
     fn count_islands(&mut self, record: &mut StepRecord, clusters: &mut [Cluster], apart: &[bool]) {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let mut counts = vec![false; solution.outcomes.len()];
@@ -247,7 +250,8 @@ impl MoreauStepper {
         }
     }
 
-    /// Records contacts and energies, of the interval and of the clusters that are `apart` from it.
+    /// Records contacts and energies of the interval and of the clusters, whose bodies are `apart`
+    /// from it.
     fn record<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
@@ -279,7 +283,7 @@ impl MoreauStepper {
         self.solver.clock.lap(|t| &mut t.record);
     }
 
-    /// Gives the model its velocities and poses at the end of the step.
+    /// Writes velocities and poses at the end of the step to the model.
     fn write<M: MultibodyModel + ?Sized>(
         &self,
         model: &mut M,
@@ -300,7 +304,7 @@ impl MoreauStepper {
     }
 
     /// Closes gaps of joints and moves overlapped pairs apart, by position alone. Returns the
-    /// potential energy \[J\] before, where anything may have moved.
+    /// potential energy \[J\] before, if any body may have moved.
     fn close_gaps<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -327,7 +331,7 @@ impl MoreauStepper {
     }
 }
 
-/// Whether a block is recorded with the interval: all its bodies are solved there.
+/// Whether a block is recorded with the interval: none of its bodies is apart.
 fn is_used(interval: &Interval, apart: &[bool], block: usize) -> bool {
     let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
     sides.all(|b| !apart[*b as usize])

@@ -1,5 +1,5 @@
-//! The blocks of an interval that its contact problems are made of: contacts that are far away are
-//! left out, and taken in where the solution shows that they were needed.
+//! The working set: the blocks that take part in the contact problems of an interval. Distant
+//! contacts are left out at first, and added if the solution would close them.
 
 use super::interval::Interval;
 use super::islands::Islands;
@@ -9,32 +9,32 @@ use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;
 use std::collections::BTreeMap;
 
-/// Some blocks of an interval, and what is known of their islands.
+/// Some blocks of an interval, and the results of their islands.
 ///
-/// Detection finds all contacts that may close within a step, however their neighbours are thrown
-/// about: in a heap four for each that does. One without an impulse is left out if it would open by
-/// more than the fastest contact of its island closes,
+/// Detection finds every contact that may close within a step for any motion of its neighbours: in
+/// a heap about four for each one that does close. A contact without an impulse is left out if it
+/// would open by more than the fastest contact of its island closes,
 ///
 /// ```text
 /// b_N > max(−b_N)   over the contacts of its island                          (1)
 /// ```
 ///
-/// and is taken in if the solution without it has `ξ_N < 0`. Where none has, the impulses of the
-/// set solve the whole: `P = 0` solves the law of those that are left out.
+/// It is added if the solution without it has `ξ_N < 0`. If no such contact is left, the impulses
+/// of the set solve the whole problem: `P = 0` satisfies the law of all contacts left out.
 pub(super) struct WorkingSet {
     taken: Vec<bool>,
     round: usize,
-    /// Those taken in by the last round.
+    /// Blocks added in the last round.
     added: Vec<bool>,
-    /// Of each island its first block, and what became of it.
+    /// For each island its first block, and its result.
     solved: BTreeMap<u32, IslandResult>,
 }
 
-/// Rounds after which nothing is left out any more.
+/// After this many rounds all blocks are in the set.
 const ROUNDS: usize = 4;
 
 impl WorkingSet {
-    /// What is left by (1), with the islands of all blocks.
+    /// The blocks that (1) leaves in, with `islands` of all blocks.
     pub fn near(interval: &Interval, islands: &Islands) -> WorkingSet {
         let count = interval.blocks.len();
         let mut taken = vec![true; count];
@@ -56,8 +56,8 @@ impl WorkingSet {
         }
     }
 
-    /// Groups the blocks of the set into islands; at first `islands` are those of all blocks.
-    /// Whether the set is all blocks.
+    /// Groups the blocks of the set into islands; on entry `islands` are those of all blocks.
+    /// Returns whether the set contains all blocks.
     pub fn group(&self, interval: &Interval, islands: &mut Islands, bodies: usize) -> bool {
         let taken = (0..self.taken.len() as u32).filter(|&i| self.taken[i as usize]);
         let taken: Vec<u32> = taken.collect();
@@ -68,7 +68,7 @@ impl WorkingSet {
         all
     }
 
-    /// The work spent on parts of an island, if it is to be solved; `None` if it was solved already.
+    /// The work on earlier parts of an island if it must be solved; `None` if it is already solved.
     pub fn begin(&mut self, members: &[u32]) -> Option<Vec<SolveReport>> {
         if self.round == 0 {
             return Some(Vec::new());
@@ -80,7 +80,7 @@ impl WorkingSet {
         Some(parts.map(|part| part.outcome.report).collect())
     }
 
-    /// Keeps the result of the island with this first block.
+    /// Stores the result of the island with this first block.
     pub fn keep(&mut self, first: u32, result: IslandResult) {
         self.solved.insert(first, result);
     }
@@ -90,7 +90,7 @@ impl WorkingSet {
         self.solved.into_values()
     }
 
-    /// Takes in the contacts that would be closed at the end velocities. Whether there were none.
+    /// Adds the contacts that would close at the end velocities. Returns whether there were none.
     pub fn take_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
         self.round += 1;
         self.added.fill(false);

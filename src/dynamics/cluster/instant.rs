@@ -1,4 +1,4 @@
-//! An impact of no duration, where a cluster stands.
+//! An impact of zero duration at the current configuration of a cluster.
 
 use super::runner::{Context, Rest, Runner};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
@@ -10,7 +10,8 @@ use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
 
 impl Runner {
-    /// An impact disturbs what stuck: the correction of its drift would see a jump.
+    /// Clears the sticking velocities. An impact makes them jump, which would disturb the drift
+    /// correction.
     pub(super) fn forget_sticking(&mut self, context: &Context) {
         let mut contacts = self.own_contacts.take().unwrap_or_else(|| {
             let found = &self.instant.detection;
@@ -23,12 +24,13 @@ impl Runner {
         self.own_contacts = Some(contacts);
     }
 
-    /// Impact without duration at the present configuration; whether it was a lone one.
+    /// Solves an impact of zero duration at the current configuration. Returns whether it was
+    /// between two bodies that touch nothing else.
     ///
-    /// Two bodies that touch nothing else are followed from bounce to bounce until all that are
-    /// left fit into the rest of the step: with closing velocity `v` and relative acceleration
-    /// `a` they take `2 e v / (a (1 − e))`, and together give the impulse of a landing without
-    /// rebound and of the rest that follows it.
+    /// Two such bodies are followed from bounce to bounce until all remaining bounces fit into the
+    /// rest of the step. With closing velocity `v` and relative acceleration `a` these take `2 e v
+    /// / (a (1 − e))`. Together they give the impulse of a landing without rebound and of the rest
+    /// that follows it.
     pub(super) fn impact(
         &mut self,
         solver: &mut IslandSolver,
@@ -61,7 +63,7 @@ impl Runner {
         hits.lone
     }
 
-    /// Which contacts take part in the impact at `key`, and how.
+    /// Finds which contacts take part in the impact at `key`, and how.
     fn hits(&self, context: &Context, key: ContactKey, rest: Rest, bodies: usize) -> Hits {
         let instant = &self.instant;
         let contacts = &instant.detection.contacts;
@@ -108,8 +110,8 @@ impl Runner {
         }
     }
 
-    /// Keeps a lone contact that landed: it rolls on along a curve, say. Its impulse, of an instant,
-    /// says nothing of a load.
+    /// Caches a lone contact that landed; it may roll on along a curve. Its impulse is that of an
+    /// instant and not a load.
     fn keep_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
         let found = self.instant.detection.contacts.iter().zip(in_force);
         for (contact, _) in found.filter(|(_, e)| **e == Some(0.0)) {
@@ -128,11 +130,12 @@ impl Runner {
 
 /// How contacts take part in an impact.
 struct Hits {
-    /// Of each contact of the instant its coefficient of restitution; `None` if it takes no part.
+    /// For each contact of the instant its coefficient of restitution; `None` if it does not take
+    /// part.
     in_force: Vec<Option<f64>>,
-    /// When the impact, and the ever smaller ones that follow it, are over \[s\].
+    /// End \[s\] of the impact and of the ever smaller ones that follow it.
     over: f64,
-    /// Whether two bodies that touch nothing else meet at one contact.
+    /// Whether two bodies that touch nothing else collide at one contact.
     lone: bool,
 }
 

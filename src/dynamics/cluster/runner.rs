@@ -1,4 +1,4 @@
-//! Steps a cluster of bodies by itself, from event to event.
+//! Steps one cluster of bodies from event to event.
 
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
@@ -13,14 +13,14 @@ use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 
-/// Impacts of a cluster in one step, before the rest of it is stepped by the plain rule.
+/// Most impacts of a cluster in a step; then the plain rule steps the rest.
 const EVENTS: usize = 4;
-/// The same for two bodies that touch nothing else: their events cost one small solve each.
+/// The same for two bodies that touch nothing else: each of their events costs one small solve.
 const LONE_EVENTS: usize = 64;
 
-/// What all clusters of a step share.
+/// Data that all clusters of a step share.
 pub(in crate::dynamics) struct Context<'a> {
-    /// The whole step, and its solution as if nothing was located.
+    /// The whole step, and its solution without located impacts.
     pub main: &'a Interval,
     pub trial: &'a Solution,
     pub cache: &'a CachedContacts,
@@ -33,41 +33,42 @@ pub(in crate::dynamics) struct Context<'a> {
     pub dt: f64,
 }
 
-/// What became of a cluster in a step.
+/// The result of a cluster in a step.
 pub(in crate::dynamics) struct Cluster {
-    /// Movable ones, ascending.
+    /// Movable bodies, ascending.
     pub bodies: Vec<u32>,
-    /// One a body: velocity and configuration at the end, and `∫ u dt`.
+    /// One per body: velocity and configuration at the end, and `∫ u dt`.
     pub end: Vec<Vec3>,
     pub configuration: Vec<Configuration>,
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
     pub contacts: CachedContacts,
-    /// Where they are kept.
+    /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
 
-/// Steps clusters; keeps its arrays.
+/// Steps clusters; reuses its buffers.
 #[derive(Default)]
 pub(super) struct Runner {
-    /// The interval stepped last, and the instant at the end of it.
+    /// The interval stepped last, and the instant at its end.
     pub flow: Interval,
     pub flown: Solution,
     pub instant: Interval,
     pub hit: Solution,
     pub members: Vec<bool>,
     pub pairs: Vec<[u32; 2]>,
-    /// Bodies of the cluster, and those that move on their own beside it.
+    /// Bodies of the cluster, and adjacent bodies with prescribed motion.
     pub moved: Vec<u32>,
-    /// Of each body its place among these, or [`NO_BODY`].
+    /// For each body its index in `moved`, or [`NO_BODY`].
     pub place: Vec<u32>,
-    /// Where they are at the start of the interval.
+    /// Configurations of the `moved` bodies at the start of the interval.
     pub here: Vec<Configuration>,
-    /// Contacts that take part in the interval: they are kept from closing, not about to.
+    /// Contacts that take part in the interval and are kept from closing, so that they are no
+    /// events.
     pub held: Vec<ContactKey>,
-    /// Problems of all intervals and instants that count.
+    /// Problems of all intervals and instants that are part of the result.
     pub problems: Vec<SolvedProblem>,
-    /// The cluster's own contact cache, once it has stepped an interval.
+    /// The cluster's own contact cache, after its first interval.
     pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
 }
@@ -90,7 +91,7 @@ impl Rest {
 }
 
 impl Cluster {
-    /// Of these bodies, before it is stepped.
+    /// A cluster of these bodies, before it is stepped.
     fn of(bodies: Vec<u32>) -> Cluster {
         Cluster {
             end: Vec::new(),
@@ -104,15 +105,15 @@ impl Cluster {
     }
 }
 
-/// Where some bodies are.
+/// Configurations of some bodies.
 fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
     let of = |b: &u32| model.configuration(*b as usize);
     bodies.iter().map(of).collect()
 }
 
 impl Runner {
-    /// Steps `bodies` through the step of `context`. On return they stand at its end, all others
-    /// as on entry.
+    /// Steps `bodies` through the step of `context`. On return they are at its end; all other
+    /// bodies are where they were.
     ///
     /// # Errors
     /// [`StepError`] of the detection, or velocities that are not finite.
@@ -137,7 +138,7 @@ impl Runner {
                 sweeps: context.rules.sweeps && !plain,
                 ..context.rules
             };
-            // the whole step has shown this far already
+            // the trial of the whole step already gives the path from the start
             let shown = elapsed == 0.0 && !plain;
             let next = self.try_rest(model, solver, context, &rules, rest, shown)?;
             let Some((contact, time)) = next else {
@@ -146,7 +147,7 @@ impl Runner {
             };
             let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
             let Some((key, time)) = found else {
-                // nothing closes after all: the rest is stepped plainly
+                // no contact closes in fact: step the rest by the plain rule
                 limit = 0;
                 self.restore(model);
                 continue;
@@ -175,7 +176,7 @@ impl Runner {
         Ok(cluster)
     }
 
-    /// Puts the bodies back to the start of the step.
+    /// Moves the bodies back to the start of the step.
     fn start<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, context: &Context) {
         let origin = |b: &u32| context.origin[*b as usize];
         self.here = self.moved.iter().map(origin).collect();
@@ -191,9 +192,9 @@ impl Runner {
         self.problems.clear();
     }
 
-    /// Solves the rest of the step as if nothing closed in it, unless the whole step has `shown` it.
-    /// The first contact to close and after what time; `None` where none closes: the bodies then
-    /// stand at the end of the step.
+    /// Solves the rest of the step without impacts, unless the trial of the whole step has `shown`
+    /// it. Returns the first contact to close and the time until then. `None` if no contact closes:
+    /// the bodies are then at the end of the step.
     fn try_rest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -213,7 +214,7 @@ impl Runner {
         } else {
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
-        // the search leaves bodies where it looked last
+        // the search leaves the bodies at the last configuration it tried
         let middle = places(model, &self.moved);
         if rules.locates()
             && let Some(next) = self.next(model, context)?
@@ -232,7 +233,8 @@ impl Runner {
         Ok(None)
     }
 
-    /// Finds which bodies belong, which move along, and which pairs of surfaces may touch.
+    /// Finds the bodies of the cluster, the adjacent ones with prescribed motion, and the surface
+    /// pairs that may touch.
     fn gather(&mut self, context: &Context, bodies: &[u32]) {
         self.members.clear();
         self.members.resize(context.inverse_mass.len(), false);
@@ -272,7 +274,7 @@ impl Runner {
         }
     }
 
-    /// The path, and what waits on it, from the trial of the whole step.
+    /// Takes the path and the deferred contacts from the trial of the whole step.
     fn take_over(&mut self, context: &Context) {
         let (main, trial) = (context.main, context.trial);
         let (flow, flown) = (&mut self.flow, &mut self.flown);
@@ -303,13 +305,13 @@ impl Runner {
         }
     }
 
-    /// Whether nothing holds the bodies or presses on them: they fly.
+    /// Whether the bodies fly: no contact or joint acts on them.
     pub fn idle(&self) -> bool {
         let mut blocks = self.flow.laws.iter().zip(&self.flown.impulses);
         blocks.all(|(law, p)| matches!(law, Law::Contact { .. }) && *p == Vec2::zeros())
     }
 
-    /// Cuts the interval of bodies that fly to `time`; moves them to its end.
+    /// Shortens the interval of flying bodies to `time` and moves them to its end.
     pub fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
         let (flow, flown) = (&mut self.flow, &mut self.flown);
         flow.length = time;
@@ -366,7 +368,7 @@ impl Runner {
         self.held
             .extend(blocks.filter_map(|i| held(flow, flown, i)));
         flown.end_velocities(flow, w);
-        // no search on a path that leads nowhere
+        // no search on a path that is not finite
         check_finite(&flown.end, context.time)
     }
 
@@ -393,13 +395,13 @@ impl Runner {
     }
 }
 
-/// Where a body is at the start of the interval, if it moves in it.
+/// Configuration of a body at the start of the interval; `None` if it does not move in it.
 pub(super) fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configuration> {
     let place = *places.get(body as usize)?;
     here.get(place as usize).copied()
 }
 
-/// The contact of block `i`, unless it waits.
+/// The key of the contact of block `i`, unless it is deferred.
 fn held(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
     match interval.blocks[i].source {
         Source::Contact(c) if !solution.waiting.contains(&c) => {

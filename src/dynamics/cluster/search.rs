@@ -1,4 +1,4 @@
-//! When and where the next pair of a cluster closes.
+//! Finds when and where the next pair of a cluster closes.
 
 use super::runner::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
@@ -8,26 +8,27 @@ use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
+/// Most steps of the search for an instant: Newton needs three, bisection of a step 40 to reach
+/// round-off.
 const SEARCHES: usize = 60;
 
-/// Share of a step at its end in which nothing closes any more: it does so at the start of the next.
-/// An interval of no length has no rates.
+/// Share of a step at its end in which no event is located; such a contact closes at the start of
+/// the next step instead. An interval of zero length has no rates.
 const LAST: f64 = 1e-9;
 
-/// How near a pair is at an instant.
+/// Gap and velocity of a pair at an instant.
 struct Nearest {
     /// Smallest gap \[m\] and the velocity at which it closes \[m/s\].
     gap: f64,
     closing: f64,
-    /// Gaps that are as good as zero, and below which surfaces touch \[m\].
+    /// Gaps that count as zero, and the gap below which surfaces touch \[m\].
     resolution: f64,
     touch: f64,
 }
 
 impl Runner {
-    /// The first pair of waiting contacts to close on the path of the interval, one of them, and
-    /// after what time.
+    /// The first pair of deferred contacts to close on the path of the interval: one of its
+    /// contacts, and the time until then.
     pub(super) fn next<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -58,11 +59,11 @@ impl Runner {
         Ok(first)
     }
 
-    /// The instant at which the pair of `contact` closes on the path of the interval, sought by
-    /// Newton's iteration within a bracket on the gap detected there, from `first` on.
+    /// The time at which the pair of `contact` closes on the path of the interval. Starts from
+    /// `first` and uses Newton's method within a bracket, on detected gaps.
     ///
-    /// The parabola that `first` comes from is that of a straight normal; surfaces that curve or
-    /// turn, and normals that flip in an overlap, are seen only by detection.
+    /// The parabola that gives `first` assumes a straight normal. Only detection sees curved or
+    /// rotating surfaces, and normals that flip in an overlap.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -77,7 +78,7 @@ impl Runner {
             let found = self.nearest(model, context, contact, time)?;
             let mut better = f64::NAN;
             match found {
-                // a parabola that starts here need not: the gap it extrapolates may still be open
+                // a touching pair closes at the start, though its gap may still be slightly open
                 Some(near) if time == 0.0 && near.gap <= near.touch => return Ok(Some(time)),
                 Some(near) => {
                     if near.gap.abs() <= near.resolution {
@@ -108,8 +109,8 @@ impl Runner {
         Ok(Some(time))
     }
 
-    /// The smallest gap of a pair at `time` on the path of the interval; `None` where nothing of
-    /// it is near.
+    /// The smallest gap of a pair at `time` on the path of the interval; `None` if none of its
+    /// contacts is near.
     fn nearest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -131,7 +132,7 @@ impl Runner {
         let found = &mut self.instant.detection;
         found.clear();
         model.detect_pairs(&[contact.surfaces], context.dt, found)?;
-        // a corner that rests is as near as it can be, and closes by round-off
+        // a resting corner is as near as possible, and closes by round-off
         let held = |c: &&ContactPoint| !self.held.contains(&c.key);
         let all = self.instant.detection.contacts.iter().filter(held);
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
@@ -152,8 +153,8 @@ impl Runner {
         }))
     }
 
-    /// Steps to the instant at which `contact` closes and finds the contacts there: which one
-    /// closes, and how long after the start of the rest.
+    /// Moves to the instant at which `contact` closes and detects the contacts there. Returns the
+    /// contact that closes, and the time from the start of the rest.
     #[allow(clippy::too_many_arguments)] // the state of one search
     pub(super) fn seek<M: MultibodyModel + ?Sized>(
         &mut self,
