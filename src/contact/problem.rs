@@ -35,8 +35,8 @@ pub enum ContactError {
         value: f64,
         allowed: &'static str,
     },
-    /// A block joins two sides that cannot move, or `G` is not a Delassus operator: `tr G_ii + R ≤
-    /// 0`, for one row `G_nn + R ≤ 0`.
+    /// A block joins two sides that cannot move, or `G` is not a Delassus operator:
+    /// `tr G_ii + R ≤ 0`, for one row `G_nn + R ≤ 0`.
     #[error(
         "contact problem: block {contact} joins two sides of infinite mass: the diagonal of its \
          operator must be above 0"

@@ -33,13 +33,13 @@ impl Interval {
             let Some(sides) = self.receiving(contact, movable, members) else {
                 continue;
             };
-            let known = cache.get(&contact.key);
-            let now = self.situation(rules, contact, known, inverse_mass, span);
+            let cached = cache.get(&contact.key);
+            let now = self.situation(rules, contact, cached, inverse_mass, span);
             match rule(rules, contact, &now) {
-                Choice::Out => {}
-                Choice::Wait => self.waiting.push(index),
-                Choice::In(rule) => {
-                    let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+                Choice::Inactive => {}
+                Choice::Deferred => self.deferred.push(index),
+                Choice::Active(rule) => {
+                    let warm = cached.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
                     self.push_contact(index, contact, sides, &now, rule, warm);
                 }
             }
@@ -48,13 +48,13 @@ impl Interval {
         self.collect_joints(rules, cache, members, inverse_mass, span);
     }
 
-    /// The data that the rule of a contact depends on; `known` is the contact's cache entry.
+    /// The data that the rule of a contact depends on; `cached` is the contact's cache entry.
     #[inline]
     fn situation(
         &self,
         rules: &Rules,
         contact: &ContactPoint,
-        known: Option<&CachedContact>,
+        cached: Option<&CachedContact>,
         inverse_mass: &[Vec3],
         span: Span,
     ) -> Situation {
@@ -77,9 +77,9 @@ impl Interval {
             gamma_f: contact.rows.velocity(&self.free) + surface,
             acceleration,
             applied,
-            pressed: known.is_some_and(|m| m.impulse.x > 0.0),
-            stuck: known.and_then(|m| m.stuck),
-            rebounded: known.is_some_and(|m| m.rebounded),
+            pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
+            stuck: cached.and_then(|m| m.stuck),
+            rebounded: cached.is_some_and(|m| m.rebounded),
             located,
             crowded: !swept && contact.rows.bodies.iter().any(crowded),
         }
@@ -105,7 +105,7 @@ impl Interval {
             gamma_a: rows(now.gamma_a),
             gamma_f,
             impact,
-            held: false,
+            bilateral: false,
             loaded,
             pressed_before: now.pressed,
             stuck_before: now.stuck.is_some(),
@@ -145,7 +145,7 @@ impl Interval {
                 gamma_a: gamma,
                 gamma_f: gamma,
                 impact,
-                held: false,
+                bilateral: false,
                 loaded: false,
                 pressed_before: false,
                 stuck_before: false,
@@ -200,11 +200,11 @@ impl Interval {
                 && rules.corrects_gaps()
                 && gap < -now.bend.norm() - PASSED * (1.0 + joint.bend.reach())
             {
-                self.passed.push(index);
+                self.passed_limits.push(index);
             }
-            let known = cache.get(&joint.key);
-            let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            self.energies[index] = known.map_or(JointEnergy::default(), |m| m.energy);
+            let cached = cache.get(&joint.key);
+            let warm = cached.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+            self.energies[index] = cached.map_or(JointEnergy::default(), |m| m.energy);
             let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
             let sides = movable(joint.rows.bodies, inverse_mass);
             self.push(block, sides, now.gamma_f + free, law, warm);
@@ -225,7 +225,7 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         gamma_a,
         gamma_f,
         impact: false,
-        held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
+        bilateral: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
         loaded: false,
         pressed_before: false,
         stuck_before: false,

@@ -16,7 +16,7 @@ use crate::solver::{ImpulseSolver, SolveReport};
 const SHARE: f64 = 0.01;
 
 /// Share of the added energy, and of its scale, that decays in a step.
-const FORGOTTEN: f64 = 1.0 / 256.0;
+const DECAY: f64 = 1.0 / 256.0;
 
 /// A blend of two solutions.
 struct Blend {
@@ -147,7 +147,7 @@ pub(super) fn bound_contacts(
     let calm_added = |i: usize| {
         if terms[i].rigid {
             Vec2::new(added[i].x.max(0.0), 0.0)
-        } else if terms[i].held {
+        } else if terms[i].bilateral {
             Vec2::zeros()
         } else {
             added[i]
@@ -175,8 +175,8 @@ fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2
         .sum()
 }
 
-/// Energy \[J\] that the rigid contacts of an island add, with impulses that give the velocities `G
-/// P + b`.
+/// Energy \[J\] that the rigid contacts of an island add, with impulses that give the velocities
+/// `G P + b`.
 pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
     work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
 }
@@ -220,24 +220,24 @@ pub(super) fn bound_joints(
     report: SolveReport,
     tolerance: f64,
 ) -> BoundJoints {
-    let (terms, held) = (&island.terms, &island.held);
-    if held.is_empty() {
+    let (terms, bilateral) = (&island.terms, &island.bilateral);
+    if bilateral.is_empty() {
         return BoundJoints::default();
     }
     // γ_E of a bilateral row is minus the velocity added to γ_F
-    let added = held
+    let added = bilateral
         .iter()
         .map(|h| problem.free[h.block] - terms[h.block].gamma_f);
     let added: Vec<Vec2> = added.collect();
     let work = |share: f64, p: &[Vec2]| -> f64 {
-        let blocks = held.iter().map(|h| h.block).zip(&added);
+        let blocks = bilateral.iter().map(|h| h.block).zip(&added);
         let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
         blocks.map(of).sum()
     };
     let (mut before, mut most) = (0.0, 0.0);
-    for own in held {
-        before += (1.0 - FORGOTTEN) * own.energy.added;
-        most += (1.0 - FORGOTTEN) * own.energy.scale;
+    for own in bilateral {
+        before += (1.0 - DECAY) * own.energy.added;
+        most += (1.0 - DECAY) * own.energy.scale;
     }
     let scale = island.energy.max(most);
     let limit = SHARE * scale;
@@ -251,7 +251,7 @@ pub(super) fn bound_joints(
             if terms.rigid {
                 let push = terms.bias - terms.gamma_f;
                 *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
-            } else if terms.held {
+            } else if terms.bilateral {
                 *b = terms.gamma_f;
             }
         }
@@ -263,11 +263,11 @@ pub(super) fn bound_joints(
         let report = found.report(&report, found.share == 0.0 || !found.calm.solved());
         result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
     }
-    let share = 1.0 / held.len() as f64;
+    let share = 1.0 / bilateral.len() as f64;
     let energy = JointEnergy {
         added: share * (before + now).clamp(-limit, limit),
         scale: share * scale,
     };
-    result.energies = held.iter().map(|h| (h.joint, energy)).collect();
+    result.energies = bilateral.iter().map(|h| (h.joint, energy)).collect();
     result
 }

@@ -49,7 +49,7 @@ impl Fallback {
     }
 
     /// Whether this step leaves out the rigid problem.
-    pub fn waits(self) -> bool {
+    pub fn skips_rigid(self) -> bool {
         self.wait > 0
     }
 
@@ -69,7 +69,7 @@ impl Fallback {
         let close = left.velocity <= CLOSE * left.velocity_scale;
         if report.solved() {
             Fallback::default()
-        } else if self.waits() {
+        } else if self.skips_rigid() {
             Fallback {
                 wait: self.wait - 1,
                 ..self
@@ -147,23 +147,23 @@ pub(super) fn push_back(
 }
 
 /// Chooses the impulses of an island in fallback. `impulses` holds the best rigid ones on entry,
-/// `found` those of the softened problem, which are used if they solve it. `spent` is the report of
+/// `found` those of the softened problem, which are used if they solve it. `total` is the report of
 /// that solve, including the work of all earlier ones. Returns the report for the rigid `problem`.
 ///
 /// Rigid boxes wedged between each other can hold any self-stress. If the best rigid impulses are
 /// not quite a solution, their self-stress is amplified from step to step until its residual
 /// scatters the heap. The softened problem bounds it. If that is not solved either, the impulses
 /// used are never worse than zero impulses.
-pub(super) fn take_soft(
+pub(super) fn choose_softened(
     problem: &ContactProblem,
-    spent: &SolveReport,
+    total: &SolveReport,
     found: &[Vec2],
     impulses: &mut [Vec2],
     tolerance: f64,
 ) -> SolveReport {
     let none = vec![Vec2::zeros(); impulses.len()];
     let left = |p: &[Vec2]| SolveReport::judged(problem, p, tolerance).residual.velocity;
-    if spent.solved() {
+    if total.solved() {
         impulses.copy_from_slice(found);
     } else {
         let (own, nothing) = (left(impulses), left(&none));
@@ -171,5 +171,5 @@ pub(super) fn take_soft(
             impulses.copy_from_slice(&none);
         }
     }
-    SolveReport::judged(problem, impulses, tolerance).after(spent)
+    SolveReport::judged(problem, impulses, tolerance).after(total)
 }

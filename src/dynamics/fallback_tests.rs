@@ -83,7 +83,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             gamma_a: Vec2::zeros(),
             gamma_f: Vec2::new(-0.5, 0.0),
             impact: false,
-            held: false,
+            bilateral: false,
             loaded: false,
             pressed_before: false,
             stuck_before: false,
@@ -144,7 +144,7 @@ fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
 fn what_gave_way_is_tried_again_without_pushes() {
     let fails = FailsLarge::default();
     let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
-    solver.keep = true;
+    solver.store_problems = true;
     let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
     let mut posed = Vec::new();
     for _ in 0..6 {
@@ -181,7 +181,7 @@ fn what_fails_is_tried_again_after_ever_more_steps() {
     let mut state = Fallback::default();
     let tried: Vec<usize> = (0..200)
         .filter(|_| {
-            let tries = !state.waits();
+            let tries = !state.skips_rigid();
             state = state.after(&failed);
             assert!(state.active());
             tries
@@ -201,7 +201,7 @@ fn what_is_nearly_solved_is_used_until_the_island_gives_way() {
     let mut state = Fallback::default().after(&report(SolveStatus::Unsolved, 0.1));
     assert!(state.active());
     let tried = (0..100).filter(|_| {
-        let tries = !state.waits();
+        let tries = !state.skips_rigid();
         state = state.after(&near);
         assert!(state.active());
         tries

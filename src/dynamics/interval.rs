@@ -19,7 +19,7 @@ pub(super) struct Block {
     pub gamma_f: Vec2,
     pub impact: bool,
     /// A pin or locked axis.
-    pub held: bool,
+    pub bilateral: bool,
     /// A contact with a given normal load. Only its friction is solved, in the place of the normal
     /// row.
     pub loaded: bool,
@@ -59,12 +59,12 @@ pub(super) struct Interval {
     /// Surface pairs of all rigid contacts with a movable body, in order.
     pub pairs: Vec<u64>,
     /// Contacts of the detection deferred until they are located in time.
-    pub waiting: Vec<usize>,
+    pub deferred: Vec<usize>,
     /// Joints of the detection whose limit is passed farther than its bend explains.
-    pub passed: Vec<usize>,
+    pub passed_limits: Vec<usize>,
     /// Pairs that overlapped when first seen; their penetration does not count as an error of the
     /// step.
-    pub excused: BTreeSet<u64>,
+    pub known_overlaps: BTreeSet<u64>,
     /// For each body, whether it is in a crowd: see [`super::events::find_crowds`].
     pub crowded: Vec<bool>,
 }
@@ -149,8 +149,8 @@ impl Interval {
         self.laws.clear();
         self.warm.clear();
         self.pairs.clear();
-        self.waiting.clear();
-        self.passed.clear();
+        self.deferred.clear();
+        self.passed_limits.clear();
     }
 
     /// Identifies a block from step to step.

@@ -43,7 +43,7 @@ pub(super) struct Task<'a> {
     pub rules: &'a Rules,
     pub tolerance: f64,
     /// Whether to store the problems.
-    pub keep: bool,
+    pub store_problems: bool,
 }
 
 /// Impulses of an island, and the known data of them.
@@ -124,7 +124,7 @@ impl Worker {
         let staggered = rules.scheme == Scheme::Staggered;
         let large = staggered && members.len() > LARGE;
         let fallback = if large { fallback } else { Fallback::default() };
-        let attempt = match (fallback.waits(), interval.whole && fallback.active()) {
+        let attempt = match (fallback.skips_rigid(), interval.whole && fallback.active()) {
             (true, _) => Attempt::None,
             (false, true) => Attempt::WithoutPushes,
             (false, false) => Attempt::Posed,
@@ -134,7 +134,7 @@ impl Worker {
         if rules.corrects_gaps() && attempt != Attempt::None {
             self.bound_joints(attempt, task.tolerance);
         }
-        self.keep_problem(task);
+        self.store_problem(task);
         self.island.count_added();
         let report = self.answer.report;
         let fallback = if large {
@@ -143,7 +143,7 @@ impl Worker {
             fallback
         };
         if fallback.active() {
-            self.give_way_large(members, attempt, task);
+            self.solve_softened(members, attempt, task);
         } else if staggered && !report.solved() {
             if self.island.contradicts(report.residual.velocity) || hopeless(&report) {
                 self.solve_without_pushes(task.tolerance);
@@ -221,8 +221,8 @@ impl Worker {
         }
     }
 
-    fn keep_problem(&mut self, task: Task) {
-        self.answer.problem = task.keep.then(|| SolvedProblem {
+    fn store_problem(&mut self, task: Task) {
+        self.answer.problem = task.store_problems.then(|| SolvedProblem {
             problem: self.island.problem.clone(),
             impulses: self.answer.impulses.clone(),
             report: self.answer.report,
@@ -230,7 +230,7 @@ impl Worker {
     }
 
     /// Solves a large island with softened contacts.
-    fn give_way_large(&mut self, members: &[u32], attempt: Attempt, task: Task) {
+    fn solve_softened(&mut self, members: &[u32], attempt: Attempt, task: Task) {
         let Worker {
             solver,
             island,
@@ -247,7 +247,7 @@ impl Worker {
         }
         let tolerance = task.tolerance.max(ENOUGH);
         let found = solver.solve(&soft, &mut island.warm, tolerance);
-        let mut spent = found.after(&answer.report);
+        let mut total = found.after(&answer.report);
         if task.rules.corrects_gaps() && attempt == Attempt::None {
             let mut impulses = std::mem::take(&mut island.warm);
             let joints = bound_joints(
@@ -260,9 +260,9 @@ impl Worker {
             );
             island.warm = impulses;
             answer.energies = joints.energies;
-            spent = found.after(&answer.report);
+            total = found.after(&answer.report);
             if let Some((report, bias)) = joints.bounded {
-                spent = report.after(&answer.report);
+                total = report.after(&answer.report);
                 answer.joints_bounded = true;
                 let changes = bias.iter().zip(&soft.free).map(|(now, posed)| now - posed);
                 let free = island.problem.free.iter_mut();
@@ -273,12 +273,12 @@ impl Worker {
         }
         let (problem, found) = (&island.problem, &island.warm);
         let impulses = &mut answer.impulses;
-        answer.report = fallback::take_soft(problem, &spent, found, impulses, task.tolerance);
+        answer.report = fallback::choose_softened(problem, &total, found, impulses, task.tolerance);
         (answer.velocities_known, answer.change_known) = (false, false);
         answer.relaxed = true;
-        if let Some(kept) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
-            kept.impulses.copy_from_slice(&answer.impulses);
-            kept.report = answer.report;
+        if let Some(stored) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
+            stored.impulses.copy_from_slice(&answer.impulses);
+            stored.report = answer.report;
         }
     }
 
@@ -305,8 +305,9 @@ impl Worker {
             let soft = fallback::softened(problem);
             island.warm.fill(Vec2::zeros());
             let found = solver.solve(&soft, &mut island.warm, tolerance);
-            let spent = found.after(&answer.report);
-            answer.report = fallback::take_soft(problem, &spent, &island.warm, impulses, tolerance);
+            let total = found.after(&answer.report);
+            answer.report =
+                fallback::choose_softened(problem, &total, &island.warm, impulses, tolerance);
             answer.relaxed = true;
         }
     }
@@ -371,7 +372,7 @@ impl Worker {
                 .zip(answer.change.iter().copied())
                 .collect()
         });
-        let unclosed = island.held.iter().filter(|_| outcome.joints_bounded);
+        let unclosed = island.bilateral.iter().filter(|_| outcome.joints_bounded);
         IslandResult {
             outcome,
             problem: answer.problem.take(),
@@ -379,7 +380,7 @@ impl Worker {
             bias: answer.bias.take(),
             change,
             energies: std::mem::take(&mut answer.energies),
-            unclosed: unclosed.map(|held| held.joint).collect(),
+            unclosed: unclosed.map(|bilateral| bilateral.joint).collect(),
         }
     }
 }

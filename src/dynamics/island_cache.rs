@@ -71,7 +71,7 @@ impl IslandCache {
     }
 
     /// Stores the factors of the island with this first key for the next step.
-    pub fn keep_factors(&mut self, first: ContactKey, factors: FactorCache) {
+    pub fn store_factors(&mut self, first: ContactKey, factors: FactorCache) {
         if !factors.is_empty() {
             self.next.factors.insert(first, factors);
         }
@@ -85,21 +85,21 @@ impl IslandCache {
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,
     ) -> Fallback {
-        let known = |states: &FxHashMap<ContactKey, Fallback>| {
+        let stored = |states: &FxHashMap<ContactKey, Fallback>| {
             let mut keys = keys.clone().filter(|_| !states.is_empty());
             keys.find_map(|key| states.get(&key).copied())
         };
         let found = if whole {
-            known(&self.last.fallback)
+            stored(&self.last.fallback)
         } else {
-            let within = known(&self.within).or_else(|| known(&self.next.fallback));
+            let within = stored(&self.within).or_else(|| stored(&self.next.fallback));
             within.map(Fallback::within)
         };
         found.unwrap_or_default()
     }
 
     /// Stores the fallback state of an island with these keys.
-    pub fn keep_fallback(
+    pub fn store_fallback(
         &mut self,
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,

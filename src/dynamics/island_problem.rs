@@ -19,14 +19,14 @@ pub(super) struct Terms {
     /// them.
     pub rigid: bool,
     /// A pin or locked axis.
-    pub held: bool,
+    pub bilateral: bool,
     /// A rebounding impact.
     pub impact: bool,
 }
 
 /// A pin or locked axis of the island.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct BilateralJoint {
     pub block: usize,
     /// Its number in the detection.
     pub joint: usize,
@@ -43,7 +43,7 @@ pub(super) struct IslandProblem {
     pub added: Vec<Vec2>,
     /// Start impulses.
     pub warm: Vec<Vec2>,
-    pub held: Vec<Held>,
+    pub bilateral: Vec<BilateralJoint>,
     /// Kinetic energy \[J\] of the bodies at the start, plus that of the velocities that forces
     /// alone would give them; 0 without pins or locked axes.
     pub energy: f64,
@@ -86,29 +86,29 @@ impl IslandProblem {
                 gamma_f: solution.gamma_f(interval, i),
                 bias: solution.bias[i],
                 rigid: is_rigid(&interval.laws[i]),
-                held: block.held,
+                bilateral: block.bilateral,
                 impact: block.impact,
             }
         }));
-        self.held.clear();
+        self.bilateral.clear();
         self.energy = 0.0;
         if !interval.detection.joints.is_empty() {
-            self.pose_held(interval, members, inverse_mass);
+            self.pose_bilateral(interval, members, inverse_mass);
         }
     }
 
-    fn pose_held(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
+    fn pose_bilateral(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
         for (block, &i) in members.iter().enumerate() {
             let own = &interval.blocks[i as usize];
-            if let (Source::Joint(joint), true) = (own.source, own.held) {
-                self.held.push(Held {
+            if let (Source::Joint(joint), true) = (own.source, own.bilateral) {
+                self.bilateral.push(BilateralJoint {
                     block,
                     joint,
                     energy: interval.energies[joint],
                 });
             }
         }
-        if self.held.is_empty() {
+        if self.bilateral.is_empty() {
             return;
         }
         let sides = members.iter().flat_map(|&i| interval.sides[i as usize]);

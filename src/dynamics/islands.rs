@@ -19,14 +19,14 @@ impl Islands {
     /// Groups blocks by the two bodies of each, with `bodies` bodies in all. Islands are in the
     /// order of their first blocks.
     pub fn build(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
-        if !self.stand(bodies, &[], rows.clone()) {
+        if !self.is_current(bodies, &[], rows.clone()) {
             self.find_all(bodies, rows);
             self.some.clear();
         }
     }
 
     /// Whether the last build had the same input, as in most steps.
-    fn stand(
+    fn is_current(
         &self,
         bodies: usize,
         some: &[u32],
@@ -81,7 +81,7 @@ impl Islands {
     /// Groups only some blocks, given by their numbers.
     pub fn build_of(&mut self, bodies: usize, some: &[u32], rows: &[[u32; 2]]) {
         let rows = some.iter().map(|&i| rows[i as usize]);
-        if self.stand(bodies, some, rows.clone()) {
+        if self.is_current(bodies, some, rows.clone()) {
             return;
         }
         self.find_all(bodies, rows);
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn what_was_built_before_does_not_matter() {
         let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3], [0, 2]];
-        let mut kept = Islands::default();
+        let mut reused = Islands::default();
         let lists = |islands: &Islands| -> Vec<Vec<u32>> {
             (0..islands.len())
                 .map(|k| islands.blocks(k).to_vec())
@@ -148,15 +148,15 @@ mod tests {
         ];
         for some in choices {
             let mut fresh = Islands::default();
-            for islands in [&mut kept, &mut fresh] {
+            for islands in [&mut reused, &mut fresh] {
                 match some {
                     [] => islands.build(4, all.into_iter()),
                     _ => islands.build_of(4, some, &all),
                 }
             }
-            assert_eq!(lists(&kept), lists(&fresh), "{some:?}");
+            assert_eq!(lists(&reused), lists(&fresh), "{some:?}");
         }
-        kept.build(5, [].into_iter());
-        assert_eq!(kept.len(), 0);
+        reused.build(5, [].into_iter());
+        assert_eq!(reused.len(), 0);
     }
 }

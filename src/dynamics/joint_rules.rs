@@ -127,7 +127,7 @@ fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
     }
     let rate = now.gamma_a.x;
     // P at γ_E = 0
-    let held =
+    let at_rest =
         -dt * (k * (spring.stretch - 0.25 * dt * rate) + c * ((1.0 - theta) * rate - spring.speed));
     let bound = spring.max_force * dt;
     let law = Law::Bounded {
@@ -135,7 +135,7 @@ fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
         upper: bound,
         compliance: 1.0 / gain,
     };
-    Some((Vec2::new(-held / gain, 0.0), law))
+    Some((Vec2::new(-at_rest / gain, 0.0), law))
 }
 
 /// θ of (4), from ½ to 1.

@@ -79,16 +79,16 @@ impl PhaseClock {
 
     /// Adds the time since the last call to assembly and solve, in proportion to the times that
     /// `threads` measured.
-    pub fn lap_as<'a>(&mut self, threads: impl Iterator<Item = &'a PhaseClock>) {
-        let spent = threads.fold([0.0, 0.0], |[a, s], clock| {
+    pub fn lap_in_proportion<'a>(&mut self, threads: impl Iterator<Item = &'a PhaseClock>) {
+        let times = threads.fold([0.0, 0.0], |[a, s], clock| {
             [a + clock.phases.assembly, s + clock.phases.solve]
         });
-        let whole = spent[0] + spent[1];
+        let whole = times[0] + times[1];
         if let Some(elapsed) = self.elapsed()
             && whole > 0.0
         {
-            self.phases.assembly += elapsed * spent[0] / whole;
-            self.phases.solve += elapsed * spent[1] / whole;
+            self.phases.assembly += elapsed * times[0] / whole;
+            self.phases.solve += elapsed * times[1] / whole;
         }
     }
 }

@@ -29,14 +29,14 @@ pub(super) fn record_interval(
             continue;
         }
         // no work on a side that receives no impulse
-        let takes = |rows: &Rows| {
+        let side_velocity = |rows: &Rows| {
             let (bodies, jacobian) = (interval.sides[i], rows.jacobian);
             Rows { bodies, jacobian }.velocity(&mean)
         };
         match block.source {
             Source::Joint(index) => {
                 let joint = &interval.detection.joints[index];
-                let own = takes(&joint.rows);
+                let own = side_velocity(&joint.rows);
                 let work = p.dot(&own);
                 record.joint_gap = record.joint_gap.max(joint.distance());
                 match joint.kind {
@@ -53,14 +53,14 @@ pub(super) fn record_interval(
                     impulse: p,
                     work,
                 });
-                let kept = CachedContact {
+                let entry = CachedContact {
                     impulse: p,
                     dt: interval.length,
                     stuck: None,
                     rebounded: false,
                     energy: solution.energies[index],
                 };
-                cache.push(joint.key, kept);
+                cache.push(joint.key, entry);
             }
             Source::Contact(index) => {
                 let contact = &interval.detection.contacts[index];
@@ -69,11 +69,11 @@ pub(super) fn record_interval(
                     NormalLaw::Load { force } => Vec2::new(force * interval.length, p.x),
                     _ => p,
                 };
-                let work = takes(&contact.rows);
+                let work = side_velocity(&contact.rows);
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
-                let kept = record_contact(interval, solution, i, contact, impulse, time, record);
-                cache.push(contact.key, kept);
+                let entry = record_contact(interval, solution, i, contact, impulse, time, record);
+                cache.push(contact.key, entry);
             }
         }
     }
@@ -127,8 +127,8 @@ fn record_contact(
             impulse_t: impulse.y,
             moments: [0, 1].map(|side| {
                 let [n, t] = contact.rows.jacobian[side];
-                let takes = interval.sides[i][side] != NO_BODY;
-                takes.then_some(n.z * impulse.x + t.z * impulse.y)
+                let receives = interval.sides[i][side] != NO_BODY;
+                receives.then_some(n.z * impulse.x + t.z * impulse.y)
             }),
             slip: interval.length * slip_velocity,
             load_slip: impulse.x * slip_velocity.abs(),
@@ -139,7 +139,7 @@ fn record_contact(
     }
     if block.impact || instant {
         record.penetration_impact = record.penetration_impact.max(-contact.gap);
-    } else if !interval.excused.contains(&contact.key.pair) {
+    } else if !interval.known_overlaps.contains(&contact.key.pair) {
         let end_gap = contact.gap + 0.5 * interval.length * gamma_e.x;
         record.penetration = record.penetration.max(-end_gap);
     }

@@ -143,10 +143,10 @@ pub(super) struct Rule {
 /// Whether a contact takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Choice {
-    Out,
+    Inactive,
     /// Deferred: its impact must be located in time first.
-    Wait,
-    In(Rule),
+    Deferred,
+    Active(Rule),
 }
 
 /// The rule of one contact.
@@ -156,8 +156,8 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
     let g = contact.gap.signum() * (contact.gap.abs() - contact.gap_noise).max(0.0);
     match contact.law {
         NormalLaw::Rigid { restitution } => match rules.scheme {
-            Scheme::Moreau if contact.gap > 0.0 => Choice::Out,
-            Scheme::Moreau => Choice::In(Rule {
+            Scheme::Moreau if contact.gap > 0.0 => Choice::Inactive,
+            Scheme::Moreau => Choice::Active(Rule {
                 free: rebound(rules, restitution, now.gamma_a),
                 law: rigid(contact),
                 impact: restitution > 0.0 && now.gamma_a.x < 0.0,
@@ -170,7 +170,7 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
         // only the friction row remains, bounded by the given load
         NormalLaw::Load { force } => {
             let bound = contact.friction * force * now.span.length;
-            Choice::In(Rule {
+            Choice::Active(Rule {
                 free: Vec2::zeros(),
                 law: Law::Bounded {
                     lower: -bound,
@@ -253,13 +253,13 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let slow = rest_velocity(now.applied, now.span.step);
     let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
     if now.located && fast && !persists {
-        return Choice::Wait;
+        return Choice::Deferred;
     }
     let smooth = persists || e * closing <= v_r;
     let mut free = Vec2::zeros();
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
-            return Choice::Out;
+            return Choice::Inactive;
         }
         free = rebound(rules, e, now.gamma_a);
     } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.pressed) {
@@ -268,7 +268,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         free = rebound(rules, e, now.gamma_a);
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
-            return Choice::Out;
+            return Choice::Inactive;
         }
         free.x = g / dt;
     } else if now.pressed {
@@ -278,7 +278,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     if let (true, Some(previous)) = (smooth, now.stuck) {
         free.y = -0.5 * (previous - now.gamma_a.y);
     }
-    Choice::In(Rule {
+    Choice::Active(Rule {
         free,
         law: rigid(contact),
         impact: !smooth,
@@ -293,11 +293,11 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
 fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Situation) -> Choice {
     let (g, dt) = (contact.gap, now.span.length);
     if g > 0.0 && g + dt * now.gamma_f.x > 0.0 {
-        return Choice::Out;
+        return Choice::Inactive;
     }
     let damping = if g <= 0.0 { damping } else { 0.0 };
     let gain = stiffness * dt + damping;
-    Choice::In(Rule {
+    Choice::Active(Rule {
         free: Vec2::new(stiffness * g / gain, 0.0),
         law: Law::Contact {
             friction: contact.friction,

@@ -28,7 +28,7 @@ pub(super) struct Solution {
     /// Joints of the detection whose gaps must be closed by position, ascending.
     pub unclosed: Vec<usize>,
     /// Contacts of the detection deferred until they are located in time.
-    pub waiting: Vec<usize>,
+    pub deferred: Vec<usize>,
     pub islands: Islands,
     /// One per island; problems only if they are stored.
     pub outcomes: Vec<IslandOutcome>,
@@ -44,8 +44,8 @@ impl Solution {
         self.resolution.resize(interval.blocks.len(), 0.0);
         self.counted.resize(interval.blocks.len(), false);
         self.energies.extend_from_slice(&interval.energies);
-        self.unclosed.extend_from_slice(&interval.passed);
-        self.waiting.extend_from_slice(&interval.waiting);
+        self.unclosed.extend_from_slice(&interval.passed_limits);
+        self.deferred.extend_from_slice(&interval.deferred);
     }
 
     /// Clears the solution, for an interval without blocks.
@@ -58,7 +58,7 @@ impl Solution {
         self.change.clear();
         self.energies.clear();
         self.unclosed.clear();
-        self.waiting.clear();
+        self.deferred.clear();
         self.outcomes.clear();
         self.problems.clear();
     }
@@ -87,7 +87,7 @@ impl Solution {
     }
 
     /// Stores the impulses of an island, which may still be a part of a larger one.
-    pub fn take(
+    pub fn store(
         &mut self,
         interval: &Interval,
         members: &[u32],
@@ -98,7 +98,7 @@ impl Solution {
             self.impulses[i as usize] = p;
             self.resolution[i as usize] = result.resolution;
         }
-        self.take_change(interval, members, result.change.as_deref());
+        self.store_change(interval, members, result.change.as_deref());
     }
 
     /// Stores the rest of the results, one for each of `islands`.
@@ -120,7 +120,7 @@ impl Solution {
 
     /// Stores the velocity change of an island's bodies. If `None`, it is computed from the
     /// impulses later.
-    fn take_change(
+    fn store_change(
         &mut self,
         interval: &Interval,
         members: &[u32],
@@ -144,8 +144,8 @@ impl Solution {
     /// Leaves a contact without an impulse until it is located in time. It is an island of its own.
     pub fn release(&mut self, interval: &Interval, block: u32, contact: usize) {
         self.impulses[block as usize] = Vec2::zeros();
-        self.take_change(interval, &[block], None);
-        self.waiting.push(contact);
+        self.store_change(interval, &[block], None);
+        self.deferred.push(contact);
     }
 
     /// Adds the velocities of bodies of higher dominance to some blocks. Those bodies must be

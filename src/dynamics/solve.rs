@@ -17,7 +17,7 @@ use crate::solver::{FactorCache, ImpulseSolver, SolveReport};
 struct Job {
     island: usize,
     /// Work on earlier parts of it.
-    spent: Vec<SolveReport>,
+    earlier_work: Vec<SolveReport>,
     factors: Option<FactorCache>,
     fallback: Fallback,
 }
@@ -29,14 +29,14 @@ pub(super) struct IslandSolver {
     pub pool: Option<SolverPool>,
     pub tolerance: f64,
     /// Whether solutions store copies of their problems.
-    pub keep: bool,
+    pub store_problems: bool,
     pub cache: IslandCache,
     pub clock: PhaseClock,
 }
 
 /// Least number of blocks of an island that stores factors for the next step; smaller ones are
 /// cheap to factorise.
-const KEEPS_FACTORS: usize = 16;
+const LEAST_BLOCKS_FOR_FACTORS: usize = 16;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
@@ -44,7 +44,7 @@ impl IslandSolver {
             own: Worker::new(solver),
             pool: None,
             tolerance,
-            keep: false,
+            store_problems: false,
             cache: IslandCache::default(),
             clock: PhaseClock::default(),
         }
@@ -100,7 +100,7 @@ impl IslandSolver {
             let job = self.job(k, members, Vec::new(), interval);
             let task = self.task(interval, solution, inverse_mass, rules);
             let result = self.solve_here(job, members, task);
-            solution.take(interval, members, self.own.impulses(), &result);
+            solution.store(interval, members, self.own.impulses(), &result);
             results[k] = Some(result);
         }
         solution.islands = islands;
@@ -120,7 +120,7 @@ impl IslandSolver {
             inverse_mass,
             rules,
             tolerance: self.tolerance,
-            keep: self.keep,
+            store_problems: self.store_problems,
         }
     }
 
@@ -129,7 +129,7 @@ impl IslandSolver {
         &mut self,
         island: usize,
         members: &[u32],
-        spent: Vec<SolveReport>,
+        earlier_work: Vec<SolveReport>,
         interval: &Interval,
     ) -> Job {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
@@ -138,18 +138,18 @@ impl IslandSolver {
         } else {
             Fallback::default()
         };
-        let keeps = members.len() >= KEEPS_FACTORS && interval.whole;
-        let first = keys.next().filter(|_| keeps);
+        let stores = members.len() >= LEAST_BLOCKS_FOR_FACTORS && interval.whole;
+        let first = keys.next().filter(|_| stores);
         Job {
             island,
-            spent,
+            earlier_work,
             factors: first.map(|first| self.cache.take_factors(&first)),
             fallback,
         }
     }
 
     /// Stores an island's data for the next step.
-    fn keep(
+    fn store(
         &mut self,
         members: &[u32],
         factors: Option<FactorCache>,
@@ -157,9 +157,9 @@ impl IslandSolver {
         interval: &Interval,
     ) {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
-        (self.cache).keep_fallback(keys.clone(), interval.whole, fallback);
+        (self.cache).store_fallback(keys.clone(), interval.whole, fallback);
         if let (Some(factors), Some(first)) = (factors, keys.next()) {
-            self.cache.keep_factors(first, factors);
+            self.cache.store_factors(first, factors);
         }
     }
 
@@ -168,8 +168,8 @@ impl IslandSolver {
         let memory = (job.factors.as_mut(), job.fallback);
         let solved = (self.own).solve_island(members, memory, task, &mut self.clock);
         let (mut result, fallback) = solved;
-        self.keep(members, job.factors, fallback, task.interval);
-        add_work(&mut result, &job.spent);
+        self.store(members, job.factors, fallback, task.interval);
+        add_work(&mut result, &job.earlier_work);
         self.clock.lap(|t| &mut t.solve);
         result
     }
@@ -191,8 +191,8 @@ impl IslandSolver {
         let mut jobs = Vec::with_capacity(islands.len());
         for k in 0..islands.len() {
             let members = islands.blocks(k);
-            if let Some(spent) = set.begin(members) {
-                jobs.push(self.job(k, members, spent, interval));
+            if let Some(earlier_work) = set.begin(members) {
+                jobs.push(self.job(k, members, earlier_work, interval));
             }
         }
         let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
@@ -201,8 +201,8 @@ impl IslandSolver {
             let solved = self.solve_on_threads(jobs, |island| islands.blocks(island), task);
             for (island, result, impulses) in solved {
                 let members = islands.blocks(island);
-                solution.take(interval, members, &impulses, &result);
-                set.keep(members[0], result);
+                solution.store(interval, members, &impulses, &result);
+                set.store(members[0], result);
             }
             self.clock.lap(|t| &mut t.solve);
         } else {
@@ -210,8 +210,8 @@ impl IslandSolver {
                 let members = islands.blocks(job.island);
                 let task = self.task(interval, solution, inverse_mass, rules);
                 let result = self.solve_here(job, members, task);
-                solution.take(interval, members, self.own.impulses(), &result);
-                set.keep(members[0], result);
+                solution.store(interval, members, self.own.impulses(), &result);
+                set.store(members[0], result);
             }
         }
         solution.islands = islands;
@@ -219,7 +219,7 @@ impl IslandSolver {
             return true;
         }
         solution.end_velocities(interval, inverse_mass);
-        set.take_closed(interval, solution)
+        set.include_closed(interval, solution)
     }
 
     /// Solves islands on all threads. Returns their numbers, results and impulses in the order of
@@ -241,19 +241,19 @@ impl IslandSolver {
             return Vec::new();
         };
         let solved = pool.solve(&mut self.own, &mut self.clock, jobs, one);
-        let keep = |(job, mut result, impulses): (Job, IslandResult, _)| {
+        let store = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
-            self.keep(own, job.factors, job.fallback, task.interval);
-            add_work(&mut result, &job.spent);
+            self.store(own, job.factors, job.fallback, task.interval);
+            add_work(&mut result, &job.earlier_work);
             (job.island, result, impulses)
         };
-        solved.into_iter().map(keep).collect()
+        solved.into_iter().map(store).collect()
     }
 }
 
 /// Adds the work on earlier parts of an island.
-fn add_work(result: &mut IslandResult, spent: &[SolveReport]) {
-    for earlier in spent {
+fn add_work(result: &mut IslandResult, earlier_work: &[SolveReport]) {
+    for earlier in earlier_work {
         result.outcome.report = result.outcome.report.after(earlier);
     }
 }

@@ -141,13 +141,13 @@ impl MoreauStepper {
         let overlaps = self.pose(model, rules, dt)?;
         self.solve(rules, dt)?;
         let mut clusters = self.locate(model, rules, dt)?;
-        let mut apart = vec![false; self.inverse_mass.len()];
+        let mut in_cluster = vec![false; self.inverse_mass.len()];
         for &body in clusters.iter().flat_map(|c| &c.bodies) {
-            apart[body as usize] = true;
+            in_cluster[body as usize] = true;
         }
-        self.count_islands(record, &mut clusters, &apart);
-        self.record(model, record, &clusters, &apart);
-        self.write(model, &clusters, &apart, dt);
+        self.count_islands(record, &mut clusters, &in_cluster);
+        self.record(model, record, &clusters, &in_cluster);
+        self.write(model, &clusters, &in_cluster, dt);
         let potential = self.close_gaps(model, record, overlaps)?;
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         self.solver.cache.commit();
@@ -184,8 +184,8 @@ impl MoreauStepper {
         let recovers = self.settings.recovers();
         let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
         match &overlaps {
-            Some(overlaps) => interval.excused.clone_from(&overlaps.open),
-            None => interval.excused.clear(),
+            Some(overlaps) => interval.known_overlaps.clone_from(&overlaps.open),
+            None => interval.known_overlaps.clear(),
         }
         Ok(overlaps)
     }
@@ -229,19 +229,24 @@ impl MoreauStepper {
     }
 
     /// Adds the work of all islands to the record, and the results and problems of those that are
-    /// not wholly `apart`.
-    fn count_islands(&mut self, record: &mut StepRecord, clusters: &mut [Cluster], apart: &[bool]) {
+    /// not wholly `in_cluster`.
+    fn count_islands(
+        &mut self,
+        record: &mut StepRecord,
+        clusters: &mut [Cluster],
+        in_cluster: &[bool],
+    ) {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let mut counts = vec![false; solution.outcomes.len()];
         for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(record);
             let mut blocks = solution.islands.blocks(k).iter();
-            counts[k] = blocks.any(|&i| is_used(interval, apart, i as usize));
+            counts[k] = blocks.any(|&i| is_used(interval, in_cluster, i as usize));
             if counts[k] {
                 outcome.count(record);
             }
         }
-        if self.solver.keep {
+        if self.solver.store_problems {
             let problems = solution.problems.drain(..).zip(&counts);
             let used = problems.filter_map(|(problem, used)| used.then_some(problem));
             self.problems.extend(used);
@@ -250,21 +255,21 @@ impl MoreauStepper {
         }
     }
 
-    /// Records contacts and energies of the interval and of the clusters, whose bodies are `apart`
+    /// Records contacts and energies of the interval and of the clusters (`in_cluster` bodies)
     /// from it.
     fn record<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
         record: &mut StepRecord,
         clusters: &[Cluster],
-        apart: &[bool],
+        in_cluster: &[bool],
     ) {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
         next.clear();
-        let used = |i: usize| is_used(interval, apart, i);
+        let used = |i: usize| is_used(interval, in_cluster, i);
         record_interval(interval, solution, used, w, record.time, record, next);
-        record.energy.forces += forces_work(interval, solution, w, |body| !apart[body]);
+        record.energy.forces += forces_work(interval, solution, w, |body| !in_cluster[body]);
         for cluster in clusters {
             record.add(&cluster.record);
             next.extend(cluster.contacts.entries().iter().copied());
@@ -288,12 +293,12 @@ impl MoreauStepper {
         &self,
         model: &mut M,
         clusters: &[Cluster],
-        apart: &[bool],
+        in_cluster: &[bool],
         dt: f64,
     ) {
         let end = &self.solution.end;
         model.set_velocities(end);
-        for body in (0..apart.len()).filter(|&body| !apart[body]) {
+        for body in (0..in_cluster.len()).filter(|&body| !in_cluster[body]) {
             model.shift(body, &end[body], 0.5 * dt);
         }
         for cluster in clusters {
@@ -331,8 +336,8 @@ impl MoreauStepper {
     }
 }
 
-/// Whether a block is recorded with the interval: none of its bodies is apart.
-fn is_used(interval: &Interval, apart: &[bool], block: usize) -> bool {
+/// Whether a block is recorded with the interval: none of its bodies is in a cluster.
+fn is_used(interval: &Interval, in_cluster: &[bool], block: usize) -> bool {
     let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
-    sides.all(|b| !apart[*b as usize])
+    sides.all(|b| !in_cluster[*b as usize])
 }

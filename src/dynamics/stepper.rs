@@ -173,7 +173,7 @@ impl MoreauStepper {
 
     /// Whether to store the problems of every step for [`MoreauStepper::problems`]; off by default.
     pub fn keep_problems(&mut self, keep: bool) {
-        self.solver.keep = keep;
+        self.solver.store_problems = keep;
         self.problems.clear();
     }
 

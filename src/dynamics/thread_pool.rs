@@ -137,7 +137,7 @@ impl SolverPool {
             work(worker, &mut own_clock, &mut own);
         });
         let clocks = others.iter().map(|thread| &thread.clock);
-        clock.lap_as(clocks.chain(std::iter::once(&own_clock)));
+        clock.lap_in_proportion(clocks.chain(std::iter::once(&own_clock)));
         let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
         for (k, result) in done.into_iter().flatten().chain(own) {
             results[k] = Some(result);
@@ -228,10 +228,10 @@ mod tests {
             pause();
         });
         let wall = start.elapsed().as_secs_f64();
-        let booked = clock.phases;
-        assert!(booked.assembly > 0.0 && booked.solve > 0.0, "{booked:?}");
+        let timings = clock.phases;
+        assert!(timings.assembly > 0.0 && timings.solve > 0.0, "{timings:?}");
         // twelve islands of 4 ms on four threads take at least 12 ms
-        let sum = booked.assembly + booked.solve;
-        assert!((0.012..=wall).contains(&sum), "{booked:?} of {wall} s");
+        let sum = timings.assembly + timings.solve;
+        assert!((0.012..=wall).contains(&sum), "{timings:?} of {wall} s");
     }
 }

@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 /// It is added if the solution without it has `ξ_N < 0`. If no such contact is left, the impulses
 /// of the set solve the whole problem: `P = 0` satisfies the law of all contacts left out.
 pub(super) struct WorkingSet {
-    taken: Vec<bool>,
+    included: Vec<bool>,
     round: usize,
     /// Blocks added in the last round.
     added: Vec<bool>,
@@ -37,7 +37,7 @@ impl WorkingSet {
     /// The blocks that (1) leaves in, with `islands` of all blocks.
     pub fn near(interval: &Interval, islands: &Islands) -> WorkingSet {
         let count = interval.blocks.len();
-        let mut taken = vec![true; count];
+        let mut included = vec![true; count];
         for k in 0..islands.len() {
             let members = islands.blocks(k);
             let opening = |i: &u32| interval.bias[*i as usize].x;
@@ -45,25 +45,25 @@ impl WorkingSet {
             for i in members {
                 let idle = interval.warm[*i as usize] == Vec2::zeros();
                 let contact = matches!(interval.laws[*i as usize], Law::Contact { .. });
-                taken[*i as usize] = !(contact && idle && opening(i) > closing);
+                included[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
         WorkingSet {
             round: 0,
-            added: vec![false; if taken.contains(&false) { count } else { 0 }],
+            added: vec![false; if included.contains(&false) { count } else { 0 }],
             solved: BTreeMap::new(),
-            taken,
+            included,
         }
     }
 
     /// Groups the blocks of the set into islands; on entry `islands` are those of all blocks.
     /// Returns whether the set contains all blocks.
     pub fn group(&self, interval: &Interval, islands: &mut Islands, bodies: usize) -> bool {
-        let taken = (0..self.taken.len() as u32).filter(|&i| self.taken[i as usize]);
-        let taken: Vec<u32> = taken.collect();
-        let all = taken.len() == self.taken.len();
+        let included = (0..self.included.len() as u32).filter(|&i| self.included[i as usize]);
+        let included: Vec<u32> = included.collect();
+        let all = included.len() == self.included.len();
         if !all || self.round > 0 {
-            islands.build_of(bodies, &taken, &interval.sides);
+            islands.build_of(bodies, &included, &interval.sides);
         }
         all
     }
@@ -81,7 +81,7 @@ impl WorkingSet {
     }
 
     /// Stores the result of the island with this first block.
-    pub fn keep(&mut self, first: u32, result: IslandResult) {
+    pub fn store(&mut self, first: u32, result: IslandResult) {
         self.solved.insert(first, result);
     }
 
@@ -91,25 +91,25 @@ impl WorkingSet {
     }
 
     /// Adds the contacts that would close at the end velocities. Returns whether there were none.
-    pub fn take_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
+    pub fn include_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
         self.round += 1;
         self.added.fill(false);
         let mut complete = true;
-        for i in 0..self.taken.len() {
-            if self.taken[i] {
+        for i in 0..self.included.len() {
+            if self.included[i] {
                 continue;
             }
             let rows = interval.rows(i);
             let change = rows.velocity(&solution.end).x - rows.velocity(&interval.free).x;
             if interval.bias[i].x + change < 0.0 {
                 complete = false;
-                (self.taken[i], self.added[i]) = (true, true);
+                (self.included[i], self.added[i]) = (true, true);
             }
         }
         if !complete && self.round == ROUNDS {
-            for i in 0..self.taken.len() {
-                self.added[i] |= !self.taken[i];
-                self.taken[i] = true;
+            for i in 0..self.included.len() {
+                self.added[i] |= !self.included[i];
+                self.included[i] = true;
             }
         }
         complete

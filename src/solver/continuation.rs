@@ -16,7 +16,9 @@ use crate::contact::{ContactProblem, Judge, Law, Vec2};
 /// friction    μ → (1 − s) μ                          without friction the problem is convex (2)
 /// ```
 ///
-/// Some problems need statuses to change one after the other; no distant start gets them all right at once. Continuation changes them in order. Where one path ends at a fold, another path may lead around it.
+/// Some problems need statuses to change one after the other; no distant start gets them all right
+/// at once. Continuation changes them in order. Where one path ends at a fold, another path may
+/// lead around it.
 ///
 /// # Source
 /// Allgower & Georg, *Introduction to Numerical Continuation Methods* (2003), for the step control.

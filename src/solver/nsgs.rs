@@ -31,11 +31,12 @@ pub type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 /// Frictional contacts are solved four at a time, in groups that change nothing but the time: the
 /// blocks of each body stay in order, and every number is the same to the last bit. In a pyramid of
 /// 5050 boxes a core makes 88 million contact-sweeps a second, the judge included. One block at a
-/// time makes 30 million (`moreau2d bench large-pyramid --solver nsgs --tolerance 1e-9 --settle 1
-/// --steps 2`). In drums and smaller pyramids, which stay in the processor's caches, sweeps alone
-/// make 90 to 145 million. Towers and arches, where each block waits for the one before, problems
-/// with fewer than 32 blocks, and explicit operators are swept one block at a time. Groups of eight
-/// are no faster. Stored inverses would be 1.3 times as fast, with other last bits.
+/// time makes 30 million
+/// (`moreau2d bench large-pyramid --solver nsgs --tolerance 1e-9 --settle 1 --steps 2`). In drums
+/// and smaller pyramids, which stay in the processor's caches, sweeps alone make 90 to 145 million.
+/// Towers and arches, where each block waits for the one before, problems with fewer than 32
+/// blocks, and explicit operators are swept one block at a time. Groups of eight are no faster.
+/// Stored inverses would be 1.3 times as fast, with other last bits.
 ///
 /// # Source
 /// Jean & Moreau (1992); Acary, Brémond & Huber, *On solving contact problems with Coulomb

@@ -18,8 +18,8 @@ use nalgebra::Matrix3;
 /// velocity space, `K dv = Jᵀ (r + g) − M v` with `K = M + Jᵀ A J`: sparse, and linear in a chain.
 /// Velocities are scaled by `M^½`, so that `M` is the identity and a locked coordinate a zero
 /// column. For an explicit operator it is `(I + G A) h = G (r + g) − ν`, `ν = J v`: sparse as well,
-/// over the contacts that share a body. Neither form pivots between blocks: with symmetric gains `G
-/// + A⁻¹` needs no pivoting.
+/// over the contacts that share a body. Neither form pivots between blocks: with symmetric gains
+/// `G + A⁻¹` needs no pivoting.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Response {
     /// Whether the symbolic factorisation is done for this problem.

@@ -43,8 +43,8 @@ impl Uniqueness {
 
     /// Analyses a solution.
     ///
-    /// The self-stress is the number of closed rows less the rank of their Delassus operator. `P_T
-    /// = ±μ P_N` of a sliding contact counts as one row.
+    /// The self-stress is the number of closed rows less the rank of their Delassus operator.
+    /// `P_T = ±μ P_N` of a sliding contact counts as one row.
     ///
     /// # Arguments
     /// - `impulses`: certified [N s]; they decide which contacts are closed.

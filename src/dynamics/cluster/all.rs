@@ -21,7 +21,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     let (main, trial) = (context.main, context.trial);
     let count = main.start.len();
     let crossing: Vec<[u32; 2]> = trial
-        .waiting
+        .deferred
         .iter()
         .map(|&i| &main.detection.contacts[i])
         .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))

@@ -28,9 +28,9 @@ impl Runner {
     /// between two bodies that touch nothing else.
     ///
     /// Two such bodies are followed from bounce to bounce until all remaining bounces fit into the
-    /// rest of the step. With closing velocity `v` and relative acceleration `a` these take `2 e v
-    /// / (a (1 − e))`. Together they give the impulse of a landing without rebound and of the rest
-    /// that follows it.
+    /// rest of the step. With closing velocity `v` and relative acceleration `a` these take
+    /// `2 e v / (a (1 − e))`. Together they give the impulse of a landing without rebound and of
+    /// the rest that follows it.
     pub(super) fn impact(
         &mut self,
         solver: &mut IslandSolver,
@@ -40,9 +40,9 @@ impl Runner {
         bodies: usize,
     ) -> bool {
         let w = context.inverse_mass;
-        let hits = self.hits(context, key, rest, bodies);
+        let participants = self.participants(context, key, rest, bodies);
         let pressed = |k: &ContactKey| pressed(self.own_contacts.as_ref(), k);
-        let in_force = |i: usize| hits.in_force[i];
+        let in_force = |i: usize| participants.in_force[i];
         let instant = &mut self.instant;
         instant.collect_impact(&context.rules, &self.members, w, in_force, pressed);
         let hit = &mut self.hit;
@@ -55,16 +55,30 @@ impl Runner {
             outcome.count(record);
         }
         let mut contacts = CachedContacts::default();
-        record_interval(instant, hit, |_| true, w, hits.over, record, &mut contacts);
+        record_interval(
+            instant,
+            hit,
+            |_| true,
+            w,
+            participants.over,
+            record,
+            &mut contacts,
+        );
         record.events += 1;
-        if hits.lone {
-            self.keep_landed(&hits.in_force, &contacts);
+        if participants.lone {
+            self.cache_landed(&participants.in_force, &contacts);
         }
-        hits.lone
+        participants.lone
     }
 
     /// Finds which contacts take part in the impact at `key`, and how.
-    fn hits(&self, context: &Context, key: ContactKey, rest: Rest, bodies: usize) -> Hits {
+    fn participants(
+        &self,
+        context: &Context,
+        key: ContactKey,
+        rest: Rest,
+        bodies: usize,
+    ) -> Participants {
         let instant = &self.instant;
         let contacts = &instant.detection.contacts;
         let touches = |c: &ContactPoint| {
@@ -103,7 +117,7 @@ impl Runner {
         };
         let all: Vec<f64> = contacts.iter().map(&mut coefficient).collect();
         let in_force = touching.iter().zip(all);
-        Hits {
+        Participants {
             in_force: in_force.map(|(touches, e)| touches.then_some(e)).collect(),
             over,
             lone,
@@ -112,7 +126,7 @@ impl Runner {
 
     /// Caches a lone contact that landed; it may roll on along a curve. Its impulse is that of an
     /// instant and not a load.
-    fn keep_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
+    fn cache_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
         let found = self.instant.detection.contacts.iter().zip(in_force);
         for (contact, _) in found.filter(|(_, e)| **e == Some(0.0)) {
             let hit = contacts.get(&contact.key).filter(|m| m.impulse.x > 0.0);
@@ -129,7 +143,7 @@ impl Runner {
 }
 
 /// How contacts take part in an impact.
-struct Hits {
+struct Participants {
     /// For each contact of the instant its coefficient of restitution; `None` if it does not take
     /// part.
     in_force: Vec<Option<f64>>,
@@ -141,6 +155,6 @@ struct Hits {
 
 /// Whether a contact had a normal impulse in the interval before.
 fn pressed(contacts: Option<&CachedContacts>, key: &ContactKey) -> bool {
-    let known = contacts.and_then(|all| all.get(key));
-    known.is_some_and(|m| m.impulse.x > 0.0)
+    let cached = contacts.and_then(|all| all.get(key));
+    cached.is_some_and(|m| m.impulse.x > 0.0)
 }

@@ -35,10 +35,10 @@ impl Runner {
         context: &Context,
     ) -> Result<Option<(ContactPoint, f64)>, StepError> {
         let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
-        for &i in &self.flown.waiting {
-            let contact = self.flow.detection.contacts[i];
-            let guess =
-                crossing(&self.flow, &self.flown, &contact, context.dt).unwrap_or(self.flow.length);
+        for &i in &self.solution.deferred {
+            let contact = self.interval.detection.contacts[i];
+            let guess = crossing(&self.interval, &self.solution, &contact, context.dt)
+                .unwrap_or(self.interval.length);
             match guesses
                 .iter_mut()
                 .find(|(c, _)| c.surfaces == contact.surfaces)
@@ -50,7 +50,7 @@ impl Runner {
         let mut first: Option<(ContactPoint, f64)> = None;
         for (contact, guess) in guesses {
             if let Some(time) = self.locate(model, context, &contact, guess)?
-                && time < self.flow.length - LAST * context.dt
+                && time < self.interval.length - LAST * context.dt
                 && first.is_none_or(|(_, earliest)| time < earliest)
             {
                 first = Some((contact, time));
@@ -71,7 +71,7 @@ impl Runner {
         contact: &ContactPoint,
         first: f64,
     ) -> Result<Option<f64>, StepError> {
-        let end = self.flow.length;
+        let end = self.interval.length;
         let (mut open, mut closed) = (0.0, None);
         let mut time = first;
         for _ in 0..SEARCHES {
@@ -118,9 +118,10 @@ impl Runner {
         contact: &ContactPoint,
         time: f64,
     ) -> Result<Option<Nearest>, StepError> {
-        let (flow, flown, share) = (&self.flow, &self.flown, time / self.flow.length);
+        let (interval, solution, share) =
+            (&self.interval, &self.solution, time / self.interval.length);
         let at = |b: u32, share: f64| {
-            let (a, e) = (flow.start[b as usize], flown.end[b as usize]);
+            let (a, e) = (interval.start[b as usize], solution.end[b as usize]);
             a + share * (e - a)
         };
         for b in contact.rows.bodies {
@@ -133,8 +134,8 @@ impl Runner {
         found.clear();
         model.detect_pairs(&[contact.surfaces], context.dt, found)?;
         // a resting corner is as near as possible, and closes by round-off
-        let held = |c: &&ContactPoint| !self.held.contains(&c.key);
-        let all = self.instant.detection.contacts.iter().filter(held);
+        let open = |c: &&ContactPoint| !self.closed.contains(&c.key);
+        let all = self.instant.detection.contacts.iter().filter(open);
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
         Ok(nearest.map(|c| {
             let mut closing = 0.0;
@@ -143,7 +144,7 @@ impl Runner {
                     closing -= c.rows.jacobian[side][0].dot(&at(b, share));
                 }
             }
-            let touch = touch_tolerance(c, flow, context.dt);
+            let touch = touch_tolerance(c, interval, context.dt);
             Nearest {
                 gap: c.gap,
                 closing,
@@ -169,7 +170,7 @@ impl Runner {
         self.restore(model);
         if time > 0.0 && self.idle() {
             self.fly(model, time);
-            self.instant.start.clone_from(&self.flown.end);
+            self.instant.start.clone_from(&self.solution.end);
         } else if time > 0.0 {
             let span = Span {
                 step: context.dt,
@@ -178,17 +179,19 @@ impl Runner {
             };
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);
-            self.instant.start.clone_from(&self.flown.end);
+            self.instant.start.clone_from(&self.solution.end);
         } else {
-            self.instant.start.clone_from(&self.flow.start);
+            self.instant.start.clone_from(&self.interval.start);
         }
         let instant = &mut self.instant;
-        instant.accelerations.clone_from(&self.flow.accelerations);
+        instant
+            .accelerations
+            .clone_from(&self.interval.accelerations);
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
         let closes = |c: &&ContactPoint| {
             c.surfaces == contact.surfaces
-                && !self.held.contains(&c.key)
+                && !self.closed.contains(&c.key)
                 && c.rows.velocity(&instant.start).x < 0.0
         };
         let all = instant.detection.contacts.iter().filter(closes);
