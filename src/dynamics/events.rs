@@ -176,12 +176,12 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
             continue;
         }
         let pressed = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
-        // a followed body cannot have been deep inside: it has passed through
-        let followed = interval
+        // a swept body cannot have been deep inside: it has passed through
+        let thickness = interval
             .roles
-            .followed(contact.rows.bodies, model.inverse_mass());
+            .swept_thickness(contact.rows.bodies, model.inverse_mass());
         let through = rules.sweeps
-            && followed.is_some_and(|thickness| {
+            && thickness.is_some_and(|thickness| {
                 gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
             });
         if through || rules.events && !pressed {
@@ -214,12 +214,12 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     let w = model.inverse_mass();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&interval.start).x;
-        // a followed body may have been left in a shallow overlap
-        let followed = interval
+        // a swept body may have been left in a shallow overlap
+        let thickness = interval
             .roles
-            .followed(contact.rows.bodies, w)
+            .swept_thickness(contact.rows.bodies, w)
             .filter(|_| rules.sweeps);
-        let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
+        let least = thickness.map_or(0.0, |thickness| -0.5 * thickness);
         let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
         contact.gap -= 0.5 * length * closing;
         passed

@@ -8,7 +8,7 @@ pub struct Sweep {
     /// Thinnest extent \[m\]: a body that moves less than half of it in a step cannot pass through
     /// another. Infinite for a body that is not swept.
     pub thickness: f64,
-    /// Whether the sweep is against all bodies, or only against those with prescribed motion.
+    /// Whether the sweep is against all bodies, or only against fixed and kinematic ones.
     pub all: bool,
 }
 
@@ -58,7 +58,7 @@ impl BodyRoles {
 
     /// Thickness \[m\] of the body of two touching ones that is swept against the other; `None` if
     /// neither is.
-    pub(super) fn followed(&self, bodies: [u32; 2], inverse_mass: &[Vec3]) -> Option<f64> {
+    pub(super) fn swept_thickness(&self, bodies: [u32; 2], inverse_mass: &[Vec3]) -> Option<f64> {
         if self.sweeps.is_empty() {
             return None;
         }
@@ -83,7 +83,7 @@ impl BodyRoles {
         dt: f64,
         inverse_mass: &[Vec3],
     ) -> bool {
-        let thickness = self.followed(bodies, inverse_mass);
+        let thickness = self.swept_thickness(bodies, inverse_mass);
         thickness.is_some_and(|thickness| gamma.x.abs() * dt > 0.5 * thickness)
     }
 }

@@ -17,23 +17,12 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// All schemes by name.
-    pub const ALL: [(&'static str, Scheme); 2] =
-        [("staggered", Scheme::Staggered), ("moreau", Scheme::Moreau)];
-
     /// The name in scene files and settings.
     pub fn name(self) -> &'static str {
         match self {
             Scheme::Staggered => "staggered",
             Scheme::Moreau => "moreau",
         }
-    }
-
-    /// The scheme of that name.
-    pub fn by_name(name: &str) -> Option<Scheme> {
-        Scheme::ALL
-            .iter()
-            .find_map(|&(known, scheme)| (known == name).then_some(scheme))
     }
 }
 

@@ -315,8 +315,7 @@ impl Chains {
         for s in (0..count).rev() {
             front[s] = front[front[s] as usize];
         }
-        // sort chains by front: fronts keep the order of their last chains, which is still a
-        // postorder
+        // sort chains by front: in the order of their last chains, still a postorder
         let mut begin = vec![0u32; count + 1];
         for &f in &front {
             begin[f as usize + 1] += 1;

@@ -11,7 +11,6 @@ use crate::contact::{ContactProblem, Judge, Law, Vec2};
 /// Newton's method or the interior point can follow:
 ///
 /// ```text
-/// ```text
 /// compliance  ξ_N = (G P + b)_N + (R + s G_NN) P_N   soft contacts are almost decoupled     (1)
 /// friction    μ → (1 − s) μ                          without friction the problem is convex (2)
 /// ```

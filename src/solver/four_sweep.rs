@@ -205,31 +205,26 @@ fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
     a.simd_gt(b).select(a, b)
 }
 
+/// Two rows of four numbers, as vectors.
+#[inline(always)]
+fn load_pair<S: Simd>(simd: S, [n, t]: &[Four; 2]) -> [f64x4<S>; 2] {
+    [load_four(simd, n), load_four(simd, t)]
+}
+
 /// Solves four contacts: reads velocities, solves, writes velocities.
 #[inline(always)]
 fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mut [f64x4<S>; 2]) {
     let zero = f64x4::splat(simd, 0.0);
-    let before = [
-        read(simd, bodies, &four.bodies[0]),
-        read(simd, bodies, &four.bodies[1]),
-    ];
+    let [first, second] = &four.bodies;
+    let (u1, u2) = (read(simd, bodies, first), read(simd, bodies, second));
     let contacts = &four.contacts;
-    let n = [
-        load_four(simd, &four.normal[0]),
-        load_four(simd, &four.normal[1]),
-    ];
+    let n = load_pair(simd, &four.normal);
     let t = [-n[1], n[0]];
-    let arms = [
-        [
-            load_four(simd, &four.arms[0][0]),
-            load_four(simd, &four.arms[0][1]),
-        ],
-        [
-            load_four(simd, &four.arms[1][0]),
-            load_four(simd, &four.arms[1][1]),
-        ],
+    let [a1, a2] = [
+        load_pair(simd, &four.arms[0]),
+        load_pair(simd, &four.arms[1]),
     ];
-    let ([u1, u2], [a1, a2]) = (before, arms);
+
     // sums in the order of `Rows::velocity`, starting from 0, not −0
     let xi = [
         (zero + (a1[0] * u1[2] - (n[0] * u1[0] + n[1] * u1[1])))
@@ -237,10 +232,7 @@ fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mu
         (zero + (a1[1] * u1[2] - (t[0] * u1[0] + t[1] * u1[1])))
             + (t[0] * u2[0] + t[1] * u2[1] + a2[1] * u2[2]),
     ];
-    let old = [
-        load_four(simd, &four.impulses[0]),
-        load_four(simd, &four.impulses[1]),
-    ];
+    let old = load_pair(simd, &four.impulses);
     let (nn, nt, tt) = (
         load_four(simd, &contacts.nn),
         load_four(simd, &contacts.nt),
