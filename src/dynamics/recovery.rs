@@ -199,7 +199,7 @@ pub(super) fn displacements(
             laws: members.iter().map(|i| laws[of(i)]).collect(),
         };
         let mut push = vec![Vec2::zeros(); members.len()];
-        let own = solver.own.solver.as_mut();
+        let own = solver.worker.solver.as_mut();
         let large = members.len() > LARGE;
         let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
         let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))

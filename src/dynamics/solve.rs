@@ -24,7 +24,7 @@ struct Job {
 
 /// Splits intervals into islands and solves them.
 pub(super) struct IslandSolver {
-    pub own: Worker,
+    pub worker: Worker,
     /// Further threads, if any.
     pub pool: Option<SolverPool>,
     pub tolerance: f64,
@@ -41,7 +41,7 @@ const LEAST_BLOCKS_FOR_FACTORS: usize = 16;
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
         IslandSolver {
-            own: Worker::new(solver),
+            worker: Worker::new(solver),
             pool: None,
             tolerance,
             store_problems: false,
@@ -100,7 +100,7 @@ impl IslandSolver {
             let job = self.job(k, members, Vec::new(), interval);
             let task = self.task(interval, solution, inverse_mass, rules);
             let result = self.solve_here(job, members, task);
-            solution.store(interval, members, self.own.impulses(), &result);
+            solution.store(interval, members, self.worker.impulses(), &result);
             results[k] = Some(result);
         }
         solution.islands = islands;
@@ -166,7 +166,7 @@ impl IslandSolver {
     /// Solves an island on the caller's thread.
     fn solve_here(&mut self, mut job: Job, members: &[u32], task: Task) -> IslandResult {
         let memory = (job.factors.as_mut(), job.fallback);
-        let solved = (self.own).solve_island(members, memory, task, &mut self.clock);
+        let solved = (self.worker).solve_island(members, memory, task, &mut self.clock);
         let (mut result, fallback) = solved;
         self.store(members, job.factors, fallback, task.interval);
         add_work(&mut result, &job.earlier_work);
@@ -210,7 +210,7 @@ impl IslandSolver {
                 let members = islands.blocks(job.island);
                 let task = self.task(interval, solution, inverse_mass, rules);
                 let result = self.solve_here(job, members, task);
-                solution.store(interval, members, self.own.impulses(), &result);
+                solution.store(interval, members, self.worker.impulses(), &result);
                 set.store(members[0], result);
             }
         }
@@ -240,7 +240,7 @@ impl IslandSolver {
         let Some(pool) = &mut self.pool else {
             return Vec::new();
         };
-        let solved = pool.solve(&mut self.own, &mut self.clock, jobs, one);
+        let solved = pool.solve(&mut self.worker, &mut self.clock, jobs, one);
         let store = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
             self.store(own, job.factors, job.fallback, task.interval);

@@ -101,7 +101,7 @@ impl MoreauStepper {
     /// stepper judges its results; its own reports do not count. There is only one such solver, so
     /// all islands are solved on the caller's thread.
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
-        self.solver.own.solver = Box::new(Judged::new(solver));
+        self.solver.worker.solver = Box::new(Judged::new(solver));
         self.solver.pool = None;
         self.solver.cache.clear();
         self.named = false;
