@@ -3,9 +3,9 @@ use nalgebra::DMatrix;
 
 /// A square matrix of 2 × 2 blocks (n, t), compressed by block columns, with a symmetric pattern.
 ///
-/// Blocks of zeros are left out, but for the diagonal and for one whose mirror image is not zero.
-/// By columns, because a sweep adds one: an impulse `P_j` moves the local velocities by `G_ij P_j`.
-/// The values need not be symmetric.
+/// Zero blocks are left out, except on the diagonal and where the transposed position holds a
+/// nonzero block. Storage is by columns, because a sweep adds a column: an impulse `P_j` changes
+/// the local velocities by `G_ij P_j`. The values need not be symmetric.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BlockMatrix {
     /// Column j holds entries `start\[j\]..start[j + 1]`, their rows `row` ascending.
@@ -15,8 +15,8 @@ pub struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    /// The `size` × `size` blocks that are the sum of `blocks`, each (block row, block column,
-    /// values). Those of one place add up in the order given.
+    /// Sums `blocks`, each (block row, block column, values), to a matrix of `size` × `size`
+    /// blocks. Blocks at the same position are added in the given order.
     ///
     /// # Panics
     /// If a row or column is `size` or more, or `size` does not fit 32 bits.
@@ -34,10 +34,13 @@ impl BlockMatrix {
             same
         });
         blocks.retain(|(_, _, m)| !is_zero(m));
-        let held = |i, j| blocks.binary_search_by_key(&(j, i), place).is_ok();
-        let mut missing: Vec<_> = (0..size).filter(|&k| !held(k, k)).map(|k| (k, k)).collect();
+        let stored = |i, j| blocks.binary_search_by_key(&(j, i), place).is_ok();
+        let mut missing: Vec<_> = (0..size)
+            .filter(|&k| !stored(k, k))
+            .map(|k| (k, k))
+            .collect();
         let mirrored = blocks.iter().map(|&(i, j, _)| (j, i));
-        missing.extend(mirrored.filter(|&(i, j)| !held(i, j)));
+        missing.extend(mirrored.filter(|&(i, j)| !stored(i, j)));
         blocks.extend(missing.into_iter().map(|(i, j)| (i, j, Mat2::zeros())));
         blocks.sort_unstable_by_key(place);
 
@@ -77,12 +80,12 @@ impl BlockMatrix {
         matrix
     }
 
-    /// Number of block rows, and of block columns.
+    /// Number of block rows, equal to the number of block columns.
     pub fn size(&self) -> usize {
         self.start.len().saturating_sub(1)
     }
 
-    /// Number of blocks held.
+    /// Number of stored blocks.
     pub fn held(&self) -> usize {
         self.values.len()
     }
@@ -101,7 +104,7 @@ impl BlockMatrix {
         self.column(i).map(move |(j, _)| (j, self.block(i, j)))
     }
 
-    /// Block (i, j); zeros where none is held.
+    /// Block (i, j); zeros if it is not stored.
     pub fn block(&self, i: usize, j: usize) -> Mat2 {
         self.entry(i, j)
             .map_or_else(Mat2::zeros, |entry| self.values[entry])
@@ -145,7 +148,7 @@ impl BlockMatrix {
         for j in 0..self.size() {
             for entry in self.start[j]..self.start[j + 1] {
                 let i = self.row[entry] as usize;
-                // the pattern is symmetric: the mirror image is held
+                // the pattern is symmetric: the transposed block is stored
                 let Some(mirror) = self.entry(j, i).filter(|_| i <= j) else {
                     continue;
                 };
@@ -174,14 +177,14 @@ mod tests {
         );
         let blocks = vec![(2, 0, a), (1, 1, b), (2, 0, b), (0, 1, a), (0, 1, -a)];
         let matrix = BlockMatrix::from_blocks(3, blocks);
-        // two that cancel are left out; three of the diagonal, one pair
+        // two that cancel are left out; three on the diagonal and one pair remain
         assert_eq!((matrix.size(), matrix.held()), (3, 5));
         assert_eq!(matrix.pairs(), [(0, 2)]);
         assert_eq!(matrix.block(2, 0), a + b);
         for (i, j) in [(0, 0), (0, 1), (0, 2), (2, 2)] {
             assert_eq!(matrix.block(i, j), Mat2::zeros());
         }
-        // the sign of a zero is kept
+        // the sign of a zero is preserved
         assert!(matrix.block(1, 1)[(1, 0)].is_sign_negative());
         let mut full = DMatrix::zeros(6, 6);
         for j in 0..3 {

@@ -37,7 +37,7 @@ mod tests {
         ) {
             let (a, b) = (Vec2::from(a), Vec2::from(b));
             let (pa, pb) = (project_onto_cone(a, friction), project_onto_cone(b, friction));
-            // round-off of the two branches' formulas: a few ulp of 10
+            // round-off of the two formulas: a few ulp of 10
             prop_assert!((project_onto_cone(pa, friction) - pa).norm() < 1e-14);
             prop_assert!((pa - pb).norm() <= (a - b).norm() * (1.0 + 1e-14) + 1e-14);
         }

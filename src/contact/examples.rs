@@ -1,4 +1,5 @@
-//! Contact problems to try solvers on: towers, pyramids and heaps of any size, from bodies.
+//! Contact problems for tests of solvers: towers, pyramids and heaps of any size, built from
+//! bodies.
 //!
 //! ```
 //! use moreau2d::contact::{Vec2, examples};
@@ -29,12 +30,12 @@ impl Lcg {
     }
 }
 
-/// Bodies and contacts in the making.
+/// Bodies and contacts of a problem under construction.
 #[derive(Debug, Clone, Default)]
 pub struct Bodies {
     inverse_mass: Vec<Vec3>,
     centres: Vec<Vec2>,
-    /// (v_x, v_y, ω) [m/s, rad/s] of each body at the end of the step if nothing touched.
+    /// (v_x, v_y, ω) [m/s, rad/s] of each body at the end of the step without contacts.
     pub velocities: Vec<Vec3>,
     rows: Vec<Rows>,
     friction: Vec<f64>,
@@ -68,7 +69,7 @@ impl Bodies {
         self.friction.push(friction);
     }
 
-    /// The contact problem: nothing restitutes, `b` is the free velocity.
+    /// The contact problem without restitution: `b` is the free velocity.
     pub fn problem(&self) -> ContactProblem {
         ContactProblem {
             free: self
@@ -95,8 +96,8 @@ impl Bodies {
 /// One step of gravity at 60 Hz \[m/s\].
 const FALL: f64 = 9.81 / 60.0;
 
-/// Unit boxes one on the other at rest, one step of gravity at 60 Hz: two contacts a box; `mass(k)`
-/// of the k-th from below \[kg\].
+/// Unit boxes stacked at rest, one step of gravity at 60 Hz, two contacts per box. `mass(k)` \[kg\]
+/// is that of the k-th box from below.
 pub fn tower(boxes: usize, friction: f64, mass: impl Fn(usize) -> f64) -> Bodies {
     let mut bodies = Bodies::default();
     for k in 0..boxes {
@@ -111,7 +112,8 @@ pub fn tower(boxes: usize, friction: f64, mass: impl Fn(usize) -> f64) -> Bodies
     bodies
 }
 
-/// A triangle of unit boxes of 1 kg at rest, `base` in the lowest row, half a box of overlap.
+/// A triangle of unit boxes of 1 kg at rest, `base` boxes in the lowest row, each box half over its
+/// neighbours below.
 pub fn pyramid(base: usize, friction: f64) -> Bodies {
     let mut bodies = Bodies::default();
     let mut below: Vec<u32> = Vec::new();
@@ -129,7 +131,7 @@ pub fn pyramid(base: usize, friction: f64) -> Bodies {
                 foot(NO_BODY, x - 0.5);
                 foot(NO_BODY, x + 0.5);
             } else {
-                // each neighbour below is overlapped from its centre line outwards
+                // the overlap with each neighbour below reaches from the centre line outwards
                 for (other, from, to) in [
                     (below[k], x - 0.5, x - 0.01),
                     (below[k + 1], x + 0.01, x + 0.5),
@@ -145,8 +147,8 @@ pub fn pyramid(base: usize, friction: f64) -> Bodies {
     bodies
 }
 
-/// Discs on a jittered triangular lattice in a bin, each with a random velocity of up to `speed`
-/// \[m/s, rad/s\] a coordinate: most contacts slide.
+/// Discs on a jittered triangular lattice in a bin. Each velocity coordinate is random up to
+/// `speed` \[m/s, rad/s\], so that most contacts slide.
 pub fn heap(columns: usize, rows: usize, friction: f64, speed: f64, seed: u64) -> Bodies {
     let mut random = Lcg(seed);
     let mut bodies = Bodies::default();

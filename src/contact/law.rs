@@ -1,4 +1,4 @@
-/// What one block of rows obeys. A block has two rows (n, t) or one (n).
+/// The law of one block of rows. A block has two rows (n, t) or one (n).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
     /// Unilateral contact with Coulomb friction, `0 ≤ P_N ⟂ ξ_N ≥ 0`, `−P_T ∈ μ P_N Sgn(ξ_T)`.

@@ -1,6 +1,6 @@
 use super::{Law, Mat2, Vec2};
 
-/// Exact solution of one block on its own: the kernel of Gauss-Seidel and of lone contacts.
+/// Exact solution of a single block: the kernel of Gauss-Seidel and of single contacts.
 ///
 /// Finds `p` with `ξ = G p + b` obeying `law`. For a contact, with `R` already added to `G_NN`:
 ///
@@ -11,8 +11,8 @@ use super::{Law, Mat2, Vec2};
 /// ```
 ///
 /// # Which solution
-/// If `μ ≥ G_NN / |G_NT|` (Painlevé) up to three solutions exist. The rule: open before stick
-/// before slip, that is the first in the order above that obeys the law.
+/// If `μ ≥ G_NN / |G_NT|` (Painlevé) up to three solutions exist. The first one in the order above
+/// is returned: open before stick before slip.
 ///
 /// # Arguments
 /// - `block`: `G_ii` [1/kg], symmetric; only `G_NN` is read for a one-row law.
@@ -63,7 +63,7 @@ fn solve_contact(block: &Mat2, free: Vec2, friction: f64, compliance: f64) -> Ve
     }
     let (nt, tt) = (block[(0, 1)], block[(1, 1)]);
     let det = nn * tt - nt * nt;
-    // sign of the sticking impulse tells which side of the cone is left first
+    // the sign of the sticking impulse shows which side of the cone to try first
     let mut side = -1.0;
     if det > 1e-14 * nn * tt {
         let stick = solve2(nn, nt, tt, det, free);
@@ -85,7 +85,7 @@ fn solve_contact(block: &Mat2, free: Vec2, friction: f64, compliance: f64) -> Ve
         }
         let p = -free.x / denominator;
         let slip = free.y + (nt + s * friction * tt) * p;
-        // s ξ_T ≤ 0 exactly; the least violation is kept against round-off
+        // s ξ_T ≤ 0 in exact arithmetic; the smaller violation wins against round-off
         let violation = s * slip;
         if violation <= 0.0 {
             return Vec2::new(p, s * friction * p);
@@ -113,7 +113,7 @@ mod tests {
             friction in prop_oneof![Just(0.0), 0.0f64..1.5],
             compliance in prop_oneof![Just(0.0), 0.0f64..2.0],
         ) {
-            // G = L Lᵀ + 0.2 I, well away from Painlevé for most draws
+            // G = L Lᵀ + 0.2 I: no Painlevé case in most draws
             let (a, b, c) = (l[0], l[1], l[2]);
             let block = Mat2::new(a * a + 0.2, a * b, a * b, b * b + c * c + 0.2);
             prop_assume!(friction * block[(0, 1)].abs() < 0.95 * block[(0, 0)]);

@@ -15,14 +15,15 @@ pub(crate) struct FourContacts {
     pub compliance: Four,
 }
 
-/// The four numbers in a vector.
+/// The four numbers as a vector.
 #[inline(always)]
 pub(crate) fn load_four<S: Simd>(simd: S, four: &Four) -> f64x4<S> {
     f64x4::from_slice(simd, four)
 }
 
-/// What [`solve_local`](super::solve_local) finds for each of four contacts with `b_i` in `free`:
-/// its very operations, without its branches, so that every number is the same to the last bit.
+/// The result of [`solve_local`](super::solve_local) for each of four contacts with `b_i` in
+/// `free`. Does the same operations without branches, so that every number is equal to the last
+/// bit.
 #[inline(always)]
 pub(crate) fn solve_four<S: Simd>(
     simd: S,
@@ -39,8 +40,8 @@ pub(crate) fn solve_four<S: Simd>(
     let det = nn * tt - nt * nt;
     let regular = det.simd_gt(f64x4::splat(simd, 1e-14) * nn * tt);
     let stick = [(y * nt - x * tt) / det, (x * nt - y * nn) / det];
-    let held = stick[1].abs().simd_le(friction * stick[0]);
-    let sticks = regular & rough & stick[0].simd_ge(zero) & held;
+    let in_cone = stick[1].abs().simd_le(friction * stick[0]);
+    let sticks = regular & rough & stick[0].simd_ge(zero) & in_cone;
     // in a heap at rest hardly any contact slips
     if (open | sticks).all_true() {
         return [open.select(zero, stick[0]), open.select(zero, stick[1])];
@@ -50,11 +51,11 @@ pub(crate) fn solve_four<S: Simd>(
     let side = up.select(one, -one);
     let system = [nn, nt, tt, friction];
     let first = Slip::of(system, free, side, zero);
-    // a block without friction has neither sticking nor a second side
+    // a block without friction neither sticks nor has a second side
     let first_solves = (first.valid & first.violation.simd_le(zero)) | !rough;
     let mut slip = first.impulse;
     if !(open | sticks | first_solves).all_true() {
-        // the least violation is kept against round-off
+        // the smaller violation wins against round-off
         let second = Slip::of(system, free, -side, zero);
         let never = f64x4::splat(simd, f64::INFINITY);
         let counts = first.valid & first.violation.simd_lt(never);
@@ -75,12 +76,12 @@ pub(crate) fn solve_four<S: Simd>(
     ]
 }
 
-/// Slip towards one side of each cone.
+/// Slip towards one side of the cone, for each contact.
 struct Slip<S: Simd> {
     impulse: [f64x4<S>; 2],
-    /// Whether there is such an impulse.
+    /// Whether the impulse exists.
     valid: mask64x4<S>,
-    /// `s ξ_T`, at most 0 where it obeys the law.
+    /// `s ξ_T`, at most 0 if it obeys the law.
     violation: f64x4<S>,
 }
 
@@ -104,7 +105,7 @@ impl<S: Simd> Slip<S> {
     }
 }
 
-/// Every set of instructions that this machine has and the crate was built for.
+/// Every instruction set that this machine has and the crate was built for.
 #[cfg(test)]
 pub(crate) fn levels() -> Vec<fearless_simd::Level> {
     use fearless_simd::Level;
@@ -132,7 +133,7 @@ mod tests {
         })
     }
 
-    /// Four contacts at every level against each alone.
+    /// Compares four contacts with each contact alone, at every level.
     fn check(blocks: [Mat2; 4], free: [Vec2; 4], law: [(f64, f64); 4]) {
         let contacts = FourContacts {
             nn: blocks.map(|g| g[(0, 0)]),
@@ -165,7 +166,7 @@ mod tests {
     }
 
     proptest! {
-        /// Far beyond Painlevé's limit too, and with blocks of rank one.
+        /// Far beyond Painlevé's limit, and with blocks of rank one.
         #[test]
         fn four_contacts_are_solved_as_each_alone(
             l in prop::array::uniform4(prop::array::uniform3(-1.0f64..1.0)),
@@ -186,7 +187,7 @@ mod tests {
     }
 
     /// A block without coupling, whose sticking impulse is −0 along the tangent; Painlevé's three
-    /// solutions; a velocity that is no number; nothing to do.
+    /// solutions; a NaN velocity; no contacts.
     #[test]
     fn corner_cases_are_solved_as_each_alone() {
         let painleve = Mat2::new(1.6, -1.2, -1.2, 3.4);

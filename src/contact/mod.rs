@@ -1,6 +1,6 @@
-//! The contact problem as a plain value, and its only judge.
+//! The contact problem as a plain value, and the judge of its solutions.
 //!
-//! # Sign convention, stated once
+//! # Sign convention
 //!
 //! A contact joins side 1 to side 2. Its normal `n` points from 1 to 2, its tangent is the normal
 //! turned by +90 degrees, and every pair of numbers is ordered (n, t). The local velocity is
@@ -16,8 +16,8 @@
 //! 0 ≤ P_N ⟂ ξ_N ≥ 0,   −P_T ∈ μ P_N Sgn(ξ_T)                                 (2)
 //! ```
 //!
-//! Newton's restitution, surface motion and gap terms are folded into `b` by the stepper. Joints
-//! enter as rows of the same problem: see [`Law`].
+//! The stepper adds Newton's restitution, surface motion and gap terms to `b`. Joints are rows of
+//! the same problem: see [`Law`].
 //!
 //! # Sources
 //!

@@ -7,7 +7,7 @@ pub const NO_BODY: u32 = u32::MAX;
 
 /// Jacobian rows of one block: local velocity `γ = J₁ u₁ + J₂ u₂`.
 ///
-/// The rows already carry the sign of the side, so side 1 holds `−(n, r₁ × n)` for a contact.
+/// The rows include the sign of the side: for a contact side 1 holds `−(n, r₁ × n)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rows {
     /// Index of the body of each side, or [`NO_BODY`].
@@ -46,7 +46,7 @@ impl Rows {
         }
     }
 
-    /// `J_a M⁻¹ J_bᵀ` summed over the bodies that both blocks touch [1/kg].
+    /// `J_a M⁻¹ J_bᵀ` summed over the bodies that the two blocks share [1/kg].
     pub fn coupling(&self, other: &Rows, inverse_mass: &[Vec3]) -> Mat2 {
         let mut block = Mat2::zeros();
         for a in 0..2 {
@@ -87,17 +87,18 @@ impl Rows {
     }
 }
 
-/// `G = J M⁻¹ Jᵀ` kept as bodies and rows: one sweep over it is linear in the number of contacts.
+/// `G = J M⁻¹ Jᵀ` stored as bodies and rows. The cost of a sweep is linear in the number of
+/// contacts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyOperator {
-    /// Inverse of the diagonal mass matrix, (1/m, 1/m, 1/J) a body; 0 locks a coordinate.
+    /// Inverse of the diagonal mass matrix, (1/m, 1/m, 1/J) per body; 0 locks a coordinate.
     pub inverse_mass: Vec<Vec3>,
-    /// One entry a block.
+    /// One entry per block.
     pub rows: Vec<Rows>,
 }
 
 impl BodyOperator {
-    /// The blocks `G_ij`, explicit: those of two that share a body.
+    /// The explicit blocks `G_ij` of all pairs of blocks that share a body.
     pub fn blocks(&self) -> BlockMatrix {
         let mut on_body = vec![Vec::new(); self.inverse_mass.len()];
         for (i, rows) in self.rows.iter().enumerate() {
@@ -135,7 +136,7 @@ pub enum Delassus {
     Blocks(BlockMatrix),
 }
 
-/// What a sweep carries along: body velocities `M⁻¹ Jᵀ P` or local velocities `G P`.
+/// The state of a sweep: body velocities `M⁻¹ Jᵀ P` or local velocities `G P`.
 #[derive(Debug, Clone, Default)]
 pub struct SweepState {
     bodies: Vec<Vec3>,
@@ -143,12 +144,12 @@ pub struct SweepState {
 }
 
 impl SweepState {
-    /// `M⁻¹ Jᵀ P` of every body; none of an explicit operator.
+    /// `M⁻¹ Jᵀ P` of every body; empty for an explicit operator.
     pub(crate) fn bodies(&self) -> &[Vec3] {
         &self.bodies
     }
 
-    /// Starts anew from the impulses that `impulse` gives for each block.
+    /// Restarts from the impulses that `impulse` returns for each block.
     pub(super) fn restart(
         &mut self,
         op: &BodyOperator,
@@ -173,7 +174,7 @@ impl Default for Delassus {
 }
 
 impl Delassus {
-    /// An explicit operator from all its numbers, 2n × 2n.
+    /// An explicit operator from a full matrix, 2n × 2n.
     ///
     /// # Panics
     /// If the matrix is not square with an even number of rows.
@@ -218,7 +219,7 @@ impl Delassus {
         state
     }
 
-    /// As [`Delassus::start`], into buffers that exist.
+    /// As [`Delassus::start`], in existing buffers.
     pub fn restart(&self, impulses: &[Vec2], state: &mut SweepState) {
         match self {
             Delassus::Bodies(op) => state.restart(op, |i, _| impulses[i]),
@@ -254,7 +255,7 @@ impl Delassus {
         }
     }
 
-    /// Explicit matrix with all its numbers, 2n × 2n, rows (n, t) per block.
+    /// Explicit full matrix, 2n × 2n, rows (n, t) per block.
     pub fn explicit(&self) -> DMatrix<f64> {
         self.assemble(&vec![Law::Pin; self.blocks()]).0
     }
@@ -277,7 +278,7 @@ impl Delassus {
                 }
             };
             match self {
-                // small ones: not worth a list of who shares a body
+                // small problems: a list of blocks that share a body does not pay
                 Delassus::Bodies(_) => (0..laws.len()).for_each(|i| put(i, &self.block(i, j))),
                 Delassus::Blocks(m) => m.column(j).for_each(|(i, block)| put(i, block)),
             }

@@ -3,21 +3,21 @@ use thiserror::Error;
 
 /// One frictional contact problem: find `P` with equations (1) and (2) of [`crate::contact`].
 ///
-/// A plain value: it knows no engine, can be stored, and any solver can take it.
+/// A plain value: it does not depend on an engine, can be stored, and any solver accepts it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactProblem {
     /// Delassus operator `G` [1/kg], n blocks by n blocks.
     pub operator: Delassus,
-    /// Free term `b` \[m/s\], one pair a block; the second number of a one-row block is ignored.
+    /// Free term `b` \[m/s\], one pair per block; the second number of a one-row block is ignored.
     pub free: Vec<Vec2>,
-    /// One law a block.
+    /// One law per block.
     pub laws: Vec<Law>,
 }
 
-/// What is wrong with a contact problem.
+/// Why a contact problem is invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ContactError {
-    /// The operator, free term and laws disagree in length.
+    /// The operator, free term and laws have different numbers of blocks.
     #[error("contact problem: {blocks} blocks in the operator, {free} free terms, {laws} laws")]
     Shape {
         blocks: usize,
@@ -35,8 +35,8 @@ pub enum ContactError {
         value: f64,
         allowed: &'static str,
     },
-    /// A block joins two sides that cannot move, or `G` is no Delassus operator: `tr G_ii + R ≤ 0`,
-    /// of one row `G_nn + R ≤ 0`.
+    /// A block joins two sides that cannot move, or `G` is not a Delassus operator:
+    /// `tr G_ii + R ≤ 0`, for one row `G_nn + R ≤ 0`.
     #[error(
         "contact problem: block {contact} joins two sides of infinite mass: the diagonal of its \
          operator must be above 0"
@@ -50,7 +50,7 @@ impl ContactProblem {
         self.laws.len()
     }
 
-    /// Whether the problem holds no block.
+    /// Whether the problem has no blocks.
     pub fn is_empty(&self) -> bool {
         self.laws.is_empty()
     }
@@ -81,7 +81,7 @@ impl ContactProblem {
                 Delassus::Blocks(matrix) => {
                     (matrix.column(contact)).all(|(_, block)| block.iter().all(|x| x.is_finite()))
                 }
-                // as far as the diagonal blocks are
+                // all blocks are finite if the diagonal blocks are
                 Delassus::Bodies(_) => true,
             };
             if !self.free[contact].x.is_finite()
@@ -137,8 +137,8 @@ impl ContactProblem {
         out.extend(self.free.iter().enumerate().map(read));
     }
 
-    /// `ξ = G P + b + (R P_N, 0)` \[m/s\] of every block; the tangential number of a one-row block
-    /// is 0.
+    /// `ξ = G P + b + (R P_N, 0)` \[m/s\] of every block; the tangential component of a one-row
+    /// block is 0.
     pub fn local_velocity(&self, impulses: &[Vec2]) -> Vec<Vec2> {
         let mut xi = Vec::new();
         self.velocities(impulses, &mut xi);

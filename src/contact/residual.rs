@@ -3,25 +3,28 @@ use super::{
     project_onto_cone,
 };
 
-/// How far impulses are from solving a contact problem: the only judge of every solver.
+/// How far impulses are from solving a contact problem. Every solver is judged by it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Residual {
     /// `max_i |F_i|` [N s].
     pub absolute: f64,
     /// `max_i |F_i| / max_i max(|P_i|, ρ_i |b_i|)`, no unit; 0 where both are 0.
     pub relative: f64,
-    /// `max_i |F_i| / ρ_i` \[m/s\], which sees light bodies next to heavy ones.
+    /// `max_i |F_i| / ρ_i` \[m/s\]; unlike `relative` it is sensitive to light bodies next to heavy
+    /// ones.
     pub velocity: f64,
-    /// The island's own velocity \[m/s\]: `max_i max(|b_i|, |ξ_i|)`, and `|P_i| / ρ_i` of a bounded
-    /// row that `ξ_i` holds at its bound, which may be all that drives. No other impulse counts: in a wedge without
-    /// a solution impulses can grow until any residual is small beside them.
+    /// Velocity scale of the island \[m/s\]: `max_i max(|b_i|, |ξ_i|)`. A bounded row that `ξ_i`
+    /// holds at its bound adds `|P_i| / ρ_i`, because its impulse may be the only drive. No other
+    /// impulse counts: in a wedge without a solution impulses can grow until any residual is small
+    /// beside them.
     pub velocity_scale: f64,
-    /// What double precision resolves in `ξ` \[m/s\]: `64 ε max_i |P_i| / ρ_i`. Self-stress of 1e14
-    /// times the other impulses hides any velocity: of such impulses a certificate says nothing.
+    /// Round-off of `ξ` in double precision \[m/s\]: `64 ε max_i |P_i| / ρ_i`. Self-stress of 1e14
+    /// times the other impulses hides any velocity; a certificate of such impulses means nothing.
     pub round_off: f64,
 }
 
-/// Roundings that a velocity is granted, each of the largest `|P_i| / ρ_i` of the island.
+/// Number of roundings, each of the largest `|P_i| / ρ_i` of the island, that a velocity may be off
+/// by.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 
 impl Residual {
@@ -32,8 +35,8 @@ impl Residual {
             && (self.velocity <= tolerance * self.velocity_scale || self.velocity <= self.round_off)
     }
 
-    /// The smallest tolerance at which it is certified, up to round-off: `relative`, or
-    /// `velocity / velocity_scale` where that is larger and not round-off; no unit. NaN stays NaN.
+    /// The smallest tolerance at which the impulses are certified, up to round-off: `relative`, or
+    /// `velocity / velocity_scale` if that is larger and not round-off; no unit. NaN stays NaN.
     pub fn merit(&self) -> f64 {
         if self.velocity <= self.round_off {
             self.relative
@@ -43,7 +46,7 @@ impl Residual {
     }
 }
 
-/// The larger number; NaN if either is. `f64::max` drops NaN, the judge must not.
+/// The larger number; NaN if either is NaN. `f64::max` drops NaN, but the judge must not.
 fn worse(a: f64, b: f64) -> f64 {
     if b.is_nan() || b > a { b } else { a }
 }
@@ -65,8 +68,8 @@ fn worse(a: f64, b: f64) -> f64 {
 /// - `impulses`: n pairs [N s], (n, t); need not lie in the cone.
 ///
 /// # Returns
-/// See [`Residual`]. A large residual is a result, not an error; NaN in, NaN out, `relative` is NaN
-/// where the squares of velocities or impulses overflow, and NaN is never certified.
+/// See [`Residual`]. A large residual is a result, not an error. NaN input gives a NaN residual.
+/// `relative` is NaN if the squares of velocities or impulses overflow. NaN is never certified.
 ///
 /// # Source
 /// De Saxcé & Feng (1998); Acary & Brogliato (2008), ch. 13. The scaling by ρ is ours.
@@ -74,8 +77,8 @@ pub fn natural_map(problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
     Judge::new(problem).natural_map(problem, impulses)
 }
 
-/// [`natural_map`] with its buffers kept, for solvers that ask often: the same figures to the
-/// last bit, without allocation.
+/// [`natural_map`] with reusable buffers, for solvers that call it often. Gives the same numbers to
+/// the last bit, without allocation.
 #[derive(Debug, Clone, Default)]
 pub struct Judge {
     diagonal: Vec<Mat2>,
@@ -91,7 +94,7 @@ impl Judge {
         judge
     }
 
-    /// Turns to another problem: reads its diagonal blocks, once.
+    /// Switches to another problem and reads its diagonal blocks.
     pub fn prepare(&mut self, problem: &ContactProblem) {
         self.diagonal.clear();
         self.diagonal
@@ -103,23 +106,24 @@ impl Judge {
         &self.diagonal
     }
 
-    /// `G P + b` \[m/s\] of every block at the impulses last judged.
+    /// `G P + b` \[m/s\] of every block at the impulses judged last.
     pub(crate) fn velocities(&self) -> &[Vec2] {
         &self.velocities
     }
 
-    /// Velocities `M⁻¹ Jᵀ P` of the bodies at the impulses last judged; none of an explicit operator.
+    /// Velocities `M⁻¹ Jᵀ P` of the bodies at the impulses judged last; empty for an explicit
+    /// operator.
     pub(crate) fn bodies(&self) -> &[Vec3] {
         self.state.bodies()
     }
 
-    /// See [`natural_map`]; `problem` is the one last prepared (its free term may differ).
+    /// See [`natural_map`]; `problem` is the one prepared last (its free term may differ).
     pub fn natural_map(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         problem.operator.restart(impulses, &mut self.state);
         self.judge(problem, impulses)
     }
 
-    /// [`Judge::prepare`] and [`Judge::natural_map`] in one: rows of large problems are read once less.
+    /// [`Judge::prepare`] and [`Judge::natural_map`] in one pass over the rows of the problem.
     pub(crate) fn begin(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         let Delassus::Bodies(op) = &problem.operator else {
             self.prepare(problem);
@@ -134,7 +138,8 @@ impl Judge {
         self.judge(problem, impulses)
     }
 
-    /// [`Judge::natural_map`] at impulses that `next` finds from the rows of each block, likewise.
+    /// [`Judge::natural_map`] at impulses that `next` computes from the rows of each block, in one
+    /// pass.
     pub(crate) fn natural_map_of(
         &mut self,
         problem: &ContactProblem,
@@ -149,7 +154,7 @@ impl Judge {
         self.judge(problem, impulses)
     }
 
-    /// The residual where the state of the operator is that of the impulses.
+    /// The residual, once the state of the operator belongs to the impulses.
     fn judge(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
         let operator = &problem.operator;
         let mut squares = Squares::default();
@@ -181,24 +186,24 @@ impl Judge {
                 Law::Pin => rho * xi,
                 Law::Bounded { lower, upper, .. } => {
                     let f = p.x - (p.x - rho * xi.x).clamp(lower, upper);
-                    // at a bound that the velocity does not ask for it drives nothing
+                    // at a bound without a velocity that holds it there, the row drives nothing
                     if f == 0.0 && (p.x == lower || p.x == upper) {
                         driven = (p.x * stiff).powi(2);
                     }
                     Vec2::new(worse(f.abs(), p.y.abs()), 0.0)
                 }
             };
-            let [p, b, own] = match law.rows() {
+            let [p, b, scale] = match law.rows() {
                 2 => [p, b, xi].map(|v| v.norm_squared()),
                 _ => [p, b, xi].map(|v| v.x * v.x),
             };
-            squares.add(f.norm_squared(), p, b, own.max(driven), stiff * stiff);
+            squares.add(f.norm_squared(), p, b, scale.max(driven), stiff * stiff);
         }
         squares.residual()
     }
 }
 
-/// The largest squares of a residual: maxima are taken of them, so that a block costs no root.
+/// Largest squares of a residual. Roots are taken of the maxima only, not per block.
 #[derive(Default)]
 struct Squares {
     absolute: f64,
@@ -209,12 +214,12 @@ struct Squares {
 }
 
 impl Squares {
-    /// Of a block: `|F|²`, `|P|²`, `|b|²`, the velocity that it resolves, `1/ρ²`.
-    fn add(&mut self, f: f64, p: f64, b: f64, own: f64, stiff: f64) {
+    /// Adds a block: `|F|²`, `|P|²`, `|b|²`, its velocity scale, `1/ρ²`.
+    fn add(&mut self, f: f64, p: f64, b: f64, scale: f64, stiff: f64) {
         self.absolute = worse(self.absolute, f);
         self.velocity = worse(self.velocity, f * stiff);
         self.scale = self.scale.max(p).max(b / stiff);
-        self.velocity_scale = self.velocity_scale.max(b).max(own);
+        self.velocity_scale = self.velocity_scale.max(b).max(scale);
         self.round_off = self.round_off.max(p * stiff);
     }
 
@@ -223,7 +228,7 @@ impl Squares {
         Residual {
             absolute,
             relative: if !(self.scale.is_finite() && self.velocity_scale.is_finite()) {
-                // every residual is small beside an overflow
+                // any residual is small relative to an overflow
                 f64::NAN
             } else if absolute == 0.0 {
                 0.0
@@ -243,7 +248,7 @@ mod tests {
     use crate::contact::Delassus;
     use nalgebra::DMatrix;
 
-    /// Painlevé's block has three solutions; all three pass, a fourth point does not.
+    /// Painlevé's block has three solutions. All three pass; a fourth point does not.
     #[test]
     fn painleve_block_has_three_certified_solutions() {
         let problem = ContactProblem {
@@ -290,8 +295,8 @@ mod tests {
         }
     }
 
-    /// Two drives on one body: at the upper bounds they hold each other, and both are wrong by the
-    /// whole free velocity; at the lower ones that is what the law says.
+    /// Two motors on one body. At their upper bounds they act against each other, and both are
+    /// wrong by the whole free velocity. At their lower bounds the law is fulfilled.
     #[test]
     fn bounds_that_nothing_asks_for_set_no_scale() {
         let mut operator = DMatrix::identity(4, 4);
@@ -312,7 +317,7 @@ mod tests {
         assert!(!at(bound).certified(1e-8), "{:?}", at(bound));
     }
 
-    /// The second number of a bounded row moves the other rows, and so must be 0.
+    /// The second number of a bounded row moves the other rows, so it must be 0.
     #[test]
     fn a_bounded_row_has_no_tangential_impulse() {
         let mut operator = DMatrix::identity(4, 4);
@@ -332,8 +337,8 @@ mod tests {
         assert!(!certified([Vec2::new(1.0, 4.0), -Vec2::x()]));
     }
 
-    /// Bug: a body of 1e308 kg that comes at 1e308 m/s is not stopped by no impulse, but every
-    /// residual is small beside an infinite velocity: zeros were certified.
+    /// Bug: zero impulses do not stop a body of 1e308 kg with 1e308 m/s, but they were certified,
+    /// because every residual is small relative to an infinite velocity.
     #[test]
     fn an_overflow_is_never_certified() {
         let problem = ContactProblem {

@@ -1,4 +1,4 @@
-//! Poses an interval: the rule of every contact and joint that takes part.
+//! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
@@ -9,8 +9,7 @@ use super::rules::{
 };
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
-/// Gap \[m or rad\], and share of its arm, by which a limit may be passed before it is closed by
-/// position.
+/// Least penetration of a limit that is closed by position: \[m or rad\], and relative to its arm.
 const PASSED: f64 = 1e-9;
 
 impl Interval {
@@ -34,13 +33,13 @@ impl Interval {
             let Some(sides) = self.receiving(contact, movable, members) else {
                 continue;
             };
-            let known = cache.get(&contact.key);
-            let now = self.situation(rules, contact, known, inverse_mass, span);
+            let cached = cache.get(&contact.key);
+            let now = self.situation(rules, contact, cached, inverse_mass, span);
             match rule(rules, contact, &now) {
-                Choice::Out => {}
-                Choice::Wait => self.waiting.push(index),
-                Choice::In(rule) => {
-                    let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+                Choice::Inactive => {}
+                Choice::Deferred => self.deferred.push(index),
+                Choice::Active(rule) => {
+                    let warm = cached.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
                     self.push_contact(index, contact, sides, &now, rule, warm);
                 }
             }
@@ -49,13 +48,13 @@ impl Interval {
         self.collect_joints(rules, cache, members, inverse_mass, span);
     }
 
-    /// What the rule of a contact depends on; `known` is what the cache has of it.
+    /// The data that the rule of a contact depends on; `cached` is the contact's cache entry.
     #[inline]
     fn situation(
         &self,
         rules: &Rules,
         contact: &ContactPoint,
-        known: Option<&CachedContact>,
+        cached: Option<&CachedContact>,
         inverse_mass: &[Vec3],
         span: Span,
     ) -> Situation {
@@ -64,7 +63,7 @@ impl Interval {
         let swept = rules.sweeps
             && (self.roles).swept(contact.rows.bodies, gamma_a, span.step, inverse_mass);
         let located = rules.events || swept;
-        // only what rebounds or waits depends on accelerations
+        // only rebounding and deferred contacts depend on accelerations
         let bounces = matches!(contact.law, NormalLaw::Rigid { restitution } if restitution > 0.0);
         let (mut applied, mut acceleration) = (0.0, 0.0);
         if located || bounces {
@@ -78,9 +77,9 @@ impl Interval {
             gamma_f: contact.rows.velocity(&self.free) + surface,
             acceleration,
             applied,
-            pressed: known.is_some_and(|m| m.impulse.x > 0.0),
-            stuck: known.and_then(|m| m.stuck),
-            rebounded: known.is_some_and(|m| m.rebounded),
+            pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
+            stuck: cached.and_then(|m| m.stuck),
+            rebounded: cached.is_some_and(|m| m.rebounded),
             located,
             crowded: !swept && contact.rows.bodies.iter().any(crowded),
         }
@@ -97,7 +96,7 @@ impl Interval {
         warm: Vec2,
     ) {
         let loaded = matches!(contact.law, NormalLaw::Load { .. });
-        // friction alone is solved under a given load: its row comes first
+        // under a given load only friction is solved: its row comes first
         let rows = |v: Vec2| if loaded { Vec2::new(v.y, 0.0) } else { v };
         let gamma_f = rows(now.gamma_f);
         let block = Block {
@@ -106,7 +105,7 @@ impl Interval {
             gamma_a: rows(now.gamma_a),
             gamma_f,
             impact,
-            held: false,
+            bilateral: false,
             loaded,
             pressed_before: now.pressed,
             stuck_before: now.stuck.is_some(),
@@ -114,7 +113,7 @@ impl Interval {
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
 
-    /// The blocks of an instant: joints, and the contacts to which `restitution` gives a
+    /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a
     /// coefficient; no forces. A limit takes part if it touches or was `pressed` before.
     pub fn collect_impact(
         &mut self,
@@ -146,7 +145,7 @@ impl Interval {
                 gamma_a: gamma,
                 gamma_f: gamma,
                 impact,
-                held: false,
+                bilateral: false,
                 loaded: false,
                 pressed_before: false,
                 stuck_before: false,
@@ -182,7 +181,7 @@ impl Interval {
         self.clear_energies(joints.len());
         for (index, joint) in joints.iter().enumerate() {
             let diagonal = diagonal(joint, inverse_mass);
-            // a row that nothing can move is none
+            // leave out a row that cannot move anything
             if !belongs(joint.rows.bodies, members, inverse_mass) || diagonal <= 0.0 {
                 continue;
             }
@@ -201,11 +200,11 @@ impl Interval {
                 && rules.corrects_gaps()
                 && gap < -now.bend.norm() - PASSED * (1.0 + joint.bend.reach())
             {
-                self.passed.push(index);
+                self.passed_limits.push(index);
             }
-            let known = cache.get(&joint.key);
-            let warm = known.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-            self.energies[index] = known.map_or(JointEnergy::default(), |m| m.energy);
+            let cached = cache.get(&joint.key);
+            let warm = cached.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
+            self.energies[index] = cached.map_or(JointEnergy::default(), |m| m.energy);
             let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
             let sides = movable(joint.rows.bodies, inverse_mass);
             self.push(block, sides, now.gamma_f + free, law, warm);
@@ -226,7 +225,7 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         gamma_a,
         gamma_f,
         impact: false,
-        held: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
+        bilateral: matches!(joint.kind, JointKind::Pin { .. } | JointKind::Lock { .. }),
         loaded: false,
         pressed_before: false,
         stuck_before: false,

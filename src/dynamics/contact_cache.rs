@@ -1,4 +1,4 @@
-//! The contact cache: what contacts and joints hand on from one step to the next.
+//! The contact cache: data of contacts and joints for the next step.
 
 use super::model::ContactKey;
 use crate::contact::Vec2;
@@ -7,16 +7,17 @@ use serde::{Deserialize, Serialize};
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeSet;
 
-/// Energy that the pins and locks of an island have added, in equal shares: the share of one joint.
+/// One joint's share of the energy that the pins and locks of its island have added; all have equal
+/// shares.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct JointEnergy {
-    /// What was added so far \[J\].
+    /// Energy added so far \[J\].
     pub added: f64,
-    /// The largest energy that it was compared with lately \[J\].
+    /// Largest energy of recent steps, the scale of the bound \[J\].
     pub scale: f64,
 }
 
-/// What is kept of one contact or joint.
+/// Cached data of one contact or joint.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct CachedContact {
     /// [N s], in an interval of length `dt`.
@@ -26,19 +27,19 @@ pub(crate) struct CachedContact {
     pub dt: f64,
     /// Tangential velocity at the end of the interval, if the contact stuck.
     pub stuck: Option<f64>,
-    /// Whether it rebounded: its impulse is no load that goes on.
+    /// Whether it rebounded: then its impulse is not a persistent load.
     pub rebounded: bool,
-    /// Of a pin or lock.
+    /// For a pin or lock.
     pub energy: JointEnergy,
 }
 
-/// Everything that contacts and joints hand on from one step to the next.
+/// All data of contacts and joints for the next step.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct ContactCache {
     #[serde(with = "in_order")]
     pub contacts: CachedContacts,
     pub overlaps: Overlaps,
-    /// Whether a contact was met that rebounds little: see [`super::events::find_crowds`].
+    /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
 }
 
@@ -47,29 +48,29 @@ pub(super) struct ContactCache {
 pub(super) struct Overlaps {
     /// All pairs of the last step, in its order.
     pub seen: Vec<u64>,
-    /// Those that have overlapped since they were first seen.
+    /// Pairs that have overlapped since they were first seen.
     pub open: BTreeSet<u64>,
 }
 
 /// Contacts and joints in the order in which a step met them.
 ///
-/// The next step meets nearly the same ones in nearly the same order. So each is looked for behind
-/// the one found last, and by its key only if it is not there.
+/// The next step meets nearly the same ones in nearly the same order. So a search starts behind the
+/// entry found last, and uses the index by key only if that fails.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CachedContacts {
     entries: Vec<(ContactKey, CachedContact)>,
-    /// Place behind the entry found last.
+    /// Position behind the entry found last.
     next: Cell<usize>,
-    /// Made when it is first needed.
+    /// Built at its first use.
     index: OnceCell<FxHashMap<ContactKey, u32>>,
 }
 
-/// Entries looked at before the index is used.
+/// Number of entries to compare before the index is used.
 const AHEAD: usize = 4;
 
 impl CachedContacts {
     pub fn get(&self, key: &ContactKey) -> Option<&CachedContact> {
-        // behind the last entry the search starts again
+        // wrap around behind the last entry
         let from = self.next.get() % self.entries.len().max(1);
         let ahead = self.entries.get(from..).unwrap_or(&[]).iter();
         let found = match ahead.take(AHEAD).position(|(k, _)| k == key) {
@@ -86,7 +87,7 @@ impl CachedContacts {
         Some(&self.entries[found].1)
     }
 
-    /// Adds a key that is not there yet.
+    /// Adds a key that is not in the cache yet.
     pub fn push(&mut self, key: ContactKey, contact: CachedContact) {
         self.index.take();
         self.entries.push((key, contact));
@@ -131,7 +132,7 @@ impl Extend<(ContactKey, CachedContact)> for CachedContacts {
     }
 }
 
-/// [`CachedContacts`] as a saved state holds them: entries in their order.
+/// Saves [`CachedContacts`] as a list of entries in order.
 mod in_order {
     use super::{CachedContact, CachedContacts, ContactKey};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -164,7 +165,7 @@ mod tests {
         }
     }
 
-    /// In order, backwards, with gaps, and what is not there; an entry that came later counts.
+    /// Keys in order, backwards, with gaps, and missing keys; the last entry of a key counts.
     #[test]
     fn everything_is_found_in_any_order() {
         let mut cached_contacts: CachedContacts =

@@ -1,10 +1,10 @@
-//! Bounds on the energy that contacts and joints add: Newton's restitution, push-outs and closing
-//! gaps may invent some.
+//! Bounds on the energy that contacts and joints add. Newton's restitution, push-outs and the
+//! closing of gaps can create energy.
 //!
-//! Both bounds work alike. Where the work of an answer is above what is allowed, the island is solved
-//! again with a calm `b` that adds no energy. The two answers are blended with the largest share of
-//! the first that keeps the bound. Both lie in the cone and keep the bodies apart, and so does the
-//! blend, by convexity.
+//! Both bounds work alike. If the work of a solution exceeds the bound, the island is solved again
+//! with a calm `b` that adds no energy. The result blends the two solutions, with the largest share
+//! of the first that satisfies the bound. Both solutions lie in the cone and do not penetrate; by
+//! convexity their blend does not either.
 
 use super::contact_cache::JointEnergy;
 use super::fallback::hopeless;
@@ -12,24 +12,24 @@ use super::island_problem::{IslandProblem, Terms};
 use crate::contact::{ContactProblem, Vec2};
 use crate::solver::{ImpulseSolver, SolveReport};
 
-/// Share of the energy of an island that its joints may have added.
+/// Largest energy that joints may add, as a share of the energy of their island.
 const SHARE: f64 = 0.01;
 
-/// Share of what joints added, and of the energy it is compared with, that is forgotten in a step.
-const FORGOTTEN: f64 = 1.0 / 256.0;
+/// Share of the added energy, and of its scale, that decays in a step.
+const DECAY: f64 = 1.0 / 256.0;
 
-/// A bounded answer.
+/// A blend of two solutions.
 struct Blend {
     impulses: Vec<Vec2>,
-    /// Share of the first answer.
+    /// Share of the first solution.
     share: f64,
-    /// Of the calm answer.
+    /// Report of the calm solution.
     calm: SolveReport,
 }
 
 impl Blend {
-    /// The report of the blend, which solves neither problem to the letter: it is as good as the
-    /// first answer, or as the calm one where that is `worse`.
+    /// The report of the blend, which solves neither problem exactly. Its quality is that of the
+    /// first solution, or that of the calm one if it is `worse`.
     fn report(&self, first: &SolveReport, worse: bool) -> SolveReport {
         let mut report = first.after(&self.calm);
         if worse {
@@ -40,8 +40,8 @@ impl Blend {
     }
 }
 
-/// Solves `calm` from `start`, and blends its answer with the `first` one. `excess` of a share, its
-/// blend and `G P + b` of the calm answer is to be 0 or less.
+/// Solves `calm` from `start` and blends its solution with the `first` one. Finds the largest share
+/// with `excess(share, blend, G P + b of the calm solution) ≤ 0`.
 fn blend(
     solver: &mut dyn ImpulseSolver,
     calm: &ContactProblem,
@@ -55,7 +55,7 @@ fn blend(
     let mut velocities = Vec::new();
     calm.velocities(&second, &mut velocities);
     let at = |share: f64| lerp(&second, first, share);
-    // an answer that is none has no share
+    // a hopeless solution gets no share
     let share = if hopeless(report) && calm_report.solved() {
         0.0
     } else {
@@ -82,7 +82,7 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
     if w0 >= 0.0 {
         return 0.0;
     }
-    // exactly one crossing in (0, 1): w0 < 0 < w1
+    // exactly one root in (0, 1): w0 < 0 < w1
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let s = 0.5 * (low + high);
@@ -101,9 +101,9 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 /// W(P) = Σ Pᵀ (γ_A + γ_E)/2 ≤ 0                                              (1)
 /// ```
 ///
-/// Where a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`), the
+/// If a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`), the
 /// calm problem is the one without restitution and push-out. `velocities` is `G P + b` \[m/s\] of
-/// the answer. Returns the report of the bounded answer; `None` if the bound was kept.
+/// the solution. Returns the report of the bounded solution; `None` if the bound already holds.
 ///
 /// # Source
 /// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
@@ -122,7 +122,7 @@ pub(super) fn bound_contacts(
         ..
     } = island;
     let impact = island.impact();
-    // without an impact or a push-out nothing can add energy
+    // without an impact or a push-out no contact can add energy
     if !impact && added.iter().all(|a| a.x >= 0.0 && a.y == 0.0) {
         return None;
     }
@@ -132,7 +132,8 @@ pub(super) fn bound_contacts(
         return None;
     }
     let rigid = (0..impulses.len()).filter(|&i| terms[i].rigid);
-    // impulses of a wedge can be huge beside what they change: round-off goes with the products
+    // impulses of a wedge can be huge relative to the velocities they change, and round-off scales
+    // with the products
     let allowed: f64 = if impact {
         let product = |i: usize| impulses[i].norm() * (terms[i].gamma_a.norm() + gamma_1(i).norm());
         1e-13 * rigid.map(product).sum::<f64>()
@@ -146,7 +147,7 @@ pub(super) fn bound_contacts(
     let calm_added = |i: usize| {
         if terms[i].rigid {
             Vec2::new(added[i].x.max(0.0), 0.0)
-        } else if terms[i].held {
+        } else if terms[i].bilateral {
             Vec2::zeros()
         } else {
             added[i]
@@ -174,17 +175,18 @@ fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2
         .sum()
 }
 
-/// Energy \[J\] that the rigid contacts of an island add by impulses that lead to `G P + b`.
+/// Energy \[J\] that the rigid contacts of an island add, with impulses that give the velocities
+/// `G P + b`.
 pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
     work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
 }
 
-/// What became of the pins and locked axes of an island.
+/// Result of the energy bound on the pins and locked axes of an island.
 #[derive(Default)]
 pub(super) struct BoundJoints {
-    /// Where the bound failed: the report of the bounded answer, and the `b` it answers.
+    /// If the bound was violated: the report of the bounded solution, and its `b`.
     pub bounded: Option<(SolveReport, Vec<Vec2>)>,
-    /// Joints of the detection, each with what it has added now.
+    /// Joint numbers of the detection, each with the energy it has added so far.
     pub energies: Vec<(usize, JointEnergy)>,
 }
 
@@ -194,19 +196,19 @@ pub(super) struct BoundJoints {
 /// W(P) = Σ Pᵀ (γ_A + γ_E)/2,   A + W ≤ X = 0.01 max (T + T_h)                      (1)
 /// ```
 ///
-/// with what they added before, `A`, held within ±X, the kinetic energy `T` of their bodies at the
-/// start and `T_h` of the velocities that forces alone give them in the step. The largest of these,
-/// and `A`, fade with a time of 256 steps. Closing gaps adds and takes energy by turns, far less than
-/// X where bodies turn by a small part of a radian in a step. A whip, or a joint that was built apart,
-/// would be blown up by it. The calm problem then has
+/// `A` is the energy that they added before, limited to ±X. `T` is the kinetic energy of their
+/// bodies at the start, and `T_h` that of the velocities that forces alone give them in the step.
+/// The largest of these, and `A`, decay with a time constant of 256 steps. Closing gaps adds and
+/// takes energy in turn, far less than X if bodies turn by a small part of a radian in a step.
+/// Without the bound a whip, or a joint that was built with a gap, would blow up. The calm problem
+/// has
 ///
 /// ```text
 /// γ_E = 0   of its pins and locks, and no contact is pushed out,                (2)
 /// ```
 ///
-/// which takes energy. What is left of the gaps is closed by position, see
-/// [`super::joint_recovery`]. `problem` is that of the island, or a softer one, whose answer
-/// `impulses` is.
+/// which takes energy. The rest of the gaps is closed by position, see [`super::joint_recovery`].
+/// `problem` is that of the island, or its softened form; `impulses` is its solution.
 ///
 /// # Source
 /// Own construction, after the bound on restitution.
@@ -218,24 +220,24 @@ pub(super) fn bound_joints(
     report: SolveReport,
     tolerance: f64,
 ) -> BoundJoints {
-    let (terms, held) = (&island.terms, &island.held);
-    if held.is_empty() {
+    let (terms, bilateral) = (&island.terms, &island.bilateral);
+    if bilateral.is_empty() {
         return BoundJoints::default();
     }
-    // γ_E of a bilateral row is what was added to γ_F, the other way
-    let added = held
+    // γ_E of a bilateral row is minus the velocity added to γ_F
+    let added = bilateral
         .iter()
         .map(|h| problem.free[h.block] - terms[h.block].gamma_f);
     let added: Vec<Vec2> = added.collect();
     let work = |share: f64, p: &[Vec2]| -> f64 {
-        let blocks = held.iter().map(|h| h.block).zip(&added);
+        let blocks = bilateral.iter().map(|h| h.block).zip(&added);
         let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
         blocks.map(of).sum()
     };
     let (mut before, mut most) = (0.0, 0.0);
-    for own in held {
-        before += (1.0 - FORGOTTEN) * own.energy.added;
-        most += (1.0 - FORGOTTEN) * own.energy.scale;
+    for own in bilateral {
+        before += (1.0 - DECAY) * own.energy.added;
+        most += (1.0 - DECAY) * own.energy.scale;
     }
     let scale = island.energy.max(most);
     let limit = SHARE * scale;
@@ -249,7 +251,7 @@ pub(super) fn bound_joints(
             if terms.rigid {
                 let push = terms.bias - terms.gamma_f;
                 *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
-            } else if terms.held {
+            } else if terms.bilateral {
                 *b = terms.gamma_f;
             }
         }
@@ -261,11 +263,11 @@ pub(super) fn bound_joints(
         let report = found.report(&report, found.share == 0.0 || !found.calm.solved());
         result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
     }
-    let share = 1.0 / held.len() as f64;
+    let share = 1.0 / bilateral.len() as f64;
     let energy = JointEnergy {
         added: share * (before + now).clamp(-limit, limit),
         scale: share * scale,
     };
-    result.energies = held.iter().map(|h| (h.joint, energy)).collect();
+    result.energies = bilateral.iter().map(|h| (h.joint, energy)).collect();
     result
 }

@@ -1,10 +1,11 @@
-//! Event location: when, inside a step, a contact that came in fast closes.
+//! Event location: the instant inside a step at which a fast contact closes.
 //!
-//! Contacts that close fast wait (see [`super::rules`]). A trial without them gives every body a
-//! path, `q(t) = q_A + t u_A + t² (u_E − u_A)/(2h)`; on it the gap of a waiting contact is a
-//! parabola, and where it falls through zero the bodies it concerns are stepped again by
-//! themselves: to that instant, through an impact of no duration, and on. All others keep what
-//! the trial gave them, so that an event costs as much as its own cluster of bodies.
+//! Contacts that close fast are deferred (see [`super::rules`]). A trial step without them gives
+//! every body a path, `q(t) = q_A + t u_A + t² (u_E − u_A)/(2h)`. On it the gap of a deferred
+//! contact is a parabola. Where the gap falls through zero, the bodies of the contact's cluster are
+//! stepped again by themselves: to that instant, through an impact of zero duration, and on. All
+//! other bodies keep the result of the trial, so that an event costs only as much as its own
+//! cluster.
 
 use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
@@ -14,15 +15,15 @@ use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 
-/// Gap \[m\] below which surfaces touch: what detection resolves, or what the reference
-/// acceleration closes in a hundredth of a step.
+/// Gap \[m\] below which surfaces touch: the resolution of the detection, or the distance that the
+/// reference acceleration closes in a hundredth of a step.
 pub(super) fn touch_tolerance(contact: &ContactPoint, interval: &Interval, step: f64) -> f64 {
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let fall = rest_velocity(acceleration, step) * step;
     (2.0 * contact.gap_noise).max(1e-4 * fall)
 }
 
-/// Instant after the start of `interval` at which a contact closes, if it does.
+/// Time after the start of `interval` at which a contact closes; `None` if it does not.
 ///
 /// With `g(t) = c₀ + γ_A t + (γ_E − γ_A) t²/(2h)`, `c₀ = g_M − γ_A h/2`: the first root with
 /// falling gap, or 0 where the surfaces touch and close at the start.
@@ -55,8 +56,8 @@ pub(super) fn crossing(
     (time <= h).then_some(time)
 }
 
-/// Whether a contact may close on the path of `interval` although its parabola does not: what turning
-/// bodies add to the gap, or sliding along curved surfaces, is of second order in the step.
+/// Whether a contact may close on the path of `interval` although its parabola does not. Rotation
+/// of bodies, or sliding along curved surfaces, changes the gap to second order in the step.
 pub(super) fn may_close(interval: &Interval, solution: &Solution, contact: &ContactPoint) -> bool {
     let h = interval.length;
     let gamma = contact.rows.velocity(&interval.start);
@@ -78,18 +79,18 @@ pub(super) fn may_close(interval: &Interval, solution: &Solution, contact: &Cont
     end.min(start) <= bend
 }
 
-/// Whether a contact rather lands than rebounds.
+/// Whether a contact lands with little rebound.
 pub(super) fn lands(contact: &ContactPoint) -> bool {
     matches!(contact.law, NormalLaw::Rigid { restitution } if restitution < 0.5)
 }
 
-/// Bodies from which on those that may come to touch are a crowd.
+/// Least number of linked bodies that form a crowd.
 const CROWD: usize = 5;
 
-/// Finds the crowds: many bodies linked by what the detection holds possible in a step.
+/// Finds the crowds: groups of many bodies linked by contacts that may close within the step.
 ///
-/// In a crowd landings without rebound are too many to be located one by one. What is near is
-/// kept from closing instead, as without events.
+/// A crowd has too many landings without rebound to locate each of them. Its near contacts are kept
+/// from closing instead, as without events.
 pub(super) fn find_crowds(interval: &mut Interval, inverse_mass: &[Vec3]) {
     let contacts = interval.detection.contacts.iter();
     let links: Vec<[u32; 2]> = contacts
@@ -113,8 +114,8 @@ pub(super) fn find_crowds(interval: &mut Interval, inverse_mass: &[Vec3]) {
     }
 }
 
-/// Lets a lone contact that would rebound wait as well, however slow it closes: bodies that touch
-/// nothing else cost no solve, so that every bounce can be followed.
+/// Also defers a rebounding contact of two bodies that touch nothing else, however slowly it
+/// closes. Such bodies need no solve, so that every bounce can be followed.
 pub(super) fn release_lone(
     interval: &Interval,
     solution: &mut Solution,
@@ -144,7 +145,7 @@ pub(super) fn release_lone(
         let speed = contact.rows.velocity(&interval.start).x;
         let at_start = contact.gap - 0.5 * interval.length * speed;
         let a = reference_acceleration(contact, &interval.start, &interval.accelerations);
-        // all bounces that are left take less than a thousandth of a step: it rests
+        // if all remaining bounces take less than a thousandth of a step, the contact rests
         let rests = at_start <= touch_tolerance(contact, interval, step)
             && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
         if e > 0.0 && !rests && solution.impulses[i as usize].x > 0.0 {
@@ -153,8 +154,9 @@ pub(super) fn release_lone(
     }
 }
 
-/// Contacts with thin bodies that were passed before the midpoint show their far side there, and
-/// seem to open: they are detected at the start instead, and moved to the midpoint.
+/// Replaces contacts with thin bodies that another body passed before the midpoint. At the midpoint
+/// they show their far side and seem to open. They are detected at the start of the step instead,
+/// and moved to the midpoint.
 pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     model: &mut M,
     interval: &mut Interval,
@@ -174,12 +176,12 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
             continue;
         }
         let pressed = cache.get(&contact.key).is_some_and(|m| m.impulse.x > 0.0);
-        // what is followed cannot have been deep inside: it has come through
-        let followed = interval
+        // a swept body cannot have been deep inside: it has passed through
+        let thickness = interval
             .roles
-            .followed(contact.rows.bodies, model.inverse_mass());
+            .swept_thickness(contact.rows.bodies, model.inverse_mass());
         let through = rules.sweeps
-            && followed.is_some_and(|thickness| {
+            && thickness.is_some_and(|thickness| {
                 gamma.x * step > 0.5 * thickness || at_start < -0.5 * thickness
             });
         if through || rules.events && !pressed {
@@ -212,12 +214,12 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     let w = model.inverse_mass();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&interval.start).x;
-        // what is followed may have been left in a shallow overlap
-        let followed = interval
+        // a swept body may have been left in a shallow overlap
+        let thickness = interval
             .roles
-            .followed(contact.rows.bodies, w)
+            .swept_thickness(contact.rows.bodies, w)
             .filter(|_| rules.sweeps);
-        let least = followed.map_or(0.0, |thickness| -0.5 * thickness);
+        let least = thickness.map_or(0.0, |thickness| -0.5 * thickness);
         let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
         contact.gap -= 0.5 * length * closing;
         passed

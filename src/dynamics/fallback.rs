@@ -1,7 +1,7 @@
-//! What is done where no rigid impulses are found for an island: its contacts give way a little.
+//! The fallback for an island without rigid impulses: its contacts are softened a little.
 //!
-//! With `ξ_N + R P_N`, `R = softness G_NN`, there is a solution whatever is posed (the operator is
-//! strictly copositive), and it is bounded.
+//! With `ξ_N + R P_N`, `R = softness G_NN`, every problem has a solution (the operator is strictly
+//! copositive), and it is bounded.
 
 use super::interval::{Interval, Source};
 use super::island_problem::IslandProblem;
@@ -9,33 +9,33 @@ use crate::contact::{ContactProblem, Law, Vec2};
 use crate::solver::SolveReport;
 use serde::{Deserialize, Serialize};
 
-/// Blocks above which an island without rigid impulses gives way at once: another rigid solve costs
-/// seconds, and ends where the first one did.
+/// An island with more blocks uses the fallback at once. Another rigid solve would take seconds and
+/// end at the same residual.
 pub(super) const LARGE: usize = 500;
 
-/// Share of the island's own velocities that the best rigid impulses may leave unsolved and still
-/// be used. An island that has given way goes on giving way until one solve is certified: what is
-/// only close is seldom close in the next step, and costs as much as what fails.
+/// Share of the island's velocity scale that the best rigid impulses may leave unsolved and still
+/// be used. Once an island uses the fallback, it does so until a rigid solve is certified: nearly
+/// solved impulses are rarely nearly solved in the next step, and cost as much as a failed solve.
 const CLOSE: f64 = 1e-4;
 
-/// Share of the island's own velocities beyond which the best impulses leave a problem unsolved that
-/// may have no solution: one without leaves about all of them.
+/// Above this unsolved share of the island's velocity scale, the problem may have no solution. A
+/// problem without a solution leaves about all of it unsolved.
 const HOPELESS: f64 = 0.01;
 
-/// Steps without a rigid solve after the first one that fails. Each further failure doubles them, up
-/// to the longest.
+/// Steps without a rigid solve after the first failure. Each further failure doubles them, up to
+/// `LONGEST`.
 const FIRST: u8 = 4;
 const LONGEST: u8 = 32;
 
-/// Relative residual at which soft contacts of a large island count as solved: what they give way by
-/// is a hundred times as much.
+/// Relative residual at which softened contacts of a large island count as solved. The softening
+/// itself is a hundred times as large.
 pub(super) const ENOUGH: f64 = 1e-4;
 
-/// Share of a contact's own inverse mass by which it gives way.
+/// Compliance of a softened contact, as a share of its own inverse mass.
 const SOFTNESS: f64 = 0.01;
 
-/// How often the rigid problem of a large island has failed, one step after the other, and for how
-/// many steps it is not tried again: 4, 8, 16 and 32.
+/// The number of consecutive failures of a large island's rigid problem, and the remaining steps
+/// until the next try: 4, 8, 16 and 32.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(super) struct Fallback {
     failed: u8,
@@ -43,17 +43,18 @@ pub(super) struct Fallback {
 }
 
 impl Fallback {
-    /// Whether the island gave way in the last step.
+    /// Whether the last step used the fallback.
     pub fn active(self) -> bool {
         self.failed > 0
     }
 
-    /// Whether the rigid problem is left out in this step.
-    pub fn waits(self) -> bool {
+    /// Whether this step leaves out the rigid problem.
+    pub fn skips_rigid(self) -> bool {
         self.wait > 0
     }
 
-    /// The same within a step: an island that gave way waits to the end of the step.
+    /// The state within a step: an island in fallback does not try its rigid problem again before
+    /// the end of the step.
     pub fn within(self) -> Fallback {
         Fallback {
             wait: self.wait.max(u8::from(self.active())),
@@ -61,14 +62,14 @@ impl Fallback {
         }
     }
 
-    /// The state after a step in which `report` came of the rigid problem, or of the impulses to
-    /// start from where it was left out. The island has to give way if it is active.
+    /// The state after a step. `report` is that of the rigid problem, or of the start impulses if
+    /// it was left out. The island must use the fallback if the new state is active.
     pub fn after(self, report: &SolveReport) -> Fallback {
         let left = &report.residual;
         let close = left.velocity <= CLOSE * left.velocity_scale;
         if report.solved() {
             Fallback::default()
-        } else if self.waits() {
+        } else if self.skips_rigid() {
             Fallback {
                 wait: self.wait - 1,
                 ..self
@@ -103,22 +104,22 @@ pub(super) fn soften(problem: &mut ContactProblem, softness: impl Fn(usize) -> f
     }
 }
 
-/// The problem of an island whose contacts give way.
+/// The problem of an island with softened contacts.
 pub(super) fn softened(problem: &ContactProblem) -> ContactProblem {
     let mut soft = problem.clone();
     soften(&mut soft, |_| SOFTNESS);
     soft
 }
 
-/// Has the contacts of a `soft` problem that gave way in the last step pushed out again:
+/// Adds push-out to the contacts of a softened problem that were already soft in the last step:
 ///
 /// ```text
 /// b_N = −min(−g/Δt, max(−γ_A, R P_N,before))    of contacts with g < 0           (1)
 /// ```
 ///
-/// Without it a load that stays sinks in by `R P_N Δt` every other step. With it a contact is a
-/// spring: from step to step it gives back at most `R (P²_before − P²)/2` \[J\], which it took
-/// before. `P_before` is the impulse to start from.
+/// Without it a persistent load sinks in by `R P_N Δt` every other step. With it a contact is a
+/// spring. From step to step it returns at most `R (P²_before − P²)/2` \[J\], which it absorbed
+/// before. `P_before` is the start impulse.
 pub(super) fn push_back(
     soft: &mut ContactProblem,
     island: &IslandProblem,
@@ -145,24 +146,24 @@ pub(super) fn push_back(
     }
 }
 
-/// Takes the impulses `found` of the soft problem into `impulses`, which held the best rigid ones.
-/// `spent` is the report of that solve, with the work of all before it. The report returned is of the
-/// rigid `problem`.
+/// Chooses the impulses of an island in fallback. `impulses` holds the best rigid ones on entry,
+/// `found` those of the softened problem, which are used if they solve it. `total` is the report of
+/// that solve, including the work of all earlier ones. Returns the report for the rigid `problem`.
 ///
-/// Rigid boxes that wedge each other in can hold any self-stress. Where the best impulses found are
-/// not quite a solution, theirs is multiplied from step to step, until what is left of it throws the
-/// heap about. The soft problem bounds it. Where it is not solved either, what is used is never worse
-/// than no impulses at all.
-pub(super) fn take_soft(
+/// Rigid boxes wedged between each other can hold any self-stress. If the best rigid impulses are
+/// not quite a solution, their self-stress is amplified from step to step until its residual
+/// scatters the heap. The softened problem bounds it. If that is not solved either, the impulses
+/// used are never worse than zero impulses.
+pub(super) fn choose_softened(
     problem: &ContactProblem,
-    spent: &SolveReport,
+    total: &SolveReport,
     found: &[Vec2],
     impulses: &mut [Vec2],
     tolerance: f64,
 ) -> SolveReport {
     let none = vec![Vec2::zeros(); impulses.len()];
     let left = |p: &[Vec2]| SolveReport::judged(problem, p, tolerance).residual.velocity;
-    if spent.solved() {
+    if total.solved() {
         impulses.copy_from_slice(found);
     } else {
         let (own, nothing) = (left(impulses), left(&none));
@@ -170,5 +171,5 @@ pub(super) fn take_soft(
             impulses.copy_from_slice(&none);
         }
     }
-    SolveReport::judged(problem, impulses, tolerance).after(spent)
+    SolveReport::judged(problem, impulses, tolerance).after(total)
 }

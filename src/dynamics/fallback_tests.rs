@@ -1,4 +1,4 @@
-//! Large islands that no rigid impulses are found for, from step to step.
+//! Large islands without rigid impulses, over several steps.
 
 use super::fallback::{Fallback, LARGE};
 use super::interval::{Block, Interval, Source};
@@ -12,7 +12,7 @@ use crate::solver::{Direct, ImpulseSolver, Shares, SolveReport, SolveStatus};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Never solves a large problem with a rigid contact, and counts how often it was to.
+/// A solver that never solves a large problem with a rigid contact, and counts its calls.
 #[derive(Default)]
 pub struct FailsLarge {
     pub tried: Arc<AtomicUsize>,
@@ -38,8 +38,8 @@ impl ImpulseSolver for FailsLarge {
     }
 }
 
-/// A row of `count` balls of 1 kg between two walls, driven together at 0.5 m/s and asked to part
-/// at as much, with this gap \[m\] at all contacts. The contacts are numbered from `first` on.
+/// A row of `count` balls of 1 kg between two walls. They close at 0.5 m/s and must open at the
+/// same speed, with this gap \[m\] at all contacts. The contacts are numbered from `first` on.
 pub fn row(first: u64, count: u32, gap: f64) -> Interval {
     let mut interval = Interval {
         length: 0.01,
@@ -83,7 +83,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             gamma_a: Vec2::zeros(),
             gamma_f: Vec2::new(-0.5, 0.0),
             impact: false,
-            held: false,
+            bilateral: false,
             loaded: false,
             pressed_before: false,
             stuck_before: false,
@@ -105,8 +105,8 @@ const RULES: Rules = Rules {
     sweeps: false,
 };
 
-/// Bugs: an island that had given way was tried again at once when the contact that it was known
-/// by opened, and after every impact that was located in it, several times a step.
+/// Bugs: an island in fallback was solved as rigid again at once when the contact that served as
+/// its key opened, and after every impact located in it, several times in a step.
 #[test]
 fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
     let fails = FailsLarge::default();
@@ -120,31 +120,31 @@ fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
             interval.whole = whole;
             let mut solution = Solution::default();
             solver.solve(&interval, &mut solution, &masses, &RULES);
-            // it gives way
+            // the fallback applies
             assert!(solution.impulses.iter().all(|p| p.x > 0.0));
         }
         solver.cache.commit();
         tried.load(Ordering::Relaxed)
     };
     assert_eq!(step(0, &[true, false, false]), 1);
-    // of 601 contacts the first 400 are others now
+    // of 601 contacts the first 400 are new
     assert_eq!(step(400, &[true, false]), 1);
     assert_eq!([step(400, &[true]), step(400, &[true])], [1, 1]);
     assert_eq!(step(400, &[true]), 1);
-    // the fourth is over
+    // the fourth step is over
     assert_eq!(step(400, &[true, false]), 2);
-    // what fails in one interval only does so to the end of the step
+    // a failure in a part of a step counts only until the end of the step
     assert_eq!(step(9000, &[false, false]), 3);
     assert_eq!(step(9000, &[false, false]), 4);
 }
 
-/// Contacts that give way ask to be pushed out again, which a row of balls between two walls
-/// contradicts: with that no rigid impulses would ever be found.
+/// Soft contacts get push-out, which contradicts the walls of a row of balls: with it no rigid
+/// impulses would ever be found.
 #[test]
 fn what_gave_way_is_tried_again_without_pushes() {
     let fails = FailsLarge::default();
     let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
-    solver.keep = true;
+    solver.store_problems = true;
     let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
     let mut posed = Vec::new();
     for _ in 0..6 {
@@ -153,10 +153,10 @@ fn what_gave_way_is_tried_again_without_pushes() {
         solver.solve(&interval, &mut solution, &masses, &RULES);
         solver.cache.commit();
         posed.extend(solution.problems.iter().map(|s| s.problem.free[7].x));
-        // the solution has the `b` that was posed
+        // the solution has the original `b`
         assert_eq!(solution.bias[7].x, -1.0);
     }
-    // tried with all, four steps not, then without
+    // a try with all pushes, four steps without a try, then a try without pushes
     assert_eq!(posed, [-1.0, -1.0, -1.0, -1.0, -1.0, -0.5]);
 }
 
@@ -174,14 +174,14 @@ fn report(status: SolveStatus, velocity: f64) -> SolveReport {
     }
 }
 
-/// A problem that keeps failing is tried less and less often, one that is solved at once again.
+/// A problem that keeps failing is tried less and less often; a solved one at once again.
 #[test]
 fn what_fails_is_tried_again_after_ever_more_steps() {
     let failed = report(SolveStatus::Unsolved, 0.1);
     let mut state = Fallback::default();
     let tried: Vec<usize> = (0..200)
         .filter(|_| {
-            let tries = !state.waits();
+            let tries = !state.skips_rigid();
             state = state.after(&failed);
             assert!(state.active());
             tries
@@ -192,7 +192,8 @@ fn what_fails_is_tried_again_after_ever_more_steps() {
     assert_eq!(state, Fallback::default());
 }
 
-/// Bug: a heap that nearly solves once in a while was tried again a few steps later, ever again.
+/// Bug: a heap that was nearly solved from time to time was tried again after a few steps, over and
+/// over.
 #[test]
 fn what_is_nearly_solved_is_used_until_the_island_gives_way() {
     let near = report(SolveStatus::Unsolved, 1e-5);
@@ -200,7 +201,7 @@ fn what_is_nearly_solved_is_used_until_the_island_gives_way() {
     let mut state = Fallback::default().after(&report(SolveStatus::Unsolved, 0.1));
     assert!(state.active());
     let tried = (0..100).filter(|_| {
-        let tries = !state.waits();
+        let tries = !state.skips_rigid();
         state = state.after(&near);
         assert!(state.active());
         tries

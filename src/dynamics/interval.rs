@@ -1,5 +1,5 @@
-//! One interval of time, or one instant, for some of the bodies: what its contact problems are made
-//! of.
+//! One interval of time, or one instant, for all or some of the bodies: the data of its contact
+//! problems.
 
 use super::contact_cache::JointEnergy;
 use super::model::{
@@ -13,14 +13,15 @@ use std::collections::BTreeSet;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     pub source: Source,
-    /// Of all sides, those that move on their own included.
+    /// Bodies of both sides, including those with prescribed motion.
     pub bodies: [u32; 2],
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
     pub impact: bool,
     /// A pin or locked axis.
-    pub held: bool,
-    /// A contact with a given normal load: its friction alone is solved, in the normal row's place.
+    pub bilateral: bool,
+    /// A contact with a given normal load. Only its friction is solved, in the place of the normal
+    /// row.
     pub loaded: bool,
     /// Whether it had an impulse, and whether it stuck, in the interval before.
     pub pressed_before: bool,
@@ -33,7 +34,7 @@ pub(super) enum Source {
     Joint(usize),
 }
 
-/// An interval as it is posed. Solving it changes nothing here: what comes out is a
+/// An interval before its solution. Solving it changes nothing here; the result is a
 /// [`Solution`](super::solution::Solution).
 #[derive(Default)]
 pub(super) struct Interval {
@@ -47,28 +48,29 @@ pub(super) struct Interval {
     pub free: Vec<Vec3>,
     pub detection: Detection,
     pub blocks: Vec<Block>,
-    /// Of each block: the bodies that take impulses, `b = γ_F +` what its rule adds \[m/s\], its law,
-    /// and the impulse to start from.
+    /// For each block: the bodies that receive impulses, `b = γ_F +` the velocity its rule adds
+    /// \[m/s\], its law, and its start impulse.
     pub sides: Vec<[u32; 2]>,
     pub bias: Vec<Vec2>,
     pub laws: Vec<Law>,
     pub warm: Vec<Vec2>,
-    /// Of each joint of the detection.
+    /// For each joint of the detection.
     pub energies: Vec<JointEnergy>,
-    /// Pairs of surfaces of the rigid contacts met, movable ones, in their order.
+    /// Surface pairs of all rigid contacts with a movable body, in order.
     pub pairs: Vec<u64>,
-    /// Contacts of the detection left out until they are located in time.
-    pub waiting: Vec<usize>,
+    /// Contacts of the detection deferred until they are located in time.
+    pub deferred: Vec<usize>,
     /// Joints of the detection whose limit is passed farther than its bend explains.
-    pub passed: Vec<usize>,
-    /// Pairs whose penetration is no fault of the step: they started overlapped.
-    pub excused: BTreeSet<u64>,
-    /// Of each body, whether it is in a crowd: see [`super::events::find_crowds`].
+    pub passed_limits: Vec<usize>,
+    /// Pairs that overlapped when first seen; their penetration does not count as an error of the
+    /// step.
+    pub known_overlaps: BTreeSet<u64>,
+    /// For each body, whether it is in a crowd: see [`super::events::find_crowds`].
     pub crowded: Vec<bool>,
 }
 
 impl Interval {
-    /// Finds all contacts at the present configuration that may close within `dt` \[s\].
+    /// Detects all contacts at the present configuration that may close within `dt` \[s\].
     ///
     /// # Errors
     /// Those of the model.
@@ -81,7 +83,7 @@ impl Interval {
         model.detect(dt, &mut self.detection)
     }
 
-    /// Finds the contacts of some pairs of surfaces only, and all joints.
+    /// Detects the contacts of some pairs of surfaces, and all joints.
     ///
     /// # Errors
     /// Those of the model.
@@ -130,7 +132,7 @@ impl Interval {
         }
     }
 
-    /// Adds a block with its `b`, and the impulse to start from.
+    /// Adds a block with its `b` and its start impulse.
     pub fn push(&mut self, block: Block, sides: [u32; 2], bias: Vec2, law: Law, warm: Vec2) {
         self.blocks.push(block);
         self.sides.push(sides);
@@ -139,7 +141,7 @@ impl Interval {
         self.warm.push(warm);
     }
 
-    /// Removes everything that was collected.
+    /// Removes all collected blocks.
     pub fn clear_blocks(&mut self) {
         self.blocks.clear();
         self.sides.clear();
@@ -147,11 +149,11 @@ impl Interval {
         self.laws.clear();
         self.warm.clear();
         self.pairs.clear();
-        self.waiting.clear();
-        self.passed.clear();
+        self.deferred.clear();
+        self.passed_limits.clear();
     }
 
-    /// What tells a block from step to step.
+    /// Identifies a block from step to step.
     pub fn key(&self, block: usize) -> ContactKey {
         match self.blocks[block].source {
             Source::Contact(index) => self.detection.contacts[index].key,
@@ -159,8 +161,8 @@ impl Interval {
         }
     }
 
-    /// Those `movable` sides of a contact that take its impulse, if any does and all are among
-    /// `members`.
+    /// The `movable` sides of a contact that receive its impulse; `None` if there are none, or one
+    /// is not among `members`.
     #[inline]
     pub fn receiving(
         &self,
@@ -172,19 +174,19 @@ impl Interval {
         (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
 
-    /// The rows of a block, with the sides that take impulses only.
+    /// The rows of a block, with only the sides that receive impulses.
     pub fn rows(&self, block: usize) -> Rows {
         block_rows(&self.detection, &self.blocks[block], self.sides[block])
     }
 
-    /// The same with all sides, those that move on their own included.
+    /// The rows of a block with both sides, including those with prescribed motion.
     pub fn all_rows(&self, block: usize) -> Rows {
         let block = &self.blocks[block];
         block_rows(&self.detection, block, block.bodies)
     }
 }
 
-/// The rows of a block of `found`, of these sides.
+/// The rows of a block of `found`, with these sides.
 pub(super) fn block_rows(found: &Detection, block: &Block, bodies: [u32; 2]) -> Rows {
     let mut jacobian = match block.source {
         Source::Contact(index) => found.contacts[index].rows.jacobian,
@@ -213,7 +215,8 @@ pub(super) fn side_velocities(rows: &Rows, velocities: &[Vec3]) -> [Vec3; 2] {
         .map(|b| velocities.get(b as usize).copied().unwrap_or_default())
 }
 
-/// Both `bodies` but those that move on their own: these join no islands and take no impulse.
+/// The `bodies` with NO_BODY in place of those with prescribed motion, which join no islands and
+/// receive no impulse.
 #[inline]
 pub(super) fn movable(bodies: [u32; 2], inverse_mass: &[Vec3]) -> [u32; 2] {
     bodies.map(|body| match inverse_mass.get(body as usize) {
@@ -222,7 +225,7 @@ pub(super) fn movable(bodies: [u32; 2], inverse_mass: &[Vec3]) -> [u32; 2] {
     })
 }
 
-/// Whether something is movable, and all that is movable is among `members`.
+/// Whether at least one body is movable, and all movable ones are among `members`.
 pub(super) fn belongs(bodies: [u32; 2], members: Option<&[bool]>, inverse_mass: &[Vec3]) -> bool {
     are_among(movable(bodies, inverse_mass), members)
 }

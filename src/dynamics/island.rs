@@ -13,11 +13,11 @@ use super::solution::Solution;
 use crate::contact::{Residual, Vec2, Vec3, natural_map};
 use crate::solver::{FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
-/// A solver, and what it solves one island after the other with.
+/// A solver with the buffers for one island after the other.
 pub(super) struct Worker {
     pub solver: Box<dyn ImpulseSolver>,
     sharing: Sharing,
-    /// Kept for their capacity.
+    /// Reuses its memory.
     island: IslandProblem,
     answer: Answer,
 }
@@ -33,8 +33,8 @@ impl Worker {
     }
 }
 
-/// An island to be solved: its blocks in an interval, of which higher islands and earlier rounds
-/// are in `solution`.
+/// Input of an island's solve. `solution` has the results of islands of higher dominance and of
+/// earlier rounds.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
     pub interval: &'a Interval,
@@ -42,15 +42,15 @@ pub(super) struct Task<'a> {
     pub inverse_mass: &'a [Vec3],
     pub rules: &'a Rules,
     pub tolerance: f64,
-    /// Whether problems are kept.
-    pub keep: bool,
+    /// Whether to store the problems.
+    pub store_problems: bool,
 }
 
-/// Impulses for the problem of an island, and what is known of them.
+/// Impulses of an island, and the known data of them.
 struct Answer {
     impulses: Vec<Vec2>,
     report: SolveReport,
-    /// `G P + b`, and `M⁻¹ Wᵀ P` of the bodies, as far as they are known.
+    /// `G P + b`, and `M⁻¹ Wᵀ P` of the bodies, if known.
     velocities: Vec<Vec2>,
     change: Vec<Vec3>,
     velocities_known: bool,
@@ -89,13 +89,13 @@ impl Answer {
     }
 }
 
-/// How the rigid problem of an island is taken up.
+/// How to try the rigid problem of an island.
 #[derive(Clone, Copy, PartialEq)]
 enum Attempt {
-    /// As it was posed.
+    /// The original problem.
     Posed,
-    /// Without pushes: the contacts gave way in the last step, and heaps that wedge each other in
-    /// contradict what would push them out again.
+    /// Without push-outs. The last step used the fallback, and in heaps wedged together push-outs
+    /// contradict each other.
     WithoutPushes,
     /// Not at all: it has failed too often.
     None,
@@ -107,7 +107,7 @@ impl Worker {
         &self.answer.impulses
     }
 
-    /// Solves the island of these blocks; its impulses are in [`Worker::impulses`] then.
+    /// Solves the island of these blocks. [`Worker::impulses`] then returns its impulses.
     pub fn solve_island(
         &mut self,
         members: &[u32],
@@ -124,17 +124,17 @@ impl Worker {
         let staggered = rules.scheme == Scheme::Staggered;
         let large = staggered && members.len() > LARGE;
         let fallback = if large { fallback } else { Fallback::default() };
-        let attempt = match (fallback.waits(), interval.whole && fallback.active()) {
+        let attempt = match (fallback.skips_rigid(), interval.whole && fallback.active()) {
             (true, _) => Attempt::None,
             (false, true) => Attempt::WithoutPushes,
             (false, false) => Attempt::Posed,
         };
         self.solve_rigid(attempt, factors, task);
-        // of what waits to be solved nothing is known yet: it is bounded as it gives way
+        // without a rigid solve there are no impulses to bound yet: the fallback bounds its own
         if rules.corrects_gaps() && attempt != Attempt::None {
             self.bound_joints(attempt, task.tolerance);
         }
-        self.keep_problem(task);
+        self.store_problem(task);
         self.island.count_added();
         let report = self.answer.report;
         let fallback = if large {
@@ -143,7 +143,7 @@ impl Worker {
             fallback
         };
         if fallback.active() {
-            self.give_way_large(members, attempt, task);
+            self.solve_softened(members, attempt, task);
         } else if staggered && !report.solved() {
             if self.island.contradicts(report.residual.velocity) || hopeless(&report) {
                 self.solve_without_pushes(task.tolerance);
@@ -154,7 +154,7 @@ impl Worker {
         (self.judge(task), fallback)
     }
 
-    /// Solves the rigid problem, as far as it is to be tried.
+    /// Tries the rigid problem, as `attempt` says.
     fn solve_rigid(&mut self, attempt: Attempt, factors: Option<&mut FactorCache>, task: Task) {
         let Worker {
             solver,
@@ -212,7 +212,7 @@ impl Worker {
             answer.joints_bounded = true;
             (answer.velocities_known, answer.change_known) = (false, false);
             island.problem.free.clone_from(&bias);
-            // what the step is to hold of it: pushes were dropped from the problem alone
+            // the `b` of the step includes the pushes, which were dropped only from the problem
             let mut posed = bias;
             if attempt == Attempt::WithoutPushes {
                 restore_pushes(&mut posed, &island.terms);
@@ -221,16 +221,16 @@ impl Worker {
         }
     }
 
-    fn keep_problem(&mut self, task: Task) {
-        self.answer.problem = task.keep.then(|| SolvedProblem {
+    fn store_problem(&mut self, task: Task) {
+        self.answer.problem = task.store_problems.then(|| SolvedProblem {
             problem: self.island.problem.clone(),
             impulses: self.answer.impulses.clone(),
             report: self.answer.report,
         });
     }
 
-    /// Lets the contacts of a large island give way.
-    fn give_way_large(&mut self, members: &[u32], attempt: Attempt, task: Task) {
+    /// Solves a large island with softened contacts.
+    fn solve_softened(&mut self, members: &[u32], attempt: Attempt, task: Task) {
         let Worker {
             solver,
             island,
@@ -247,7 +247,7 @@ impl Worker {
         }
         let tolerance = task.tolerance.max(ENOUGH);
         let found = solver.solve(&soft, &mut island.warm, tolerance);
-        let mut spent = found.after(&answer.report);
+        let mut total = found.after(&answer.report);
         if task.rules.corrects_gaps() && attempt == Attempt::None {
             let mut impulses = std::mem::take(&mut island.warm);
             let joints = bound_joints(
@@ -260,9 +260,9 @@ impl Worker {
             );
             island.warm = impulses;
             answer.energies = joints.energies;
-            spent = found.after(&answer.report);
+            total = found.after(&answer.report);
             if let Some((report, bias)) = joints.bounded {
-                spent = report.after(&answer.report);
+                total = report.after(&answer.report);
                 answer.joints_bounded = true;
                 let changes = bias.iter().zip(&soft.free).map(|(now, posed)| now - posed);
                 let free = island.problem.free.iter_mut();
@@ -273,16 +273,16 @@ impl Worker {
         }
         let (problem, found) = (&island.problem, &island.warm);
         let impulses = &mut answer.impulses;
-        answer.report = fallback::take_soft(problem, &spent, found, impulses, task.tolerance);
+        answer.report = fallback::choose_softened(problem, &total, found, impulses, task.tolerance);
         (answer.velocities_known, answer.change_known) = (false, false);
         answer.relaxed = true;
-        if let Some(kept) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
-            kept.impulses.copy_from_slice(&answer.impulses);
-            kept.report = answer.report;
+        if let Some(stored) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
+            stored.impulses.copy_from_slice(&answer.impulses);
+            stored.report = answer.report;
         }
     }
 
-    /// Solves an island again without pushes, and lets its contacts give way where that is hopeless.
+    /// Solves an island again without pushes. Softens its contacts if the result is hopeless.
     fn solve_without_pushes(&mut self, tolerance: f64) {
         let Worker {
             solver,
@@ -300,13 +300,14 @@ impl Worker {
         } else {
             answer.report = answer.report.after(&again);
         }
-        // a solve that is almost there is better than one that gives way
+        // nearly solved rigid impulses are better than softened ones
         if !again.solved() && hopeless(&answer.report) {
             let soft = fallback::softened(problem);
             island.warm.fill(Vec2::zeros());
             let found = solver.solve(&soft, &mut island.warm, tolerance);
-            let spent = found.after(&answer.report);
-            answer.report = fallback::take_soft(problem, &spent, &island.warm, impulses, tolerance);
+            let total = found.after(&answer.report);
+            answer.report =
+                fallback::choose_softened(problem, &total, &island.warm, impulses, tolerance);
             answer.relaxed = true;
         }
     }
@@ -330,7 +331,7 @@ impl Worker {
         answer.report = bounded.unwrap_or(answer.report);
     }
 
-    /// Judges the answer, and shares loads out where they are not unique.
+    /// Judges the solution, and minimises redundant impulses if asked for.
     fn judge(&mut self, task: Task) -> IslandResult {
         let Worker {
             sharing,
@@ -371,7 +372,7 @@ impl Worker {
                 .zip(answer.change.iter().copied())
                 .collect()
         });
-        let unclosed = island.held.iter().filter(|_| outcome.joints_bounded);
+        let unclosed = island.bilateral.iter().filter(|_| outcome.joints_bounded);
         IslandResult {
             outcome,
             problem: answer.problem.take(),
@@ -379,7 +380,7 @@ impl Worker {
             bias: answer.bias.take(),
             change,
             energies: std::mem::take(&mut answer.energies),
-            unclosed: unclosed.map(|held| held.joint).collect(),
+            unclosed: unclosed.map(|bilateral| bilateral.joint).collect(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The island cache: what islands hand on from one step to the next.
+//! The island cache: data of islands for the next step.
 
 use super::fallback::Fallback;
 use super::model::ContactKey;
@@ -6,32 +6,32 @@ use crate::solver::{FactorCache, FactorState};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-/// What the islands of one step hand on.
+/// Data of the islands of one step.
 #[derive(Default)]
 struct Generation {
     /// Factors of a Newton system, by the key of the island's first block.
     factors: FxHashMap<ContactKey, FactorCache>,
-    /// Fallback state of large islands, by the keys of all their blocks: in a heap that moves any
-    /// one of them may be gone in the next step.
+    /// Fallback state of large islands, by the keys of all their blocks: in a moving heap any of
+    /// the blocks may be gone in the next step.
     fallback: FxHashMap<ContactKey, Fallback>,
 }
 
-/// Everything that islands hand on from one step to the next.
+/// All data of islands for the next step.
 ///
-/// A step takes from the last generation and writes the next one; [`IslandCache::commit`] makes it
-/// the last one.
+/// A step reads the last generation and writes the next one. [`IslandCache::commit`] then replaces
+/// the last generation.
 #[derive(Default)]
 pub(super) struct IslandCache {
     last: Generation,
     next: Generation,
-    /// Fallback state of islands that were solved for a part of this step only.
+    /// Fallback state of islands that were solved for only a part of this step.
     within: FxHashMap<ContactKey, Fallback>,
-    /// Whether the overlaps of a large island had no solution: its displacements are then softened
-    /// at once, as long as anything overlaps.
+    /// Whether the overlaps of a large island had no solution. Its displacement problem is then
+    /// softened at once, as long as any pair overlaps.
     pub wedged: bool,
 }
 
-/// [`IslandCache`] as a saved state holds it, in the order of its keys.
+/// [`IslandCache`] in a saved state, in the order of its keys.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct IslandCacheState {
     factors: Vec<(ContactKey, FactorState)>,
@@ -40,7 +40,7 @@ pub(super) struct IslandCacheState {
 }
 
 impl IslandCache {
-    /// Forgets all contacts: after another solver or a change of shapes.
+    /// Forgets all islands, after a change of solver or shapes.
     pub fn clear(&mut self) {
         self.drop_step();
         self.last.fallback.clear();
@@ -51,60 +51,61 @@ impl IslandCache {
         self.within.clear();
     }
 
-    /// Ends a step that was taken.
+    /// Ends a successful step.
     pub fn commit(&mut self) {
         self.last = std::mem::take(&mut self.next);
     }
 
-    /// Ends a step that failed. Its islands may have taken factors out of the last generation, so
-    /// that all of them are dropped; fallback states stay as they were.
+    /// Ends a failed step. Its islands may have taken factors out of the last generation, so all
+    /// factors are dropped. Fallback states do not change.
     pub fn drop_step(&mut self) {
         self.last.factors.clear();
         self.next = Generation::default();
     }
 
-    /// Takes out the factors of the island with this first key; empty ones if there are none.
+    /// Takes out the factors of the island with this first key; empty if there are none.
     pub fn take_factors(&mut self, first: &ContactKey) -> FactorCache {
         let earlier = self.next.factors.remove(first);
         let earlier = earlier.or_else(|| self.last.factors.remove(first));
         earlier.unwrap_or_default()
     }
 
-    /// Keeps the factors of the island with this first key for the next step.
-    pub fn keep_factors(&mut self, first: ContactKey, factors: FactorCache) {
+    /// Stores the factors of the island with this first key for the next step.
+    pub fn store_factors(&mut self, first: ContactKey, factors: FactorCache) {
         if !factors.is_empty() {
             self.next.factors.insert(first, factors);
         }
     }
 
-    /// Fallback state of an island: that of the first of its `keys` which is known. In a `whole` step
-    /// it is that of the last step. In a part of a step it is what was found earlier in this step.
+    /// Fallback state of an island: that of the first of its `keys` with a stored state. In a
+    /// `whole` step it is that of the last step, in a part of a step that found earlier in this
+    /// step.
     pub fn fallback(
         &self,
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,
     ) -> Fallback {
-        let known = |states: &FxHashMap<ContactKey, Fallback>| {
+        let stored = |states: &FxHashMap<ContactKey, Fallback>| {
             let mut keys = keys.clone().filter(|_| !states.is_empty());
             keys.find_map(|key| states.get(&key).copied())
         };
         let found = if whole {
-            known(&self.last.fallback)
+            stored(&self.last.fallback)
         } else {
-            let within = known(&self.within).or_else(|| known(&self.next.fallback));
+            let within = stored(&self.within).or_else(|| stored(&self.next.fallback));
             within.map(Fallback::within)
         };
         found.unwrap_or_default()
     }
 
-    /// Keeps the fallback state of an island with these keys.
-    pub fn keep_fallback(
+    /// Stores the fallback state of an island with these keys.
+    pub fn store_fallback(
         &mut self,
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,
         state: Fallback,
     ) {
-        // an earlier round of the step may have noted another state
+        // an earlier round of the step may have stored another state
         if whole && !self.next.fallback.is_empty() {
             for key in keys.clone() {
                 self.next.fallback.remove(&key);
@@ -120,7 +121,7 @@ impl IslandCache {
         }
     }
 
-    /// All of it, to be saved.
+    /// All data, to be saved.
     pub fn state(&self) -> IslandCacheState {
         let all = self.last.factors.iter();
         let factors = all.filter_map(|(key, factors)| Some((*key, factors.state()?)));
@@ -135,7 +136,7 @@ impl IslandCache {
         state
     }
 
-    /// Goes on with what [`IslandCache::state`] returned.
+    /// Restores what [`IslandCache::state`] returned.
     pub fn restore(&mut self, state: &IslandCacheState) {
         let restored = |(key, state): &(_, _)| (*key, FactorCache::restored(state));
         *self = IslandCache {

@@ -1,4 +1,4 @@
-//! One island of an interval, posed: its contact problem, and what its blocks are made of.
+//! The contact problem of one island of an interval, and data of its blocks.
 
 use super::contact_cache::JointEnergy;
 use super::interval::{Interval, Source};
@@ -7,51 +7,52 @@ use super::local_bodies::LocalBodies;
 use super::solution::Solution;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3};
 
-/// What a block of the island is made of.
+/// Data of a block of the island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Terms {
-    /// Relative velocity at the start of the step, and as if no impulse acted \[m/s\].
+    /// Relative velocity at the start of the step, and without impulses \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// `b` as it was posed \[m/s\].
+    /// The original `b` \[m/s\].
     pub bias: Vec2,
-    /// A rigid unilateral contact. Others store or feed energy rightly: no bound holds for them.
+    /// A rigid unilateral contact. All other blocks may store or feed energy: no bound applies to
+    /// them.
     pub rigid: bool,
     /// A pin or locked axis.
-    pub held: bool,
+    pub bilateral: bool,
     /// A rebounding impact.
     pub impact: bool,
 }
 
 /// A pin or locked axis of the island.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Held {
+pub(super) struct BilateralJoint {
     pub block: usize,
     /// Its number in the detection.
     pub joint: usize,
-    /// What it added in the steps before.
+    /// Energy it added in earlier steps.
     pub energy: JointEnergy,
 }
 
-/// An island, posed. `problem` is what the solver gets; later steps may put another `b` in it.
+/// The problem of an island. `problem` is the solver's input; later stages may change its `b`.
 #[derive(Default)]
 pub(super) struct IslandProblem {
     pub problem: ContactProblem,
     pub terms: Vec<Terms>,
-    /// What the rules add to `γ_F` in `problem`: `b − γ_F` \[m/s\].
+    /// Velocity that the rules add to `γ_F` in `problem`: `b − γ_F` \[m/s\].
     pub added: Vec<Vec2>,
-    /// Impulses to start from.
+    /// Start impulses.
     pub warm: Vec<Vec2>,
-    pub held: Vec<Held>,
-    /// Kinetic energy \[J\] of the bodies at the start, and what forces alone would give them; 0
-    /// where nothing is held.
+    pub bilateral: Vec<BilateralJoint>,
+    /// Kinetic energy \[J\] of the bodies at the start, plus that of the velocities that forces
+    /// alone would give them; 0 without pins or locked axes.
     pub energy: f64,
     pub local: LocalBodies,
 }
 
 impl IslandProblem {
-    /// Poses the island of these blocks of an interval of which higher islands, and earlier rounds,
-    /// are in `solution`.
+    /// Poses the island of these blocks of an interval. `solution` has the results of islands of
+    /// higher dominance and of earlier rounds.
     pub fn pose(
         &mut self,
         interval: &Interval,
@@ -85,29 +86,29 @@ impl IslandProblem {
                 gamma_f: solution.gamma_f(interval, i),
                 bias: solution.bias[i],
                 rigid: is_rigid(&interval.laws[i]),
-                held: block.held,
+                bilateral: block.bilateral,
                 impact: block.impact,
             }
         }));
-        self.held.clear();
+        self.bilateral.clear();
         self.energy = 0.0;
         if !interval.detection.joints.is_empty() {
-            self.pose_held(interval, members, inverse_mass);
+            self.pose_bilateral(interval, members, inverse_mass);
         }
     }
 
-    fn pose_held(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
+    fn pose_bilateral(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
         for (block, &i) in members.iter().enumerate() {
             let own = &interval.blocks[i as usize];
-            if let (Source::Joint(joint), true) = (own.source, own.held) {
-                self.held.push(Held {
+            if let (Source::Joint(joint), true) = (own.source, own.bilateral) {
+                self.bilateral.push(BilateralJoint {
                     block,
                     joint,
                     energy: interval.energies[joint],
                 });
             }
         }
-        if self.held.is_empty() {
+        if self.bilateral.is_empty() {
             return;
         }
         let sides = members.iter().flat_map(|&i| interval.sides[i as usize]);
@@ -122,7 +123,7 @@ impl IslandProblem {
         self.energy = bodies.iter().map(of).sum();
     }
 
-    /// Finds `added` for the present `b`.
+    /// Computes `added` for the present `b`.
     pub fn count_added(&mut self) {
         self.added.clear();
         let blocks = self.problem.free.iter().zip(&self.terms);
@@ -130,8 +131,8 @@ impl IslandProblem {
             .extend(blocks.map(|(b, terms)| b - terms.gamma_f));
     }
 
-    /// Drops what rules added that no motion of the bodies may be able to undo: push-outs can
-    /// contradict each other, as of a block that overlaps walls on both sides.
+    /// Drops the push-outs of the rules. They can contradict each other, so that no motion
+    /// satisfies all of them: for example if a block overlaps walls on both sides.
     pub fn drop_pushes(&mut self) {
         let blocks = self.problem.free.iter_mut().zip(&mut self.added);
         for ((b, added), _) in blocks.zip(&self.terms).filter(|(_, terms)| terms.rigid) {
@@ -141,13 +142,13 @@ impl IslandProblem {
         }
     }
 
-    /// Undoes [`IslandProblem::drop_pushes`]: rigid contacts have the `b` that was posed.
+    /// Undoes [`IslandProblem::drop_pushes`]: rigid contacts get their original `b`.
     pub fn restore_pushes(&mut self) {
         restore_pushes(&mut self.problem.free, &self.terms);
     }
 
-    /// Whether rules may have added what no motion of the bodies is able to undo, as the best
-    /// impulses leave this `velocity` \[m/s\] unsolved.
+    /// Whether the rules may have added velocities that no motion of the bodies satisfies.
+    /// `velocity` \[m/s\] is the velocity residual of the best impulses.
     pub fn contradicts(&self, velocity: f64) -> bool {
         let rigid = self.added.iter().zip(&self.terms).filter(|(_, t)| t.rigid);
         let pushes = rigid.map(|(added, _)| added.y.abs().max(-added.x));
@@ -162,17 +163,17 @@ impl IslandProblem {
     }
 }
 
-/// Gives rigid contacts the `b` that was posed.
+/// Gives rigid contacts their original `b`.
 pub(super) fn restore_pushes(free: &mut [Vec2], terms: &[Terms]) {
     for (b, terms) in free.iter_mut().zip(terms).filter(|(_, t)| t.rigid) {
         *b = terms.bias;
     }
 }
 
-/// Share of the largest push that the best impulses leave unsolved at least where pushes contradict
-/// each other: much less is a solver's trouble, which another problem as large does not end.
+/// Least velocity residual of contradictory pushes, as a share of the largest push. A much smaller
+/// residual is a difficulty of the solver, which another problem of the same size does not solve.
 const CONTRADICTION: f64 = 1e-3;
-/// Blocks up to which the other problem costs little: it is tried anyhow.
+/// Up to this number of blocks the problem without pushes costs little: it is always tried.
 const SMALL: usize = 130;
 
 /// Whether a law is a rigid unilateral contact.

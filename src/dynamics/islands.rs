@@ -2,30 +2,31 @@
 
 use crate::contact::NO_BODY;
 
-/// Splits blocks of rows into islands of bodies connected by them.
+/// Splits blocks of rows into islands of connected bodies.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Islands {
     parent: Vec<u32>,
     /// Blocks grouped by island: `blocks[start\[k\]..start[k + 1]]`, ascending within an island.
     blocks: Vec<u32>,
     start: Vec<u32>,
-    /// What they were last built of: the bodies of each block, and its number where not all are in.
+    /// Input of the last build: the bodies of each block, and the block numbers if only some take
+    /// part.
     pairs: Vec<[u32; 2]>,
     some: Vec<u32>,
 }
 
 impl Islands {
-    /// Groups blocks by the two bodies of each, over `bodies` bodies; islands come in the order of
-    /// their first block.
+    /// Groups blocks by the two bodies of each, with `bodies` bodies in all. Islands are in the
+    /// order of their first blocks.
     pub fn build(&mut self, bodies: usize, rows: impl ExactSizeIterator<Item = [u32; 2]> + Clone) {
-        if !self.stand(bodies, &[], rows.clone()) {
+        if !self.is_current(bodies, &[], rows.clone()) {
             self.find_all(bodies, rows);
             self.some.clear();
         }
     }
 
-    /// Whether they are of these blocks already, as they mostly are from step to step.
-    fn stand(
+    /// Whether the last build had the same input, as in most steps.
+    fn is_current(
         &self,
         bodies: usize,
         some: &[u32],
@@ -77,10 +78,10 @@ impl Islands {
         }
     }
 
-    /// The same of some blocks only, by their numbers.
+    /// Groups only some blocks, given by their numbers.
     pub fn build_of(&mut self, bodies: usize, some: &[u32], rows: &[[u32; 2]]) {
         let rows = some.iter().map(|&i| rows[i as usize]);
-        if self.stand(bodies, some, rows.clone()) {
+        if self.is_current(bodies, some, rows.clone()) {
             return;
         }
         self.find_all(bodies, rows);
@@ -125,11 +126,11 @@ mod tests {
         assert_eq!(islands.blocks(1), &[1, 2]);
     }
 
-    /// Built again of the same blocks, of some or of others, it is the same as a new one.
+    /// A rebuild from the same blocks, some of them or others equals a new build.
     #[test]
     fn what_was_built_before_does_not_matter() {
         let all = [[NO_BODY, 3], [0, 1], [NO_BODY, 1], [2, 3], [0, 2]];
-        let mut kept = Islands::default();
+        let mut reused = Islands::default();
         let lists = |islands: &Islands| -> Vec<Vec<u32>> {
             (0..islands.len())
                 .map(|k| islands.blocks(k).to_vec())
@@ -147,15 +148,15 @@ mod tests {
         ];
         for some in choices {
             let mut fresh = Islands::default();
-            for islands in [&mut kept, &mut fresh] {
+            for islands in [&mut reused, &mut fresh] {
                 match some {
                     [] => islands.build(4, all.into_iter()),
                     _ => islands.build_of(4, some, &all),
                 }
             }
-            assert_eq!(lists(&kept), lists(&fresh), "{some:?}");
+            assert_eq!(lists(&reused), lists(&fresh), "{some:?}");
         }
-        kept.build(5, [].into_iter());
-        assert_eq!(kept.len(), 0);
+        reused.build(5, [].into_iter());
+        assert_eq!(reused.len(), 0);
     }
 }

@@ -14,7 +14,7 @@ pub struct RowName {
 }
 
 impl Coordinate {
-    /// The row that keeps the coordinate at `target`, both ways; both rows of a point.
+    /// The row that holds the coordinate at `target`, in both directions; both rows of a point.
     pub fn lock(self, name: RowName, target: f64) -> JointRow {
         let gap = self.value - Vec2::new(target, 0.0);
         let kind = match self.bend {
@@ -40,7 +40,7 @@ impl Coordinate {
         self.row(name, JointKind::Limit { gap })
     }
 
-    /// The row that a motor or spring drives; it pushes along the coordinate as it is now.
+    /// The row of a motor or spring; it acts along the coordinate at the present configuration.
     pub fn driven(mut self, name: RowName, kind: JointKind) -> JointRow {
         self.bend = Bend::Straight;
         self.row(name, kind)
@@ -66,7 +66,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Rows are the derivative of the value, and the bend is what is left, of second order.
+        /// Rows are the derivative of the value; the bend is the remainder, of second order.
         #[test]
         fn value_rows_and_bend_are_one_motion(
             arms in prop::array::uniform4(-1.0f64..1.0),

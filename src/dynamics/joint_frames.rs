@@ -1,4 +1,4 @@
-//! How far apart the two frames of a joint are, and what changes it.
+//! The coordinates of a joint between two frames, their rates and their bend.
 
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
@@ -25,16 +25,16 @@ pub struct JointFrames {
     pub offset: Vec2,
 }
 
-/// Coordinate of a joint: the gap it has, the rows that change it and how it bends.
+/// Coordinate of a joint: its value, its rows and its bend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinate {
-    /// The coordinate [m, m] or \[rad\]; the second number is 0 for one row.
+    /// The coordinate [m, m] or \[rad\]; the second number is 0 if there is one row.
     pub value: Vec2,
     pub rows: Rows,
     pub bend: Bend,
 }
 
-/// What a coordinate does beyond its rate times time, when bodies turn far in a step.
+/// The change of a coordinate beyond its rate times time, if bodies turn far in a step.
 ///
 /// With turns `φ = ω t` and `R` the rotation by them, the motion from the midpoint on is exact:
 /// `d(t) = d + t (v₂ − v₁) + (R₂ − 1) r₂ − (R₁ − 1) r₁`.
@@ -91,7 +91,7 @@ impl Bend {
         }
     }
 
-    /// Largest arm \[m\] on which a turn acts: what its error is held against.
+    /// Largest arm \[m\] that a turn acts on; the scale of its error.
     pub fn reach(&self) -> f64 {
         let of = |arms: &[Vec2; 2]| arms[0].norm().max(arms[1].norm());
         match self {
@@ -103,7 +103,7 @@ impl Bend {
         }
     }
 
-    /// The same coordinate with the other sign.
+    /// The same coordinate with the opposite sign.
     pub(super) fn turned_round(self) -> Bend {
         match self {
             Bend::Along { frames, axis, sign } => Bend::Along {
@@ -120,7 +120,7 @@ impl Bend {
     }
 }
 
-/// What (1) does beyond its rate: `(R₂ − 1 − φ₂ ×) r₂ − (R₁ − 1 − φ₁ ×) r₁`.
+/// Change of (1) beyond its rate: `(R₂ − 1 − φ₂ ×) r₂ − (R₁ − 1 − φ₁ ×) r₁`.
 fn point_bend(arms: &[Vec2; 2], angles: [f64; 2]) -> Vec2 {
     let of = |k: usize| turned(arms[k], angles[k]) - angles[k] * across(arms[k]);
     of(1) - of(0)
@@ -168,7 +168,7 @@ impl JointFrames {
 
     /// (2), along a unit axis that turns with the first body.
     pub fn along(&self, axis: Vec2) -> Coordinate {
-        // the arm of the first body reaches to the second point
+        // the arm of the first body ends at the second point
         let far = self.arms[0] + self.offset;
         self.one_row(
             self.offset.dot(&axis),

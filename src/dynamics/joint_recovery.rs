@@ -1,4 +1,4 @@
-//! Gaps of joints and passed limits that are closed by position, where velocities would give energy.
+//! Closes gaps of joints and passed limits by position, where velocities would add energy.
 
 use super::interval::{Interval, diagonal, movable};
 use super::joint_rules::joint_impact_rule;
@@ -8,17 +8,17 @@ use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 
-/// Newton steps at most; from a gap of half an arm three or four reach round-off.
+/// Most Newton steps; from a gap of half an arm three or four reach round-off.
 const STEPS: usize = 8;
 
-/// Gap \[m\] that is closed.
+/// Gap \[m\] that counts as closed.
 const CLOSED: f64 = 1e-12;
 
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
 
-/// Closes the gaps of the joints that a step left open, at its end, by Newton's method: of least
-/// kinetic norm are the displacements `d` with
+/// Closes the joint gaps that a step left open, at its end, by Newton's method. The displacements
+/// `d` have minimum kinetic norm under
 ///
 /// ```text
 /// J d = −g   of these joints      J d = 0   of all others

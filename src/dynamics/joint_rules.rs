@@ -4,20 +4,20 @@ use super::model::{JointKind, JointRow, Spring};
 use super::rules::{Rules, Span};
 use crate::contact::{Law, Vec2};
 
-/// What is known of a joint row when its rule is chosen.
+/// Data that the rule of a joint row depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JointSituation {
     pub span: Span,
-    /// Rate at the start, and as if no impulse acted.
+    /// Rate at the start, and without impulses.
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// What the gap is expected to do beyond its rate over the horizon.
+    /// Expected change of the gap beyond its rate over the horizon.
     pub bend: Vec2,
     /// `G_nn` of the first row [1/kg], above 0.
     pub diagonal: f64,
 }
 
-/// What is added to `γ_F`, and the law; `None` for a row that takes no part.
+/// Returns the velocity added to `γ_F`, and the law; `None` for a row that takes no part.
 ///
 /// With the gap `g` and its bend `n` at the midpoint and the time `h` to the next one,
 ///
@@ -29,13 +29,14 @@ pub(super) struct JointSituation {
 /// ```
 ///
 /// With `n(u_E)` in place of `n/2`, (1) would be SHAKE: no gap at the next midpoint. Without `n` it
-/// closes what the last turn left, a step late. In a steady turn all three give the same impulses;
-/// where the turn quickens by `Δn` a step, the gap is then 0, `n` and `n/2`, and the work of a pin
-/// in a step `P·(γ_A + γ_E)/2` is off by `+P·Δn/2h` where `n(u_A)` is taken whole, by `−P·Δn/2h`
-/// without it, and by less than either with half of it: nothing has to be solved again. The
-/// stretch in (4) is the mean `(x₋ + 2x + x₊)/4` over three midpoints, the average acceleration
+/// closes the gap of the last turn, a step late. In a steady turn all three give the same impulses.
+/// If the turn grows by `Δn` per step, the gap is 0, `n` and `n/2`, respectively. The work of a pin
+/// in a step, `P·(γ_A + γ_E)/2`, then has an error of `+P·Δn/2h` with `n(u_A)` in full, of
+/// `−P·Δn/2h` without it, and a smaller one with half of it, without a second solve.
+///
+/// The stretch in (4) is the mean `(x₋ + 2x + x₊)/4` over three midpoints, the average acceleration
 /// method: order 2, conserves energy at any stiffness. `θ = 1/(1 − e^{−z}) − 1/z`, `z = c G Δt`,
-/// makes the decay of a lone damper exact: θ = ½ + z/12 for a weak one, order 2, and 1 for a
+/// makes the decay of a single damper exact: θ = ½ + z/12 for a weak one, order 2, and 1 for a
 /// strong one, which holds its speed.
 ///
 /// # Source
@@ -48,7 +49,7 @@ pub(super) fn joint_rule(
 ) -> Option<(Vec2, Law)> {
     let horizon = now.span.horizon;
     let closing = |gap: Vec2| {
-        // the published rule corrects no gap
+        // the published rule does not correct gaps
         if rules.corrects_gaps() {
             (gap + 0.5 * now.bend) / horizon
         } else {
@@ -75,7 +76,7 @@ pub(super) fn joint_rule(
     })
 }
 
-/// The law of a row in an instant of impact; `None` for what has only finite forces, and for a
+/// The law of a row in an instant of impact. `None` for rows with only finite forces, and for a
 /// limit that neither touches nor had an impulse before.
 pub(super) fn joint_impact_rule(joint: &JointRow, pressed: bool) -> Option<(Vec2, Law)> {
     match joint.kind {
@@ -112,7 +113,7 @@ fn bounded(max_force: f64, length: f64) -> Law {
 /// (4) of [`joint_rule`] as `γ_E + b + R P = 0`, `R = 1/(Δt² k/4 + θ c Δt)`.
 fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
     let dt = now.span.length;
-    // of a row whose k and c are per mass
+    // `k` and `c` are per unit mass
     let mass = if spring.per_mass {
         1.0 / now.diagonal
     } else {
@@ -126,7 +127,7 @@ fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
     }
     let rate = now.gamma_a.x;
     // P at γ_E = 0
-    let held =
+    let at_rest =
         -dt * (k * (spring.stretch - 0.25 * dt * rate) + c * ((1.0 - theta) * rate - spring.speed));
     let bound = spring.max_force * dt;
     let law = Law::Bounded {
@@ -134,7 +135,7 @@ fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
         upper: bound,
         compliance: 1.0 / gain,
     };
-    Some((Vec2::new(-held / gain, 0.0), law))
+    Some((Vec2::new(-at_rest / gain, 0.0), law))
 }
 
 /// θ of (4), from ½ to 1.

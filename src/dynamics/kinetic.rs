@@ -2,7 +2,7 @@
 
 use crate::contact::Vec3;
 
-/// `T` \[J\] of everything movable.
+/// `T` \[J\] of all movable bodies.
 pub(super) fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
     velocities
         .iter()
@@ -11,7 +11,7 @@ pub(super) fn kinetic(velocities: &[Vec3], inverse_mass: &[Vec3]) -> f64 {
         .sum()
 }
 
-/// The same of one body.
+/// `T` \[J\] of one body.
 pub(super) fn kinetic_of(u: &Vec3, w: &Vec3) -> f64 {
     (0..3)
         .filter(|&i| w[i] > 0.0)

@@ -1,18 +1,17 @@
-//! The bodies of an island by numbers of its own.
+//! Local numbers for the bodies of an island.
 
 use crate::contact::{BodyOperator, NO_BODY, Rows, Vec3};
 
-/// Numbers of bodies in an island, filled for one after the other.
+/// Local body numbers of one island after the other.
 #[derive(Default)]
 pub(super) struct LocalBodies {
     number: Vec<u32>,
-    /// The bodies by their numbers.
+    /// The bodies, by local number.
     pub bodies: Vec<u32>,
 }
 
 impl LocalBodies {
-    /// Writes the rows of some blocks over their own bodies, which come in the order in which they
-    /// are met.
+    /// Writes the rows of some blocks with local body numbers, assigned in the order of first use.
     pub fn operator(
         &mut self,
         members: &[u32],

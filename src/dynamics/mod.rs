@@ -9,31 +9,32 @@
 //! q_E = q_M + u_E Δt/2                                                        (6)
 //! ```
 //!
-//! What enters (4) for each contact is the [`Scheme`]: the published activation rule, or the
-//! staggered one, which is second order in persistent contact. With the staggered one
+//! The [`Scheme`] decides how each contact enters (4): by the published activation rule, or by the
+//! staggered one, which is second order in persistent contact. With the staggered scheme
 //!
-//! - impacts can be located in time ([`StepperSettings::events`]): bodies that collide inside a
-//!   step are stepped by themselves to the instant, through an impact of no duration, and on;
-//! - the [`ImpactLaw`] says what they return, by default Newton's law that never adds energy;
-//! - pairs that start overlapped are moved apart by position alone
+//! - the stepper can locate impacts in time ([`StepperSettings::events`]): bodies that collide
+//!   inside a step are stepped separately, to the instant of the impact, through an impact of zero
+//!   duration, and on;
+//! - the [`ImpactLaw`] gives their rebound, by default Newton's law with an energy bound;
+//! - pairs that overlap at the start are moved apart by position alone
 //!   ([`StepperSettings::recovery`]).
 //!
 //! # From contacts to a step
 //! ```text
-//! Detection            what the model found at the midpoint: contacts, rows of joints
-//! Interval             posed: the blocks that take part, each with b, law and impulse to start from
-//! WorkingSet           which of them are near enough to matter
+//! Detection            contacts and joint rows that the model found at the midpoint
+//! Interval             the blocks that take part, each with b, law and start impulse
+//! WorkingSet           the blocks near enough to matter
 //! Islands              groups of blocks that share bodies
-//! IslandProblem        one island, posed: its contact problem and what its blocks are made of
-//! Worker               solves it: Newton's method or another solver, bounds on energy, fallback
-//! IslandResult         what became of it
-//! Solution             of all islands: impulses, velocities at the end; the interval is as it was
-//! StepRecord           what everyone else reads
-//! ContactCache         handed on to the next step, by contact and joint
-//! IslandCache          the same by island: factors, fallback state
+//! IslandProblem        the contact problem of one island, and data of its blocks
+//! Worker               solves one island: solver, energy bounds, fallback
+//! IslandResult         the outcome of one island
+//! Solution             impulses and end velocities of all islands; leaves the interval unchanged
+//! StepRecord           the public record of the step
+//! ContactCache         data for the next step, by contact and joint
+//! IslandCache          data for the next step, by island: factors, fallback state
 //! ```
-//! `MoreauStepper` owns all of it. Nothing but the two caches and the time survives a step; all else
-//! is kept for its capacity only.
+//! `MoreauStepper` owns all of them. Only the two caches and the time carry over to the next step;
+//! everything else is stored only to reuse its memory.
 
 mod cluster;
 mod collect;

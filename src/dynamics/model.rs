@@ -3,7 +3,7 @@ use super::roles::BodyRoles;
 use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
-/// Names a contact from step to step, so that impulses can be matched.
+/// Identifies a contact from step to step, so that impulses can be matched.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
@@ -14,7 +14,7 @@ pub struct ContactKey {
     pub feature: u64,
 }
 
-/// What carries the load along the normal.
+/// How a contact carries its normal load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NormalLaw {
     /// Rigid, with Newton's coefficient of restitution in [0, 1].
@@ -41,7 +41,7 @@ pub struct ContactPoint {
     pub position: Vec2,
     pub normal: Vec2,
     pub gap: f64,
-    /// What the gap cannot resolve \[m\]: smaller gaps count as zero.
+    /// Resolution of the gap \[m\]: smaller gaps count as zero.
     pub gap_noise: f64,
     pub friction: f64,
     pub law: NormalLaw,
@@ -49,14 +49,14 @@ pub struct ContactPoint {
     pub surface_velocity: f64,
 }
 
-/// What a joint row asks for. Units are those of its coordinate: m and N, or rad and N m.
+/// The law of a joint row. Units are those of its coordinate: m and N, or rad and N m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointKind {
     /// Two rows that close `gap` \[m\].
     Pin { gap: Vec2 },
     /// One row that closes `gap`.
     Lock { gap: f64 },
-    /// One row that keeps `gap` from closing further than 0, and pushes only.
+    /// One row that keeps `gap` at or above 0, and only pushes.
     Limit { gap: f64 },
     /// One row driven to `speed` by at most `max_force`.
     Motor { speed: f64, max_force: f64 },
@@ -67,20 +67,20 @@ pub enum JointKind {
 /// A spring and damper along one coordinate of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spring {
-    /// The coordinate less its rest value [m or rad].
+    /// The coordinate minus its rest value [m or rad].
     pub stretch: f64,
-    /// Wanted rate [m/s or rad/s].
+    /// Target rate [m/s or rad/s].
     pub speed: f64,
-    /// `k` [N/m or N m/rad], of an acceleration `1/s²`.
+    /// `k` [N/m or N m/rad]; [1/s²] with `per_mass`.
     pub stiffness: f64,
-    /// `c` [N s/m or N m s/rad], of an acceleration `1/s`.
+    /// `c` [N s/m or N m s/rad]; [1/s] with `per_mass`.
     pub damping: f64,
-    /// Whether `k` and `c` are per unit of the mass that the row itself feels, `1/G_ii`.
+    /// Whether `k` and `c` are per unit of the row's effective mass, `1/G_ii`.
     pub per_mass: bool,
     pub max_force: f64,
 }
 
-/// Which part of a joint a row is.
+/// The part of a joint that a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum JointPart {
     /// Both axes of a pin; its impulse is (x, y) in the world.
@@ -101,7 +101,7 @@ pub enum JointCoordinate {
     X,
     Y,
     Angle,
-    /// The distance of both points.
+    /// The distance between the two points.
     Distance,
 }
 
@@ -114,12 +114,12 @@ pub struct JointRow {
     pub part: JointPart,
     pub rows: Rows,
     pub kind: JointKind,
-    /// What the gap does beyond its rate.
+    /// Change of the gap beyond its rate.
     pub bend: Bend,
 }
 
 impl JointRow {
-    /// How far a pin or slot is apart \[m\]; 0 of what is no length.
+    /// Gap of a pin or slot \[m\]; 0 for angles.
     pub fn distance(&self) -> f64 {
         match (self.kind, self.part) {
             (JointKind::Pin { gap }, _) => gap.norm(),
@@ -130,7 +130,7 @@ impl JointRow {
     }
 }
 
-/// Everything a model finds at one configuration, in a fixed order.
+/// All contacts and joints that a model finds at one configuration, in a fixed order.
 #[derive(Debug, Clone, Default)]
 pub struct Detection {
     pub contacts: Vec<ContactPoint>,
@@ -144,28 +144,28 @@ impl Detection {
     }
 }
 
-/// Where a body is, in a model's own numbers.
+/// Position of a body, in the model's own numbers.
 pub type Configuration = [f64; 5];
 
-/// What a model cannot go on with.
+/// Why a model cannot continue.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
-    /// A thing in the user's world that is not supported, named.
+    /// An unsupported object in the user's world, with its name.
     #[error("{0}")]
     Unsupported(String),
-    /// A thing in the user's world that cannot be simulated, named.
+    /// An object in the user's world that cannot be simulated, with its name.
     #[error("{0}")]
     Invalid(String),
 }
 
-/// Bodies, their motion and their contacts: the seam between the stepper and any engine.
+/// Bodies, their motion and their contacts: the interface between the stepper and any engine.
 ///
-/// Velocities come in blocks of three, one a body; a model with fewer coordinates gives the
-/// missing ones an inverse mass of zero. A body that moves on its own (kinematic) has inverse
-/// mass zero and the velocity it has.
+/// Velocities come in blocks of three, one per body. A model with fewer coordinates gives the
+/// missing ones an inverse mass of zero. A kinematic body has inverse mass zero and its prescribed
+/// velocity.
 pub trait MultibodyModel {
-    /// Called once at the start of a step of length `dt` \[s\]; the place to read what a user
-    /// changed since the last one.
+    /// Called once at the start of a step of length `dt` \[s\]. The model reads changes by the user
+    /// here.
     ///
     /// # Errors
     /// [`ModelError`], before anything has moved.
@@ -173,16 +173,16 @@ pub trait MultibodyModel {
         Ok(())
     }
 
-    /// `u`, one block a body [m/s, m/s, rad/s].
+    /// `u`, one block per body [m/s, m/s, rad/s].
     fn velocities(&self) -> &[Vec3];
 
-    /// Replaces `u`.
+    /// Sets `u`.
     fn set_velocities(&mut self, velocities: &[Vec3]);
 
-    /// Diagonal of `M⁻¹`, one block a body.
+    /// Diagonal of `M⁻¹`, one block per body.
     fn inverse_mass(&self) -> &[Vec3];
 
-    /// What sets bodies apart beyond their masses; `None` where nothing does.
+    /// Dominance and sweeps of bodies; `None` if no body has any.
     fn roles(&self) -> Option<&BodyRoles> {
         None
     }
@@ -194,10 +194,10 @@ pub trait MultibodyModel {
     /// `q ← q + u dt` of one body, with any velocity.
     fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64);
 
-    /// Where one body is, in up to five numbers of the model's own.
+    /// Position of one body, in up to five numbers of the model's own.
     fn configuration(&self, body: usize) -> Configuration;
 
-    /// Puts one body where [`MultibodyModel::configuration`] found it, bit for bit.
+    /// Restores a position from [`MultibodyModel::configuration`], bit for bit.
     fn set_configuration(&mut self, body: usize, configuration: &Configuration);
 
     /// `q ← q + u dt` of all bodies.
@@ -208,15 +208,16 @@ pub trait MultibodyModel {
         }
     }
 
-    /// Contacts and joint rows at the present configuration. Every contact that may close within
-    /// `dt` must be there, in an order that does not depend on anything but the state.
+    /// Contacts and joint rows at the present configuration. Includes every contact that may close
+    /// within `dt`. The order depends only on the state.
     ///
     /// # Errors
     /// [`ModelError`].
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError>;
 
-    /// Contacts between these pairs of surfaces, as [`MultibodyModel::detect`] numbers and orders
-    /// them, without joints. Event location asks often: worth a short cut where one exists.
+    /// Contacts between these pairs of surfaces, numbered and ordered as in
+    /// [`MultibodyModel::detect`], without joints. Event location calls this often: provide a
+    /// faster version if there is one.
     ///
     /// # Errors
     /// [`ModelError`].
@@ -232,8 +233,9 @@ pub trait MultibodyModel {
         Ok(())
     }
 
-    /// Adds all joint rows at the present configuration, as [`MultibodyModel::detect`] orders them.
-    /// What closes gaps by position asks often: worth a short cut where one exists.
+    /// Adds all joint rows at the present configuration, in the order of
+    /// [`MultibodyModel::detect`]. Position correction calls this often: provide a faster version
+    /// if there is one.
     ///
     /// # Errors
     /// [`ModelError`].
@@ -244,13 +246,13 @@ pub trait MultibodyModel {
         Ok(())
     }
 
-    /// Kinetic energy \[J\] at `velocities`, where [`MultibodyModel::inverse_mass`] holds more than
-    /// mass: the difference then counts as work of the forces.
+    /// Kinetic energy \[J\] at `velocities`, if [`MultibodyModel::inverse_mass`] contains more than
+    /// mass. The difference then counts as work of the forces.
     fn kinetic_energy(&self, _velocities: &[Vec3]) -> Option<f64> {
         None
     }
 
-    /// Potential energy \[J\] of the present configuration; 0 where the model has none.
+    /// Potential energy \[J\] of the present configuration; 0 if the model has none.
     fn potential_energy(&self) -> f64 {
         0.0
     }

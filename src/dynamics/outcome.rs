@@ -12,7 +12,7 @@ pub(super) struct IslandOutcome {
     /// Whether the energy of its contacts, and of its joints, was bounded.
     pub contacts_bounded: bool,
     pub joints_bounded: bool,
-    /// Whether pushes were dropped, or contacts gave way.
+    /// Whether pushes were dropped, or contacts were softened.
     pub relaxed: bool,
     pub redundant: bool,
     /// Energy that an impact added \[J\], 0 or more.
@@ -20,14 +20,14 @@ pub(super) struct IslandOutcome {
 }
 
 impl IslandOutcome {
-    /// Adds the work, whether the result is used or not.
+    /// Adds the work of the solve, even if the result is not used.
     pub fn count_work(&self, record: &mut StepRecord) {
         record.sweeps += self.report.sweeps;
         record.factorisations += self.report.factorisations;
         record.pivots += self.report.pivots;
     }
 
-    /// Adds what can be said of a result that is used.
+    /// Adds the outcome, if the result is used.
     pub fn count(&self, record: &mut StepRecord) {
         record.unsolved += usize::from(!self.report.solved());
         record.residual = record.residual.max(self.report.residual.relative);
@@ -41,7 +41,7 @@ impl IslandOutcome {
     }
 }
 
-/// The contact problem of an island as a step posed it, and what the solver made of it.
+/// The contact problem of an island in a step, with the solver's result.
 #[derive(Debug, Clone)]
 pub struct SolvedProblem {
     pub problem: ContactProblem,
@@ -49,18 +49,18 @@ pub struct SolvedProblem {
     pub report: SolveReport,
 }
 
-/// What became of an island, beside its impulses.
+/// The result of an island, except its impulses.
 pub(super) struct IslandResult {
     pub outcome: IslandOutcome,
     pub problem: Option<SolvedProblem>,
-    /// Velocity that the solve resolves \[m/s\].
+    /// Velocity resolution of the solve \[m/s\].
     pub resolution: f64,
-    /// `b` of all blocks, where a bound on joints changed it.
+    /// `b` of all blocks, if the bound on joints changed it.
     pub bias: Option<Vec<Vec2>>,
-    /// `M⁻¹ Wᵀ P` of its bodies, where the solver returned it.
+    /// `M⁻¹ Wᵀ P` of its bodies, if the solver returned it.
     pub change: Option<Vec<(u32, Vec3)>>,
-    /// Joints of the detection: what they have added now, and those whose gaps were closed by less
-    /// than asked.
+    /// Joints of the detection: the energy each has added so far, and those whose gaps the bound
+    /// did not close fully.
     pub energies: Vec<(usize, JointEnergy)>,
     pub unclosed: Vec<usize>,
 }

@@ -1,25 +1,25 @@
-//! What a step's wall time goes into. Nothing that is computed depends on it.
+//! Wall time of the phases of a step. No result depends on it.
 
-/// Seconds since some moment, by the host's clock: the core has none of its own.
+/// Seconds since some moment, from the host's clock. The core has no clock of its own.
 pub type Clock = fn() -> f64;
 
-/// Wall time of all steps since it was asked for, by what they did \[s\].
+/// Timings: wall time of each phase since timing was switched on, over all steps \[s\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Phases {
-    /// What the user changed is read, and contacts and joint rows are found.
+    /// Reading the user's changes, and detection of contacts and joint rows.
     pub detection: f64,
     /// Free velocities, the rule of every contact, islands and their contact problems.
     pub assembly: f64,
-    /// Impulses: solvers, caps, located impacts.
+    /// Impulses: solvers, energy bounds, located impacts.
     pub solve: f64,
-    /// Energies, the record, what is remembered.
+    /// Energies, the record, the caches.
     pub record: f64,
-    /// Velocities and poses are given back to the model.
+    /// Writing velocities and poses to the model.
     pub write: f64,
 }
 
 impl Phases {
-    /// Name and time \[s\] of each, in the order of a step.
+    /// Name and time \[s\] of each phase, in the order of a step.
     pub fn named(&self) -> [(&'static str, f64); 5] {
         [
             ("detection", self.detection),
@@ -31,7 +31,7 @@ impl Phases {
     }
 }
 
-/// Books time on phases, where it is switched on.
+/// Measures the time of phases, if switched on.
 #[derive(Default)]
 pub(crate) struct PhaseClock {
     clock: Option<Clock>,
@@ -40,7 +40,7 @@ pub(crate) struct PhaseClock {
 }
 
 impl PhaseClock {
-    /// Starts from nothing, or stops.
+    /// Resets and starts the timing, or stops it.
     pub fn switch(&mut self, clock: Option<Clock>) {
         *self = PhaseClock {
             clock,
@@ -48,19 +48,19 @@ impl PhaseClock {
         };
     }
 
-    /// What follows is to be booked.
+    /// Starts the time of the next phase.
     pub fn start(&mut self) {
         self.last = self.clock.map(|now| now());
     }
 
-    /// Books the time since the last call on a phase.
+    /// Adds the time since the last call to a phase.
     pub fn lap(&mut self, phase: impl FnOnce(&mut Phases) -> &mut f64) {
         if let Some(elapsed) = self.elapsed() {
             *phase(&mut self.phases) += elapsed;
         }
     }
 
-    /// Time since the last call \[s\], where there was one.
+    /// Time since the last call \[s\]; `None` if timing is off.
     fn elapsed(&mut self) -> Option<f64> {
         let now = self.clock?();
         let before = self.last.replace(now)?;
@@ -70,25 +70,25 @@ impl PhaseClock {
 
 #[cfg(feature = "parallel")]
 impl PhaseClock {
-    /// A clock for another thread, which runs where this one does.
+    /// A clock for another thread, switched on if this one is.
     pub fn another(&self) -> PhaseClock {
         let mut clock = PhaseClock::default();
         clock.switch(self.clock);
         clock
     }
 
-    /// Books the time since the last call on assembly and solve, in the shares in which `threads`
-    /// have booked theirs.
-    pub fn lap_as<'a>(&mut self, threads: impl Iterator<Item = &'a PhaseClock>) {
-        let spent = threads.fold([0.0, 0.0], |[a, s], clock| {
+    /// Adds the time since the last call to assembly and solve, in proportion to the times that
+    /// `threads` measured.
+    pub fn lap_in_proportion<'a>(&mut self, threads: impl Iterator<Item = &'a PhaseClock>) {
+        let times = threads.fold([0.0, 0.0], |[a, s], clock| {
             [a + clock.phases.assembly, s + clock.phases.solve]
         });
-        let whole = spent[0] + spent[1];
+        let whole = times[0] + times[1];
         if let Some(elapsed) = self.elapsed()
             && whole > 0.0
         {
-            self.phases.assembly += elapsed * spent[0] / whole;
-            self.phases.solve += elapsed * spent[1] / whole;
+            self.phases.assembly += elapsed * times[0] / whole;
+            self.phases.solve += elapsed * times[1] / whole;
         }
     }
 }

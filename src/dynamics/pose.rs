@@ -25,7 +25,7 @@ impl Pose64 {
         self.sin.atan2(self.cos)
     }
 
-    /// Turns a vector.
+    /// Rotates a vector.
     pub fn rotate(&self, v: Vec2) -> Vec2 {
         Vec2::new(
             self.cos * v.x - self.sin * v.y,
@@ -33,12 +33,12 @@ impl Pose64 {
         )
     }
 
-    /// Moves a point.
+    /// Transforms a point.
     pub fn apply(&self, p: Vec2) -> Vec2 {
         self.translation + self.rotate(p)
     }
 
-    /// The point that [`Pose64::apply`] moves to `p`.
+    /// The point that [`Pose64::apply`] maps to `p`.
     pub fn apply_inverse(&self, p: Vec2) -> Vec2 {
         let d = p - self.translation;
         Vec2::new(
@@ -47,7 +47,7 @@ impl Pose64 {
         )
     }
 
-    /// `self` after `local`.
+    /// The composition that applies `local` first.
     pub fn compose(&self, local: &Pose64) -> Pose64 {
         Pose64 {
             translation: self.apply(local.translation),
@@ -64,13 +64,13 @@ impl Pose64 {
             self.cos * cos - self.sin * sin,
             self.sin * cos + self.cos * sin,
         );
-        // one Newton step keeps the rotation a unit over millions of steps
+        // one Newton step keeps the rotation at unit length over millions of steps
         let scale = 1.5 - 0.5 * (c * c + s * s);
         (self.cos, self.sin) = (c * scale, s * scale);
         self.translation = world - self.rotate(center);
     }
 
-    /// As numbers, for [`super::MultibodyModel::configuration`]; the last is free.
+    /// The numbers of [`super::MultibodyModel::configuration`]; the last is unused.
     pub(crate) fn numbers(&self) -> Configuration {
         let at = self.translation;
         [at.x, at.y, self.cos, self.sin, 0.0]

@@ -1,9 +1,9 @@
-//! The record of a step: what every report, chart and wear law reads.
+//! The record of a step: the input of every report, chart and wear law.
 
 use super::model::JointPart;
 use crate::contact::Vec2;
 
-/// What a contact did in a step.
+/// Status of a contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactStatus {
     Open,
@@ -17,7 +17,7 @@ pub enum ContactStatus {
 }
 
 impl ContactStatus {
-    /// The word of the `status` column.
+    /// The name in the `status` column.
     pub fn word(self) -> &'static str {
         match self {
             ContactStatus::Open => "open",
@@ -32,15 +32,15 @@ impl ContactStatus {
 /// One contact in one step. Signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactRecord {
-    /// When it acted \[s\]: the end of the step, of an impact located by events its instant. Of
-    /// the last of many ever smaller bounces, the instant at which they all are over.
+    /// Time \[s\] of the contact: the end of the step; for an impact located in time its instant.
+    /// For the last of a series of ever smaller bounces, the instant at which the series ends.
     pub time: f64,
     /// The model's number of each body; [`crate::contact::NO_BODY`] for the outside world.
     pub bodies: [u32; 2],
     /// The model's number of each surface: a body may have several.
     pub surfaces: [u32; 2],
-    /// Where on each surface the contact lies, as detection found it: of a polyline the number of the
-    /// segment, from 0; 0 on a surface of one piece.
+    /// Cell of each surface that the contact lies on, by detection: the segment number of a
+    /// polyline, from 0; 0 on a surface of one piece.
     pub cells: [u32; 2],
     /// Contact point \[m\] and unit normal, at the configuration where it was detected.
     pub position: Vec2,
@@ -50,22 +50,22 @@ pub struct ContactRecord {
     /// `P_N`, `P_T` [N s].
     pub impulse_n: f64,
     pub impulse_t: f64,
-    /// Angular impulse [N m s] on each body about its centre of mass; `None` on a side that takes no
-    /// impulse, as it moves on its own or dominates the other.
+    /// Angular impulse [N m s] on each body about its centre of mass. `None` for a side that
+    /// receives no impulse, because its motion is prescribed or it dominates the other.
     pub moments: [Option<f64>; 2],
     /// `Δt γ̄_T` \[m\], `γ̄ = (γ_A + γ_E)/2`; exactly 0 for a contact that sticks now and stuck before.
     pub slip: f64,
-    /// `P_N |γ̄_T|` [N m], what Archard's law eats.
+    /// `P_N |γ̄_T|` [N m], the input of Archard's law.
     pub load_slip: f64,
-    /// `−P_T γ̄_T` \[J\], energy taken by friction.
+    /// `−P_T γ̄_T` \[J\], energy dissipated by friction.
     pub friction_work: f64,
-    /// `P_N γ̄_N` \[J\], energy given by the normal impulse; negative in a loss.
+    /// `P_N γ̄_N` \[J\], work of the normal impulse on the bodies; negative for a loss.
     pub normal_work: f64,
     pub status: ContactStatus,
 }
 
 impl ContactRecord {
-    /// The cell on `surface`; `None` for a contact of other surfaces.
+    /// The cell on `surface`; `None` if the contact is on other surfaces.
     pub fn cell_on(&self, surface: u32) -> Option<u32> {
         let side = self.surfaces.iter().position(|s| *s == surface)?;
         Some(self.cells[side])
@@ -84,24 +84,24 @@ pub struct JointRecord {
     pub part: JointPart,
     /// The model's number of each body; [`crate::contact::NO_BODY`] for the outside world.
     pub bodies: [u32; 2],
-    /// Acts on the second body, the opposite on the first: of a pin (x, y) in the world [N s], of
-    /// any other part the first number along its coordinate [N s or N m s]; a limit pushes with
-    /// 0 or more, the upper one against its coordinate.
+    /// Impulse on the second body; the first gets the opposite. For a pin (x, y) in the world
+    /// [N s]. For any other part the first number is along its coordinate [N s or N m s]. A limit
+    /// pushes with 0 or more; the upper one acts against its coordinate.
     pub impulse: Vec2,
-    /// Energy it gave to both bodies \[J\].
+    /// Work on both bodies \[J\].
     pub work: f64,
 }
 
-/// Energy that the impulses of a step gave to the bodies, by source \[J\].
+/// Work of the impulses of a step on the bodies, by source \[J\].
 ///
-/// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is the change of kinetic energy
-/// exactly (see [`StepEnergy::imbalance`]); `recovery` alone is no part of it.
+/// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is exactly the change of kinetic
+/// energy (see [`StepEnergy::imbalance`]). Only `recovery` is not part of that sum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepEnergy {
     /// Kinetic energy at the start and at the end of the step.
     pub kinetic_start: f64,
     pub kinetic_end: f64,
-    /// Potential energy at the start and at the end, where the model has one.
+    /// Potential energy at the start and at the end, if the model has one.
     pub potential_start: f64,
     pub potential_end: f64,
     /// Gravity and applied forces.
@@ -109,17 +109,17 @@ pub struct StepEnergy {
     /// Normal and tangential contact impulses.
     pub contact_n: f64,
     pub contact_t: f64,
-    /// Pins, locked axes and limits, which do no work on a fixed support.
+    /// Pins, locked axes and limits; they do no work on a fixed support.
     pub joints: f64,
     /// Motors, springs and dampers of joints.
     pub motors: f64,
-    /// Potential energy that moves of positions alone gave, as of bodies that start overlapped and
-    /// are lifted off each other: no impulse does this work, and none of it is kinetic.
+    /// Potential energy from position corrections, for example from lifting bodies off each other
+    /// that overlap at the start. No impulse does this work, and none of it is kinetic.
     pub recovery: f64,
 }
 
 impl StepEnergy {
-    /// `ΔT − Σ work` \[J\]: round-off, whatever the scene.
+    /// `ΔT − Σ work` \[J\]: round-off in every scene.
     pub fn imbalance(&self) -> f64 {
         (self.kinetic_end - self.kinetic_start)
             - (self.forces + self.contact_n + self.contact_t + self.joints + self.motors)
@@ -132,56 +132,57 @@ pub struct StepRecord {
     /// Time at the end of the step \[s\] and its length \[s\].
     pub time: f64,
     pub dt: f64,
-    /// Whether who stepped keeps account of it: all that is told here is so. A peer tells contacts,
-    /// kinetic and potential energy, and penetration; what else stands here is then not known: NaN,
-    /// and of the counts nothing that means anything.
+    /// Whether the whole record is known. A peer engine reports only contacts, kinetic and
+    /// potential energy, and penetration. All other fields are then NaN, and the counts have no
+    /// meaning.
     pub accounted: bool,
-    /// Every active contact, in the model's order; one that is in several intervals round located
-    /// impacts once in each.
+    /// Every active contact, in the model's order. A contact in several intervals around located
+    /// impacts appears once for each.
     pub contacts: Vec<ContactRecord>,
-    /// Bodies whose contacts a peer found but could not tell, so that some are missing above.
+    /// Bodies whose contacts a peer engine found but could not report: some contacts are missing
+    /// above.
     pub unread: usize,
-    /// Every part of every joint that took part, in the model's order; as often as contacts.
+    /// Every part of every joint that took part, in the model's order, repeated like contacts.
     pub joints: Vec<JointRecord>,
     pub islands: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,
-    /// Worst island: relative (no unit) and velocity (m/s) natural map.
+    /// Largest residual over the islands: relative (no unit) and velocity (m/s) natural map.
     pub residual: f64,
     pub residual_velocity: f64,
     /// Islands that the judge did not certify.
     pub unsolved: usize,
-    /// Islands in which the active contacts outnumber the coordinates, so that the shares of
-    /// load are not unique.
+    /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is
+    /// not unique.
     pub redundant: usize,
-    /// Islands whose restitution was capped.
+    /// Islands whose restitution was limited by the energy bound.
     pub capped: usize,
-    /// Islands for which no rigid impulses were found with what was asked: their push-outs were
-    /// dropped, or their contacts gave way.
+    /// Islands without rigid impulses for the original problem: their push-outs were dropped, or
+    /// their contacts softened.
     pub relaxed: usize,
-    /// Islands whose joints closed their gaps by less than asked, because it would have given energy:
-    /// the step is long for how fast they turn, or a joint was built apart.
+    /// Islands whose joint gaps were not closed fully because that would have added energy: the
+    /// step is too long for the spin of the bodies, or a joint was built with a gap.
     pub joints_capped: usize,
-    /// Widest gap \[m\] of a pin or slot at the midpoint.
+    /// Largest gap \[m\] of a pin or slot at the midpoint.
     pub joint_gap: f64,
     /// Impacts located in time inside the step.
     pub events: usize,
-    /// Pairs that started overlapped and are still being moved apart.
+    /// Pairs that overlapped at the start and are still being moved apart.
     pub recovering: usize,
     /// Energy that rigid contacts added in impacts \[J\]: round-off under the capped law.
     pub impact_gain: f64,
     pub energy: StepEnergy,
-    /// Worst penetration \[m\] at the end of the step, carried there from the midpoint with the
-    /// end velocity, contacts in an impact left out. Experiments on a rapier world put in its place
-    /// what they measure on the poses at the end, for every engine alike.
+    /// Largest penetration \[m\] at the end of the step, extrapolated from the midpoint with the
+    /// end velocity, without contacts in an impact. Experiments on a rapier world replace it by the
+    /// penetration measured on the poses at the end, for every engine alike.
     pub penetration: f64,
-    /// Worst penetration \[m\] at which an impact was noticed.
+    /// Largest penetration \[m\] at which an impact was noticed.
     pub penetration_impact: f64,
 }
 
 impl StepRecord {
-    /// Takes in what some of the bodies did by themselves in the same step.
+    /// Adds the record of bodies that were stepped separately in the same step.
     pub(super) fn add(&mut self, part: &StepRecord) {
         self.contacts.extend_from_slice(&part.contacts);
         self.joints.extend_from_slice(&part.joints);
@@ -208,13 +209,14 @@ impl StepRecord {
         self.penetration_impact = self.penetration_impact.max(part.penetration_impact);
     }
 
-    /// Contacts at the end of the step: without impacts located in it, and what led to them.
+    /// Number of contacts at the end of the step, without impacts located in it and the intervals
+    /// before them.
     pub fn contacts_at_end(&self) -> usize {
         self.contacts.iter().filter(|c| c.time == self.time).count()
     }
 
-    /// Mean force of a part of a joint over the step [N, or N m in the first number], as
-    /// [`JointRecord::impulse`] is counted; 0 where it took no part.
+    /// Mean force of a part of a joint over the step [N, or N m in the first number], with the
+    /// signs of [`JointRecord::impulse`]; 0 if it took no part.
     pub fn joint_force(&self, joint: u32, part: JointPart) -> Vec2 {
         let of = |r: &&JointRecord| r.joint == joint && r.part == part;
         self.joints

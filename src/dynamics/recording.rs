@@ -1,4 +1,4 @@
-//! What an interval did: energy, contacts and joints, and what the contact cache keeps of them.
+//! Records an interval: energy, contacts, joints and their cache entries.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
 use super::interval::{Interval, Source};
@@ -7,7 +7,8 @@ use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
-/// Adds the work and the contacts of those blocks that `used` keeps, and what `cache` keeps of them.
+/// Adds the work and the contacts of the blocks that `used` selects to `record`, and their entries
+/// to `cache`.
 pub(super) fn record_interval(
     interval: &Interval,
     solution: &Solution,
@@ -17,7 +18,7 @@ pub(super) fn record_interval(
     record: &mut StepRecord,
     cache: &mut CachedContacts,
 ) {
-    // impulses do no work on what moves on its own
+    // impulses do no work on bodies with prescribed motion
     let velocities = interval.start.iter().zip(&solution.end).zip(inverse_mass);
     let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
     let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
@@ -27,15 +28,15 @@ pub(super) fn record_interval(
         if !used(i) {
             continue;
         }
-        // no work where no impulse arrives
-        let takes = |rows: &Rows| {
+        // no work on a side that receives no impulse
+        let side_velocity = |rows: &Rows| {
             let (bodies, jacobian) = (interval.sides[i], rows.jacobian);
             Rows { bodies, jacobian }.velocity(&mean)
         };
         match block.source {
             Source::Joint(index) => {
                 let joint = &interval.detection.joints[index];
-                let own = takes(&joint.rows);
+                let own = side_velocity(&joint.rows);
                 let work = p.dot(&own);
                 record.joint_gap = record.joint_gap.max(joint.distance());
                 match joint.kind {
@@ -52,33 +53,33 @@ pub(super) fn record_interval(
                     impulse: p,
                     work,
                 });
-                let kept = CachedContact {
+                let entry = CachedContact {
                     impulse: p,
                     dt: interval.length,
                     stuck: None,
                     rebounded: false,
                     energy: solution.energies[index],
                 };
-                cache.push(joint.key, kept);
+                cache.push(joint.key, entry);
             }
             Source::Contact(index) => {
                 let contact = &interval.detection.contacts[index];
-                // the whole impulse, with the given load where friction alone was solved
+                // the whole impulse, including a given load
                 let impulse = match contact.law {
                     NormalLaw::Load { force } => Vec2::new(force * interval.length, p.x),
                     _ => p,
                 };
-                let work = takes(&contact.rows);
+                let work = side_velocity(&contact.rows);
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
-                let kept = record_contact(interval, solution, i, contact, impulse, time, record);
-                cache.push(contact.key, kept);
+                let entry = record_contact(interval, solution, i, contact, impulse, time, record);
+                cache.push(contact.key, entry);
             }
         }
     }
 }
 
-/// Records what a contact did. Returns what the contact cache keeps of it.
+/// Records a contact. Returns its cache entry.
 fn record_contact(
     interval: &Interval,
     solution: &Solution,
@@ -97,8 +98,8 @@ fn record_contact(
         block.gamma_a
     };
     let gamma_mean = 0.5 * (gamma_a + gamma_e);
-    // the velocity that the friction law sees, within what the solve resolves: on the border of
-    // the cone a contact may stick, inside it it must
+    // the velocity in the friction law, up to the resolution of the solve: on the border of the
+    // cone a contact may stick, inside it it must
     let added = solution.bias[i] - solution.gamma_f(interval, i);
     let added = match contact.law {
         NormalLaw::Load { .. } => added.x,
@@ -126,8 +127,8 @@ fn record_contact(
             impulse_t: impulse.y,
             moments: [0, 1].map(|side| {
                 let [n, t] = contact.rows.jacobian[side];
-                let takes = interval.sides[i][side] != NO_BODY;
-                takes.then_some(n.z * impulse.x + t.z * impulse.y)
+                let receives = interval.sides[i][side] != NO_BODY;
+                receives.then_some(n.z * impulse.x + t.z * impulse.y)
             }),
             slip: interval.length * slip_velocity,
             load_slip: impulse.x * slip_velocity.abs(),
@@ -138,7 +139,7 @@ fn record_contact(
     }
     if block.impact || instant {
         record.penetration_impact = record.penetration_impact.max(-contact.gap);
-    } else if !interval.excused.contains(&contact.key.pair) {
+    } else if !interval.known_overlaps.contains(&contact.key.pair) {
         let end_gap = contact.gap + 0.5 * interval.length * gamma_e.x;
         record.penetration = record.penetration.max(-end_gap);
     }
@@ -151,7 +152,7 @@ fn record_contact(
     }
 }
 
-/// Work \[J\] of an interval's forces on the bodies that `of` names.
+/// Work \[J\] of an interval's forces on the bodies that `of` returns.
 pub(super) fn forces_work(
     interval: &Interval,
     solution: &Solution,

@@ -1,4 +1,4 @@
-//! Pairs that start overlapped are moved apart, without a launch.
+//! Moves pairs apart that overlap at the start, without adding velocity.
 
 use super::contact_cache::Overlaps;
 use super::fallback::{LARGE, soften};
@@ -13,24 +13,24 @@ use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use std::collections::BTreeSet;
 
-/// Share of an overlap that is undone in a step.
+/// Share of an overlap that a step corrects.
 const SHARE: f64 = 0.2;
 
-/// Relative residual at which the displacements of a step count as found: a micrometre of a metre
-/// that is moved, where a share of the overlap is left for the next step anyway.
+/// Relative residual at which the displacements of a step count as solved: a micrometre per metre
+/// of displacement. A share of the overlap is left for the next step anyway.
 const ENOUGH: f64 = 1e-6;
 
-/// Share of its own size by which a body is moved in a step at most: (1) is linear in `d`.
+/// Largest displacement of a body in a step, as a share of its size: (1) is linear in `d`.
 const STRIDE: f64 = 0.1;
 
-/// Shares of their own inverse mass by which rows of (1) give way where it has no solution, or none
-/// that is found: those that ask for a displacement, which need not get it, and all others, which
-/// must not lose for it.
+/// Softness of the rows of (1) if it has no solution, or none is found, as shares of their own
+/// inverse mass. The first is for rows that ask for a displacement and need not get all of it; the
+/// second for all other rows, which must not pay for it.
 const ASKED_SOFTNESS: f64 = 1.0;
 const OTHER_SOFTNESS: f64 = 1e-4;
 
-/// Pairs of surfaces that a step has to move apart: those that overlapped when they were first seen.
-/// Pairs that touch later are never corrected: noise of their gaps would make them creep.
+/// Surface pairs that a step must move apart: those that overlapped when first seen. Pairs that
+/// touch later are never corrected, because noise of their gaps would make them creep.
 pub(super) fn find_overlaps(
     last: &Overlaps,
     interval: &Interval,
@@ -42,7 +42,7 @@ pub(super) fn find_overlaps(
     };
     let seen = interval.pairs.clone();
     let mut open = last.open.clone();
-    // mostly no pair comes or goes
+    // in most steps the pairs do not change
     if seen != last.seen {
         let sorted = |all: &[u64]| {
             let mut all = all.to_vec();
@@ -61,32 +61,32 @@ pub(super) fn find_overlaps(
                 open.insert(pair);
             }
         }
-        // a pair that is gone is forgotten
+        // forget pairs that are gone
         open.retain(|pair| now.binary_search(pair).is_ok());
     }
     Overlaps { seen, open }
 }
 
-/// Displacements that move overlapped pairs apart, after the step that `interval` was. Pairs that are
-/// apart then leave `open`.
+/// Displacements that move overlapped pairs apart after the step of `interval`. Pairs without
+/// overlap are then removed from `open`.
 ///
-/// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap that its velocity leaves. Where
-/// it is above a slop, displacements `d` of least kinetic norm are found with
+/// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap at the end of the step. If it
+/// is above a slop, the displacements `d` of minimum kinetic norm satisfy
 ///
 /// ```text
 /// J d ≥ 0.2 (x − slop)   of these contacts
 /// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
 /// ```
 ///
-/// This is a contact problem without friction. Velocities and kinetic energy stay as they are.
+/// This is a contact problem without friction. Velocities and kinetic energy do not change.
 ///
-/// Bodies that are wedged in escape along their surfaces only. (1) then asks for many times the
-/// overlap. All displacements of an island are therefore scaled down alike, until no body goes
+/// Wedged bodies can move only along their surfaces. (1) then asks for many times the overlap. All
+/// displacements of an island are therefore scaled down by the same factor, so that no body moves
 /// farther than a tenth of its size.
 ///
-/// Where (1) has no solution, as of a body wedged in between walls, its rows get `R P_N` on the left:
-/// much where a displacement is asked for, hardly any elsewhere. The body then goes to where it
-/// overlaps the walls least.
+/// If (1) has no solution, for example for a body wedged between walls, its rows get `R P_N` on the
+/// left: a large `R` for rows that ask for a displacement, a very small one for all others. The
+/// body then moves to where it overlaps the walls least.
 pub(super) fn part_overlaps(
     open: &mut BTreeSet<u64>,
     interval: &Interval,
@@ -111,7 +111,7 @@ pub(super) fn part_overlaps(
         let left = contact.gap + dt * contact.rows.velocity(&solution.end).x;
         let slop = slop(contact, interval);
         let x = -left - slop;
-        // a share at a time never gets there: a tenth of the slop is near enough
+        // a share per step never reaches zero: a tenth of the slop is near enough
         let moves = x > 0.1 * slop && open.contains(&contact.key.pair);
         if moves {
             excess.insert(contact.key.pair);
@@ -138,7 +138,7 @@ pub(super) fn part_overlaps(
             bodies: movable(joint.rows.bodies, inverse_mass),
             ..joint.rows
         };
-        // a limit stays as far from its end as it is
+        // a limit keeps its distance from its end
         let gap = match joint.kind {
             JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
             _ => 0.0,
@@ -166,8 +166,8 @@ pub(super) fn part_overlaps(
     moves
 }
 
-/// Solves (1) to `tolerance` on every island that has something to move, see [`within`] for `stride`;
-/// large ones softly at once where they are known to be `wedged`.
+/// Solves (1) to `tolerance` on every island with overlaps, see [`within`] for `stride`. If large
+/// islands are `wedged`, their problem is softened at once.
 pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
@@ -199,13 +199,13 @@ pub(super) fn displacements(
             laws: members.iter().map(|i| laws[of(i)]).collect(),
         };
         let mut push = vec![Vec2::zeros(); members.len()];
-        let own = solver.own.solver.as_mut();
+        let own = solver.worker.solver.as_mut();
         let large = members.len() > LARGE;
         let mut solved = !(large && *wedged) && own.solve(&problem, &mut push, tolerance).solved();
         let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))
             .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
             .collect();
-        // walls that contradict each other leave no solution
+        // contradictory walls have no solution
         if !solved && pushed.contains(&true) {
             *wedged |= large;
             soften(&mut problem, |i| {
@@ -233,8 +233,8 @@ pub(super) fn displacements(
     (0..).zip(moved).filter(some).collect()
 }
 
-/// Share, 1 at most, of an island's displacements `moved` with which no body goes farther than
-/// `stride` times its own size: the distance of its farthest contact from its centre.
+/// Largest factor, up to 1, of an island's displacements `moved` with which no body moves farther
+/// than `stride` times its size: the distance of its farthest contact from its centre.
 fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     let mut size = vec![0.0f64; moved.len()];
     for Rows { bodies, jacobian } in rows {
@@ -246,7 +246,7 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     }
     let share = |(size, d): (&f64, &Vec3)| {
         let way = d.xy().norm() + d.z.abs() * size;
-        // what has no lever, as a coordinate, has no size
+        // a body without a lever, such as a coordinate, has no size
         if size * way > 0.0 {
             stride * size / way
         } else {
@@ -256,8 +256,8 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
-/// Overlap \[m\] that is left alone: noise, or a hundredth of what the reference acceleration
-/// makes in a step.
+/// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference
+/// acceleration covers in a step.
 fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let fall = rest_velocity(acceleration, interval.length) * interval.length;
@@ -270,8 +270,8 @@ mod tests {
     use super::*;
     use std::sync::atomic::Ordering;
 
-    /// Bug: where (1) had no solution for a large island, seconds were spent on finding none in every
-    /// step. It is not tried again until nothing is overlapped any more.
+    /// Bug: if (1) had no solution for a large island, every step spent seconds on a search for
+    /// one. (1) is not tried again until no pair overlaps any more.
     #[test]
     fn large_islands_without_a_solution_are_tried_once() {
         let fails = FailsLarge::default();
@@ -283,7 +283,7 @@ mod tests {
             let mut interval = row(0, balls, -0.1);
             let mut still = Solution::default();
             still.end.clone_from(&interval.start);
-            // the left wall overlaps by more: what gives way moves to the right
+            // the left wall overlaps by more: the softened solution moves to the right
             interval.detection.contacts[0].gap = -0.2;
             let mut overlaps = Overlaps::default();
             let look = |last: &mut Overlaps, interval: &Interval| {

@@ -1,12 +1,13 @@
-//! Whether the shares of load in an island are unique.
+//! Whether the impulse distribution of an island is unique.
 
 use crate::contact::{ContactProblem, Delassus, Law, NO_BODY, Vec2};
 
-/// Whether closed rigid rows outnumber coordinates, of the island or of the motion of two bodies
-/// against each other: their shares are then not unique. A cheap test, which can miss self-stress
-/// that takes more bodies to see; [`crate::solver::Uniqueness`] does not.
+/// Whether closed rigid rows outnumber the coordinates, of the island or of the relative motion of
+/// two bodies. Their impulse distribution is then not unique. This cheap test can miss self-stress
+/// that involves more bodies; [`crate::solver::Uniqueness`] finds it.
 ///
-/// Closed is what the `velocities` `G P + b` say, `|ξ| ≤ resolution`, not which rows a solver chose to load.
+/// A row is closed if its velocity in `velocities`, `G P + b`, satisfies `|ξ| ≤ resolution`,
+/// whether or not the solver loaded it.
 pub(super) fn redundant(
     problem: &ContactProblem,
     impulses: &[Vec2],
@@ -20,7 +21,7 @@ pub(super) fn redundant(
         Some(w) => w.iter().filter(|x| **x > 0.0).count(),
         None => 0,
     };
-    // rows of the island, and of the pair of bodies that the last blocks join
+    // rows of the island, and of the current pair of bodies
     let (mut rows, mut pair, mut of_pair) = (0, [NO_BODY; 2], 0);
     for (i, (law, p)) in problem.laws.iter().zip(impulses).enumerate() {
         let mut xi = velocities[i];

@@ -1,36 +1,37 @@
-//! What bodies differ in beyond their masses: dominance, and how closely they are followed in time.
+//! Properties of bodies other than their masses: dominance, and sweeps for event location.
 
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
-/// How closely a body's motion within a step is followed.
+/// Whether the motion of a body within a step is swept, so that it passes through nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
-    /// Thinnest extent \[m\]: what moves less than half of it in a step passes through nothing.
-    /// Infinite for a body that is not followed.
+    /// Thinnest extent \[m\]: a body that moves less than half of it in a step cannot pass through
+    /// another. Infinite for a body that is not swept.
     pub thickness: f64,
-    /// Against all bodies, not only those that nothing moves.
+    /// Whether the sweep is against all bodies, or only against fixed and kinematic ones.
     pub all: bool,
 }
 
 impl Sweep {
-    /// Of a body that is not followed.
+    /// For a body that is not swept.
     pub const NONE: Sweep = Sweep {
         thickness: f64::INFINITY,
         all: false,
     };
 }
 
-/// One entry a body; a list is empty where no body differs.
+/// One entry per body; a list is empty if all its entries would be the default.
 ///
 /// # Dominance
-/// In a contact of bodies of different dominance the lower one alone takes the impulse, as if the
-/// other moved on its own. The contact problem is block triangular then: the higher bodies are
-/// solved first, and the lower ones meet them with their velocities at the end of the step.
-/// Joints know no dominance.
+/// In a contact of two bodies with different dominance only the lower one receives the impulse, as
+/// if the motion of the other were prescribed. This makes the contact problem block triangular: the
+/// higher bodies are solved first, and the lower ones meet them with their velocities at the end of
+/// the step. Joints ignore dominance.
 ///
 /// # Sweeps
-/// A contact that closes by more than half the thickness of a followed body in a step is located
-/// in time, as by [`super::settings::StepperSettings::events`]; others stay as they are.
+/// A contact that closes by more than half the thickness of a swept body in a step is located in
+/// time, as with [`super::settings::StepperSettings::events`]. All other contacts are treated as
+/// usual.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodyRoles {
     pub dominance: Vec<i16>,
@@ -38,7 +39,7 @@ pub struct BodyRoles {
 }
 
 impl BodyRoles {
-    /// Those of the `movable` ones of two bodies that take impulses: those that are not above the other.
+    /// The `movable` sides that receive impulses: those that do not dominate the other side.
     #[inline]
     pub(super) fn receiving(&self, bodies: [u32; 2], movable: [u32; 2]) -> [u32; 2] {
         let mut own = movable;
@@ -55,8 +56,9 @@ impl BodyRoles {
         own
     }
 
-    /// Thickness \[m\] of that one of two touching bodies that is followed against the other, if one is.
-    pub(super) fn followed(&self, bodies: [u32; 2], inverse_mass: &[Vec3]) -> Option<f64> {
+    /// Thickness \[m\] of the body of two touching ones that is swept against the other; `None` if
+    /// neither is.
+    pub(super) fn swept_thickness(&self, bodies: [u32; 2], inverse_mass: &[Vec3]) -> Option<f64> {
         if self.sweeps.is_empty() {
             return None;
         }
@@ -72,8 +74,8 @@ impl BodyRoles {
         }
     }
 
-    /// Whether a contact of two bodies with relative velocity `gamma` \[m/s\] is to be located in a step of
-    /// `dt` \[s\].
+    /// Whether a contact of two bodies with relative velocity `gamma` \[m/s\] must be located in a
+    /// step of `dt` \[s\].
     pub(super) fn swept(
         &self,
         bodies: [u32; 2],
@@ -81,7 +83,7 @@ impl BodyRoles {
         dt: f64,
         inverse_mass: &[Vec3],
     ) -> bool {
-        let thickness = self.followed(bodies, inverse_mass);
+        let thickness = self.swept_thickness(bodies, inverse_mass);
         thickness.is_some_and(|thickness| gamma.x.abs() * dt > 0.5 * thickness)
     }
 }

@@ -1,4 +1,4 @@
-//! How each contact enters the contact problem: activation, free term, law.
+//! The rule of each contact in the contact problem: activation, free term, law.
 
 use super::model::{ContactPoint, NormalLaw};
 use crate::contact::{Law, Vec2, Vec3};
@@ -17,42 +17,32 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// All schemes by the name a user types.
-    pub const ALL: [(&'static str, Scheme); 2] =
-        [("staggered", Scheme::Staggered), ("moreau", Scheme::Moreau)];
-
-    /// The name a user types.
+    /// The name in scene files and settings.
     pub fn name(self) -> &'static str {
         match self {
             Scheme::Staggered => "staggered",
             Scheme::Moreau => "moreau",
         }
     }
-
-    /// The scheme of that name.
-    pub fn by_name(name: &str) -> Option<Scheme> {
-        Scheme::ALL
-            .iter()
-            .find_map(|&(known, scheme)| (known == name).then_some(scheme))
-    }
 }
 
-/// What impacts return, where several or frictional ones can invent energy.
+/// The impact law, for impacts that are simultaneous or frictional, where Newton's law can add
+/// energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ImpactLaw {
     /// Newton's law, blended per island with the plastic one where it would add energy.
     #[default]
     Capped,
-    /// Newton's law as it stands, `γ_N⁺ = −e γ_N⁻`; what it adds is reported.
+    /// Newton's law without a bound, `γ_N⁺ = −e γ_N⁻`; the record has the energy it adds.
     Newton,
-    /// One coefficient for both directions, `e_T = e_N`: never adds energy where all contacts of
-    /// an island share it, but reverses sliding.
+    /// One coefficient for both directions, `e_T = e_N`. It never adds energy if all contacts of an
+    /// island have the same coefficient, but it reverses sliding.
     Uniform,
 }
 
 impl ImpactLaw {
-    /// The name a user types.
+    /// The name in scene files and settings.
     pub fn name(self) -> &'static str {
         match self {
             ImpactLaw::Capped => "capped",
@@ -62,43 +52,43 @@ impl ImpactLaw {
     }
 }
 
-/// What decides how contacts enter a step.
+/// The settings that decide how contacts enter a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Rules {
     pub scheme: Scheme,
     pub law: ImpactLaw,
     pub shares: Shares,
-    /// Contacts that come in fast wait until they are located in time.
+    /// Whether fast contacts are deferred until they are located in time.
     pub events: bool,
-    /// Those of bodies that are followed do, see [`super::Sweep`].
+    /// Whether fast contacts of swept bodies are, see [`super::Sweep`].
     pub sweeps: bool,
 }
 
 impl Rules {
-    /// Whether gaps and joint distances are closed, or left as the published rule leaves them.
+    /// Whether gaps and joint distances are closed; the published rule leaves them.
     pub fn corrects_gaps(&self) -> bool {
         self.scheme == Scheme::Staggered
     }
 
-    /// Whether anything can wait.
+    /// Whether contacts can be deferred.
     pub fn locates(&self) -> bool {
         self.events || self.sweeps
     }
 }
 
-/// Lengths of time that rules need \[s\].
+/// Time spans that the rules use \[s\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Span {
-    /// Of the whole step: what thresholds are made of.
+    /// Of the whole step: the scale of the thresholds.
     pub step: f64,
     /// Of this interval; 0 for an instant.
     pub length: f64,
-    /// From this midpoint to the next one: over it gaps are closed.
+    /// From this midpoint to the next one: the time in which gaps are closed.
     pub horizon: f64,
 }
 
 impl Span {
-    /// A step that is not divided.
+    /// A step that is not divided into intervals.
     pub fn whole(dt: f64) -> Span {
         Span {
             step: dt,
@@ -108,29 +98,29 @@ impl Span {
     }
 }
 
-/// What is known of a contact when its rule is chosen.
+/// Data that the rule of a contact depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Situation {
     pub span: Span,
-    /// Relative velocity at the start, and as if no contact acted \[m/s\].
+    /// Relative velocity at the start, and without contact impulses \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
     /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
-    /// Whether it had a normal impulse in the last step, and its tangential velocity there if it
-    /// stuck.
+    /// Whether it had a normal impulse in the last step, and its tangential velocity if it stuck
+    /// then.
     pub pressed: bool,
     pub stuck: Option<f64>,
     /// Whether that impulse was a rebound.
     pub rebounded: bool,
-    /// Whether it waits if it comes in fast.
+    /// Whether it is deferred if it closes fast.
     pub located: bool,
-    /// Whether it lies among many bodies that are about to touch.
+    /// Whether it belongs to a crowd, see [`super::events::find_crowds`].
     pub crowded: bool,
 }
 
-/// What a contact becomes in the contact problem.
+/// How a contact enters the contact problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rule {
     pub free: Vec2,
@@ -142,21 +132,21 @@ pub(super) struct Rule {
 /// Whether a contact takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Choice {
-    Out,
-    /// Not yet: its impact is to be located in time first.
-    Wait,
-    In(Rule),
+    Inactive,
+    /// Deferred: its impact must be located in time first.
+    Deferred,
+    Active(Rule),
 }
 
 /// The rule of one contact.
 ///
-/// The free term returned is what is added to `γ_F`: `b = γ_F + free`.
+/// The returned free term is the velocity added to `γ_F`: `b = γ_F + free`.
 pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Choice {
     let g = contact.gap.signum() * (contact.gap.abs() - contact.gap_noise).max(0.0);
     match contact.law {
         NormalLaw::Rigid { restitution } => match rules.scheme {
-            Scheme::Moreau if contact.gap > 0.0 => Choice::Out,
-            Scheme::Moreau => Choice::In(Rule {
+            Scheme::Moreau if contact.gap > 0.0 => Choice::Inactive,
+            Scheme::Moreau => Choice::Active(Rule {
                 free: rebound(rules, restitution, now.gamma_a),
                 law: rigid(contact),
                 impact: restitution > 0.0 && now.gamma_a.x < 0.0,
@@ -166,10 +156,10 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
         NormalLaw::ViscoElastic { stiffness, damping } => {
             visco_elastic(contact, stiffness, damping, now)
         }
-        // only the friction row is left, bounded by the given load
+        // only the friction row remains, bounded by the given load
         NormalLaw::Load { force } => {
             let bound = contact.friction * force * now.span.length;
-            Choice::In(Rule {
+            Choice::Active(Rule {
                 free: Vec2::zeros(),
                 law: Law::Bounded {
                     lower: -bound,
@@ -182,8 +172,8 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
     }
 }
 
-/// The rule of a touching contact in an instant of impact: Newton's law with the coefficient
-/// `in_force` where it closes, its own where it opens.
+/// The rule of a touching contact in an instant of impact: Newton's law, with the coefficient
+/// `in_force` if it closes, with its own if it opens.
 pub(super) fn impact_rule(
     rules: &Rules,
     contact: &ContactPoint,
@@ -210,7 +200,8 @@ fn rebound(rules: &Rules, e: f64, gamma: Vec2) -> Vec2 {
     }
 }
 
-/// Half of the velocity that the reference acceleration gives in a step: slower rebounds are none.
+/// Half of the velocity that the reference acceleration gives in a step. Slower impacts do not
+/// rebound.
 pub(super) fn rest_velocity(acceleration: f64, step: f64) -> f64 {
     0.5 * acceleration * step
 }
@@ -229,53 +220,54 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
 ///
 /// ```text
-/// smooth, opening   b = e γ_A   for e > 0, if g < 0, or g = 0 and it had no impulse: what opens
-///                   shares in the impacts of others
+/// smooth, opening   b = e γ_A   for e > 0, if g < 0, or g = 0 and it had no impulse: an opening
+///                   contact takes part in the impacts of others
 /// smooth, g ≥ 0     b = g/Δt                        a linearised SHAKE
-/// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   pushed out at most as it came in, if it
-///                   had an impulse before; a first landing takes b = 0
-/// rebounding        b = e γ_A, now iff g + Δt γ_F/2 ≤ 0
+/// smooth, g < 0     b = −min(−g/Δt, max(−γ_A, 0))   if it had an impulse before: pushed out at
+///                   most as fast as it came in; a first landing takes b = 0
+/// rebounding        b = e γ_A, active iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
 /// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
 ///
-/// With event location what is new and closes fast waits: what rebounds, and outside crowds what
-/// lands faster than `v_r/2`.
+/// With event location, new contacts that close fast are deferred: those that rebound, and outside
+/// crowds those that land faster than `v_r/2`.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
     let v_r = rest_velocity(now.acceleration, now.span.step);
     let g_r = v_r * now.span.step;
-    // what has just rebounded and is hit again rebounds again
+    // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
     let persists = now.pressed && g < g_r && !again;
     let slow = rest_velocity(now.applied, now.span.step);
     let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
     if now.located && fast && !persists {
-        return Choice::Wait;
+        return Choice::Deferred;
     }
     let smooth = persists || e * closing <= v_r;
     let mut free = Vec2::zeros();
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
-            return Choice::Out;
+            return Choice::Inactive;
         }
         free = rebound(rules, e, now.gamma_a);
     } else if e > 0.0 && closing < 0.0 && (g < 0.0 || g == 0.0 && !now.pressed) {
-        // under the uniform law in both rows; what only rides keeps b = g/Δt, or order 2 is lost
+        // under the uniform law in both rows; a contact that only touches keeps b = g/Δt, or order
+        // 2 is lost
         free = rebound(rules, e, now.gamma_a);
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
-            return Choice::Out;
+            return Choice::Inactive;
         }
         free.x = g / dt;
     } else if now.pressed {
         free.x = -(-g / dt).min(closing.max(0.0));
     }
-    // what is else deep at the midpoint came there in this very step: a landing, no rebound
+    // any other contact deep at the midpoint got there in this very step: a landing, not a rebound
     if let (true, Some(previous)) = (smooth, now.stuck) {
         free.y = -0.5 * (previous - now.gamma_a.y);
     }
-    Choice::In(Rule {
+    Choice::Active(Rule {
         free,
         law: rigid(contact),
         impact: !smooth,
@@ -285,16 +277,16 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
 /// Kelvin-Voigt contact, implicit in the velocity:
 /// `ξ_N = γ_NE + k g/(k Δt + c) + R P_N`, `R = 1/(Δt (k Δt + c))`.
 ///
-/// Active iff `g ≤ 0` or `g + Δt γ_F ≤ 0`; damping acts only at `g ≤ 0`, else it would push
-/// before the surfaces touch. The gap is used as it is: a dead band would be a lost force.
+/// Active iff `g ≤ 0` or `g + Δt γ_F ≤ 0`. Damping acts only at `g ≤ 0`, or it would push before
+/// the surfaces touch. The gap is used without a dead band, which would lose force.
 fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Situation) -> Choice {
     let (g, dt) = (contact.gap, now.span.length);
     if g > 0.0 && g + dt * now.gamma_f.x > 0.0 {
-        return Choice::Out;
+        return Choice::Inactive;
     }
     let damping = if g <= 0.0 { damping } else { 0.0 };
     let gain = stiffness * dt + damping;
-    Choice::In(Rule {
+    Choice::Active(Rule {
         free: Vec2::new(stiffness * g / gain, 0.0),
         law: Law::Contact {
             friction: contact.friction,
@@ -305,7 +297,7 @@ fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Sit
 }
 
 /// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
-/// the contact point on a turning body, with a floor of 0.1 where both vanish.
+/// the contact point on a rotating body; 0.1 if both vanish.
 pub(super) fn reference_acceleration(
     contact: &ContactPoint,
     velocities: &[Vec3],
@@ -314,13 +306,13 @@ pub(super) fn reference_acceleration(
     centripetal(contact, velocities).max(applied_acceleration(contact, accelerations))
 }
 
-/// Largest centripetal acceleration \[m/s²\] of the contact point on a turning body.
+/// Largest centripetal acceleration \[m/s²\] of the contact point on a rotating body.
 pub(super) fn centripetal(contact: &ContactPoint, velocities: &[Vec3]) -> f64 {
     let of = |(omega, arm)| omega * omega * arm;
     turning(contact, velocities).map(of).fold(0.0, f64::max)
 }
 
-/// `a_ref` \[m/s²\] of the forces alone: what an impact located in time is held against.
+/// `a_ref` \[m/s²\] of the forces alone: the scale of an impact located in time.
 pub(super) fn applied_acceleration(contact: &ContactPoint, accelerations: &[Vec3]) -> f64 {
     let mut a: f64 = 0.0;
     for (body, arm) in levers(contact) {

@@ -1,4 +1,4 @@
-//! Numbers as a saved state holds them.
+//! Number formats of a saved state.
 
 /// A pair as a list of two.
 pub(crate) mod pair {
@@ -14,7 +14,7 @@ pub(crate) mod pair {
     }
 }
 
-/// The same where there may be none.
+/// An optional pair.
 pub(crate) mod some_pair {
     use crate::contact::Vec2;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -28,7 +28,7 @@ pub(crate) mod some_pair {
     }
 }
 
-/// A time that may be endless, which JSON has no number for.
+/// A time that may be infinite; JSON has no number for that.
 pub(crate) mod endless {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -1,4 +1,4 @@
-//! Settings of a stepper, and why a step cannot be taken.
+//! Settings of a stepper, and its errors.
 
 use super::model::ModelError;
 use super::rules::{ImpactLaw, Rules, Scheme};
@@ -7,36 +7,37 @@ use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Most threads of a stepper: one without the feature `parallel`.
+/// Most threads of a stepper; 1 without the feature `parallel`.
 pub const MOST_THREADS: usize = if cfg!(feature = "parallel") { 1024 } else { 1 };
 
-/// What the error of another number adds.
+/// Explanation that the error of the number of threads adds.
 const WHY: &str = if cfg!(feature = "parallel") {
     ""
 } else {
     ": more need the feature `parallel`"
 };
 
-/// How a [`MoreauStepper`](super::stepper::MoreauStepper) steps.
+/// Settings of a [`MoreauStepper`](super::stepper::MoreauStepper).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepperSettings {
     pub scheme: Scheme,
-    /// Impacts are located in time inside the step; needs [`Scheme::Staggered`].
+    /// Whether impacts are located in time inside the step; needs [`Scheme::Staggered`].
     pub events: bool,
-    /// What impacts return; the published scheme has no bound.
+    /// The impact law; the published scheme has no energy bound.
     pub impact_law: ImpactLaw,
-    /// Whether pairs that start overlapped are moved apart; [`Scheme::Moreau`] never does.
+    /// Whether pairs that overlap at the start are moved apart; [`Scheme::Moreau`] never does this.
     pub recovery: bool,
-    /// How a load is shared out among redundant contacts.
+    /// How redundant contacts share a load.
     pub shares: Shares,
     /// A name of [`crate::solver::SOLVERS`].
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
     pub tolerance: f64,
-    /// Threads that islands are shared out among, 1 to [`MOST_THREADS`]; nothing that is computed depends on it.
+    /// Number of threads that solve islands, 1 to [`MOST_THREADS`]; no result depends on it.
     ///
-    /// It pays from some hundred contacts in several islands on: one island is solved on one thread,
-    /// and so are islands with dominance and all that a solver of the user's own solves.
+    /// Threads pay from some hundred contacts in several islands on. One island is solved on one
+    /// thread. Islands with dominance, and all islands with a user's own solver, are solved on the
+    /// caller's thread.
     #[serde(default = "one")]
     pub threads: usize,
 }
@@ -88,16 +89,16 @@ pub enum StepError {
     /// The tolerance is not a positive finite number.
     #[error("solver tolerance is {0}, must be finite and above 0")]
     Tolerance(f64),
-    /// No number of threads.
+    /// The number of threads is out of range.
     #[error("threads are {0}, must be 1 to {MOST_THREADS}{WHY}")]
     Threads(usize),
-    /// The system does not give so many threads.
+    /// The system cannot start that many threads.
     #[error("{threads} threads cannot be started: {why}")]
     Spawn { threads: usize, why: String },
     /// Event location with a scheme that ignores gaps.
     #[error("event location needs the scheme 'staggered'; 'moreau' ignores gaps")]
     Events,
-    /// A velocity or position is NaN or infinite; the model stands as it did before.
+    /// A velocity or position is NaN or infinite. The model is unchanged.
     #[error("body {body} has a velocity that is not finite at t = {time} s")]
     NonFinite { body: usize, time: f64 },
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! What solving an interval made of it.
+//! The solution of an interval.
 
 use super::contact_cache::JointEnergy;
 use super::interval::{Interval, block_rows};
@@ -6,30 +6,31 @@ use super::islands::Islands;
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
-/// What solving an [`Interval`] made of it. Lists have one entry a block, unless another is named.
+/// The solution of an [`Interval`]. Lists have one entry per block, unless stated otherwise.
 #[derive(Default)]
 pub(super) struct Solution {
     pub impulses: Vec<Vec2>,
-    /// `b` \[m/s\] as it was solved: a bound on the energy of joints lessens it.
+    /// `b` \[m/s\] of the solved problem; the energy bound on joints may have reduced it.
     pub bias: Vec<Vec2>,
-    /// What bodies of higher dominance add to `γ_F` \[m/s\]; empty where none differ.
+    /// Velocity that bodies of higher dominance add to `γ_F` \[m/s\]; empty if all have the same
+    /// dominance.
     above: Vec<Vec2>,
-    /// Velocity that the solve of a block's island resolves \[m/s\].
+    /// Velocity resolution of the solve of a block's island \[m/s\].
     pub resolution: Vec<f64>,
-    /// Whether `change` holds what the impulse gives to the bodies.
+    /// Whether `change` already includes the impulse.
     counted: Vec<bool>,
-    /// `M⁻¹ W P` of islands whose solver returned it [m/s, rad/s], one a body.
+    /// `M⁻¹ W P` of islands whose solver returned it [m/s, rad/s], one per body.
     change: Vec<Vec3>,
-    /// `u_E`, one a body.
+    /// `u_E`, one per body.
     pub end: Vec<Vec3>,
-    /// Of each joint of the detection.
+    /// For each joint of the detection.
     pub energies: Vec<JointEnergy>,
-    /// Joints of the detection whose gaps have to be closed by position, ascending.
+    /// Joints of the detection whose gaps must be closed by position, ascending.
     pub unclosed: Vec<usize>,
-    /// Contacts of the detection that wait until they are located in time.
-    pub waiting: Vec<usize>,
+    /// Contacts of the detection deferred until they are located in time.
+    pub deferred: Vec<usize>,
     pub islands: Islands,
-    /// One an island; problems only where they are kept.
+    /// One per island; problems only if they are stored.
     pub outcomes: Vec<IslandOutcome>,
     pub problems: Vec<SolvedProblem>,
 }
@@ -43,11 +44,11 @@ impl Solution {
         self.resolution.resize(interval.blocks.len(), 0.0);
         self.counted.resize(interval.blocks.len(), false);
         self.energies.extend_from_slice(&interval.energies);
-        self.unclosed.extend_from_slice(&interval.passed);
-        self.waiting.extend_from_slice(&interval.waiting);
+        self.unclosed.extend_from_slice(&interval.passed_limits);
+        self.deferred.extend_from_slice(&interval.deferred);
     }
 
-    /// Of an interval without blocks.
+    /// Clears the solution, for an interval without blocks.
     pub fn clear(&mut self) {
         self.impulses.clear();
         self.bias.clear();
@@ -57,18 +58,18 @@ impl Solution {
         self.change.clear();
         self.energies.clear();
         self.unclosed.clear();
-        self.waiting.clear();
+        self.deferred.clear();
         self.outcomes.clear();
         self.problems.clear();
     }
 
-    /// `γ_F` of a block, with what bodies of higher dominance add to it.
+    /// `γ_F` of a block, including the velocity that bodies of higher dominance add to it.
     pub fn gamma_f(&self, interval: &Interval, block: usize) -> Vec2 {
         let own = interval.blocks[block].gamma_f;
         self.above.get(block).map_or(own, |above| own + above)
     }
 
-    /// `u_E = u_F + M⁻¹ W P` from the impulses alone, so that the energy balance closes to
+    /// `u_E = u_F + M⁻¹ W P` from the impulses alone, so that the energy balance is exact up to
     /// round-off.
     pub fn end_velocities(&mut self, interval: &Interval, inverse_mass: &[Vec3]) {
         self.end.clear();
@@ -85,8 +86,8 @@ impl Solution {
         }
     }
 
-    /// Takes the impulses of an island, which may be a part of a larger one yet.
-    pub fn take(
+    /// Stores the impulses of an island, which may still be a part of a larger one.
+    pub fn store(
         &mut self,
         interval: &Interval,
         members: &[u32],
@@ -97,10 +98,10 @@ impl Solution {
             self.impulses[i as usize] = p;
             self.resolution[i as usize] = result.resolution;
         }
-        self.take_change(interval, members, result.change.as_deref());
+        self.store_change(interval, members, result.change.as_deref());
     }
 
-    /// Takes the rest of the results, one an island of `islands`.
+    /// Stores the rest of the results, one for each of `islands`.
     pub fn finish(&mut self, results: impl Iterator<Item = IslandResult>) {
         for (k, result) in results.enumerate() {
             let members = self.islands.blocks(k).iter();
@@ -117,9 +118,9 @@ impl Solution {
         self.unclosed.sort_unstable();
     }
 
-    /// Takes what the impulses of an island give to its bodies; it is found from the impulses where
-    /// it is `None`.
-    fn take_change(
+    /// Stores the velocity change of an island's bodies. If `None`, it is computed from the
+    /// impulses later.
+    fn store_change(
         &mut self,
         interval: &Interval,
         members: &[u32],
@@ -140,15 +141,15 @@ impl Solution {
         }
     }
 
-    /// Leaves a contact without an impulse, until it is located in time. It is an island of its own.
+    /// Leaves a contact without an impulse until it is located in time. It is an island of its own.
     pub fn release(&mut self, interval: &Interval, block: u32, contact: usize) {
         self.impulses[block as usize] = Vec2::zeros();
-        self.take_change(interval, &[block], None);
-        self.waiting.push(contact);
+        self.store_change(interval, &[block], None);
+        self.deferred.push(contact);
     }
 
-    /// Adds to some blocks what this solution gives to bodies of higher dominance. These must be
-    /// solved, and [`Solution::end_velocities`] up to date.
+    /// Adds the velocities of bodies of higher dominance to some blocks. Those bodies must be
+    /// solved, and [`Solution::end_velocities`] must be up to date.
     pub fn add_higher(&mut self, interval: &Interval, members: &[u32]) {
         self.above.resize(interval.blocks.len(), Vec2::zeros());
         for &i in members {

@@ -1,4 +1,4 @@
-//! Solves an interval: its islands one by one, or shared out among threads.
+//! Solves an interval: its islands one by one, or on several threads.
 
 use super::fallback::{Fallback, LARGE};
 use super::interval::Interval;
@@ -16,40 +16,41 @@ use crate::solver::{FactorCache, ImpulseSolver, SolveReport};
 /// An island to be solved.
 struct Job {
     island: usize,
-    /// Work spent on parts of it.
-    spent: Vec<SolveReport>,
+    /// Work on earlier parts of it.
+    earlier_work: Vec<SolveReport>,
     factors: Option<FactorCache>,
     fallback: Fallback,
 }
 
 /// Splits intervals into islands and solves them.
 pub(super) struct IslandSolver {
-    pub own: Worker,
-    /// Other threads, where there are any.
+    pub worker: Worker,
+    /// Further threads, if any.
     pub pool: Option<SolverPool>,
     pub tolerance: f64,
-    /// Whether solutions keep copies of their problems.
-    pub keep: bool,
+    /// Whether solutions store copies of their problems.
+    pub store_problems: bool,
     pub cache: IslandCache,
     pub clock: PhaseClock,
 }
 
-/// Blocks from which on an island keeps factors from step to step: fewer are factorised at once.
-const KEEPS_FACTORS: usize = 16;
+/// Least number of blocks of an island that stores factors for the next step; smaller ones are
+/// cheap to factorise.
+const LEAST_BLOCKS_FOR_FACTORS: usize = 16;
 
 impl IslandSolver {
     pub fn new(solver: Box<dyn ImpulseSolver>, tolerance: f64) -> Self {
         IslandSolver {
-            own: Worker::new(solver),
+            worker: Worker::new(solver),
             pool: None,
             tolerance,
-            keep: false,
+            store_problems: false,
             cache: IslandCache::default(),
             clock: PhaseClock::default(),
         }
     }
 
-    /// Finds the impulses of all blocks of `interval`.
+    /// Computes the impulses of all blocks of `interval`.
     pub fn solve(
         &mut self,
         interval: &Interval,
@@ -70,7 +71,7 @@ impl IslandSolver {
         }
     }
 
-    /// Solves the islands of higher dominance before those that they press on.
+    /// Solves the islands of higher dominance before those they act on.
     fn solve_levels(
         &mut self,
         interval: &Interval,
@@ -79,7 +80,7 @@ impl IslandSolver {
         rules: &Rules,
     ) -> Vec<Option<IslandResult>> {
         let islands = std::mem::take(&mut solution.islands);
-        // bodies that press on each other both ways are of one dominance
+        // bodies that act on each other in both directions have the same dominance
         let level = |k: usize| {
             let sides = interval.sides[islands.blocks(k)[0] as usize];
             let own = sides.iter().find(|b| **b != NO_BODY);
@@ -99,7 +100,7 @@ impl IslandSolver {
             let job = self.job(k, members, Vec::new(), interval);
             let task = self.task(interval, solution, inverse_mass, rules);
             let result = self.solve_here(job, members, task);
-            solution.take(interval, members, self.own.impulses(), &result);
+            solution.store(interval, members, self.worker.impulses(), &result);
             results[k] = Some(result);
         }
         solution.islands = islands;
@@ -119,16 +120,16 @@ impl IslandSolver {
             inverse_mass,
             rules,
             tolerance: self.tolerance,
-            keep: self.keep,
+            store_problems: self.store_problems,
         }
     }
 
-    /// An island with what the cache has of it.
+    /// An island with its data from the cache.
     fn job(
         &mut self,
         island: usize,
         members: &[u32],
-        spent: Vec<SolveReport>,
+        earlier_work: Vec<SolveReport>,
         interval: &Interval,
     ) -> Job {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
@@ -137,18 +138,18 @@ impl IslandSolver {
         } else {
             Fallback::default()
         };
-        let keeps = members.len() >= KEEPS_FACTORS && interval.whole;
-        let first = keys.next().filter(|_| keeps);
+        let stores = members.len() >= LEAST_BLOCKS_FOR_FACTORS && interval.whole;
+        let first = keys.next().filter(|_| stores);
         Job {
             island,
-            spent,
+            earlier_work,
             factors: first.map(|first| self.cache.take_factors(&first)),
             fallback,
         }
     }
 
-    /// Keeps what an island hands on to the next step.
-    fn keep(
+    /// Stores an island's data for the next step.
+    fn store(
         &mut self,
         members: &[u32],
         factors: Option<FactorCache>,
@@ -156,25 +157,26 @@ impl IslandSolver {
         interval: &Interval,
     ) {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
-        (self.cache).keep_fallback(keys.clone(), interval.whole, fallback);
+        (self.cache).store_fallback(keys.clone(), interval.whole, fallback);
         if let (Some(factors), Some(first)) = (factors, keys.next()) {
-            self.cache.keep_factors(first, factors);
+            self.cache.store_factors(first, factors);
         }
     }
 
     /// Solves an island on the caller's thread.
     fn solve_here(&mut self, mut job: Job, members: &[u32], task: Task) -> IslandResult {
         let memory = (job.factors.as_mut(), job.fallback);
-        let solved = (self.own).solve_island(members, memory, task, &mut self.clock);
+        let solved = (self.worker).solve_island(members, memory, task, &mut self.clock);
         let (mut result, fallback) = solved;
-        self.keep(members, job.factors, fallback, task.interval);
-        add_work(&mut result, &job.spent);
+        self.store(members, job.factors, fallback, task.interval);
+        add_work(&mut result, &job.earlier_work);
         self.clock.lap(|t| &mut t.solve);
         result
     }
 
-    /// Solves those islands of the working set that are not solved yet. `false` if contacts that were
-    /// left out would be closed: the set holds them now, and their islands wait.
+    /// Solves the islands of the working set that are not solved yet. Returns `false` if contacts
+    /// outside the set would be closed: they are then added to the set, and their islands are left
+    /// for the next round.
     fn solve_set(
         &mut self,
         set: &mut WorkingSet,
@@ -185,12 +187,12 @@ impl IslandSolver {
     ) -> bool {
         let mut islands = std::mem::take(&mut solution.islands);
         let all = set.group(interval, &mut islands, inverse_mass.len());
-        // all are taken up before any is solved: none depends on the others then
+        // prepare all islands before the first solve, so that none depends on another
         let mut jobs = Vec::with_capacity(islands.len());
         for k in 0..islands.len() {
             let members = islands.blocks(k);
-            if let Some(spent) = set.begin(members) {
-                jobs.push(self.job(k, members, spent, interval));
+            if let Some(earlier_work) = set.begin(members) {
+                jobs.push(self.job(k, members, earlier_work, interval));
             }
         }
         let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
@@ -199,8 +201,8 @@ impl IslandSolver {
             let solved = self.solve_on_threads(jobs, |island| islands.blocks(island), task);
             for (island, result, impulses) in solved {
                 let members = islands.blocks(island);
-                solution.take(interval, members, &impulses, &result);
-                set.keep(members[0], result);
+                solution.store(interval, members, &impulses, &result);
+                set.store(members[0], result);
             }
             self.clock.lap(|t| &mut t.solve);
         } else {
@@ -208,8 +210,8 @@ impl IslandSolver {
                 let members = islands.blocks(job.island);
                 let task = self.task(interval, solution, inverse_mass, rules);
                 let result = self.solve_here(job, members, task);
-                solution.take(interval, members, self.own.impulses(), &result);
-                set.keep(members[0], result);
+                solution.store(interval, members, self.worker.impulses(), &result);
+                set.store(members[0], result);
             }
         }
         solution.islands = islands;
@@ -217,10 +219,11 @@ impl IslandSolver {
             return true;
         }
         solution.end_velocities(interval, inverse_mass);
-        set.take_closed(interval, solution)
+        set.include_closed(interval, solution)
     }
 
-    /// Solves islands on all threads; their numbers, results and impulses in the order of the jobs.
+    /// Solves islands on all threads. Returns their numbers, results and impulses in the order of
+    /// the jobs.
     fn solve_on_threads<'a>(
         &mut self,
         jobs: Vec<Job>,
@@ -237,20 +240,20 @@ impl IslandSolver {
         let Some(pool) = &mut self.pool else {
             return Vec::new();
         };
-        let solved = pool.solve(&mut self.own, &mut self.clock, jobs, one);
-        let keep = |(job, mut result, impulses): (Job, IslandResult, _)| {
+        let solved = pool.solve(&mut self.worker, &mut self.clock, jobs, one);
+        let store = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
-            self.keep(own, job.factors, job.fallback, task.interval);
-            add_work(&mut result, &job.spent);
+            self.store(own, job.factors, job.fallback, task.interval);
+            add_work(&mut result, &job.earlier_work);
             (job.island, result, impulses)
         };
-        solved.into_iter().map(keep).collect()
+        solved.into_iter().map(store).collect()
     }
 }
 
-/// Adds the work spent on parts of an island.
-fn add_work(result: &mut IslandResult, spent: &[SolveReport]) {
-    for earlier in spent {
+/// Adds the work on earlier parts of an island.
+fn add_work(result: &mut IslandResult, earlier_work: &[SolveReport]) {
+    for earlier in earlier_work {
         result.outcome.report = result.outcome.report.after(earlier);
     }
 }

@@ -1,5 +1,5 @@
-//! One step: contacts are found, an interval is posed and solved, and what came of it is recorded and
-//! written to the model.
+//! One step: detects contacts, poses and solves an interval, records the result and writes it to
+//! the model.
 
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
@@ -17,7 +17,8 @@ use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
 use crate::contact::NO_BODY;
 
-/// A step that has begun: the bodies stand at its midpoint, contacts are found, nothing is solved.
+/// A step after [`MoreauStepper::begin`]: the bodies are at its midpoint, contacts are detected,
+/// nothing is solved.
 pub(crate) struct BegunStep {
     rules: Rules,
     record: StepRecord,
@@ -27,8 +28,8 @@ impl MoreauStepper {
     /// Advances `model` by `dt` \[s\].
     ///
     /// # Errors
-    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]; the model then stands as
-    /// it did before, velocities included.
+    /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]. The model is then
+    /// unchanged, including its velocities.
     pub fn step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -38,8 +39,8 @@ impl MoreauStepper {
         self.finish(model, begun)
     }
 
-    /// The first part of a step: advances the bodies to its midpoint and finds the contacts there.
-    /// It is followed by [`MoreauStepper::finish`] or [`MoreauStepper::cancel`].
+    /// The first part of a step: moves the bodies to its midpoint and detects the contacts there.
+    /// [`MoreauStepper::finish`] or [`MoreauStepper::cancel`] must follow.
     ///
     /// # Errors
     /// As [`MoreauStepper::step`].
@@ -70,7 +71,8 @@ impl MoreauStepper {
         self.origin
             .extend(bodies.map(|body| model.configuration(body)));
         let mut rules = self.settings.rules();
-        // event location follows all that is fast: sweeps add only bodies followed against all others
+        // event location follows all fast bodies: sweeps matter only for bodies swept against all
+        // others
         let sweeps = &interval.roles.sweeps;
         let against_all = sweeps.iter().any(|s| s.all);
         rules.sweeps =
@@ -84,7 +86,7 @@ impl MoreauStepper {
         record.energy.potential_start = model.potential_energy();
         record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
         model.advance(0.5 * dt);
-        // a crowd that lands must be seen a step before it closes: see `find_crowds`
+        // a landing crowd must be detected a step before it closes: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
             2.0 * dt
         } else {
@@ -97,12 +99,12 @@ impl MoreauStepper {
         Ok(BegunStep { rules, record })
     }
 
-    /// What was found when the step began.
+    /// The detection of the step.
     pub(crate) fn detection(&self) -> &Detection {
         &self.interval.detection
     }
 
-    /// Puts the model back to the start of a step.
+    /// Restores the model at the start of the step.
     pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         model.set_velocities(&self.interval.start);
         for (body, place) in self.origin.iter().enumerate() {
@@ -127,8 +129,8 @@ impl MoreauStepper {
         result.map(|()| record)
     }
 
-    /// Poses, solves, records and writes a step; the caches change only when nothing can fail any
-    /// more.
+    /// Poses, solves, records and writes a step. Changes the caches only when no more error can
+    /// occur.
     fn take_step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -139,13 +141,13 @@ impl MoreauStepper {
         let overlaps = self.pose(model, rules, dt)?;
         self.solve(rules, dt)?;
         let mut clusters = self.locate(model, rules, dt)?;
-        let mut apart = vec![false; self.inverse_mass.len()];
+        let mut in_cluster = vec![false; self.inverse_mass.len()];
         for &body in clusters.iter().flat_map(|c| &c.bodies) {
-            apart[body as usize] = true;
+            in_cluster[body as usize] = true;
         }
-        self.count_islands(record, &mut clusters, &apart);
-        self.record(model, record, &clusters, &apart);
-        self.write(model, &clusters, &apart, dt);
+        self.count_islands(record, &mut clusters, &in_cluster);
+        self.record(model, record, &clusters, &in_cluster);
+        self.write(model, &clusters, &in_cluster, dt);
         let potential = self.close_gaps(model, record, overlaps)?;
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         self.solver.cache.commit();
@@ -160,7 +162,7 @@ impl MoreauStepper {
         Ok(())
     }
 
-    /// Poses the interval of the step. Returns the pairs that are to be moved apart after it.
+    /// Poses the interval of the step. Returns the pairs to move apart after it.
     fn pose<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -182,8 +184,8 @@ impl MoreauStepper {
         let recovers = self.settings.recovers();
         let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
         match &overlaps {
-            Some(overlaps) => interval.excused.clone_from(&overlaps.open),
-            None => interval.excused.clear(),
+            Some(overlaps) => interval.known_overlaps.clone_from(&overlaps.open),
+            None => interval.known_overlaps.clear(),
         }
         Ok(overlaps)
     }
@@ -200,7 +202,7 @@ impl MoreauStepper {
         check_finite(&solution.end, self.time)
     }
 
-    /// Steps clusters of bodies that collide within the step.
+    /// Steps the clusters of bodies that collide within the step.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -226,19 +228,25 @@ impl MoreauStepper {
         Ok(clusters)
     }
 
-    /// Counts the work of all islands, and results and problems of those that are not all `apart`.
-    fn count_islands(&mut self, record: &mut StepRecord, clusters: &mut [Cluster], apart: &[bool]) {
+    /// Adds the work of all islands to the record, and the results and problems of those that are
+    /// not wholly `in_cluster`.
+    fn count_islands(
+        &mut self,
+        record: &mut StepRecord,
+        clusters: &mut [Cluster],
+        in_cluster: &[bool],
+    ) {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let mut counts = vec![false; solution.outcomes.len()];
         for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(record);
             let mut blocks = solution.islands.blocks(k).iter();
-            counts[k] = blocks.any(|&i| is_used(interval, apart, i as usize));
+            counts[k] = blocks.any(|&i| is_used(interval, in_cluster, i as usize));
             if counts[k] {
                 outcome.count(record);
             }
         }
-        if self.solver.keep {
+        if self.solver.store_problems {
             let problems = solution.problems.drain(..).zip(&counts);
             let used = problems.filter_map(|(problem, used)| used.then_some(problem));
             self.problems.extend(used);
@@ -247,20 +255,21 @@ impl MoreauStepper {
         }
     }
 
-    /// Records contacts and energies, of the interval and of the clusters that are `apart` from it.
+    /// Records contacts and energies of the interval and of the clusters (`in_cluster` bodies)
+    /// from it.
     fn record<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
         record: &mut StepRecord,
         clusters: &[Cluster],
-        apart: &[bool],
+        in_cluster: &[bool],
     ) {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
         next.clear();
-        let used = |i: usize| is_used(interval, apart, i);
+        let used = |i: usize| is_used(interval, in_cluster, i);
         record_interval(interval, solution, used, w, record.time, record, next);
-        record.energy.forces += forces_work(interval, solution, w, |body| !apart[body]);
+        record.energy.forces += forces_work(interval, solution, w, |body| !in_cluster[body]);
         for cluster in clusters {
             record.add(&cluster.record);
             next.extend(cluster.contacts.entries().iter().copied());
@@ -279,17 +288,17 @@ impl MoreauStepper {
         self.solver.clock.lap(|t| &mut t.record);
     }
 
-    /// Gives the model its velocities and poses at the end of the step.
+    /// Writes velocities and poses at the end of the step to the model.
     fn write<M: MultibodyModel + ?Sized>(
         &self,
         model: &mut M,
         clusters: &[Cluster],
-        apart: &[bool],
+        in_cluster: &[bool],
         dt: f64,
     ) {
         let end = &self.solution.end;
         model.set_velocities(end);
-        for body in (0..apart.len()).filter(|&body| !apart[body]) {
+        for body in (0..in_cluster.len()).filter(|&body| !in_cluster[body]) {
             model.shift(body, &end[body], 0.5 * dt);
         }
         for cluster in clusters {
@@ -300,7 +309,7 @@ impl MoreauStepper {
     }
 
     /// Closes gaps of joints and moves overlapped pairs apart, by position alone. Returns the
-    /// potential energy \[J\] before, where anything may have moved.
+    /// potential energy \[J\] before, if any body may have moved.
     fn close_gaps<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -327,8 +336,8 @@ impl MoreauStepper {
     }
 }
 
-/// Whether a block is recorded with the interval: all its bodies are solved there.
-fn is_used(interval: &Interval, apart: &[bool], block: usize) -> bool {
+/// Whether a block is recorded with the interval: none of its bodies is in a cluster.
+fn is_used(interval: &Interval, in_cluster: &[bool], block: usize) -> bool {
     let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
-    sides.all(|b| !apart[*b as usize])
+    sides.all(|b| !in_cluster[*b as usize])
 }

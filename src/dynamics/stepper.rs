@@ -1,4 +1,4 @@
-//! The stepper: its settings, and what it hands on from one step to the next.
+//! The stepper: its settings and its state between steps.
 
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
 use super::interval::{Interval, movable};
@@ -22,19 +22,19 @@ pub struct MoreauStepper {
     pub(super) solver: IslandSolver,
     pub(super) time: f64,
     pub(super) cache: ContactCache,
-    /// What the step at hand writes of contacts and joints, until it is taken.
+    /// Cache entries that the current step writes; they replace the cache when the step succeeds.
     pub(super) contacts_next: CachedContacts,
     pub(super) interval: Interval,
     pub(super) solution: Solution,
-    /// Of the last step, where they are kept.
+    /// Problems of the last step, if they are stored.
     pub(super) problems: Vec<SolvedProblem>,
     pub(super) origin: Vec<Configuration>,
     pub(super) inverse_mass: Vec<Vec3>,
-    /// Whether the solver is the one that the settings name.
+    /// Whether the solver is that of the settings.
     named: bool,
 }
 
-/// What a stepper takes from one step to the next: two caches and the time.
+/// State of a stepper between two steps: two caches and the time.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,
@@ -43,7 +43,7 @@ pub(crate) struct StepperState {
 }
 
 impl MoreauStepper {
-    /// A stepper at t = 0 that has met no contacts.
+    /// A stepper at t = 0 without cached contacts.
     ///
     /// # Errors
     /// [`StepError::Solver`], [`StepError::Tolerance`], [`StepError::Events`],
@@ -52,7 +52,8 @@ impl MoreauStepper {
         MoreauStepper::with_solvers(settings, solver_by_name)
     }
 
-    /// The same, with the solver that `table` has under the name in the settings.
+    /// Like [`MoreauStepper::new`], with the solver that `table` returns for the name in the
+    /// settings.
     ///
     /// # Errors
     /// Those of [`MoreauStepper::new`].
@@ -91,26 +92,26 @@ impl MoreauStepper {
         self.time
     }
 
-    /// The settings in force.
+    /// The current settings.
     pub fn settings(&self) -> &StepperSettings {
         &self.settings
     }
 
-    /// Takes a solver of the user's own in place of the one that the settings name, from the next
-    /// step on. What it returns is judged here: its own word does not count. There is one of it, so
-    /// that all islands are solved on the caller's thread.
+    /// Uses the user's own solver instead of that of the settings, from the next step on. The
+    /// stepper judges its results; its own reports do not count. There is only one such solver, so
+    /// all islands are solved on the caller's thread.
     pub fn set_solver(&mut self, solver: Box<dyn ImpulseSolver>) {
-        self.solver.own.solver = Box::new(Judged::new(solver));
+        self.solver.worker.solver = Box::new(Judged::new(solver));
         self.solver.pool = None;
         self.solver.cache.clear();
         self.named = false;
     }
 
-    /// Other threads in place of those of the settings, see [`StepperSettings::threads`]: after a
-    /// state is resumed on another machine, say.
+    /// Changes the number of threads of the settings, see [`StepperSettings::threads`]: for example
+    /// after a state is resumed on another machine.
     ///
     /// # Errors
-    /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
+    /// [`StepError::Threads`], [`StepError::Spawn`]. Nothing changes then.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
         let pool = SolverPool::new(threads, &self.settings.solver, self.table)?;
         self.solver.pool = pool.filter(|_| self.named);
@@ -118,13 +119,13 @@ impl MoreauStepper {
         Ok(())
     }
 
-    /// Forgets all contacts, as if none had touched before: after a re-meshed collider, say.
+    /// Clears the contact cache, for example after the mesh of a collider has changed.
     pub fn forget_contacts(&mut self) {
         self.cache.contacts.clear();
         self.solver.cache.clear();
     }
 
-    /// What the next step depends on.
+    /// The state that the next step depends on.
     pub(crate) fn state(&self) -> StepperState {
         StepperState {
             time: self.time,
@@ -133,15 +134,15 @@ impl MoreauStepper {
         }
     }
 
-    /// Goes on from where [`MoreauStepper::state`] was taken.
+    /// Restores the state that [`MoreauStepper::state`] returned.
     pub(crate) fn restore(&mut self, state: &StepperState) {
         self.time = state.time;
         self.cache = state.contacts.clone();
         self.solver.cache.restore(&state.islands);
     }
 
-    /// What the cache has of contacts and joints between bodies that all have a number of `group`, as
-    /// (number, key, entry). After a step without them it is lost.
+    /// Returns the cache entries of contacts and joints between bodies that all have a number of
+    /// `group`, as (number, key, entry). A step without those bodies removes them from the cache.
     pub(crate) fn set_aside(
         &self,
         group: impl Fn(u32) -> u32,
@@ -163,37 +164,37 @@ impl MoreauStepper {
         all.filter_map(of).collect()
     }
 
-    /// Puts back what was set aside.
+    /// Restores the entries that [`MoreauStepper::set_aside`] returned.
     pub(crate) fn take_back(&mut self, contacts: &[(ContactKey, CachedContact)]) {
         self.cache.contacts.extend(contacts.iter().copied());
         let seen = &mut self.cache.overlaps.seen;
         seen.extend(contacts.iter().map(|(key, _)| key.pair));
     }
 
-    /// Whether the problems of every step are kept for [`MoreauStepper::problems`]; not at first.
+    /// Whether to store the problems of every step for [`MoreauStepper::problems`]; off by default.
     pub fn keep_problems(&mut self, keep: bool) {
-        self.solver.keep = keep;
+        self.solver.store_problems = keep;
         self.problems.clear();
     }
 
-    /// Times the phases of every step from now on by `clock`, see [`MoreauStepper::phases`]; `None`
-    /// stops it. Nothing is timed at first.
+    /// Measures the time of each phase of a step with `clock` from now on, see
+    /// [`MoreauStepper::phases`]. `None` stops it. Off by default.
     pub fn time_phases(&mut self, clock: Option<Clock>) {
         self.solver.clock.switch(clock);
     }
 
-    /// Where the time of all steps went since [`MoreauStepper::time_phases`].
+    /// Timings of all steps since [`MoreauStepper::time_phases`].
     pub fn phases(&self) -> Phases {
         self.solver.clock.phases
     }
 
-    /// The clock, for what a host does before and after a step.
+    /// The clock, for the work of a host before and after a step.
     pub(crate) fn clock(&mut self) -> &mut PhaseClock {
         &mut self.solver.clock
     }
 
-    /// The contact problems of the last step, island after island, those of located impacts last;
-    /// none unless they are kept.
+    /// The contact problems of the last step, one per island, those of located impacts last. Empty
+    /// unless they are stored.
     pub fn problems(&self) -> &[SolvedProblem] {
         &self.problems
     }

@@ -1,4 +1,4 @@
-//! Islands of an interval shared out among threads.
+//! A thread pool for the islands of an interval.
 
 use super::island::Worker;
 use super::phases::PhaseClock;
@@ -8,14 +8,15 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Blocks of a batch, which one thread takes at a time: some 10 to 100 µs of work, so that handing
-/// it out costs next to nothing.
+/// Blocks of a batch, the unit of work of a thread: some 10 to 100 µs, so that the overhead of a
+/// batch is negligible.
 const BATCH: usize = 64;
 
-/// Threads besides the caller's, each with a solver of its own.
+/// Threads in addition to the caller's, each with its own solver.
 ///
-/// Which thread solves an island is left to chance, and nothing depends on it: a solve only reads the
-/// interval and its solution so far, and a solver keeps nothing from one problem to the next.
+/// The assignment of islands to threads varies from run to run, but no result depends on it: a
+/// solve only reads the interval and its current solution, and a solver stores nothing between
+/// problems.
 pub(super) struct SolverPool {
     pool: ThreadPool,
     others: Vec<PoolThread>,
@@ -24,18 +25,19 @@ pub(super) struct SolverPool {
     batches: Vec<Range<usize>>,
 }
 
-/// One of the threads.
+/// One thread of the pool.
 struct PoolThread {
     worker: Worker,
     clock: PhaseClock,
 }
 
 impl SolverPool {
-    /// `threads` in all, the caller's among them, with the solver of that name; `None` for one.
+    /// A pool for `threads` threads including the caller's, with the solver of that name; `None`
+    /// for one thread.
     ///
     /// # Errors
-    /// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] where the
-    /// system has not so many; [`StepError::Solver`].
+    /// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] if the
+    /// system cannot start them; [`StepError::Solver`].
     pub fn new(
         threads: usize,
         solver: &str,
@@ -71,13 +73,13 @@ impl SolverPool {
         }))
     }
 
-    /// Makes batches of islands with so many blocks each. Whether there is more than one: a single
-    /// one is sooner solved than shared out.
+    /// Splits islands with these numbers of blocks into batches. Returns whether there are several:
+    /// a single batch is solved faster by the caller.
     pub fn shares(&mut self, sizes: impl Iterator<Item = usize>) -> bool {
         let sizes: Vec<usize> = sizes.collect();
         self.order.clear();
         self.order.extend(0..sizes.len());
-        // what takes longest must not come last
+        // the longest work must not start last
         self.order
             .sort_unstable_by_key(|&k| (std::cmp::Reverse(sizes[k]), k));
         self.batches.clear();
@@ -92,10 +94,11 @@ impl SolverPool {
         self.batches.len() > 1
     }
 
-    /// Calls `one` on every job, one for each island that [`SolverPool::shares`] got, and returns the
+    /// Calls `one` on every job, one for each island given to [`SolverPool::shares`]. Returns the
     /// results in the order of the jobs.
     ///
-    /// The wall time goes to the phases in the shares in which all threads spent theirs.
+    /// Distributes the wall time over the phases in proportion to the time that all threads spent
+    /// in each.
     pub fn solve<J: Send, R: Send>(
         &mut self,
         worker: &mut Worker,
@@ -111,7 +114,7 @@ impl SolverPool {
         let batches: Vec<Vec<(usize, J)>> = batches.collect();
         let helpers = self.others.len().min(batches.len().saturating_sub(1));
         let queue = Mutex::new(batches.into_iter());
-        // nothing panics with the queue in its hands
+        // no thread panics while it holds the queue
         let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
         let work = |worker: &mut Worker, clock: &mut PhaseClock, done: &mut Vec<(usize, R)>| {
             clock.start();
@@ -134,12 +137,12 @@ impl SolverPool {
             work(worker, &mut own_clock, &mut own);
         });
         let clocks = others.iter().map(|thread| &thread.clock);
-        clock.lap_as(clocks.chain(std::iter::once(&own_clock)));
+        clock.lap_in_proportion(clocks.chain(std::iter::once(&own_clock)));
         let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
         for (k, result) in done.into_iter().flatten().chain(own) {
             results[k] = Some(result);
         }
-        // each was in one batch
+        // each job was in one batch
         results.into_iter().flatten().collect()
     }
 }
@@ -158,7 +161,7 @@ mod tests {
         (pool, Worker::new(solver))
     }
 
-    /// Every island once, and the results in order, however many threads there are.
+    /// Every island is solved once, and the results are in order, for any number of threads.
     #[test]
     fn results_come_in_the_order_of_the_islands() {
         let sizes = || (0..500).map(|k| 1 + (k * 37) % 90);
@@ -173,7 +176,7 @@ mod tests {
         }
     }
 
-    /// Each island waits until another thread is at the other one.
+    /// Each island waits until another thread solves the other one.
     #[test]
     fn threads_work_at_the_same_time() {
         let (mut pool, mut worker) = pool(2);
@@ -209,7 +212,7 @@ mod tests {
             .as_secs_f64()
     }
 
-    /// The phases share the wall time out, however many threads spent theirs.
+    /// The phases add up to the wall time, for any number of threads.
     #[test]
     fn phases_add_up_to_the_wall_time() {
         let (mut pool, mut worker) = pool(4);
@@ -225,10 +228,10 @@ mod tests {
             pause();
         });
         let wall = start.elapsed().as_secs_f64();
-        let booked = clock.phases;
-        assert!(booked.assembly > 0.0 && booked.solve > 0.0, "{booked:?}");
-        // twelve islands of 4 ms on four threads take 12 ms at least
-        let sum = booked.assembly + booked.solve;
-        assert!((0.012..=wall).contains(&sum), "{booked:?} of {wall} s");
+        let timings = clock.phases;
+        assert!(timings.assembly > 0.0 && timings.solve > 0.0, "{timings:?}");
+        // twelve islands of 4 ms on four threads take at least 12 ms
+        let sum = timings.assembly + timings.solve;
+        assert!((0.012..=wall).contains(&sum), "{timings:?} of {wall} s");
     }
 }

@@ -1,11 +1,11 @@
-//! In place of other threads where the feature `parallel` is not built in: there are none.
+//! Replaces the thread pool if the feature `parallel` is off.
 
 use super::island::Worker;
 use super::phases::PhaseClock;
 use super::settings::{MOST_THREADS, StepError};
 use crate::solver::SolverTable;
 
-/// No value of it exists.
+/// A type without values.
 pub(super) enum SolverPool {}
 
 impl SolverPool {

@@ -1,5 +1,5 @@
-//! The blocks of an interval that its contact problems are made of: contacts that are far away are
-//! left out, and taken in where the solution shows that they were needed.
+//! The working set: the blocks that take part in the contact problems of an interval. Distant
+//! contacts are left out at first, and added if the solution would close them.
 
 use super::interval::Interval;
 use super::islands::Islands;
@@ -9,35 +9,35 @@ use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;
 use std::collections::BTreeMap;
 
-/// Some blocks of an interval, and what is known of their islands.
+/// Some blocks of an interval, and the results of their islands.
 ///
-/// Detection finds all contacts that may close within a step, however their neighbours are thrown
-/// about: in a heap four for each that does. One without an impulse is left out if it would open by
-/// more than the fastest contact of its island closes,
+/// Detection finds every contact that may close within a step for any motion of its neighbours: in
+/// a heap about four for each one that does close. A contact without an impulse is left out if it
+/// would open by more than the fastest contact of its island closes,
 ///
 /// ```text
 /// b_N > max(−b_N)   over the contacts of its island                          (1)
 /// ```
 ///
-/// and is taken in if the solution without it has `ξ_N < 0`. Where none has, the impulses of the
-/// set solve the whole: `P = 0` solves the law of those that are left out.
+/// It is added if the solution without it has `ξ_N < 0`. If no such contact is left, the impulses
+/// of the set solve the whole problem: `P = 0` satisfies the law of all contacts left out.
 pub(super) struct WorkingSet {
-    taken: Vec<bool>,
+    included: Vec<bool>,
     round: usize,
-    /// Those taken in by the last round.
+    /// Blocks added in the last round.
     added: Vec<bool>,
-    /// Of each island its first block, and what became of it.
+    /// For each island its first block, and its result.
     solved: BTreeMap<u32, IslandResult>,
 }
 
-/// Rounds after which nothing is left out any more.
+/// After this many rounds all blocks are in the set.
 const ROUNDS: usize = 4;
 
 impl WorkingSet {
-    /// What is left by (1), with the islands of all blocks.
+    /// The blocks that (1) leaves in, with `islands` of all blocks.
     pub fn near(interval: &Interval, islands: &Islands) -> WorkingSet {
         let count = interval.blocks.len();
-        let mut taken = vec![true; count];
+        let mut included = vec![true; count];
         for k in 0..islands.len() {
             let members = islands.blocks(k);
             let opening = |i: &u32| interval.bias[*i as usize].x;
@@ -45,30 +45,30 @@ impl WorkingSet {
             for i in members {
                 let idle = interval.warm[*i as usize] == Vec2::zeros();
                 let contact = matches!(interval.laws[*i as usize], Law::Contact { .. });
-                taken[*i as usize] = !(contact && idle && opening(i) > closing);
+                included[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
         WorkingSet {
             round: 0,
-            added: vec![false; if taken.contains(&false) { count } else { 0 }],
+            added: vec![false; if included.contains(&false) { count } else { 0 }],
             solved: BTreeMap::new(),
-            taken,
+            included,
         }
     }
 
-    /// Groups the blocks of the set into islands; at first `islands` are those of all blocks.
-    /// Whether the set is all blocks.
+    /// Groups the blocks of the set into islands; on entry `islands` are those of all blocks.
+    /// Returns whether the set contains all blocks.
     pub fn group(&self, interval: &Interval, islands: &mut Islands, bodies: usize) -> bool {
-        let taken = (0..self.taken.len() as u32).filter(|&i| self.taken[i as usize]);
-        let taken: Vec<u32> = taken.collect();
-        let all = taken.len() == self.taken.len();
+        let included = (0..self.included.len() as u32).filter(|&i| self.included[i as usize]);
+        let included: Vec<u32> = included.collect();
+        let all = included.len() == self.included.len();
         if !all || self.round > 0 {
-            islands.build_of(bodies, &taken, &interval.sides);
+            islands.build_of(bodies, &included, &interval.sides);
         }
         all
     }
 
-    /// The work spent on parts of an island, if it is to be solved; `None` if it was solved already.
+    /// The work on earlier parts of an island if it must be solved; `None` if it is already solved.
     pub fn begin(&mut self, members: &[u32]) -> Option<Vec<SolveReport>> {
         if self.round == 0 {
             return Some(Vec::new());
@@ -80,8 +80,8 @@ impl WorkingSet {
         Some(parts.map(|part| part.outcome.report).collect())
     }
 
-    /// Keeps the result of the island with this first block.
-    pub fn keep(&mut self, first: u32, result: IslandResult) {
+    /// Stores the result of the island with this first block.
+    pub fn store(&mut self, first: u32, result: IslandResult) {
         self.solved.insert(first, result);
     }
 
@@ -90,26 +90,26 @@ impl WorkingSet {
         self.solved.into_values()
     }
 
-    /// Takes in the contacts that would be closed at the end velocities. Whether there were none.
-    pub fn take_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
+    /// Adds the contacts that would close at the end velocities. Returns whether there were none.
+    pub fn include_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
         self.round += 1;
         self.added.fill(false);
         let mut complete = true;
-        for i in 0..self.taken.len() {
-            if self.taken[i] {
+        for i in 0..self.included.len() {
+            if self.included[i] {
                 continue;
             }
             let rows = interval.rows(i);
             let change = rows.velocity(&solution.end).x - rows.velocity(&interval.free).x;
             if interval.bias[i].x + change < 0.0 {
                 complete = false;
-                (self.taken[i], self.added[i]) = (true, true);
+                (self.included[i], self.added[i]) = (true, true);
             }
         }
         if !complete && self.round == ROUNDS {
-            for i in 0..self.taken.len() {
-                self.added[i] |= !self.taken[i];
-                self.taken[i] = true;
+            for i in 0..self.included.len() {
+                self.added[i] |= !self.included[i];
+                self.included[i] = true;
             }
         }
         complete

@@ -1,4 +1,4 @@
-//! Factorisation column by column: for matrices with few entries a column.
+//! Factorisation by columns, for matrices with few entries per column.
 
 use super::fill::{MOST_FILL, Place, TooMuchFill};
 use super::ordering::Graph;
@@ -18,11 +18,11 @@ pub(super) struct Columns<const N: usize> {
     /// Column k holds entries `start\[k\]..start[k + 1]`, their rows `row` ascending.
     start: Vec<usize>,
     row: Vec<u32>,
-    /// Row k holds entries `across\[across_start\[k\]..across_start[k + 1]\]`, with their columns,
+    /// Row k holds entries `across\[across_start\[k\]..across_start[k + 1]\]` with their columns,
     /// ascending.
     across_start: Vec<usize>,
     across: Vec<(u32, u32)>,
-    /// Where in the present column a row has its entry.
+    /// Position of each row's entry in the current column.
     offset: Vec<u32>,
     diagonal: Vec<SMatrix<f64, N, N>>,
     pivots: Vec<Pivot<N>>,
@@ -40,7 +40,7 @@ impl<const N: usize> Columns<N> {
         }
     }
 
-    /// Analyses a graph whose nodes are eliminated in the order of `node`.
+    /// Symbolic factorisation of a graph, with its nodes eliminated in the order of `node`.
     ///
     /// # Errors
     /// [`TooMuchFill`].
@@ -51,7 +51,8 @@ impl<const N: usize> Columns<N> {
         for (k, &v) in self.node.iter().enumerate() {
             self.position[v] = k;
         }
-        // fill: the structure of a column is its own neighbours and what its children pass on
+        // fill: a column has the rows of its own neighbours and those of its children in the
+        // elimination tree
         let (mut child, mut sibling) = (vec![usize::MAX; n], vec![usize::MAX; n]);
         let mut rows: Vec<u32> = Vec::new();
         self.row.clear();
@@ -93,7 +94,7 @@ impl<const N: usize> Columns<N> {
         Ok(())
     }
 
-    /// Lists the entries of every row.
+    /// Lists the entries of each row.
     fn find_rows(&mut self, n: usize) {
         self.across_start = vec![0; n + 1];
         for &i in &self.row {
@@ -119,7 +120,7 @@ impl<const N: usize> Columns<N> {
         self.diagonal[self.position[a]] += m;
     }
 
-    /// Where `K_ab` lies, for two different nodes of a declared pair.
+    /// Position of `K_ab`, for two different nodes of a declared pair.
     pub fn place(&self, a: usize, b: usize) -> Place {
         let (i, j) = (self.position[a], self.position[b]);
         let (column, row) = (i.min(j), i.max(j) as u32);
@@ -131,7 +132,7 @@ impl<const N: usize> Columns<N> {
         }
     }
 
-    /// `K_ab += m` for the place of (a, b).
+    /// `K_ab += m` at the position of (a, b).
     #[inline(always)]
     pub fn add(&mut self, place: Place, m: &SMatrix<f64, N, N>) {
         let values = if place.below {
@@ -142,10 +143,10 @@ impl<const N: usize> Columns<N> {
         values[place.entry] += m;
     }
 
-    /// Factorises in place, column by column. `false` if a pivot block is singular.
+    /// Factorises in place, column by column. Returns `false` if a pivot block is singular.
     ///
-    /// As the pivots are kept in factors `P D = L' U'`, what is below one becomes `K U'⁻¹` and what
-    /// is right of it `L'⁻¹ P K`.
+    /// Pivots are stored as factors `P D = L' U'`. So a block below a pivot becomes `K U'⁻¹`, and a
+    /// block right of it `L'⁻¹ P K`.
     pub fn factorise(&mut self) -> bool {
         for j in 0..self.node.len() {
             let from = self.start[j];
@@ -180,12 +181,12 @@ impl<const N: usize> Columns<N> {
         true
     }
 
-    /// Whether the matrix, symmetric and factorised as such, is positive definite.
+    /// Whether the matrix is positive definite, if it is symmetric and was factorised as symmetric.
     pub fn is_positive(&self) -> bool {
         self.symmetric && self.pivots.iter().all(Pivot::is_positive)
     }
 
-    /// Solves `K x = rhs` in place, one vector a node.
+    /// Solves `K x = rhs` in place, with one vector per node.
     pub fn solve(&mut self, rhs: &mut [SVector<f64, N>]) {
         for (k, &v) in self.node.iter().enumerate() {
             self.work[k] = rhs[v];

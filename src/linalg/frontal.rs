@@ -1,4 +1,4 @@
-//! Factorisation front by front: for matrices with many entries a column.
+//! Factorisation by fronts, for matrices with many entries per column.
 
 use super::fill::{MOST_FILL, Place};
 use super::fronts::{Front, Fronts, PANEL};
@@ -10,9 +10,10 @@ use nalgebra::{SMatrix, SVector};
 
 /// Factors of a [`BlockLdu`](super::sparse::BlockLdu) as dense panels (multifrontal).
 ///
-/// Nodes that couple the same others make a front, eliminated as one dense matrix; what it passes
-/// on waits on a stack for its parent. `U` is held by its transpose, so that both factors are
-/// panels of the same shape and see the same work; of a symmetric matrix one is enough.
+/// Nodes that are coupled to the same other nodes form a front, which is eliminated as one dense
+/// matrix. Its update waits on a stack for its parent. `U` is stored as its transpose, so that both
+/// factors are panels of the same shape and are computed alike. A symmetric matrix needs only one
+/// of them.
 ///
 /// # Source
 /// Duff, Erisman & Reid, *Direct Methods for Sparse Matrices* (2017), ch. 11 and 12.
@@ -20,17 +21,17 @@ use nalgebra::{SMatrix, SVector};
 pub(super) struct Frontal<const N: usize> {
     symmetric: bool,
     fronts: Fronts,
-    /// Where the block of each position on the diagonal lies, and its stride.
+    /// Position of the diagonal block of each node, and its stride.
     diagonal: Vec<(usize, usize)>,
     pivots: Vec<Pivot<N>>,
-    /// L and Uᵀ, but for the blocks on the diagonal.
+    /// L and Uᵀ without their diagonal blocks.
     lower: Half,
     upper: Half,
     work: Vec<f64>,
     front: Vec<f64>,
 }
 
-/// A lower triangle: its fronts' panels, and what they pass on, by even and odd level.
+/// A lower triangle: the panels of its fronts, and their updates by even and odd level.
 #[derive(Debug, Clone, Default)]
 struct Half {
     values: Vec<f64>,
@@ -38,9 +39,11 @@ struct Half {
 }
 
 impl<const N: usize> Frontal<N> {
-    /// Analyses a graph whose nodes are eliminated in the given order, or nearly.
+    /// Symbolic factorisation of a graph, with its nodes eliminated approximately in the given
+    /// order.
     ///
-    /// `false` if all would take more than a factor of [`MOST_FILL`] blocks; columns take less.
+    /// Returns `false` if a factor would have more than [`MOST_FILL`] blocks; the factorisation by
+    /// columns needs fewer.
     pub fn analyse(&mut self, graph: &Graph, order: &[usize]) -> bool {
         let Some(fronts) = Fronts::new::<N>(graph, order, MOST_FILL) else {
             return false;
@@ -56,7 +59,7 @@ impl<const N: usize> Frontal<N> {
             }
         }
         for half in [&mut self.lower, &mut self.upper] {
-            // tiles of the last column read a little further
+            // tiles of the last column read a little past its end
             zeros(&mut half.values, fronts.values + ALIGN);
             for (stack, size) in half.stacks.iter_mut().zip(fronts.stacks) {
                 zeros(stack, size);
@@ -74,7 +77,7 @@ impl<const N: usize> Frontal<N> {
         true
     }
 
-    /// Sets every entry to zero. Of a `symmetric` matrix one block of a coupling is enough.
+    /// Sets every entry to zero. A `symmetric` matrix needs only one block per coupling.
     pub fn clear(&mut self, symmetric: bool) {
         self.symmetric = symmetric;
         self.lower.values.fill(0.0);
@@ -89,7 +92,7 @@ impl<const N: usize> Frontal<N> {
         add(&mut self.lower.values[entry..], stride, m);
     }
 
-    /// Where `K_ab` lies, for two different nodes of a declared pair.
+    /// Position of `K_ab`, for two different nodes of a declared pair.
     pub fn place(&self, a: usize, b: usize) -> Place {
         let (i, j) = (self.fronts.position[a], self.fronts.position[b]);
         let (column, row) = (i.min(j), i.max(j));
@@ -108,7 +111,7 @@ impl<const N: usize> Frontal<N> {
         }
     }
 
-    /// `K_ab += m` for the place of (a, b).
+    /// `K_ab += m` at the position of (a, b).
     pub fn add(&mut self, place: Place, m: &SMatrix<f64, N, N>) {
         if place.below {
             add(&mut self.lower.values[place.entry..], place.stride, m);
@@ -118,7 +121,7 @@ impl<const N: usize> Frontal<N> {
         }
     }
 
-    /// Factorises in place, front by front. `false` if a pivot block is singular.
+    /// Factorises in place, front by front. Returns `false` if a pivot block is singular.
     pub fn factorise(&mut self) -> bool {
         let level = Level::new();
         for front in &self.fronts.fronts {
@@ -135,12 +138,12 @@ impl<const N: usize> Frontal<N> {
         true
     }
 
-    /// Whether the matrix, symmetric and factorised as such, is positive definite.
+    /// Whether the matrix is positive definite, if it is symmetric and was factorised as symmetric.
     pub fn is_positive(&self) -> bool {
         self.symmetric && self.pivots.iter().all(Pivot::is_positive)
     }
 
-    /// Solves `K x = rhs` in place, one vector a node.
+    /// Solves `K x = rhs` in place, with one vector per node.
     pub fn solve(&mut self, rhs: &mut [SVector<f64, N>]) {
         let (x, _) = self.work.as_chunks_mut::<N>();
         for (x, &v) in x.iter_mut().zip(&self.fronts.node) {
@@ -168,7 +171,7 @@ impl<const N: usize> Frontal<N> {
     }
 }
 
-/// `x ← L⁻¹ x` for the columns of a front.
+/// `x ← L⁻¹ x` for the columns of one front.
 #[inline(always)]
 fn forward<S: Simd, const N: usize>(
     simd: S,
@@ -209,7 +212,7 @@ fn forward<S: Simd, const N: usize>(
     }
 }
 
-/// `x ← U⁻¹ x` for the columns of a front; with L of a symmetric matrix `x ← L⁻ᵀ Δ⁻¹ x`.
+/// `x ← U⁻¹ x` for the columns of one front; with L of a symmetric matrix `x ← L⁻ᵀ Δ⁻¹ x`.
 #[inline(always)]
 fn backward<S: Simd, const N: usize>(
     simd: S,
@@ -238,7 +241,7 @@ fn backward<S: Simd, const N: usize>(
         let panel = front.panel::<N>(k);
         let row = N * (k + 1) / ALIGN * ALIGN;
         let column = panel.begin + N * (k - panel.from) * panel.stride + row - N * panel.from;
-        // what lies between has zeros in the panel
+        // the panel has zeros in between
         for t in &mut t[row..N * (k + 1)] {
             *t = 0.0;
         }
@@ -254,14 +257,14 @@ fn backward<S: Simd, const N: usize>(
 }
 
 impl Half {
-    /// Adds to the panels of a front and to its empty update what its children pass on.
+    /// Adds the updates of a front's children to its panels and to its own, empty update.
     fn gather<const N: usize>(&mut self, fronts: &Fronts, front: &Front) {
         let [even, odd] = &mut self.stacks;
         let (own, other) = if front.odd { (odd, even) } else { (even, odd) };
         let own_stride = front.update_stride::<N>();
         let update = &mut own[front.update..][..N * front.below * own_stride];
         for (j, column) in update.chunks_exact_mut(own_stride.max(1)).enumerate() {
-            // from the block on the diagonal on
+            // from the diagonal block on
             column[j / N * N / ALIGN * ALIGN..].fill(0.0);
         }
         for &child in &fronts.children[front.children.0..front.children.1] {
@@ -294,7 +297,7 @@ impl Half {
     }
 }
 
-/// Factorises the columns of a front and updates what it passes on.
+/// Factorises the columns of a front and computes its update.
 fn eliminate<const N: usize>(
     level: Level,
     front: &Front,
@@ -334,7 +337,7 @@ fn eliminate<const N: usize>(
             if !pivot.set(&lower[N * k..], stride, symmetric) {
                 return false;
             }
-            // the block itself is no longer needed
+            // the diagonal block is no longer needed
             let rows = N * (k + 1) / ALIGN * ALIGN..stride;
             let (lower, upper) = (&mut lower[..N * stride], &mut upper[..N * stride]);
             if symmetric {
@@ -373,7 +376,7 @@ fn eliminate<const N: usize>(
     true
 }
 
-/// Adds to the block that begins here.
+/// Adds `m` to the block at the start of `values`.
 #[inline(always)]
 fn add<const N: usize>(values: &mut [f64], stride: usize, m: &SMatrix<f64, N, N>) {
     for j in 0..N {
@@ -384,7 +387,7 @@ fn add<const N: usize>(values: &mut [f64], stride: usize, m: &SMatrix<f64, N, N>
     }
 }
 
-/// Resizes to zeros; memory once held is used again.
+/// Resizes to zeros; reuses memory.
 fn zeros(values: &mut Vec<f64>, size: usize) {
     values.clear();
     values.resize(size, 0.0);

@@ -1,49 +1,50 @@
-//! Which nodes of a sparse matrix are eliminated together, and what each such front couples.
+//! Fronts of a sparse matrix: nodes that are eliminated together, and the nodes that they are
+//! coupled to.
 
 use super::ordering::Graph;
 use super::panel::ALIGN;
 
-/// Columns of a panel, in nodes: so many rows of a large front lie in the nearest cache.
+/// Columns of a panel, in nodes. This number of rows of a large front fits the innermost cache.
 pub const PANEL: usize = 8;
 
-/// Nodes that a front may always take on from another, whatever zeros that stores.
+/// Fronts of up to this number of nodes are always merged, however many zeros this stores.
 const SMALL: usize = 2;
-/// Share of stored zeros that a larger front may have.
+/// Largest share of stored zeros in a larger front.
 const ZEROS: f64 = 0.1;
 
 const NONE: u32 = u32::MAX;
 
-/// Nodes that are eliminated one after the other and couple the same rows below them.
+/// Nodes that are eliminated consecutively and are coupled to the same rows below them.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Front {
-    /// First of its columns, and how many there are.
+    /// Its first column, and the number of columns.
     pub first: usize,
     pub width: usize,
     /// Its rows below these are `rows\[start..start + below\]` of [`Fronts`].
     pub start: usize,
     pub below: usize,
-    /// Where its panels begin.
+    /// Start of its panels.
     pub values: usize,
-    /// Where what it passes on begins in the stack of its level: even or odd.
+    /// Start of its update in the stack of its level: even or odd.
     pub update: usize,
     pub odd: bool,
     /// Its children are `children\[from..to\]` of [`Fronts`].
     pub children: (usize, usize),
 }
 
-/// Some columns of a front, with the rows from the first of them on.
+/// Some columns of a front, with the rows from the first of these columns on.
 #[derive(Debug, Clone, Copy)]
 pub struct Panel {
-    /// First column in the front, and how many there are.
+    /// First column in the front, and the number of columns.
     pub from: usize,
     pub width: usize,
-    /// Where its numbers begin, and how many a column has.
+    /// Start of its numbers, and the stride of its columns.
     pub begin: usize,
     pub stride: usize,
 }
 
 impl Front {
-    /// Rows and columns together.
+    /// Number of rows and columns together.
     pub fn height(&self) -> usize {
         self.width + self.below
     }
@@ -54,7 +55,7 @@ impl Front {
         const { assert!((N * PANEL).is_multiple_of(ALIGN)) }
         let p = k / PANEL;
         let whole = stride::<N>(self.height());
-        // those before it: p trapezoids of PANEL columns
+        // size of the panels before it: p trapezoids of PANEL columns
         let before = p * whole - N * PANEL * (p * p.saturating_sub(1) / 2);
         Panel {
             from: p * PANEL,
@@ -64,18 +65,18 @@ impl Front {
         }
     }
 
-    /// Numbers of a column of the whole front, some to spare.
+    /// Stride of a column of the whole front, padded.
     #[inline(always)]
     pub fn stride<const N: usize>(&self) -> usize {
         stride::<N>(self.height())
     }
 
-    /// Stride of what the front passes on.
+    /// Stride of the front's update.
     pub fn update_stride<const N: usize>(&self) -> usize {
         stride::<N>(self.below)
     }
 
-    /// Where the block of a row and a column begins, and its stride.
+    /// Start of the block of a row and a column, and its stride.
     #[inline(always)]
     pub fn entry<const N: usize>(&self, row: usize, column: usize) -> (usize, usize) {
         let panel = self.panel::<N>(column);
@@ -84,12 +85,13 @@ impl Front {
     }
 }
 
-/// Numbers of a column of blocks, some to spare.
+/// Stride of a column of blocks, padded.
 fn stride<const N: usize>(rows: usize) -> usize {
     (N * rows).next_multiple_of(ALIGN)
 }
 
-/// The fronts of a matrix, children before parents, each right after its last child's family.
+/// The fronts of a matrix in postorder: children before parents, each parent right after its last
+/// child.
 #[derive(Debug, Clone, Default)]
 pub struct Fronts {
     /// Elimination position of each node, and the reverse.
@@ -100,25 +102,25 @@ pub struct Fronts {
     pub of: Vec<u32>,
     /// Positions of the rows below the columns of every front, ascending.
     pub rows: Vec<u32>,
-    /// Where each of these lies in the parent: its columns come first, its rows then.
+    /// Index of each of these rows in the parent, which counts its columns first, then its rows.
     pub local: Vec<u32>,
     pub children: Vec<u32>,
-    /// Numbers of all panels.
+    /// Total size of all panels.
     pub values: usize,
-    /// Most numbers that lie in the two stacks.
+    /// Largest size of the two stacks.
     pub stacks: [usize; 2],
     /// Largest [`Front::height`].
     pub tallest: usize,
 }
 
-/// Fronts before any are joined.
+/// Chains of columns, before they are merged to fronts.
 #[derive(Default)]
 struct Chains {
     first: Vec<u32>,
-    /// Rows of chain s, its own later columns among them: `rows\[start\[s\]..start[s + 1]\]`.
+    /// Rows of chain s, including its own later columns: `rows\[start\[s\]..start[s + 1]\]`.
     start: Vec<usize>,
     rows: Vec<u32>,
-    /// Of every chain.
+    /// Parent of each chain.
     parent: Vec<u32>,
 }
 
@@ -128,8 +130,9 @@ impl Fronts {
         &self.rows[front.start..front.start + front.below]
     }
 
-    /// Analyses a graph whose nodes are eliminated in the given order, or nearly, with blocks of
-    /// N × N; `None` if its factors would have more than `most` blocks below the diagonal.
+    /// Symbolic factorisation of a graph, with its nodes eliminated approximately in the given
+    /// order and blocks of N × N. `None` if the factors would have more than `most` blocks below
+    /// the diagonal.
     pub fn new<const N: usize>(graph: &Graph, order: &[usize], most: usize) -> Option<Fronts> {
         let n = order.len();
         let own = |v: usize| graph.of(v);
@@ -150,8 +153,8 @@ impl Fronts {
     }
 }
 
-/// Renumbers an elimination order so that every node comes right after the family of its last
-/// child in the elimination tree. Returns that order and the parents in it.
+/// Renumbers an elimination order to a postorder: every node comes right after the subtree of its
+/// last child in the elimination tree. Returns the order and the parents in it.
 ///
 /// # Source
 /// Liu, *The role of elimination trees in sparse factorization* (1990).
@@ -165,7 +168,7 @@ fn postorder<'a>(order: &[usize], own: impl Fn(usize) -> &'a [isize]) -> (Vec<us
     for (k, &v) in order.iter().enumerate() {
         for &u in own(v) {
             let mut i = position[u as usize] as usize;
-            // up the tree, and straight to its end the next time
+            // climb the tree; path compression shortens the next climb
             while i < k {
                 let above = std::mem::replace(&mut ancestor[i], k as u32);
                 if above == NONE {
@@ -210,7 +213,7 @@ fn postorder<'a>(order: &[usize], own: impl Fn(usize) -> &'a [isize]) -> (Vec<us
 }
 
 impl Chains {
-    /// Finds the columns that follow each other with the same rows.
+    /// Finds chains of consecutive columns with the same rows.
     fn find<I: Iterator<Item = u32>>(
         parent: &[u32],
         later: impl Fn(usize) -> I,
@@ -222,7 +225,7 @@ impl Chains {
         for &p in parent.iter().filter(|&&p| p != NONE) {
             children[p as usize] += 1;
         }
-        // chains that end below a column
+        // lists of the chains that end below a column
         let (mut head, mut next) = (vec![NONE; n], Vec::new());
         let mut seen = vec![NONE; n];
         let mut of = vec![0u32; n];
@@ -253,7 +256,7 @@ impl Chains {
                 let mut child = head[k];
                 while child != NONE {
                     let c = child as usize;
-                    // the last chain ends where this one begins
+                    // the last chain ends at the start of this one
                     for at in chains.start[c]..chains.start[c + 1] {
                         let i = chains.rows[at];
                         if i as usize > k && seen[i as usize] != chain {
@@ -282,11 +285,11 @@ impl Chains {
         Some(chains)
     }
 
-    /// Joins chains to fronts where that stores few zeros, and lays everything out.
+    /// Merges chains to fronts where this stores few zeros, and computes the layout.
     fn join(self, order: &[usize]) -> Fronts {
         let count = self.parent.len();
         let n = order.len();
-        // of every chain: its front, and of every front: columns, rows below, stored zeros
+        // for each chain its front, and for each front: columns, rows below, stored zeros
         let mut front: Vec<u32> = (0..count as u32).collect();
         let mut size: Vec<(usize, usize, usize)> = (0..count)
             .map(|s| {
@@ -299,7 +302,7 @@ impl Chains {
             if p == NONE {
                 continue;
             }
-            // parents come later: p is whole yet
+            // parents come later, so p is not merged yet
             let ((width, below, zeros), (w, b, z)) = (size[p as usize], size[s]);
             let zeros = zeros + z + w * (width + below - b);
             let width = width + w;
@@ -312,7 +315,7 @@ impl Chains {
         for s in (0..count).rev() {
             front[s] = front[front[s] as usize];
         }
-        // chains by front: fronts keep the order of their last chains, a postorder still
+        // sort chains by front: in the order of their last chains, still a postorder
         let mut begin = vec![0u32; count + 1];
         for &f in &front {
             begin[f as usize + 1] += 1;
@@ -366,7 +369,7 @@ impl Chains {
 }
 
 impl Fronts {
-    /// Finds children, and places for panels and for what is passed on.
+    /// Finds the children, and the positions of panels and updates.
     fn lay_out<const N: usize>(&mut self) {
         let count = self.fronts.len();
         self.local = vec![0; self.rows.len()];
@@ -419,7 +422,7 @@ impl Fronts {
             let last = front.panel::<N>(front.width - 1);
             self.values = last.begin + N * last.width * last.stride;
             self.tallest = self.tallest.max(front.height());
-            // its own goes on one stack, those of its children then leave the other
+            // a front's update goes on one stack, and those of its children then leave the other
             let own = usize::from(front.odd);
             front.update = top[own];
             top[own] += N * front.below * front.update_stride::<N>();

@@ -1,7 +1,7 @@
-//! Sparse linear algebra: the block LDU factorisation behind every direct solve.
+//! Sparse linear algebra: the block LDU factorisation of every direct solve.
 //!
-//! The pattern is ordered by minimum degree; small systems are factorised column by column, large ones
-//! in fronts of dense panels.
+//! The nodes are ordered by approximate minimum degree. Small systems are factorised by columns,
+//! large ones by fronts of dense panels.
 
 mod columns;
 mod fill;

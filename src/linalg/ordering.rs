@@ -1,4 +1,4 @@
-//! The order in which nodes of a sparse matrix are eliminated.
+//! The elimination order of the nodes of a sparse matrix.
 
 /// The neighbours of every node, ascending.
 pub struct Graph {
@@ -19,7 +19,7 @@ impl Graph {
         }
         let mut next = first.clone();
         let mut neighbour = vec![0; 2 * pairs.len()];
-        // sorted pairs: those that a node ends come before those that it begins
+        // sorted pairs: a node's smaller neighbours come before its larger ones
         for &(a, b) in pairs {
             for (v, other) in [(a, b), (b, a)] {
                 let place = &mut next[v as usize];
@@ -36,14 +36,14 @@ impl Graph {
     }
 }
 
-/// Approximate minimum degree ordering; the natural order should the ordering refuse the graph.
+/// Approximate minimum degree ordering; the natural order if the algorithm rejects the graph.
 ///
-/// With about how many products of blocks a symmetric factorisation then takes.
+/// Also returns the approximate number of block products of a symmetric factorisation.
 pub fn minimum_degree(graph: &Graph) -> (Vec<usize>, usize) {
     let (first, neighbour) = (&graph.first, &graph.neighbour);
     let n = first.len() - 1;
     if neighbour.len() == n * n.saturating_sub(1) {
-        // all are coupled: any order has the same fill
+        // all pairs are coupled: any order has the same fill
         return ((0..n).collect(), n.saturating_pow(3) / 6);
     }
     match amd::order(n as isize, first, neighbour, &amd::Control::default()) {

@@ -1,19 +1,20 @@
-//! Dense work on panels: matrices column after column, `stride` numbers from one to the next.
+//! Dense operations on panels: matrices by columns, with a given `stride` between columns.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f64x4};
 
-/// What a stride is a multiple of: with rows to spare no column needs a short last tile.
+/// Every stride is a multiple of this number: with padded rows no column needs a shorter last tile.
 pub const ALIGN: usize = 4;
 
-/// A panel that is read: its numbers and its stride.
+/// A read-only panel: its numbers and its stride.
 pub type View<'a> = (&'a [f64], usize);
 
-/// `C −= A Bᵀ` in the blocks on and below the diagonal of C; numbers above it are spoilt.
+/// `C −= A Bᵀ` in the blocks on and below the diagonal of C; numbers above the diagonal become
+/// invalid.
 ///
-/// `c` begins with the `columns` to be changed, each with all rows, and the diagonal begins in row
-/// `first`. The first row of A is that of C, B is the part of a panel like A that begins in row
-/// `first`, both with `depth` columns. N divides `columns`. Every number is the sum of its products
-/// in their order, whatever the machine.
+/// `c` begins with the `columns` to change, each with all rows; their diagonal begins in row
+/// `first`. The first row of A is that of C. B is the part of A's panel that begins in row `first`.
+/// Both have `depth` columns. N divides `columns`. Every number sums its products in the same order
+/// on every machine.
 pub fn subtract_product<const N: usize>(
     level: Level,
     (c, c_stride): (&mut [f64], usize),
@@ -57,7 +58,7 @@ fn subtract<S: Simd, const N: usize>(
     }
 }
 
-/// The tile of `R` vectors of rows from `i` on and of `N` columns.
+/// A tile of `R` vectors of rows from `i` on, and of `N` columns.
 #[inline(always)]
 fn tile<S: Simd, V: SimdFloat<S, Element = f64>, const R: usize, const N: usize>(
     simd: S,

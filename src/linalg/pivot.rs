@@ -1,21 +1,22 @@
-//! A block on the diagonal and what it does to the numbers beside it.
+//! A diagonal block, its factors and their effect on the blocks beside it.
 
-// elimination is written by its indices
+// indices show the elimination best
 #![allow(clippy::needless_range_loop)]
 
 use super::panel::ALIGN;
 use nalgebra::SMatrix;
 use std::ops::Range;
 
-/// Factors of a block on the diagonal.
+/// Factors of a diagonal block.
 ///
 /// ```text
 /// P D = L U, L unit lower, U upper; of a symmetric matrix D = L Δ Lᵀ, Δ diagonal, U = Δ Lᵀ   (1)
 /// ```
 ///
-/// Not its inverse: a stiff row adds 1e8 times a rank-one matrix, and what the inverse of such a
-/// block multiplies loses digits (gains of 1e6 left a backward error of 1e-12 in place of 1e-16).
-/// P swaps rows; a symmetric block, positive definite where gains are, needs no swaps.
+/// The inverse is not formed. A stiff row adds 1e8 times a rank-one matrix, and products with the
+/// inverse of such a block lose digits (gains of 1e6 gave a backward error of 1e-12 instead of
+/// 1e-16). P swaps rows. A symmetric block is positive definite if the gains are, and needs no
+/// swaps.
 ///
 /// # Source
 /// Higham, *Accuracy and Stability of Numerical Algorithms* (2002), ch. 9, 10 and 13.
@@ -23,9 +24,9 @@ use std::ops::Range;
 pub struct Pivot<const N: usize> {
     /// L below the diagonal, U above it, by columns.
     factors: [[f64; N]; N],
-    /// Of the diagonal of U.
+    /// Inverses of the diagonal of U.
     inverse: [f64; N],
-    /// Row of D that is row k of P D.
+    /// Row of D that becomes row k of P D.
     order: [usize; N],
 }
 
@@ -40,7 +41,7 @@ impl<const N: usize> Default for Pivot<N> {
 }
 
 impl<const N: usize> Pivot<N> {
-    /// Factorises the block that begins `values`. `false` if it is singular.
+    /// Factorises the block at the start of `values`. Returns `false` if it is singular.
     pub fn set(&mut self, values: &[f64], stride: usize, symmetric: bool) -> bool {
         let mut m = [[0.0; N]; N];
         for (j, column) in m.iter_mut().enumerate() {
@@ -82,7 +83,7 @@ impl<const N: usize> Pivot<N> {
         true
     }
 
-    /// Whether the block, factorised as symmetric, is positive definite.
+    /// Whether the block is positive definite, if it was factorised as symmetric.
     pub fn is_positive(&self) -> bool {
         self.inverse.iter().all(|x| *x > 0.0)
     }
@@ -213,8 +214,8 @@ mod tests {
     use super::*;
     use nalgebra::{Matrix3, Vector3};
 
-    /// An inverse by cofactors loses every digit of this one: found by a drum whose Newton steps
-    /// went astray.
+    /// An inverse by cofactors loses every digit of this block. Newton steps in a drum diverged
+    /// because of it.
     #[test]
     fn a_stiff_rank_one_block_keeps_its_digits() {
         let v = Vector3::new(0.6, -0.3, 0.7);
@@ -232,7 +233,7 @@ mod tests {
                 let x = Vector3::from(x);
                 // 1e8 cancels against 1 once: 1e8 ulp
                 assert!((x - exact * b).amax() < 1e-7);
-                // and yet the equations hold: a few ulp of what is summed
+                // the residual of the equations is still a few ulp of the summed terms
                 assert!((m * x - b).amax() < 1e-15 * m.amax() * x.amax());
             }
             assert!(!pivot.set(Matrix3::<f64>::zeros().as_slice(), 3, symmetric));

@@ -1,5 +1,4 @@
-//! Block sparse LDU factorisation, N × N blocks: over the graph of bodies (3), over that of
-//! contacts (2).
+//! Block sparse LDU factorisation with N × N blocks: N = 3 for bodies, N = 2 for contacts.
 
 use super::columns::Columns;
 use super::fill::{Place, TooMuchFill};
@@ -7,19 +6,19 @@ use super::frontal::Frontal;
 use super::ordering::{Graph, minimum_degree};
 use nalgebra::{SMatrix, SVector};
 
-/// Products of blocks of a symmetric factorisation from which on fronts are faster than columns:
-/// at 7 000 (a heap of 200) they are with symmetric values and not yet with others.
+/// Block products of a symmetric factorisation above which fronts are used. At 7 000 (a heap of
+/// 200) fronts are faster with symmetric values, but not yet with others.
 const MANY: usize = 10_000;
 
-/// A square matrix of N × N blocks with a symmetric pattern, and its factors in place.
+/// A square matrix of N × N blocks with a symmetric pattern, factorised in place.
 ///
 /// ```text
 /// K = L D U,   L unit lower, U unit upper, D block diagonal                  (1)
 /// ```
 ///
-/// The values need not be symmetric: sliding contacts make them so. The symbolic phase (an
-/// approximate minimum degree ordering and the fill) is kept until the set of coupled pairs
-/// changes. No pivots are sought beyond a block.
+/// The values need not be symmetric: those of sliding contacts are not. The symbolic factorisation
+/// (an approximate minimum degree ordering and the fill) is reused until the set of coupled pairs
+/// changes. Pivoting is only within a block.
 ///
 /// # Source
 /// Duff, Erisman & Reid, *Direct Methods for Sparse Matrices* (2017), ch. 10 to 12; the ordering
@@ -46,15 +45,15 @@ impl<const N: usize> Default for Factors<N> {
 impl<const N: usize> BlockLdu<N> {
     /// Prepares a matrix of `size` nodes coupled by `pairs` (each `a < b`, sorted, unique).
     ///
-    /// Returns whether the symbolic phase had to be done again.
+    /// Returns whether the symbolic factorisation was done anew.
     ///
     /// # Errors
-    /// [`TooMuchFill`]; there is no matrix then.
+    /// [`TooMuchFill`]; the matrix is then empty.
     pub fn prepare(&mut self, size: usize, pairs: &[(u32, u32)]) -> Result<bool, TooMuchFill> {
         self.prepare_for(size, pairs, MANY)
     }
 
-    /// The same with fronts from so many products on.
+    /// Like `prepare`, with fronts from this number of block products on.
     fn prepare_for(
         &mut self,
         size: usize,
@@ -96,7 +95,7 @@ impl<const N: usize> BlockLdu<N> {
         done
     }
 
-    /// Sets every entry to zero. Of a `symmetric` matrix only one of both factors may be made.
+    /// Sets every entry to zero. For a `symmetric` matrix only one factor may be computed.
     pub fn clear(&mut self, symmetric: bool) {
         match &mut self.factors {
             Factors::Columns(columns) => columns.clear(symmetric),
@@ -113,7 +112,7 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// Where `K_ab` lies, for two different nodes of a declared pair.
+    /// Position of `K_ab`, for two different nodes of a declared pair.
     pub fn place(&self, a: usize, b: usize) -> Place {
         match &self.factors {
             Factors::Columns(columns) => columns.place(a, b),
@@ -121,7 +120,7 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// `K_ab += m` for the place of (a, b).
+    /// `K_ab += m` at the position of (a, b).
     #[inline(always)]
     pub fn add(&mut self, place: Place, m: &SMatrix<f64, N, N>) {
         match &mut self.factors {
@@ -130,7 +129,7 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// `K_ab += ab`, `K_ba += ba` for the place of (a, b).
+    /// `K_ab += ab`, `K_ba += ba` at the position of (a, b).
     #[inline(always)]
     pub fn add_coupling(&mut self, place: Place, ab: &SMatrix<f64, N, N>, ba: &SMatrix<f64, N, N>) {
         let mirror = Place {
@@ -149,7 +148,7 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// Factorises in place. `false` if a pivot block is singular.
+    /// Factorises in place. Returns `false` if a pivot block is singular.
     pub fn factorise(&mut self) -> bool {
         match &mut self.factors {
             Factors::Columns(columns) => columns.factorise(),
@@ -157,8 +156,8 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// Whether the matrix, cleared as symmetric and factorised, is positive definite: all its
-    /// pivots are.
+    /// Whether the matrix is positive definite, that is if all its pivots are. It must have been
+    /// cleared as symmetric and factorised.
     #[allow(dead_code)] // asked by readers of stored problems only
     pub fn is_positive(&self) -> bool {
         match &self.factors {
@@ -167,7 +166,7 @@ impl<const N: usize> BlockLdu<N> {
         }
     }
 
-    /// Solves `K x = rhs` in place, one vector a node.
+    /// Solves `K x = rhs` in place, with one vector per node.
     pub fn solve(&mut self, rhs: &mut [SVector<f64, N>]) {
         match &mut self.factors {
             Factors::Columns(columns) => columns.solve(rhs),
@@ -195,11 +194,11 @@ mod tests {
         }
     }
 
-    /// A refusal leaves nothing behind, and another matrix may follow.
+    /// A rejected matrix leaves no data behind; another one can follow.
     #[test]
     fn factors_that_are_too_many_are_refused() {
         let mut random = numbers();
-        // six couplings a node, to any other: half of all pairs are filled
+        // six couplings per node to random nodes: half of all pairs are filled
         let nodes = 24_000;
         let mut node = || ((random() + 0.5) * f64::from(nodes)) as u32;
         let mut pairs: Vec<(u32, u32)> = (0..3 * nodes)
@@ -220,7 +219,7 @@ mod tests {
         assert!(sparse.factorise());
     }
 
-    /// The identity is, and no longer is with one coupling above its weight.
+    /// The identity is positive definite. With one coupling larger than its diagonal it is not.
     #[test]
     fn a_negative_pivot_is_seen() {
         for many in [usize::MAX, 0] {
@@ -239,7 +238,7 @@ mod tests {
         }
     }
 
-    /// A random matrix over a graph, sparse and dense, symmetric if asked to be.
+    /// A random matrix over a graph, sparse and dense, symmetric if requested.
     fn random(
         sparse: &mut BlockLdu<3>,
         (size, pairs): (usize, &[(u32, u32)]),
@@ -276,8 +275,8 @@ mod tests {
         dense
     }
 
-    /// Graphs of all shapes: one node, none coupled, all coupled, a chain, a star from either end,
-    /// a grid, two parts, and random ones.
+    /// Graphs of all shapes: one node, no couplings, all couplings, a chain, a star from either
+    /// end, a grid, two components, and random ones.
     fn graphs() -> Vec<(usize, Vec<(u32, u32)>)> {
         let mut random = numbers();
         let full = |n: u32| (0..n).flat_map(move |a| (a + 1..n).map(move |b| (a, b)));
@@ -304,7 +303,8 @@ mod tests {
         graphs
     }
 
-    /// Against nalgebra's dense LU, by columns and by fronts, symmetric values and others.
+    /// Compares with nalgebra's dense LU, by columns and by fronts, with symmetric values and
+    /// others.
     #[test]
     fn agrees_with_a_dense_factorisation() {
         let mut next = numbers();
@@ -318,7 +318,7 @@ mod tests {
                     "symbolic phase is kept"
                 );
                 assert_eq!(matches!(sparse.factors, Factors::Fronts(_)), many == 0);
-                // the second time over what the first has left
+                // the second time with the buffers of the first
                 for _ in 0..2 {
                     let dense = random(&mut sparse, (size, &pairs), symmetric, &mut next);
                     let rhs = DVector::from_fn(3 * size, |_, _| next());
@@ -337,7 +337,7 @@ mod tests {
         }
     }
 
-    /// Without its own weight a node is a zero pivot block, first or last in the order.
+    /// A node without a diagonal entry is a zero pivot block, first or last in the order.
     #[test]
     fn a_singular_pivot_is_reported() {
         for (many, symmetric) in [(usize::MAX, false), (0, false), (0, true)] {

@@ -3,28 +3,28 @@ use crate::contact::{ContactProblem, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
 ///
-/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From nothing it costs
-///    up to twice what `direct` does, a microsecond or two; but it says which of several solutions it
-///    takes, and from the statuses of the last step it is one linear system.
-/// 2. Larger, or not solved by it: [`Direct`], whose own stages go by how far the last step's
-///    impulses still fit: a certificate of them costs next to nothing at rest. From five blocks on
-///    no other method is cheaper (`moreau2d bench --solvers`).
+/// 1. Up to four frictional contacts, in up to eight blocks: [`Enumeration`]. From a cold start it
+///    costs up to twice as much as `direct`, a microsecond or two, but its choice among several
+///    solutions is documented. With the statuses of the last step it solves one linear system.
+/// 2. Larger problems, and those that enumeration did not solve: [`Direct`]. Its stages depend on
+///    how well the impulses of the last step still fit; at rest it only certifies them, which costs
+///    almost nothing. From five blocks on no other method is cheaper (`moreau2d bench --solvers`).
+/// 3. Still unsolved, and up to [`Auto::lemke_limit`] blocks: [`Lemke`], in up to some 0.3 s. It solves
+///    problems that nothing else does: without it 6 in place of 2 of the 600 steps of the scene
+///    `card-house` are unsolved.
 ///
-/// 3. Not solved and up to [`Auto::lemke_limit`] blocks: [`Lemke`], in up to some 0.3 s. It solves what
-///    nothing else does: without it 6 steps in place of 2 of the scene `card-house` are unsolved.
-///
-/// The best impulses met are returned, flagged when nothing certified them.
+/// Returns the best impulses found. The status says `Unsolved` where the judge certified none.
 #[derive(Debug, Clone)]
 pub struct Auto {
     /// Largest island, in blocks, that is handed to Lemke's dense tableau.
     pub lemke_limit: usize,
     enumeration: Enumeration,
     direct: Direct,
-    /// Whether the impulses returned are those of `direct`.
+    /// Whether `direct` computed the impulses returned last.
     direct_last: bool,
 }
 
-/// Blocks up to which enumeration comes first: its systems are dense, and pins add no combination.
+/// Most blocks for enumeration. Its systems are dense, and pins add no combinations to the count.
 const ENUMERATED: usize = 8;
 
 impl Default for Auto {
@@ -57,9 +57,9 @@ impl ImpulseSolver for Auto {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        self.run(problem, impulses, tolerance, Some(carried))
+        self.run(problem, impulses, tolerance, Some(cache))
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
@@ -73,7 +73,7 @@ impl Auto {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: Option<&mut FactorCache>,
+        cache: Option<&mut FactorCache>,
     ) -> SolveReport {
         self.direct_last = false;
         let few = problem.len() <= ENUMERATED
@@ -86,7 +86,7 @@ impl Auto {
             let again = self.direct.solve(problem, impulses, tolerance);
             again.after(&report)
         } else {
-            self.direct.run(problem, impulses, tolerance, carried)
+            self.direct.run(problem, impulses, tolerance, cache)
         };
         self.direct_last = !few && report.solved();
         if !report.solved() && problem.len() <= self.lemke_limit {

@@ -1,7 +1,7 @@
 use super::SolveStatus;
 use crate::contact::{Residual, Vec2};
 
-/// The best impulses met in a solve, with the judge's word on them.
+/// The best impulses found in a solve, with their residual.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Best {
     pub impulses: Vec<Vec2>,
@@ -10,7 +10,7 @@ pub(super) struct Best {
 }
 
 impl Best {
-    /// Starts anew from `impulses`.
+    /// Starts a new search from `impulses`.
     pub fn start(&mut self, impulses: &[Vec2], residual: Residual, tolerance: f64) {
         self.impulses.clear();
         self.impulses.extend_from_slice(impulses);
@@ -18,7 +18,8 @@ impl Best {
         self.tolerance = tolerance;
     }
 
-    /// Keeps `impulses` if they are better; whether it does. NaN never is.
+    /// Stores `impulses` if their residual is smaller; a NaN residual never is. Returns whether it
+    /// stored them.
     pub fn offer(&mut self, impulses: &[Vec2], residual: Residual) -> bool {
         let merit = self.residual.merit();
         let better = residual.merit() < merit || (merit.is_nan() && !residual.merit().is_nan());
@@ -29,12 +30,12 @@ impl Best {
         better
     }
 
-    /// Goes on with another tolerance.
-    pub fn ask(&mut self, tolerance: f64) {
+    /// Changes the tolerance.
+    pub fn set_tolerance(&mut self, tolerance: f64) {
         self.tolerance = tolerance;
     }
 
-    /// Whether the judge certified them.
+    /// Whether the residual is certified at the tolerance.
     pub fn solved(&self) -> bool {
         self.residual.certified(self.tolerance)
     }

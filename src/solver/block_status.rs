@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Status {
     /// No impulse.
     Open,
-    /// All rows hold: a sticking or frictionless contact, a pin, a bounded row within its bounds.
+    /// All rows are active: a sticking or frictionless contact, a pin, a bounded row within its
+    /// bounds.
     Closed,
     /// Sliding, `P_T = μ P_N` and `P_T = −μ P_N`.
     SlipPlus,

@@ -5,18 +5,19 @@ use super::status_newton::StatusNewton;
 use crate::contact::examples::Lcg;
 use crate::contact::{ContactProblem, Judge, Law, Vec2};
 
-/// Follows a solution from an easy problem to the one that is asked.
+/// Follows a path of solutions from an easy problem to the given one.
 ///
-/// `s` falls from 1 to nothing, each solution starting the next, in steps as long as Newton's method
-/// or the interior point can follow:
+/// `s` falls from 1 to 0. Each solution is the start for the next one. Steps are as long as
+/// Newton's method or the interior point can follow:
 ///
 /// ```text
-/// compliance  ξ_N = (G P + b)_N + (R + s G_NN) P_N   soft contacts hardly feel each other   (1)
+/// compliance  ξ_N = (G P + b)_N + (R + s G_NN) P_N   soft contacts are almost decoupled     (1)
 /// friction    μ → (1 − s) μ                          without friction the problem is convex (2)
 /// ```
 ///
-/// Where statuses must change one after the other, which no start from afar gets right at once,
-/// this finds them in their order. Where one path ends, at a fold, another may lead round it.
+/// Some problems need statuses to change one after the other; no distant start gets them all right
+/// at once. Continuation changes them in order. Where one path ends at a fold, another path may
+/// lead around it.
 ///
 /// # Source
 /// Allgower & Georg, *Introduction to Numerical Continuation Methods* (2003), for the step control.
@@ -26,37 +27,37 @@ pub(super) struct Continuation {
     here: Vec<Vec2>,
 }
 
-/// What makes the problem easy.
+/// How the easy problem differs from the given one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Path {
     Compliance,
     Friction,
-    /// As the first, but `s G_NN` times a factor of a tenth to ten, another one for every contact.
+    /// Like `Compliance`, but with `s G_NN` times a random factor from 0.1 to 10 for each contact.
     UnevenCompliance,
 }
 
 impl Path {
-    /// In the order in which they are tried.
+    /// The order in which the solver tries the paths.
     pub const ALL: [Path; 3] = [Path::Compliance, Path::Friction, Path::UnevenCompliance];
 }
 
-/// First step of `s`, as a factor, and the longest.
+/// The first step multiplies `s` by `FIRST`; the longest step multiplies it by `LONGEST`.
 const FIRST: f64 = 0.1;
 const LONGEST: f64 = 0.01;
-/// A step shorter than this leads nowhere.
+/// The run ends where even a step by this factor fails.
 const SHORTEST: f64 = 0.9;
-/// Below it `s` is round-off.
+/// Below this value `s` is round-off.
 const END: f64 = 1e-13;
-/// Factorisations of a run.
+/// Most factorisations of a run.
 const BUDGET: usize = 300;
-/// Newton steps at a point of the path, and at the problem that is asked.
+/// Newton steps at a point of the path, and for the given problem.
 const STEPS: usize = 10;
 /// Merit at which a point of the path is solved.
 const ON_PATH: f64 = 1e-7;
-/// The problem that is asked is tried from points of the path below this merit.
+/// From a point of the path below this merit, Newton's method tries the given problem.
 const POLISH_BELOW: f64 = 1e-2;
 
-/// What solves the points of a path.
+/// The solvers of the points of a path.
 pub(super) struct Tools<'a> {
     pub judge: &'a mut Judge,
     pub response: &'a mut Response,
@@ -65,8 +66,8 @@ pub(super) struct Tools<'a> {
 }
 
 impl Continuation {
-    /// One run from no impulses at all; iterates are offered to `best`, judged by `problem` itself.
-    /// Returns the number of factorisations.
+    /// Runs once from zero impulses. Offers every iterate to `best`, with its residual in
+    /// `problem`. Returns the number of factorisations.
     pub fn run(
         &mut self,
         problem: &ContactProblem,
@@ -114,7 +115,7 @@ impl Continuation {
         work
     }
 
-    /// Solves `easy` from the point before it.
+    /// Solves `easy` from the solution of the point before.
     fn point(&mut self, easy: &ContactProblem, tools: &mut Tools, work: &mut usize) -> bool {
         let Tools {
             judge,
@@ -136,11 +137,11 @@ impl Continuation {
     }
 }
 
-/// Makes `easy` the problem at `s` of the path.
+/// Sets `easy` to the problem at `s` of the path.
 fn ease(easy: &mut ContactProblem, problem: &ContactProblem, path: Path, judge: &Judge, s: f64) {
     let mut random = Lcg(1);
     let own = problem.laws.iter().zip(judge.diagonal());
-    for (law, (asked, block)) in easy.laws.iter_mut().zip(own) {
+    for (law, (given, block)) in easy.laws.iter_mut().zip(own) {
         let (
             Law::Contact {
                 friction,
@@ -150,7 +151,7 @@ fn ease(easy: &mut ContactProblem, problem: &ContactProblem, path: Path, judge: 
                 friction: mu,
                 compliance: r,
             },
-        ) = (law, *asked)
+        ) = (law, *given)
         else {
             continue;
         };
@@ -159,7 +160,7 @@ fn ease(easy: &mut ContactProblem, problem: &ContactProblem, path: Path, judge: 
             Path::UnevenCompliance => {
                 *compliance = r + s * 100f64.powf(random.next() - 0.5) * block[(0, 0)];
             }
-            // a block without friction has one row: it keeps both
+            // a contact without friction has only one row: both rows stay
             Path::Friction if mu > 0.0 => *friction = (mu * (1.0 - s)).max(1e-9 * mu),
             Path::Friction => {}
         }

@@ -9,39 +9,45 @@ use crate::contact::{ContactProblem, Judge, Law, Vec2};
 
 /// Newton and interior point for hard islands: towers, mass ratios, sliding heaps, impacts.
 ///
-/// Each stage runs only if the ones before it did not solve the problem:
+/// Each stage runs only if no earlier stage solved the problem:
 ///
-/// 1. Certify the impulses given; failing that, up to four chord steps with the factors of the
-///    island's last Newton step, where nine in ten of its statuses are still the same ([`FactorCache`]).
-///    Of more than 500 blocks, impulses that were just solved for are solved for once more, to a
-///    tenth of the tolerance, though they are certified: what is left of them would be the next
-///    steps' disturbance, and a pile that comes to rest wholly needs no solve in most steps. (Of few
-///    blocks a solve costs little, and a tower that rests for long leans by more in the end.)
-/// 2. Up to four status-Newton steps from them, unless all are zero, or so many statuses have
-///    changed since (the residual times the number of blocks says it) that these hardly ever help.
-/// 3. Twenty Gauss-Seidel sweeps from them, up to eight Newton steps, and the interior point from
-///    near them, with Newton as polish; then eighty sweeps more and the same.
-/// 4. The interior point with all contacts alike.
-/// 5. If impulses were given, 3 from none.
+/// 1. Certify the start impulses. If this fails, take up to four chord steps with the factors of
+///    the island's last Newton step, as long as nine in ten statuses are unchanged
+///    ([`FactorCache`]). Above 500 blocks, impulses that the last step had to compute get chord
+///    steps down to a tenth of the tolerance, even if certified. Otherwise their error disturbs the
+///    next steps; with it a pile that comes to rest needs no solve in most steps. (With few blocks
+///    a solve costs little, and a tower at rest for a long time leans more in the end.)
+/// 2. Up to four status-Newton steps from the start impulses. The stage is left out if they are all
+///    zero, or if the residual times the number of blocks is large: then so many statuses have
+///    changed that Newton hardly ever converges.
+/// 3. Twenty Gauss-Seidel sweeps, up to eight Newton steps, and the interior point from near the
+///    swept impulses, with Newton as polish. Then eighty more sweeps and the same again.
+/// 4. The interior point with the same start for all contacts.
+/// 5. If the start impulses were not zero: stage 3 from zero.
 /// 6. Continuation from an easy problem: from soft contacts, from no friction, from unevenly soft
 ///    contacts.
-/// 7. From the best impulses met, 100, 300, 600 and 900 sweeps, each with up to eight Newton steps.
+/// 7. From the best impulses found, 100, 300, 600 and 900 sweeps, each with up to eight Newton
+///    steps.
 ///
-/// Of more than 500 blocks, impulses given that leave more velocity unsolved than none at all are
-/// dropped after 1: in a jammed heap they would grow from step to step. Where all contacts of so many
-/// are compliant, 4 comes before 3: it hardly ever fails there. Besides, 6 is left out, and where
-/// impulses were given the second interior point of 3 and all of 4 and 5: in heaps of 700 to 1700
-/// contacts 6 and the second ones solved 5 of 344 problems, at two thirds of all the work; in jammed
-/// heaps of 9000 the interior point ends where it did at first, whatever it starts from, and the rest
-/// gets as near in a quarter of the time. A large pyramid that is met for the first time is solved by
-/// the second interior point of 3, with loads shared out so that the next steps have less to do than
-/// after 4.
+/// Above 500 blocks:
 ///
-/// The best impulses met are returned. Where velocities are not unique, this order and these
-/// starts choose the branch, and the choice repeats bit for bit.
+/// - Start impulses that leave a larger velocity residual than zero impulses are dropped after
+///   stage 1. In a jammed heap they would grow from step to step.
+/// - If all contacts are compliant, stage 4 also runs before stage 3, because it hardly ever fails
+///   there.
+/// - Stage 6 is left out. With a warm start the second interior point of stage 3 and all of stages
+///   4 and 5 are left out too. In heaps of 700 to 1700 contacts stage 6 and the second interior
+///   points solved 5 of 344 problems and took two thirds of the work. In jammed heaps of 9000
+///   contacts the interior point ends at the same residual from every start, and the remaining
+///   stages reach it in a quarter of the time.
+/// - With a cold start the second interior point of stage 3 stays. It solves large pyramids, and
+///   its load distribution leaves less work for the next steps than that of stage 4.
 ///
-/// Newton's systems are factorised in velocity space, `K = M + Jᵀ A J`, sparse and linear in a
-/// chain; from an explicit operator as `I + G A`, sparse over the contacts that share a body.
+/// Returns the best impulses found. Where velocities are not unique, the order of the stages and
+/// their starts choose the solution, and the choice repeats bit for bit.
+///
+/// Newton's systems are factorised in velocity space, `K = M + Jᵀ A J`, which is sparse and linear
+/// in a chain. An explicit operator gives `I + G A`, sparse over the contacts that share a body.
 ///
 /// # Source
 /// Alart & Curnier (1991) for the status Newton; Stewart & Trinkle (1996) for the form of friction
@@ -55,23 +61,23 @@ pub struct Direct {
     interior: InteriorPoint,
     continuation: Continuation,
     best: Best,
-    /// Whether the judge's last word is of the impulses returned.
+    /// Whether the judge last evaluated the impulses that were returned.
     judged_last: bool,
 }
 
-/// Share of the tolerance at which what was moved comes to rest: see 1 of [`Direct`].
+/// Share of the tolerance for impulses that had to be computed: see stage 1 of [`Direct`].
 const REST: f64 = 0.1;
 const WARM_STEPS: usize = 4;
-/// Residual times blocks above which Newton's method from the last step's impulses is left out: in
-/// drums of 400 contacts it then solves one problem in fifty.
+/// Residual times number of blocks above which stage 2 is left out. In drums of 400 contacts stage
+/// 2 then solves one problem in fifty.
 const FAR: f64 = 20.0;
-/// Blocks above which what hardly ever helps is left out.
+/// Problems with more blocks leave out the stages that hardly ever help them.
 const LARGE: usize = 500;
 const SWEEPS_FIRST: [usize; 2] = [20, 80];
 const SWEEPS_LAST: [usize; 4] = [100, 300, 600, 900];
 const NEWTON_STEPS: usize = 8;
 
-/// Whether all contacts give way: whatever is asked of them there is a solution then.
+/// Whether all contacts are compliant. Such a problem always has a solution.
 fn compliant(problem: &ContactProblem) -> bool {
     problem.laws.iter().all(|law| match law {
         Law::Contact { compliance, .. } => *compliance > 0.0,
@@ -98,9 +104,9 @@ impl ImpulseSolver for Direct {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        self.run(problem, impulses, tolerance, Some(carried))
+        self.run(problem, impulses, tolerance, Some(cache))
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
@@ -109,13 +115,13 @@ impl ImpulseSolver for Direct {
 }
 
 impl Direct {
-    /// Both of the trait's solves.
+    /// Both solves of the trait.
     pub(super) fn run(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        mut carried: Option<&mut FactorCache>,
+        mut cache: Option<&mut FactorCache>,
     ) -> SolveReport {
         drop_unless_finite(impulses);
         self.newton.begin();
@@ -124,7 +130,7 @@ impl Direct {
         let solved = report.solved();
         self.judged_last = solved;
         let large = problem.len() > LARGE;
-        let factors = (carried.as_mut()).filter(|c| !solved || large && c.settles());
+        let factors = (cache.as_mut()).filter(|c| !solved || large && c.needed_solve());
         let newton = factors.and_then(|c| c.of(problem));
         if solved && newton.is_none() {
             return report;
@@ -132,13 +138,13 @@ impl Direct {
         let enough = if solved { REST * tolerance } else { tolerance };
         self.best.start(impulses, residual, enough);
         if let Some(newton) = newton {
-            newton.settles = !solved;
+            newton.needed_solve = !solved;
             if self.best.solved() {
                 return report;
             }
             let (judge, best) = (&mut self.judge, &mut self.best);
             self.judged_last = self.newton.chord(problem, judge, impulses, newton, best);
-            self.best.ask(tolerance);
+            self.best.set_tolerance(tolerance);
             if self.best.solved() {
                 return self.found(impulses, report);
             }
@@ -165,40 +171,29 @@ impl Direct {
             self.interior_point(problem, None, &mut report);
         }
         self.approach(problem, impulses, warm, tolerance, &mut report);
-        let jammed = warm && problem.len() > LARGE;
-        if !jammed {
+        let large_warm = warm && large;
+        if !large_warm {
             self.interior_point(problem, None, &mut report);
         }
-        if warm && !jammed && !self.best.solved() {
-            // impulses of the last step can lead astray
+        if warm && !large_warm && !self.best.solved() {
+            // the impulses of the last step can be a bad start
             impulses.fill(Vec2::zeros());
             self.approach(problem, impulses, warm, tolerance, &mut report);
         }
-        for path in Path::ALL {
-            if !self.best.solved() && problem.len() <= LARGE {
-                let tools = &mut Tools {
-                    judge: &mut self.judge,
-                    response: &mut self.response,
-                    newton: &mut self.newton,
-                    interior: &mut self.interior,
-                };
-                let best = &mut self.best;
-                report.factorisations += self.continuation.run(problem, path, tools, best);
-            }
-        }
+        self.follow_paths(problem, &mut report);
         if !self.best.solved() {
             impulses.copy_from_slice(&self.best.impulses);
         }
         for sweeps in SWEEPS_LAST {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
-        if let Some(carried) = carried {
-            self.newton.hand_over(&mut self.response, carried);
+        if let Some(cache) = cache {
+            self.newton.store_factors(&mut self.response, cache);
         }
         self.found(impulses, report)
     }
 
-    /// The best impulses met, with what was done.
+    /// Writes the best impulses found and completes the report.
     fn found(&self, impulses: &mut [Vec2], mut report: SolveReport) -> SolveReport {
         impulses.copy_from_slice(&self.best.impulses);
         report.status = self.best.status();
@@ -206,7 +201,7 @@ impl Direct {
         report
     }
 
-    /// Stage 3.
+    /// Stage 3, see [`Direct`].
     fn approach(
         &mut self,
         problem: &ContactProblem,
@@ -223,7 +218,25 @@ impl Direct {
         }
     }
 
-    /// Sweeps from `impulses`, then Newton from where they ended; nothing once solved.
+    /// Stage 6, see [`Direct`].
+    fn follow_paths(&mut self, problem: &ContactProblem, report: &mut SolveReport) {
+        for path in Path::ALL {
+            if self.best.solved() || problem.len() > LARGE {
+                return;
+            }
+            let tools = &mut Tools {
+                judge: &mut self.judge,
+                response: &mut self.response,
+                newton: &mut self.newton,
+                interior: &mut self.interior,
+            };
+            let best = &mut self.best;
+            report.factorisations += self.continuation.run(problem, path, tools, best);
+        }
+    }
+
+    /// Sweeps from `impulses`, then runs Newton from the result. Does nothing once the problem is
+    /// solved.
     fn sweep_and_polish(
         &mut self,
         problem: &ContactProblem,

@@ -1,4 +1,4 @@
-//! [`Direct`] on the problems it is for, judged by the natural map alone.
+//! [`Direct`] on the problems it is made for, judged by the natural map alone.
 
 use super::{Direct, FactorCache, ImpulseSolver, solve_cold};
 use crate::contact::examples::{Lcg, heap, pyramid, tower};
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 const TOLERANCE: f64 = 1e-8;
 
-/// `M⁻¹ Jᵀ P`, what the impulses do to the bodies.
+/// `M⁻¹ Jᵀ P`: the velocity change of the bodies.
 fn velocity_change(problem: &ContactProblem, impulses: &[Vec2]) -> Vec<Vec3> {
     let Delassus::Bodies(op) = &problem.operator else {
         panic!("from bodies")
@@ -21,8 +21,9 @@ fn velocity_change(problem: &ContactProblem, impulses: &[Vec2]) -> Vec<Vec3> {
     velocities
 }
 
-/// Solves cold, then warm with loads one part in a thousand heavier; work is bounded by
-/// (sweeps, factorisations) for the two. The bounds are what was measured, rounded up by half.
+/// Solves from a cold start, then from a warm start with loads increased by one part in a thousand.
+/// Bounds the work of both, as (sweeps, factorisations). The bounds are measured values, rounded up
+/// by half.
 fn cold_and_warm(problem: &ContactProblem, cold: (usize, usize), warm: (usize, usize)) {
     let (mut impulses, report) = solve_cold::<Direct>(problem, TOLERANCE);
     assert!(report.solved(), "cold: {report:?}");
@@ -57,9 +58,9 @@ fn pyramid_of_base_ten() {
     cold_and_warm(&pyramid(10, 0.5).problem(), (20, 10), (0, 3));
 }
 
-/// Sliding heaps, each disc with a random velocity: every one has a solution (`b` is the motion of
-/// bodies). Of 600 heaps of 48 and 80 discs with μ from 0 to 0.9, 563 are certified; of these 18 of 48
-/// discs 16. What is left is small.
+/// Sliding heaps, each disc with a random velocity. Every heap has a solution (`b` is a motion of
+/// the bodies). Of 600 heaps of 48 and 80 discs with μ from 0 to 0.9, 563 are certified; of the 18
+/// heaps here with 48 discs, 16. The residuals of the others are small.
 #[test]
 fn heaps_that_slide_and_are_hit() {
     let mut certified = 0;
@@ -68,7 +69,7 @@ fn heaps_that_slide_and_are_hit() {
             let problem = heap(8, 6, friction, 1.0, seed).problem();
             let (_, report) = solve_cold::<Direct>(&problem, TOLERANCE);
             certified += usize::from(report.solved());
-            // the worst of the 600 is left at 3e-3
+            // the largest residual of the 600 heaps is 3e-3
             assert!(report.residual.merit() < 1e-2, "{friction}: {report:?}");
             assert!(report.factorisations <= 1500, "{friction}: {report:?}");
         }
@@ -78,7 +79,7 @@ fn heaps_that_slide_and_are_hit() {
 
 #[test]
 fn a_blow_on_one_box() {
-    // a blow of 1000 times the other velocities on one box of a tower and of a pyramid
+    // an impact of 1000 times the other velocities on one box of a tower and of a pyramid
     for mut bodies in [tower(10, 0.3, |_| 1.0), pyramid(6, 0.3)] {
         bodies.velocities[3] += Vec3::new(100.0, -50.0, 80.0);
         let (_, report) = solve_cold::<Direct>(&bodies.problem(), TOLERANCE);
@@ -129,7 +130,7 @@ fn pins_bounds_and_compliance_in_one_heap() {
     };
     let (same, report) = solve_cold::<Direct>(&dense, TOLERANCE);
     assert!(report.solved(), "{report:?}");
-    // both certified at 1e-8; shares of redundant rows may differ, velocities less
+    // both certified at 1e-8; impulses of redundant rows may differ, velocities hardly
     let (a, b) = (
         velocity_change(&problem, &impulses),
         velocity_change(&problem, &same),
@@ -151,7 +152,7 @@ fn the_same_problem_twice_gives_the_same_bits() {
     assert_eq!(run(), run());
 }
 
-/// A start that is NaN is dropped, and a tolerance that nothing can meet gives finite impulses.
+/// A NaN start is dropped. A tolerance that no solver can reach gives finite impulses.
 #[test]
 fn nan_never_leaves() {
     let problem = heap(4, 3, 0.3, 1.0, 2).problem();
@@ -200,15 +201,15 @@ proptest! {
     }
 }
 
-/// Bug: factors of a problem solved before, by the same object, were carried as if they were those of
-/// one that needed none, so that it mattered which thread had solved what.
+/// Bug: the solver stored the factors of an earlier problem for an island that had needed none. The
+/// result then depended on which thread had solved which problem.
 #[test]
 fn factors_of_another_problem_are_not_carried() {
     let mut solver = Direct::default();
     let other = pyramid(5, 0.5).problem();
     let report = solver.solve(&other, &mut vec![Vec2::zeros(); other.len()], TOLERANCE);
     assert!(report.solved() && report.factorisations > 0);
-    // each on its own: one sweep solves them
+    // independent balls: one sweep solves them
     let balls = 40;
     let rows = (0..balls).map(|k| Rows {
         bodies: [NO_BODY, k],
@@ -231,24 +232,25 @@ fn factors_of_another_problem_are_not_carried() {
             balls as usize
         ],
     };
-    let mut carried = FactorCache::default();
+    let mut cache = FactorCache::default();
     let mut impulses = vec![Vec2::zeros(); problem.len()];
-    let report = solver.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+    let report = solver.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
     assert!(report.solved());
     assert_eq!(report.factorisations, 0);
-    assert!(carried.is_empty());
+    assert!(cache.is_empty());
 }
 
-/// By the impulses given, by a chord step, and with Newton's: what is handed out is `G P + b`.
+/// The velocities returned are `G P + b` for certified start impulses, after a chord step, and
+/// after Newton steps.
 #[test]
 fn velocities_handed_out_are_those_of_the_impulses_returned() {
     let mut problem = pyramid(12, 0.5).problem();
-    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
+    let (mut direct, mut cache) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut handed = 0;
     for weight in [1.0, 1.0, 1.001, 1.001, 0.5, 1.1] {
         problem.free.iter_mut().for_each(|b| *b *= weight);
-        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
         assert!(report.solved(), "{report:?}");
         let Some(found) = direct.velocities() else {
             continue;
@@ -273,17 +275,18 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
     assert!(handed >= 3, "{handed}");
 }
 
-/// What had to be solved is solved once more, deeper, though it is certified; then it rests.
+/// Impulses that were just computed get one more, more accurate solve, though they are certified.
+/// Then the island rests.
 #[test]
 fn what_was_moved_comes_to_rest() {
     let mut problem = pyramid(24, 0.5).problem();
     assert!(problem.len() > 500);
-    let (mut direct, mut carried) = (Direct::default(), FactorCache::default());
+    let (mut direct, mut cache) = (Direct::default(), FactorCache::default());
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut solve = |weight: f64| {
         problem.free.iter_mut().for_each(|b| *b *= weight);
         let start = natural_map(&problem, &impulses).merit();
-        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut carried);
+        let report = direct.solve_next(&problem, &mut impulses, TOLERANCE, &mut cache);
         assert!(report.solved(), "{report:?}");
         let merit = natural_map(&problem, &impulses).merit();
         (start / TOLERANCE, merit / TOLERANCE)
@@ -297,7 +300,7 @@ fn what_was_moved_comes_to_rest() {
     assert!(start > 0.1 && start < 1.0 && end == start, "{start} {end}");
 }
 
-/// Of a large island: in a heap that jams, what a solve leaves behind would grow from step to step.
+/// A large island: in a jammed heap the residual of a solve would grow from step to step.
 #[test]
 fn warm_starts_worse_than_none_are_dropped() {
     let problem = pyramid(24, 0.5).problem();
@@ -306,10 +309,10 @@ fn warm_starts_worse_than_none_are_dropped() {
     assert!(report.solved(), "{report:?}");
     let mut thrown: Vec<Vec2> = cold.iter().map(|p| p * 1e3).collect();
     let again = Direct::default().solve(&problem, &mut thrown, TOLERANCE);
-    // step by step what it does from none
+    // the same as from zero, step by step
     assert_eq!(again, report);
     assert_eq!(thrown, cold);
-    // what is better than none is kept: it costs less
+    // a start better than zero impulses is used: it costs less
     let mut near: Vec<Vec2> = cold.iter().map(|p| p * 1.001).collect();
     let again = Direct::default().solve(&problem, &mut near, TOLERANCE);
     assert!(again.solved() && again.sweeps + again.factorisations < report.factorisations);

@@ -6,18 +6,18 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// A frictional contact is open, sticks, or slips either way; a frictionless one is open or
 /// closed; a bounded row is free or at a bound; a pin is always closed. Each combination is one
-/// linear system; the first whose impulses the judge certifies is taken.
+/// linear system. The solver takes the first one whose impulses the judge certifies.
 ///
 /// # Which solution
-/// Where several exist: first the status of the impulses given (the last step's), then the order
-/// open, stick, slip+, slip− with the last block running fastest. Redundant rows share by minimum
-/// norm relative to the impulses given.
+/// If there are several solutions: first the statuses of the start impulses (the last step's), then
+/// the order open, stick, slip+, slip− with the last block changing fastest. Redundant rows get the
+/// impulses closest to the start in the minimum norm.
 ///
 /// # Range
-/// Up to [`Enumeration::max_combinations`] combinations; a larger problem is left unsolved.
+/// Up to [`Enumeration::max_combinations`] combinations. A larger problem is returned unsolved.
 #[derive(Debug, Clone)]
 pub struct Enumeration {
-    /// Most combinations that are tried: 256 is four frictional contacts.
+    /// Most combinations to try: 256 is four frictional contacts.
     pub max_combinations: usize,
     judge: Judge,
 }
@@ -36,7 +36,7 @@ const REGULARISATION: f64 = 1e-9;
 const REFINEMENTS: usize = 3;
 
 impl Enumeration {
-    /// Number of combinations, saturating.
+    /// Number of combinations of statuses, saturating.
     pub fn combinations(laws: &[Law]) -> usize {
         laws.iter()
             .fold(1usize, |product, law| product.saturating_mul(choices(law)))
@@ -53,7 +53,7 @@ fn choices(law: &Law) -> usize {
     }
 }
 
-/// What one choice means: directions whose impulse is unknown, and the known part.
+/// Directions with an unknown impulse, and the known impulse, of one choice of status.
 fn status(law: &Law, choice: usize) -> (Vec<(usize, Vec2)>, Vec2) {
     let zero = Vec2::zeros();
     match *law {
@@ -133,7 +133,7 @@ impl ImpulseSolver for Enumeration {
             .map(|(law, &p)| choice_of(law, p))
             .collect();
         let mut choice = vec![0; n];
-        // the warm start's own statuses first, then all of them in order
+        // the statuses of the warm start first, then all combinations in order
         for k in 0..=total {
             if k == 0 {
                 choice.copy_from_slice(&guess);
@@ -204,7 +204,7 @@ fn candidate(
             let (i, row, _) = active[x];
             -(problem.free[i][row] + known[i][row])
         });
-        // start from the impulses given, so that redundant rows stay near them
+        // start from the given impulses, so that redundant rows stay near them
         let mut p = DVector::from_fn(m, |x, _| {
             let (i, row, _) = active[x];
             if choice_of(&problem.laws[i], start[i]) == choice[i] {

@@ -1,4 +1,4 @@
-//! What is carried from one contact problem of an island to its next one.
+//! The factors that an island stores for its next contact problem.
 
 use super::block_status::Status;
 use super::response::{Factored, Response};
@@ -7,38 +7,38 @@ use serde::{Deserialize, Serialize};
 
 /// The factors of an island's last Newton step, for [`ImpulseSolver::solve_next`].
 ///
-/// Where hardly anything has moved since, its factors and statuses still serve the next problem,
-/// and a chord step of Newton's method solves it without a factorisation, by two triangular solves.
-/// At rest a large island needs one every few steps: a pile is unstable under constant impulses, and
-/// under a hundred rows errors grow 2.5 times a step.
+/// If little has moved since, a chord step of Newton's method solves the next problem with the
+/// stored factors and statuses: two triangular solves and no factorisation. At rest a large island
+/// needs one chord step every few steps: a pile is unstable under constant impulses, and under a
+/// hundred rows errors grow 2.5 times a step.
 ///
-/// Empty at first. Part of what a run depends on: who goes on from a saved state must save it.
+/// Empty at first. The results of a run depend on the cache, so a saved state must contain it.
 ///
 /// [`ImpulseSolver::solve_next`]: super::ImpulseSolver::solve_next
 #[derive(Debug, Clone, Default)]
 pub struct FactorCache(pub(super) Option<Box<Newton>>);
 
-/// A system of Newton's method, factorised.
+/// A factorised system of Newton's method.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Newton {
     pub factored: Factored,
-    /// The bodies of its rows.
+    /// The bodies of each row.
     pub bodies: Vec<[u32; 2]>,
     pub statuses: Vec<Status>,
-    /// Whether pairs of bodies that only open contacts couple are left out.
-    pub lean: bool,
-    /// Whether the last problem had to be solved: its impulses were not those of the one before.
-    pub settles: bool,
+    /// Whether the factors leave out pairs of bodies that only open contacts couple.
+    pub closed_only: bool,
+    /// Whether the last problem was not already solved by its start impulses.
+    pub needed_solve: bool,
 }
 
-/// Share of open contacts from which on they are left out of what serves more than once.
+/// Least share of open contacts at which the stored factors leave them out.
 const OPEN: f64 = 0.1;
 
 impl Newton {
-    /// Leaves out what is open, if it is much: triangular solves are the cheaper for it.
-    pub fn serve_again(&mut self) {
+    /// Leaves out open contacts if they are many. This makes later triangular solves cheaper.
+    pub fn drop_open_contacts(&mut self) {
         let open = self.statuses.iter().filter(|s| **s == Status::Open).count();
-        if self.lean || (open as f64) < OPEN * self.statuses.len() as f64 {
+        if self.closed_only || (open as f64) < OPEN * self.statuses.len() as f64 {
             return;
         }
         let own = &mut self.factored;
@@ -46,9 +46,9 @@ impl Newton {
             std::mem::take(&mut own.rows),
             std::mem::take(&mut own.gains),
         );
-        let lean = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
-        self.lean = true;
-        match lean {
+        let reduced = Response::factored(own.bodies, rows.clone(), gains.clone(), true);
+        self.closed_only = true;
+        match reduced {
             Some(factored) => self.factored = factored,
             None => (own.rows, own.gains) = (rows, gains),
         }
@@ -56,17 +56,17 @@ impl Newton {
 }
 
 impl FactorCache {
-    /// Whether there is anything.
+    /// Whether the cache holds no factors.
     pub fn is_empty(&self) -> bool {
         self.0.is_none()
     }
 
-    /// Whether the last problem of the island had to be solved.
-    pub(super) fn settles(&self) -> bool {
-        self.0.as_deref().is_some_and(|newton| newton.settles)
+    /// Whether the last problem of the island was not already solved by its start impulses.
+    pub(super) fn needed_solve(&self) -> bool {
+        self.0.as_deref().is_some_and(|newton| newton.needed_solve)
     }
 
-    /// The system, if it is over the bodies of `problem`, block by block.
+    /// The stored system, if its blocks have the same bodies as those of `problem`.
     pub(super) fn of(&mut self, problem: &ContactProblem) -> Option<&mut Newton> {
         let Delassus::Bodies(op) = &problem.operator else {
             return None;
@@ -78,7 +78,7 @@ impl FactorCache {
         })
     }
 
-    /// All numbers that it depends on.
+    /// All numbers of the cache, to be saved.
     pub(crate) fn state(&self) -> Option<FactorState> {
         let newton = self.0.as_deref()?;
         Some(FactorState {
@@ -86,12 +86,12 @@ impl FactorCache {
             rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
-            lean: newton.lean,
-            settles: newton.settles,
+            closed_only: newton.closed_only,
+            needed_solve: newton.needed_solve,
         })
     }
 
-    /// The same again; empty if `state` is none that [`FactorCache::state`] gave.
+    /// Restores what [`FactorCache::state`] returned. Empty if `state` is inconsistent.
     pub(crate) fn restored(state: &FactorState) -> FactorCache {
         let rows = state.bodies.iter().zip(&state.rows).map(|(&bodies, n)| {
             let row = |k: usize| Vec3::new(n[k], n[k + 1], n[k + 2]);
@@ -107,30 +107,31 @@ impl FactorCache {
         let bodies = last.map_or(0, |b| b as usize + 1);
         let alike = [state.bodies.len(), gains.len(), state.statuses.len()] == [rows.len(); 3];
         let factored = (alike && bodies <= 2 * rows.len())
-            .then(|| Response::factored(bodies, rows, gains, state.lean))
+            .then(|| Response::factored(bodies, rows, gains, state.closed_only))
             .flatten();
         FactorCache(factored.map(|factored| {
             Box::new(Newton {
                 bodies: state.bodies.clone(),
                 factored,
                 statuses: state.statuses.clone(),
-                lean: state.lean,
-                settles: state.settles,
+                closed_only: state.closed_only,
+                needed_solve: state.needed_solve,
             })
         }))
     }
 }
 
-/// [`FactorCache`] as a saved state has it: what was factorised.
+/// [`FactorCache`] in a saved state: the input of its factorisation.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct FactorState {
     bodies: Vec<[u32; 2]>,
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
-    lean: bool,
-    #[serde(default)]
-    settles: bool,
+    #[serde(rename = "lean")]
+    closed_only: bool,
+    #[serde(rename = "settles", default)]
+    needed_solve: bool,
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {

@@ -5,16 +5,16 @@ use crate::contact::{
 };
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
 
-/// Gauss-Seidel sweeps that take four contacts at a time, the same to the last bit as block after
-/// block.
+/// Gauss-Seidel sweeps over four contacts at a time. The results equal those of one block at a time
+/// to the last bit.
 ///
-/// What the contacts of a group need lies side by side, 150 B a contact. Joints, motors and rows
-/// other than those of a contact between points are groups of their own, solved one by one.
+/// The data of the contacts of a group is stored side by side, 150 B per contact. Joints, motors
+/// and rows other than those of a contact between points form groups of one block.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FourSweep {
     groups: Groups,
     fours: Vec<FourRows>,
-    /// Every body; last one that does not move, for sides without a body.
+    /// All bodies, then one that does not move, for sides without a body.
     bodies: Vec<Body>,
     /// `max_i |b_i|` \[m/s\].
     free: f64,
@@ -23,16 +23,16 @@ pub(super) struct FourSweep {
 /// (v_x, v_y, ω) and the inverse of the mass.
 type Body = [f64; 4];
 
-/// Four blocks that share no body; where there are fewer, open contacts of the body that does not
-/// move fill up.
+/// Four blocks that share no body. Groups with fewer blocks are filled up with open contacts of the
+/// body that does not move.
 #[derive(Debug, Clone, Default)]
 struct FourRows {
-    /// Whether the first block is the only one, and no contact between points.
+    /// Whether the group has only its first block, which is not a contact between points.
     alone: bool,
     bodies: [[u32; 4]; 2],
-    /// `n` on side 2; `t` is `n` turned by 90 degrees, and side 1 has both with the other sign.
+    /// `n` on side 2; `t` is `n` turned by 90 degrees. Side 1 has the opposite sign.
     normal: [Four; 2],
-    /// What the rows (n, t) make of the spin, a side.
+    /// Angular parts of the rows (n, t), for each side.
     arms: [[Four; 2]; 2],
     inverse_inertia: [Four; 2],
     contacts: FourContacts,
@@ -40,8 +40,8 @@ struct FourRows {
     impulses: [Four; 2],
 }
 
-/// Whether a block is no contact between points in the plane, of two bodies that are as heavy along x
-/// as along y.
+/// Whether a block is not a contact between points in the plane, or one of its bodies has different
+/// masses along x and y.
 fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
     let rows = &op.rows[i];
     let [[n1, t1], [n2, t2]] = &rows.jacobian;
@@ -60,14 +60,14 @@ fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
 }
 
 impl FourSweep {
-    /// Arranges the blocks of a problem; `false` where so many wait for each other that there are
-    /// hardly ever several to take at once, as in a tower: one by one is faster then.
+    /// Arranges the blocks of a problem. Returns `false` if few blocks can be solved at the same
+    /// time, as in a tower. One block at a time is faster then.
     pub fn arrange(&mut self, problem: &ContactProblem, op: &BodyOperator) -> bool {
         self.groups.arrange(op, |i| is_alone(problem, op, i));
         2 * self.groups.members().len() <= problem.len()
     }
 
-    /// Gathers what the groups of the problem last arranged need.
+    /// Gathers the data of the groups that were arranged last.
     ///
     /// # Arguments
     /// - `diagonal`: the blocks `G_ii` [1/kg].
@@ -110,8 +110,8 @@ impl FourSweep {
         self.free = problem.free.iter().map(|b| b.amax()).fold(0.0, f64::max);
     }
 
-    /// One sweep: the largest change of a local velocity, and the largest velocity it compares with
-    /// \[m/s\].
+    /// One sweep. Returns the largest change of a local velocity, and the largest velocity to
+    /// compare it with \[m/s\].
     pub fn sweep(
         &mut self,
         level: Level,
@@ -131,7 +131,7 @@ impl FourSweep {
         [change, scale.max(self.free)]
     }
 
-    /// Writes the impulses back, block by block.
+    /// Writes the impulses back to their blocks.
     pub fn write(&self, impulses: &mut [Vec2]) {
         for (four, blocks) in self.fours.iter().zip(self.groups.members()) {
             for (lane, &block) in blocks.iter().enumerate() {
@@ -199,48 +199,40 @@ fn pass<'a, S: Simd>(
     [of(largest[0], apart[0]), of(largest[1], apart[1])]
 }
 
-/// The larger of two numbers, the second if either is NaN: the same on every machine.
+/// The larger of two numbers; the second if either is NaN. Gives the same result on every machine.
 #[inline(always)]
 fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
     a.simd_gt(b).select(a, b)
 }
 
-/// Four contacts: velocities are read, the contacts solved, velocities written.
+/// Two rows of four numbers, as vectors.
+#[inline(always)]
+fn load_pair<S: Simd>(simd: S, [n, t]: &[Four; 2]) -> [f64x4<S>; 2] {
+    [load_four(simd, n), load_four(simd, t)]
+}
+
+/// Solves four contacts: reads velocities, solves, writes velocities.
 #[inline(always)]
 fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mut [f64x4<S>; 2]) {
     let zero = f64x4::splat(simd, 0.0);
-    let before = [
-        read(simd, bodies, &four.bodies[0]),
-        read(simd, bodies, &four.bodies[1]),
-    ];
+    let [first, second] = &four.bodies;
+    let (u1, u2) = (read(simd, bodies, first), read(simd, bodies, second));
     let contacts = &four.contacts;
-    let n = [
-        load_four(simd, &four.normal[0]),
-        load_four(simd, &four.normal[1]),
-    ];
+    let n = load_pair(simd, &four.normal);
     let t = [-n[1], n[0]];
-    let arms = [
-        [
-            load_four(simd, &four.arms[0][0]),
-            load_four(simd, &four.arms[0][1]),
-        ],
-        [
-            load_four(simd, &four.arms[1][0]),
-            load_four(simd, &four.arms[1][1]),
-        ],
+    let [a1, a2] = [
+        load_pair(simd, &four.arms[0]),
+        load_pair(simd, &four.arms[1]),
     ];
-    let ([u1, u2], [a1, a2]) = (before, arms);
-    // sums in the order of `Rows::velocity`, from 0, which is not −0
+
+    // sums in the order of `Rows::velocity`, starting from 0, not −0
     let xi = [
         (zero + (a1[0] * u1[2] - (n[0] * u1[0] + n[1] * u1[1])))
             + (n[0] * u2[0] + n[1] * u2[1] + a2[0] * u2[2]),
         (zero + (a1[1] * u1[2] - (t[0] * u1[0] + t[1] * u1[1])))
             + (t[0] * u2[0] + t[1] * u2[1] + a2[1] * u2[2]),
     ];
-    let old = [
-        load_four(simd, &four.impulses[0]),
-        load_four(simd, &four.impulses[1]),
-    ];
+    let old = load_pair(simd, &four.impulses);
     let (nn, nt, tt) = (
         load_four(simd, &contacts.nn),
         load_four(simd, &contacts.nt),
@@ -265,7 +257,7 @@ fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mu
     moved
         .select(new[1], old[1])
         .store_slice(&mut four.impulses[1]);
-    // what both sides get, one with the other sign
+    // velocity changes of side 2; side 1 gets the opposite sign
     let linear = [
         n[0] * delta[0] + t[0] * delta[1],
         n[1] * delta[0] + t[1] * delta[1],
@@ -285,13 +277,13 @@ fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mu
         u2[3],
     ];
     write(bodies, &four.bodies[1], after);
-    // whatever overflows, what does not move does not
+    // the body that does not move stays at zero, whatever overflows
     if let Some(still) = bodies.last_mut() {
         *still = [0.0; 4];
     }
 }
 
-/// Four bodies, number by number.
+/// Loads four bodies, component by component.
 #[inline(always)]
 fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
     let a = load_four(simd, &bodies[own[0] as usize]);
@@ -301,7 +293,7 @@ fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
     transposed([a, b, c, d])
 }
 
-/// Writes them back.
+/// Stores four bodies.
 #[inline(always)]
 fn write<S: Simd>(bodies: &mut [Body], own: &[u32; 4], numbers: [f64x4<S>; 4]) {
     let [a, b, c, d] = transposed(numbers);
@@ -324,14 +316,14 @@ fn transposed<S: Simd>([a, b, c, d]: [f64x4<S>; 4]) -> [f64x4<S>; 4] {
 }
 
 impl FourRows {
-    /// The step of a block that is alone: change and scale of its velocity \[m/s\].
+    /// Solves a group of one block. Returns change and scale of its velocity \[m/s\].
     fn step_alone(
         &mut self,
         (rows, block, law): (&Rows, &Mat2, &Law),
         inverse_mass: &[Vec3],
         bodies: &mut [Body],
     ) -> [f64; 2] {
-        // its bodies by themselves, one where both sides are the same
+        // a system of its own bodies, of one if both sides are the same
         let [a, b] = rows.bodies;
         let number = |body: u32, own: u32| if body == NO_BODY { body } else { own };
         let own = Rows {

@@ -3,36 +3,39 @@ use crate::contact::{BodyOperator, NO_BODY};
 /// No block.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// Blocks in groups of up to four that share no body, for a sweep that takes four at a time.
+/// Groups of up to four blocks that share no body, for a sweep over four blocks at a time.
 ///
-/// The order of all blocks of a body is kept: a block comes after the groups of all earlier ones
-/// that share a body with it. So a sweep over the groups is the sweep over the blocks in their own
-/// order, bit for bit, and one over the groups from the last to the first is the sweep backwards.
-/// Each block goes to the first group with room that its bodies allow.
+/// The blocks of each body stay in order: a block comes after the groups of all earlier blocks that
+/// share a body with it. So a sweep over the groups equals the sweep over the blocks in their own
+/// order, bit for bit. A sweep over the groups from the last to the first equals the backward
+/// sweep. Each block goes to the first group with room that its bodies allow.
 ///
-/// Colours (a body once a colour, whatever the order) leave groups no fuller in large islands, and
-/// cost sweeps: to 1e-2 in a tower of 100 boxes 11 801 against 3321 from nothing, to 1e-4 in a pyramid
-/// of 5050 1301 against 401 from impulses that are off by a tenth.
+/// Graph colouring (each body at most once per colour, in any order) fills groups no better in
+/// large islands and needs more sweeps: to 1e-2 in a tower of 100 boxes 11 801 against 3321 from a
+/// cold start; to 1e-4 in a pyramid of 5050 boxes 1301 against 401 from impulses with an error of a
+/// tenth.
 ///
 /// # Source
 /// List scheduling: Graham (1969).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Groups {
     members: Vec<[u32; 4]>,
-    /// How many blocks a group holds; 4 also where its one block wants to be alone.
+    /// Number of blocks in each group; 4 as well for a group reserved for a single block.
     taken: Vec<u8>,
-    /// The first group from this one on that may have room.
+    /// For each group, the first group from it on that may have room.
     next: Vec<u32>,
-    /// The first group that the next block of a body may go to.
+    /// For each body, the first group that its next block may go to.
     after: Vec<u32>,
 }
 
-/// How much later the next group of a body is, at least: a processor begins with a group before the
-/// last one is done, and here need not wait for it. Some tenth faster than 1 where groups are many.
+/// Least distance between the groups of a body. A processor starts a group before it has finished
+/// the last one, and at this distance it need not wait. About a tenth faster than a distance of 1
+/// if there are many groups.
 const DISTANCE: u32 = 2;
 
 impl Groups {
-    /// Groups of the blocks of `op`; those that `alone` tells have one to themselves.
+    /// Groups the blocks of `op`. Each block for which `alone` returns true gets a group of its
+    /// own.
     pub fn arrange(&mut self, op: &BodyOperator, alone: impl Fn(usize) -> bool) {
         self.members.clear();
         self.taken.clear();
@@ -66,12 +69,12 @@ impl Groups {
         self.members.retain(|group| group[0] != NOTHING);
     }
 
-    /// The groups in the order of a sweep; what is left of a group is [`NOTHING`].
+    /// The groups in the order of a sweep; unused places hold [`NOTHING`].
     pub fn members(&self) -> &[[u32; 4]] {
         &self.members
     }
 
-    /// The first group from `earliest` on with room. Shortens the ways that it goes.
+    /// The first group from `earliest` on with room. Compresses the paths it follows.
     fn with_room(&mut self, earliest: u32) -> u32 {
         let follow = |next: &[u32], group: u32| next.get(group as usize).map_or(group, |&g| g);
         let mut group = earliest;
@@ -94,11 +97,11 @@ mod tests {
     use crate::contact::Delassus;
     use crate::contact::examples::{heap, pyramid, tower};
 
-    /// Groups of all blocks, checked: every block once, no body twice in a group, and a body's
-    /// blocks in their order.
+    /// Groups all blocks and checks them: every block once, no body twice in a group, and the
+    /// blocks of each body in order.
     fn arranged(op: &BodyOperator, alone: impl Fn(usize) -> bool) -> Vec<[u32; 4]> {
         let mut groups = Groups::default();
-        // buffers of another problem change nothing
+        // buffers filled by another problem change nothing
         let Delassus::Bodies(other) = tower(3, 0.5, |_| 1.0).problem().operator else {
             panic!("bodies");
         };
@@ -133,7 +136,7 @@ mod tests {
     #[test]
     fn groups_share_no_body_and_keep_the_order_of_each() {
         for (bodies, most) in [
-            // lanes in use: most in a heap, one in a tower
+            // share of lanes in use: largest in a heap, one in four in a tower
             (heap(20, 10, 0.5, 1.0, 3), 0.7),
             (pyramid(12, 0.5), 0.6),
             (tower(20, 0.5, |_| 1.0), 0.25),

@@ -4,33 +4,33 @@ use crate::contact::{ContactProblem, Judge, Residual, Vec2, Vec3, natural_map};
 /// How a solve ended. Not converging is an outcome, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolveStatus {
-    /// The judge certifies the impulses at the tolerance asked for.
+    /// The judge certifies the impulses at the given tolerance.
     Solved,
     /// The budget ran out or the method does not apply; the best impulses found are returned.
     Unsolved,
 }
 
-/// What a solve did, and how good its impulses are.
+/// The work of a solve, and the residual of its impulses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveReport {
     pub status: SolveStatus,
-    /// Passes over all blocks (Gauss-Seidel and kin).
+    /// Passes over all blocks (Gauss-Seidel and similar methods).
     pub sweeps: usize,
     /// Factorisations of a linear system.
     pub factorisations: usize,
     /// Pivots of a complementary pivoting method.
     pub pivots: usize,
-    /// The judge's figure for the impulses returned.
+    /// The judge's residual of the impulses returned.
     pub residual: Residual,
 }
 
 impl SolveReport {
-    /// Lets the judge decide whether `impulses` solve `problem` at `tolerance`.
+    /// Judges `impulses` for `problem` at `tolerance`; the work counts are zero.
     pub fn judged(problem: &ContactProblem, impulses: &[Vec2], tolerance: f64) -> Self {
         SolveReport::of(natural_map(problem, impulses), tolerance)
     }
 
-    /// The report of no work at all, with the judge's figure.
+    /// A report of a known residual; the work counts are zero.
     pub(super) fn of(residual: Residual, tolerance: f64) -> Self {
         SolveReport {
             status: if residual.certified(tolerance) {
@@ -61,15 +61,15 @@ impl SolveReport {
 
 /// A method that finds the impulses of one contact problem.
 pub trait ImpulseSolver: Send {
-    /// The name a user types.
+    /// The name of the method on the command line and in settings.
     fn name(&self) -> &'static str;
 
     /// Solves `problem` to `Residual::certified(tolerance)`.
     ///
     /// # Arguments
     /// - `problem`: valid ([`ContactProblem::validate`]).
-    /// - `impulses`: one pair a block [N s]; the start on entry (zeros when cold), the result on
-    ///   return. The result is finite whenever the problem is.
+    /// - `impulses`: one pair per block [N s]; the start on entry (zeros for a cold start), the
+    ///   result on return. The result is finite whenever the problem is.
     /// - `tolerance`: relative, no unit, see [`Residual::certified`].
     ///
     /// # Panics
@@ -81,39 +81,39 @@ pub trait ImpulseSolver: Send {
         tolerance: f64,
     ) -> SolveReport;
 
-    /// The same for the next problem of an island, with what was carried from the ones before.
+    /// Solves the next problem of an island, with the factors stored by its earlier problems.
     ///
-    /// A step calls this one for islands of 16 blocks and more, each with its own `carried`, and
-    /// [`ImpulseSolver::solve`] for all else; who carries nothing has nothing to do here.
+    /// The stepper calls this for islands of 16 blocks and more, each with its own `cache`, and
+    /// [`ImpulseSolver::solve`] for all others. The default ignores the cache.
     fn solve_next(
         &mut self,
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        _carried: &mut FactorCache,
+        _cache: &mut FactorCache,
     ) -> SolveReport {
         self.solve(problem, impulses, tolerance)
     }
 
-    /// Velocities at the impulses last returned, where the method has them at hand: nobody need find
-    /// them again then. Blocks and bodies are numbered as in the problem. Of a solver of the user's
-    /// own the judge's figures are used in their place.
+    /// Velocities at the impulses returned last, if the method has computed them; else `None`.
+    /// Blocks and bodies are numbered as in the problem. For a user's own solver the stepper uses
+    /// the judge's velocities instead.
     fn velocities(&self) -> Option<Velocities<'_>> {
         None
     }
 }
 
-/// What impulses lead to.
+/// Velocities that result from impulses.
 #[derive(Debug, Clone, Copy)]
 pub struct Velocities<'a> {
-    /// `G P + b` \[m/s\], one a block.
+    /// `G P + b` \[m/s\], one per block.
     pub blocks: &'a [Vec2],
-    /// `M⁻¹ Jᵀ P` \[m/s, rad/s\], one a body; none of an explicit operator.
+    /// `M⁻¹ Jᵀ P` \[m/s, rad/s\], one per body; empty for an explicit operator.
     pub bodies: &'a [Vec3],
 }
 
 impl Velocities<'_> {
-    /// At the impulses that `judge` saw last.
+    /// Velocities at the impulses that `judge` evaluated last.
     pub(super) fn of(judge: &Judge) -> Velocities<'_> {
         Velocities {
             blocks: judge.velocities(),
@@ -122,7 +122,7 @@ impl Velocities<'_> {
     }
 }
 
-/// A start that is not finite is no start.
+/// Replaces impulses that are not finite by zero.
 pub(super) fn drop_unless_finite(impulses: &mut [Vec2]) {
     for p in impulses {
         if !(p.x.is_finite() && p.y.is_finite()) {
@@ -131,7 +131,7 @@ pub(super) fn drop_unless_finite(impulses: &mut [Vec2]) {
     }
 }
 
-/// Solves from zero with a new solver; checks that the solver's word is the judge's.
+/// Solves from zero with a new solver, and checks that its report agrees with the judge.
 #[cfg(test)]
 pub(crate) fn solve_cold<S: ImpulseSolver + Default>(
     problem: &ContactProblem,

@@ -7,17 +7,17 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
 
 /// Interior point on the Stewart-Trinkle form of Coulomb friction, with status-Newton polish.
 ///
-/// A frictional contact is four complementary pairs, a frictionless one the first alone:
+/// A frictional contact has four complementary pairs, a frictionless one only the first:
 ///
 /// ```text
 /// P_N ⟂ ξ_N,  β₁ ⟂ λ + ξ_T,  β₂ ⟂ λ − ξ_T,  λ ⟂ μ P_N − β₁ − β₂,  P_T = β₁ − β₂   (1)
 /// ```
 ///
-/// A bounded row has one pair a finite bound; a pin has none. Mehrotra's predictor and corrector
-/// run on `x w = σ τ`, all in one step length; the impulses are centred proximally with
-/// `δ = 1e−8 tr(G_ii)`, so that redundant rows are no obstacle and the limit is exact. Friction is
-/// exact from the first iteration: nothing is convexified and there is no outer loop. The price is
-/// that the form is not monotone and one start in ten jams; another start then helps.
+/// A bounded row has one pair per finite bound; a pin has none. Mehrotra's predictor and corrector
+/// act on `x w = σ τ`, with one step length for all. A proximal term `δ = 1e−8 tr(G_ii)` centres
+/// the impulses, so that redundant rows are no obstacle and the limit is exact. Friction is exact
+/// from the first iteration: nothing is convexified and there is no outer loop. The drawback: the
+/// form is not monotone, and one run in ten stalls. A run from another start then helps.
 ///
 /// # Source
 /// Stewart & Trinkle (1996) for (1); Mehrotra (1992); Wright, *Primal-Dual Interior-Point Methods*
@@ -34,26 +34,27 @@ pub(super) struct InteriorPoint {
     statuses: Vec<Status>,
 }
 
-/// Newton steps of a run.
+/// Most Newton steps of a run.
 const MAX_STEPS: usize = 80;
-/// Proximal weight relative to `tr(G_ii)`; a tenth of it solves fewer problems.
+/// Proximal weight relative to `tr(G_ii)`; a tenth of this value solves fewer problems.
 const PROXIMAL: f64 = 1e-8;
 /// Share of the way to the boundary that a step may take.
 const TO_BOUNDARY: f64 = 0.95;
-/// Smallest `x w / (σ τ)` after a step: how far a pair may stray from the central path.
+/// Smallest `x w / (σ τ)` after a step: how far a pair may leave the central path.
 const NEIGHBOURHOOD: f64 = 0.1;
-/// A step shorter than this is stuck; the run gives up at the fifth in a row.
+/// A step shorter than this counts as stalled. The run ends at the fifth such step in a row.
 const SHORT_STEP: f64 = 0.03;
 const SHORT_STEPS: usize = 5;
-/// Over this many steps the gap must at least halve.
+/// The complementarity gap must at least halve over this many steps.
 const WATCH: usize = 20;
-/// The polish is tried below this merit, and again at a tenth of where it failed.
+/// Newton's polish is tried below this merit, and again at a tenth of the merit where it failed.
 const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
 
 impl InteriorPoint {
-    /// One run that starts near to the impulses given, or without any with all contacts alike, at the
-    /// free velocity. Every iterate is offered to `best`. Returns the number of factorisations.
+    /// Runs once. Starts near the given impulses; without any, at the free velocity with the same
+    /// point for all contacts. Offers every iterate to `best`. Returns the number of
+    /// factorisations.
     pub fn run(
         &mut self,
         problem: &ContactProblem,
@@ -84,7 +85,7 @@ impl InteriorPoint {
                 self.statuses
                     .extend(self.blocks.iter().map(|b| b.status(size)));
                 let guess = Some(&self.statuses[..]);
-                response.keep();
+                response.store();
                 work += polish.run(
                     problem,
                     judge,
@@ -101,48 +102,18 @@ impl InteriorPoint {
                 polish_below = 0.1 * residual.merit();
             }
             let tau = self.blocks.iter().map(Block::product).sum::<f64>() / pairs.max(1) as f64;
-            // jams show as a gap that no longer closes, whatever the single steps do
+            // a stalled run shows as a gap that no longer falls, even if single steps are long
             if steps % WATCH == 0 {
                 if tau > 0.5 * watched {
                     return work;
                 }
                 watched = tau;
             }
-            // predictor: straight at the solution
-            let zero = Direction::default();
-            self.predictor.clear();
-            self.predictor.resize(self.blocks.len(), zero);
-            self.linearise(judge, 0.0, false);
-            if !response.factorise(problem, &self.gains) {
+            let Some((step, sigma)) = self.step(problem, judge, response, [tau, floor], pairs)
+            else {
                 return work;
-            }
+            };
             work += 1;
-            let step = self.solve(problem, judge, response, 0.0, false);
-            let reached = (self.blocks.iter().zip(&self.direction))
-                .map(|(b, d)| b.product_after(d, step))
-                .sum::<f64>()
-                / pairs.max(1) as f64;
-            let mut sigma = if pairs == 0 {
-                0.0
-            } else {
-                (reached / tau).max(0.0).powi(3).clamp(1e-8, 1.0)
-            };
-            let second_order = step > 0.1;
-            if !second_order {
-                sigma = sigma.max(0.5);
-            }
-            if sigma * tau < floor {
-                sigma = (floor / tau).min(1.0);
-            }
-            // corrector: back to the central path
-            std::mem::swap(&mut self.predictor, &mut self.direction);
-            self.linearise(judge, sigma * tau, second_order);
-            let boundary = self.solve(problem, judge, response, sigma * tau, second_order);
-            let step = if pairs == 0 {
-                1.0
-            } else {
-                (TO_BOUNDARY * boundary).min(1.0)
-            };
             if !step.is_finite() {
                 return work;
             }
@@ -159,7 +130,54 @@ impl InteriorPoint {
         work
     }
 
-    /// The first point and the sizes of impulse and velocity it is measured by.
+    /// Factorises, and computes the directions of a predictor and a corrector step at the mean
+    /// product `tau`. Returns the step length and `σ`; `None` if the system is singular.
+    fn step(
+        &mut self,
+        problem: &ContactProblem,
+        judge: &Judge,
+        response: &mut Response,
+        [tau, floor]: [f64; 2],
+        pairs: usize,
+    ) -> Option<(f64, f64)> {
+        // predictor: aims directly at the solution
+        let zero = Direction::default();
+        self.predictor.clear();
+        self.predictor.resize(self.blocks.len(), zero);
+        self.linearise(judge, 0.0, false);
+        if !response.factorise(problem, &self.gains) {
+            return None;
+        }
+        let step = self.solve(problem, judge, response, 0.0, false);
+        let reached = (self.blocks.iter().zip(&self.direction))
+            .map(|(b, d)| b.product_after(d, step))
+            .sum::<f64>()
+            / pairs.max(1) as f64;
+        let mut sigma = if pairs == 0 {
+            0.0
+        } else {
+            (reached / tau).max(0.0).powi(3).clamp(1e-8, 1.0)
+        };
+        let second_order = step > 0.1;
+        if !second_order {
+            sigma = sigma.max(0.5);
+        }
+        if sigma * tau < floor {
+            sigma = (floor / tau).min(1.0);
+        }
+        // corrector: back to the central path
+        std::mem::swap(&mut self.predictor, &mut self.direction);
+        self.linearise(judge, sigma * tau, second_order);
+        let boundary = self.solve(problem, judge, response, sigma * tau, second_order);
+        let step = if pairs == 0 {
+            1.0
+        } else {
+            (TO_BOUNDARY * boundary).min(1.0)
+        };
+        Some((step, sigma))
+    }
+
+    /// The first point, and the scales of impulse and velocity that measure it.
     fn begin(
         &mut self,
         problem: &ContactProblem,
@@ -209,7 +227,7 @@ impl InteriorPoint {
         size
     }
 
-    /// Impulses and local velocities of the present point.
+    /// Impulses and local velocities of the current point.
     fn read(&mut self, problem: &ContactProblem, response: &Response) {
         for (i, block) in self.blocks.iter().enumerate() {
             let p = block.impulse();
@@ -233,7 +251,7 @@ impl InteriorPoint {
         }
     }
 
-    /// Directions of all pairs; the longest step that keeps them positive.
+    /// Computes the directions of all pairs. Returns the longest step that keeps them positive.
     fn solve(
         &mut self,
         problem: &ContactProblem,
@@ -265,7 +283,7 @@ impl InteriorPoint {
     }
 }
 
-/// The mass that impulses could carry at most \[kg\].
+/// An upper bound on the mass that impulses can act on \[kg\].
 fn mass(problem: &ContactProblem, judge: &Judge) -> f64 {
     let bodies: f64 = match &problem.operator {
         Delassus::Bodies(op) => op

@@ -1,7 +1,7 @@
 use super::{FactorCache, ImpulseSolver, SolveReport, Velocities};
 use crate::contact::{ContactProblem, Judge, Vec2};
 
-/// A solver whose word does not count: whatever it reports, the judge's figures and status stand.
+/// Wraps a user's solver: the judge, not the solver, provides residual, status and velocities.
 pub(crate) struct Judged {
     solver: Box<dyn ImpulseSolver>,
     judge: Judge,
@@ -48,16 +48,14 @@ impl ImpulseSolver for Judged {
         problem: &ContactProblem,
         impulses: &mut [Vec2],
         tolerance: f64,
-        carried: &mut FactorCache,
+        cache: &mut FactorCache,
     ) -> SolveReport {
-        let work = self
-            .solver
-            .solve_next(problem, impulses, tolerance, carried);
+        let work = self.solver.solve_next(problem, impulses, tolerance, cache);
         self.judge(problem, impulses, tolerance, &work)
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
-        // where the solver has them, the judge's own: the bits do not depend on who solves
+        // the judge's velocities, so that the bits do not depend on the solver
         self.solver.velocities()?;
         Some(Velocities::of(&self.judge))
     }

@@ -1,26 +1,26 @@
-//! Impulse solvers: one trait, one file a method, one table of all.
+//! Impulse solvers: one trait, one file per method, one table of all.
 //!
-//! Every result is judged by [`crate::contact::natural_map`] from the problem and the impulses
-//! alone; a solver's own word is never reported.
+//! [`crate::contact::natural_map`] judges every result from the problem and the impulses alone.
+//! What a solver itself claims is never reported.
 //!
-//! | solver | for |
+//! | solver | use |
 //! |---|---|
-//! | [`Auto`] | every island; the default: the others in a fixed order |
-//! | [`Enumeration`] | 1 to 4 frictional contacts: exact, and a stated one of several solutions |
+//! | [`Auto`] | every island; the default: tries the others in a fixed order |
+//! | [`Enumeration`] | 1 to 4 frictional contacts: exact, with a documented choice among several solutions |
 //! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance; a start for `direct` |
 //! | [`Lemke`] | up to some 100 blocks: the last resort of `auto` |
 //! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 |
 //!
-//! `moreau2d bench --solvers` measures them on `tests/data/problems`: 146 frozen problems, from a
-//! single contact to drums of 470. Of the 140 known to be solvable `auto` and `direct` solve all to
-//! 1e-9 from nothing.
+//! `moreau2d bench --solvers` measures the solvers on `tests/data/problems`: 146 frozen problems,
+//! from a single contact to drums of 470 contacts. 140 of them are known to be solvable; `auto` and
+//! `direct` solve all of these to 1e-9 from a cold start.
 //!
 //! # What is not unique
-//! Redundant contacts share a load in many ways; [`Uniqueness`] counts them, and [`Sharing`] takes
-//! the least. Velocities are unique while friction is small. Where it is not, the branch is the one
-//! that the order of `auto` comes to first: for up to four blocks that of [`Enumeration`], else that
-//! of the stages of [`Direct`], which start from the last step's impulses. Everything repeats bit
-//! for bit.
+//! Redundant contacts can share a load in many ways. [`Uniqueness`] counts these ways, and
+//! [`Sharing`] finds the impulses of minimum norm. Velocities are unique while friction is small.
+//! Where velocities are not unique, `auto` returns the first solution in its fixed order. For up to
+//! four contacts this is the choice of [`Enumeration`]; else it is the result of the stages of
+//! [`Direct`], which start from the impulses of the last step. Results repeat bit for bit.
 //!
 //! ```
 //! use moreau2d::contact::{Vec2, examples};

@@ -9,43 +9,45 @@ use fearless_simd::Level;
 /// New impulse of one block, from `G_ii`, `ξ_i − G_ii P_i`, the old impulse `P_i` and the law.
 pub type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 
-/// Nonsmooth Gauss-Seidel: block after block, each solved exactly with the others frozen.
+/// Nonsmooth Gauss-Seidel: solves one block after the other exactly, with the others frozen.
 ///
 /// ```text
 /// P_i ← Π_i(P_i + ω (solve_local(G_ii, ξ_i − G_ii P_i) − P_i))              (1)
 /// ```
 ///
-/// with the projection `Π_i` on what the law of the block admits, where ω is not 1. Right for large,
-/// well-conditioned islands; slow for good on towers and mass ratios. What is returned is never worse
-/// than the start.
+/// where `Π_i` projects on the set that the law of the block admits, if ω is not 1. Suits large,
+/// well-conditioned islands; slow on towers and mass ratios. The result is never worse than the
+/// start.
 ///
 /// # Order
 /// Ten sweeps go from the first block to the last, ten back, and so on. Of the problems that
-/// `moreau2d bench --solvers` measures this solves 100 to 1e-4, where a turn after each sweep solves 95
-/// and none 93; of those solved by all it takes 0.72 times the sweeps of a turn after each (0.64 to
-/// 1e-8; geometric means). [`super::Direct`], which starts from a few sweeps, turns after each: its
-/// work in the scenes of the catalogue has no order that is best throughout.
+/// `moreau2d bench --solvers` measures this solves 100 to 1e-4. Turning after each sweep solves 95,
+/// and never turning 93. On the problems that all of them solve, turning every ten sweeps needs
+/// 0.72 times the sweeps of turning after each (0.64 to 1e-8; geometric means). [`super::Direct`]
+/// starts from a few sweeps and turns after each one: in the catalogue's scenes no order was best
+/// throughout for it.
 ///
 /// # Cost
-/// Frictional contacts are taken four at a time, in groups that change nothing but the time: each
-/// body meets its blocks in the same order, and every number is the same to the last bit. In a pyramid
-/// of 5050 boxes a core makes 88 million contact-sweeps a second, the judge included, where block
-/// after block made 30 (`moreau2d bench large-pyramid --solver nsgs --tolerance 1e-9 --settle 1 --steps
-/// 2`); in drums and smaller pyramids, which stay in its caches, sweeps alone 90 to 145. One by one go
-/// towers and arches, where each block waits for the one before, fewer than 32 blocks, and operators
-/// without bodies. Groups of eight are no faster. Inverses held ready would give 1.3 times the speed,
-/// and other last bits.
+/// Frictional contacts are solved four at a time, in groups that change nothing but the time: the
+/// blocks of each body stay in order, and every number is the same to the last bit. In a pyramid of
+/// 5050 boxes a core makes 88 million contact-sweeps a second, the judge included. One block at a
+/// time makes 30 million
+/// (`moreau2d bench large-pyramid --solver nsgs --tolerance 1e-9 --settle 1 --steps 2`). In drums
+/// and smaller pyramids, which stay in the processor's caches, sweeps alone make 90 to 145 million.
+/// Towers and arches, where each block waits for the one before, problems with fewer than 32
+/// blocks, and explicit operators are swept one block at a time. Groups of eight are no faster.
+/// Stored inverses would be 1.3 times as fast, with other last bits.
 ///
 /// # Source
 /// Jean & Moreau (1992); Acary, Brémond & Huber, *On solving contact problems with Coulomb
 /// friction* (2018).
 #[derive(Debug, Clone)]
 pub struct Nsgs {
-    /// Most sweeps a solve may take.
+    /// Most sweeps of a solve.
     pub max_sweeps: usize,
     /// ω in (0, 2); above 1 is over-relaxation, which may oscillate.
     pub relaxation: f64,
-    /// `None`: the exact solution with all other blocks frozen.
+    /// `None`: the exact solution of the block.
     step: Option<LocalStep>,
     state: SweepState,
     fours: FourSweep,
@@ -53,29 +55,29 @@ pub struct Nsgs {
     best: Best,
 }
 
-/// How a solve goes about its sweeps, see [`Nsgs`].
+/// Order of the sweeps of a solve and frequency of its checks, see [`Nsgs`].
 struct Plan {
-    /// Sweeps in one direction before as many in the other.
+    /// Number of sweeps in one direction before the direction turns.
     turn: usize,
-    /// The judge, once asked, is not asked again before this share of all sweeps is done.
+    /// Least pause between two checks by the judge, as a share of all sweeps so far.
     pause: f64,
 }
 
-/// Of a solve by sweeps alone. Slow sweeps change little, and the judge, at the cost of some three
-/// sweeps by fours, would be asked after each.
+/// For a solve by sweeps alone. Slow sweeps change little, so that without a pause the judge would
+/// be called after each of them. It costs about three sweeps by fours.
 const ALONE: Plan = Plan {
     turn: 10,
     pause: 1.0 / 16.0,
 };
 
-/// Of a few sweeps to start from.
+/// For a few sweeps that provide a start.
 const START: Plan = Plan {
     turn: 1,
     pause: 0.0,
 };
 
-/// Blocks from which on groups of four are tried.
-const FEWEST_IN_FOURS: usize = 32;
+/// Least number of blocks for groups of four.
+const LEAST_BLOCKS_FOR_FOURS: usize = 32;
 
 impl Default for Nsgs {
     fn default() -> Self {
@@ -97,7 +99,7 @@ impl Nsgs {
         }
     }
 
-    /// A solver whose sweeps take `step` in each block, in place of the exact local solution.
+    /// A solver whose sweeps use `step` for each block instead of the exact local solution.
     pub fn with_local_step(max_sweeps: usize, step: LocalStep) -> Self {
         Nsgs {
             step: Some(step),
@@ -105,8 +107,9 @@ impl Nsgs {
         }
     }
 
-    /// Runs up to `sweeps` sweeps from `impulses`, by turns forwards and backwards; stops early once
-    /// the judge certifies them. Returns the number of sweeps done. `judge` is prepared for `problem`.
+    /// Runs up to `sweeps` sweeps from `impulses`, in alternating directions. Stops early once the
+    /// judge certifies the impulses. Returns the number of sweeps done. `judge` must be prepared
+    /// for `problem`.
     pub(super) fn sweep(
         &mut self,
         problem: &ContactProblem,
@@ -118,7 +121,7 @@ impl Nsgs {
         self.run(problem, judge, impulses, tolerance, sweeps, &START)
     }
 
-    /// [`Nsgs::sweep`] by a plan.
+    /// [`Nsgs::sweep`] with a given plan.
     fn run(
         &mut self,
         problem: &ContactProblem,
@@ -152,14 +155,14 @@ impl Nsgs {
             since_check += 1;
             let rests = change == 0.0;
             let hint = change <= tolerance * scale;
-            let asks = rests || plan.asks(hint, since_check, sweep);
-            if by_four.is_some() && (asks || sweep + 1 == sweeps) {
+            let checks = rests || plan.checks(hint, since_check, sweep);
+            if by_four.is_some() && (checks || sweep + 1 == sweeps) {
                 self.fours.write(impulses);
             }
             if rests {
                 return sweep + 1;
             }
-            if asks {
+            if checks {
                 since_check = 0;
                 if judge.natural_map(problem, impulses).certified(tolerance) {
                     return sweep + 1;
@@ -169,13 +172,13 @@ impl Nsgs {
         sweeps
     }
 
-    /// Whether sweeps of `problem` are worth the groups of [`FourSweep`].
+    /// Whether to try the groups of [`FourSweep`] on `problem`.
     fn takes_fours(&self, problem: &ContactProblem) -> bool {
-        self.step.is_none() && self.relaxation == 1.0 && problem.len() >= FEWEST_IN_FOURS
+        self.step.is_none() && self.relaxation == 1.0 && problem.len() >= LEAST_BLOCKS_FOR_FOURS
     }
 
-    /// One sweep, block after block: the largest change of a local velocity, and the largest
-    /// velocity it compares with \[m/s\].
+    /// One sweep, one block at a time. Returns the largest change of a local velocity, and the
+    /// largest velocity to compare it with \[m/s\].
     fn one_by_one(
         &mut self,
         problem: &ContactProblem,
@@ -212,8 +215,8 @@ impl Nsgs {
 }
 
 impl Plan {
-    /// Whether to ask the judge: the change of a sweep is a cheap hint, only the judge decides.
-    fn asks(&self, hint: bool, since_check: usize, sweep: usize) -> bool {
+    /// Whether to call the judge. The change of a sweep is a cheap hint; only the judge decides.
+    fn checks(&self, hint: bool, since_check: usize, sweep: usize) -> bool {
         since_check == 50 || hint && since_check as f64 > self.pause * sweep as f64
     }
 }
@@ -238,7 +241,7 @@ impl ImpulseSolver for Nsgs {
         impulses: &mut [Vec2],
         tolerance: f64,
     ) -> SolveReport {
-        // a start that is not finite is no start
+        // a start that is not finite is replaced by zero
         if impulses.iter().any(|p| !p.iter().all(|x| x.is_finite())) {
             impulses.fill(Vec2::zeros());
         }
@@ -250,7 +253,7 @@ impl ImpulseSolver for Nsgs {
         if !self.best.solved() {
             let budget = self.max_sweeps;
             sweeps = self.run(problem, &mut judge, impulses, tolerance, budget, &ALONE);
-            // sweeps may diverge, until products of masses and arms overflow
+            // sweeps may diverge until products of masses and arms overflow
             self.best
                 .offer(impulses, judge.natural_map(problem, impulses));
             impulses.copy_from_slice(&self.best.impulses);

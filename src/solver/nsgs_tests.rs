@@ -3,7 +3,7 @@ use crate::contact::examples::{Lcg, heap, pyramid, tower};
 use crate::contact::levels;
 use crate::solver::solve_cold;
 
-/// What the impulses do is unique where friction holds everything.
+/// The motion that the impulses cause is unique if all contacts stick.
 #[test]
 fn relaxed_sweeps_find_the_same_velocities() {
     for bodies in [tower(4, 0.5, |_| 1.0), pyramid(4, 0.5)] {
@@ -19,7 +19,7 @@ fn relaxed_sweeps_find_the_same_velocities() {
             };
             let report = relaxed.solve(&problem, &mut impulses, 1e-6);
             assert!(report.solved(), "{relaxation}: {report:?}");
-            // the tolerance, times the size of the operator's rows
+            // the tolerance times the size of the operator's rows
             let apart = |a: &Vec2, b: &Vec2| (a - b).amax();
             let found = problem.local_velocity(&impulses);
             let worst = end
@@ -39,19 +39,19 @@ fn bits(impulses: &[Vec2]) -> Vec<[u64; 2]> {
         .collect()
 }
 
-/// Sweeps of four contacts at a time against block after block, forwards and backwards, from
-/// impulses of all kinds: the same impulses, change and scale to the last bit.
+/// Sweeps over four contacts at a time against one block at a time, forwards and backwards, from
+/// all kinds of impulses. Impulses, change and scale are equal to the last bit.
 #[test]
 fn four_at_a_time_is_block_after_block() {
     let mut soft = heap(9, 7, 0.4, 1.0, 5).problem();
     for (k, law) in soft.laws.iter_mut().enumerate() {
-        // smooth, rough and steep, hard and soft
+        // frictionless and frictional, steep, rigid and compliant
         *law = Law::Contact {
             friction: [0.0, 0.3, 1.0, 30.0][k % 4],
             compliance: [0.0, 0.0, 0.5][k % 3],
         };
     }
-    // bodies that one axis is locked of, and rows that are no contact's between points
+    // bodies with a locked axis, and rows that do not belong to a contact between points
     let mut odd = heap(9, 7, 0.4, 1.0, 6).problem();
     if let Delassus::Bodies(op) = &mut odd.operator {
         op.inverse_mass[7].x = 0.0;
@@ -70,8 +70,8 @@ fn four_at_a_time_is_block_after_block() {
     }
 }
 
-/// Fails unless sweeps of `problem` by four are those block after block to the last bit; `alone` of
-/// its blocks are no contacts.
+/// Checks that sweeps of `problem` over four blocks equal sweeps over one block to the last bit;
+/// `alone` of its blocks are not contacts.
 pub(crate) fn check_sweeps_by_four(name: &str, problem: &ContactProblem, alone: usize) {
     let Delassus::Bodies(op) = &problem.operator else {
         panic!("bodies");
@@ -110,7 +110,7 @@ pub(crate) fn check_sweeps_by_four(name: &str, problem: &ContactProblem, alone: 
     }
 }
 
-/// Fails unless a turn after every tenth sweep takes fewer sweeps than a turn after each.
+/// Checks that a turn after every tenth sweep needs fewer sweeps than a turn after each.
 pub(crate) fn check_turns_after_ten(name: &str, problem: &ContactProblem) {
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut judge = Judge::new(problem);
@@ -124,31 +124,32 @@ pub(crate) fn check_turns_after_ten(name: &str, problem: &ContactProblem) {
     );
 }
 
-/// A hint that was refused is not heard in each sweep that follows, where sweeps are all there is.
+/// In a solve by sweeps alone, a hint that the judge refused does not lead to a check after each
+/// later sweep.
 #[test]
 fn the_judge_is_asked_ever_more_seldom() {
-    let asked = |plan: &Plan, from: usize| {
+    let count = |plan: &Plan, from: usize| {
         let mut since_check = 0;
         let refused = (from..from + 1000).filter(|&sweep| {
             since_check += 1;
-            let asks = plan.asks(true, since_check, sweep);
-            since_check *= usize::from(!asks);
-            asks
+            let checks = plan.checks(true, since_check, sweep);
+            since_check *= usize::from(!checks);
+            checks
         });
         refused.count()
     };
-    assert!((0..16).all(|sweep| ALONE.asks(true, 1, sweep)));
-    assert!(asked(&ALONE, 0) < 80, "{}", asked(&ALONE, 0));
-    // each fiftieth whatever the hint
-    assert_eq!(asked(&ALONE, 10_000), 20);
-    assert_eq!(asked(&START, 10_000), 1000);
+    assert!((0..16).all(|sweep| ALONE.checks(true, 1, sweep)));
+    assert!(count(&ALONE, 0) < 80, "{}", count(&ALONE, 0));
+    // every fiftieth, whatever the hint
+    assert_eq!(count(&ALONE, 10_000), 20);
+    assert_eq!(count(&START, 10_000), 1000);
     for plan in [START, ALONE] {
-        assert!(!plan.asks(false, 49, 0) && plan.asks(false, 50, 0));
+        assert!(!plan.checks(false, 49, 0) && plan.checks(false, 50, 0));
     }
 }
 
-/// A solve by fours ends where the same sweeps block after block do, with as many of them, on
-/// whatever the solver was used for before.
+/// A solve by fours ends at the same impulses as the same number of sweeps over one block, whatever
+/// problem the solver solved before.
 #[test]
 fn a_solve_by_fours_is_the_solve() {
     let mut used = Nsgs::with_budget(120);
@@ -161,7 +162,8 @@ fn a_solve_by_fours_is_the_solve() {
     }
 }
 
-/// Fails unless a solve of `problem` ends with the impulses of as many sweeps block after block.
+/// Checks that a solve of `problem` returns the impulses of the same number of sweeps over one
+/// block.
 pub(crate) fn check_solve_by_four(used: &mut Nsgs, problem: &ContactProblem) {
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let report = used.solve(problem, &mut impulses, 1e-5);

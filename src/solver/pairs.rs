@@ -1,4 +1,4 @@
-//! The complementary pairs of one block, as the interior point sees them.
+//! The complementary pairs of one block in the interior point.
 
 use super::block_status::Status;
 use crate::contact::{Law, Mat2, Vec2};
@@ -6,14 +6,14 @@ use crate::contact::{Law, Mat2, Vec2};
 /// Most pairs of a block.
 pub(super) const PAIRS: usize = 4;
 
-/// What the pairs are measured by: an impulse [N s] and a velocity \[m/s\].
+/// Scales of the pairs: an impulse [N s] and a velocity \[m/s\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Size {
     pub impulse: f64,
     pub velocity: f64,
 }
 
-/// Pairs `x ⟂ w` of one block, all positive, and its impulse.
+/// Pairs `x ⟂ w` of one block, all positive, and the impulse of the block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     /// Frictional contact: (P_N, β₁, β₂, λ); bounded row: (P − lower, upper − P); unused ones 1.
@@ -22,7 +22,7 @@ pub(super) struct Block {
     /// the negative part of ξ.
     pub w: [f64; PAIRS],
     /// Impulse of a pin or a bounded row.
-    held: Vec2,
+    bilateral: Vec2,
     law: Law,
 }
 
@@ -31,20 +31,20 @@ pub(super) struct Block {
 pub(super) struct Direction {
     pub x: [f64; PAIRS],
     pub w: [f64; PAIRS],
-    held: Vec2,
+    bilateral: Vec2,
 }
 
-/// Friction is at least this much in the choice of the first point, not in the equations.
+/// Least friction in the choice of the first point; the equations use the true one.
 const LEAST_FRICTION: f64 = 1e-3;
 
 impl Block {
-    /// The first point: all alike, or near the impulse and local velocity given.
+    /// The first point: the same for all contacts, or near the given impulse and local velocity.
     pub fn start(law: &Law, near: Option<(Vec2, Vec2)>, size: Size) -> Block {
         let (a, v) = (size.impulse, size.velocity);
         let mut block = Block {
             x: [1.0; PAIRS],
             w: [1.0; PAIRS],
-            held: near.map_or(Vec2::zeros(), |(p, _)| p),
+            bilateral: near.map_or(Vec2::zeros(), |(p, _)| p),
             law: *law,
         };
         match *law {
@@ -72,14 +72,15 @@ impl Block {
             }
             Law::Pin => {}
             Law::Bounded { lower, upper, .. } => {
-                // strictly between the bounds, as near to the impulse given as a tenth allows
+                // strictly between the bounds, near the given impulse, a tenth of the room away
+                // from a bound
                 let room = 0.1 * (upper - lower).min(a);
                 let p = if lower < upper {
-                    block.held.x.clamp(lower + room, upper - room)
+                    block.bilateral.x.clamp(lower + room, upper - room)
                 } else {
                     lower
                 };
-                block.held = Vec2::new(p, 0.0);
+                block.bilateral = Vec2::new(p, 0.0);
                 if lower < upper {
                     block.x[0] = p - lower;
                     block.x[1] = upper - p;
@@ -134,7 +135,7 @@ impl Block {
                 Vec2::new(self.x[0], self.x[1] - self.x[2])
             }
             Law::Contact { .. } => Vec2::new(self.x[0], 0.0),
-            _ => self.held,
+            _ => self.bilateral,
         }
     }
 
@@ -239,9 +240,9 @@ impl Block {
                 d.x[0] = dr.x;
                 d.w[0] = du.x - (self.w[0] - xi.x);
             }
-            Law::Pin => d.held = dr,
+            Law::Pin => d.bilateral = dr,
             Law::Bounded { .. } => {
-                d.held = Vec2::new(dr.x, 0.0);
+                d.bilateral = Vec2::new(dr.x, 0.0);
                 let used = self.used();
                 for (k, sign) in [(0, 1.0), (1, -1.0)] {
                     if used[k] {
@@ -257,7 +258,7 @@ impl Block {
 
     /// A step; products that fall below `least` are lifted to it.
     pub fn advance(&mut self, d: &Direction, step: f64, least: f64, size: Size) {
-        self.held += d.held * step;
+        self.bilateral += d.bilateral * step;
         let used = self.used();
         let bounded = matches!(self.law, Law::Bounded { .. });
         for k in (0..PAIRS).filter(|&k| used[k]) {

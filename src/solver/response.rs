@@ -4,37 +4,39 @@ use crate::contact::{
 use crate::linalg::{BlockLdu, Place};
 use nalgebra::Matrix3;
 
-/// Velocities of a contact problem when impulses answer them linearly, block by block.
+/// Solves for the velocities of a contact problem whose impulses respond linearly to them, block by
+/// block.
 ///
 /// With impulses `r`, gains `A_i` (2 × 2, need not be symmetric) and offsets `g`, one Newton step
-/// of the status method and of the interior point alike is
+/// of the status method, and one of the interior point, is
 ///
 /// ```text
 /// dr = g − A h,   h = J dv,   M (v + dv) = Jᵀ (r + dr)                        (1)
 /// ```
 ///
-/// where `v` is what the impulses add to the free velocity. From bodies it is solved in velocity
-/// space, `K dv = Jᵀ (r + g) − M v` with `K = M + Jᵀ A J`: sparse, and linear in a chain. Velocities
-/// are scaled by `M^½`, so that `M` is the identity and a locked coordinate a zero column. From an
-/// explicit operator it is `(I + G A) h = G (r + g) − ν`, `ν = J v`: sparse as well, over the
-/// contacts that share a body. Neither seeks pivots: with symmetric gains `G + A⁻¹` needs none.
+/// where `v` is the velocity that the impulses add to the free velocity. For bodies it is solved in
+/// velocity space, `K dv = Jᵀ (r + g) − M v` with `K = M + Jᵀ A J`: sparse, and linear in a chain.
+/// Velocities are scaled by `M^½`, so that `M` is the identity and a locked coordinate a zero
+/// column. For an explicit operator it is `(I + G A) h = G (r + g) − ν`, `ν = J v`: sparse as well,
+/// over the contacts that share a body. Neither form pivots between blocks: with symmetric gains
+/// `G + A⁻¹` needs no pivoting.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Response {
-    /// Whether the factors have their places, and can be held.
+    /// Whether the symbolic factorisation is done for this problem.
     ready: bool,
     fits: bool,
-    /// Rows of the problem, and the factors last made.
+    /// Rows of the problem and the last factors.
     factored: Factored,
     /// Factorisations so far.
     count: usize,
     /// `M^−½` of every body.
     roots: Vec<Vec3>,
     pairs: Vec<(u32, u32)>,
-    /// Where the coupling of each block lies in the factor.
+    /// Position of each block's coupling in the factor.
     places: Vec<Option<Place>>,
     velocity: Vec<Vec3>,
     change: Vec<Vec3>,
-    kept: Vec<Vec3>,
+    stored: Vec<Vec3>,
     explicit: Explicit,
 }
 
@@ -44,15 +46,15 @@ pub(super) struct Factored {
     pub bodies: usize,
     /// Scaled by `M^−½`.
     pub rows: Vec<Rows>,
-    /// `A` \[kg\], one a block, as far as its user keeps them.
+    /// `A` \[kg\], one per block, if the user of the factors stores them.
     pub gains: Vec<Mat2>,
     factor: BlockLdu<3>,
 }
 
 impl Factored {
-    /// Solves (1) of another problem, which is nearly the factorised one: nearly.
+    /// Solves (1) of a similar problem approximately, with the factors of this one.
     ///
-    /// `velocities` is its `v`, not scaled; `change` becomes its `dv`, not scaled.
+    /// `velocities` is the `v` of that problem, `change` becomes its `dv`; both unscaled.
     pub fn solve(
         &mut self,
         op: &BodyOperator,
@@ -81,19 +83,19 @@ impl Factored {
     }
 }
 
-/// The part of an explicit operator.
+/// The system of an explicit operator.
 #[derive(Debug, Clone, Default)]
 struct Explicit {
     factor: BlockLdu<2>,
-    /// Where the blocks off the diagonal lie in the factor, in the operator's order.
+    /// Positions of the off-diagonal blocks in the factor, in the operator's order.
     places: Vec<Place>,
     velocity: Vec<Vec2>,
     change: Vec<Vec2>,
-    kept: Vec<Vec2>,
+    stored: Vec<Vec2>,
 }
 
 impl Response {
-    /// Turns to another problem.
+    /// Switches to another problem.
     pub fn prepare(&mut self, problem: &ContactProblem) {
         let own = &mut self.factored;
         own.rows.clear();
@@ -109,15 +111,15 @@ impl Response {
         }
     }
 
-    /// Finds the places of a problem's numbers in its factors, unless they are known. The symbolic
-    /// factorisation is kept while the same bodies couple; where `holds` says no, a block never will.
-    fn make_ready(&mut self, holds: impl Fn(usize) -> bool) {
+    /// Does the symbolic factorisation if it is not done yet. It is reused while the same bodies
+    /// are coupled. Blocks for which `has_gain` returns false never get a gain and are left out.
+    fn make_ready(&mut self, has_gain: impl Fn(usize) -> bool) {
         if self.ready {
             return;
         }
         self.ready = true;
         let own = &mut self.factored;
-        let couples = |(i, rows): (usize, &Rows)| coupled(rows).filter(|_| holds(i));
+        let couples = |(i, rows): (usize, &Rows)| coupled(rows).filter(|_| has_gain(i));
         self.pairs.clear();
         self.pairs
             .extend(own.rows.iter().enumerate().filter_map(couples));
@@ -134,29 +136,30 @@ impl Response {
         }
     }
 
-    /// The system of some rows and gains, factorised; `None` if it is singular or too large. A
-    /// `lean` one leaves out the pairs of bodies that no gain couples, which it then never can.
+    /// Factorises the system of the given rows and gains; `None` if it is singular or too large.
+    /// With `closed_only` it leaves out pairs of bodies that no gain couples; these can then never
+    /// be coupled.
     pub fn factored(
         bodies: usize,
         rows: Vec<Rows>,
         gains: Vec<Mat2>,
-        lean: bool,
+        closed_only: bool,
     ) -> Option<Factored> {
         let mut response = Response::default();
         (response.factored.bodies, response.factored.rows) = (bodies, rows);
-        response.make_ready(|i| !lean || gains[i] != Mat2::zeros());
+        response.make_ready(|i| !closed_only || gains[i] != Mat2::zeros());
         let made = response.factorise_bodies(&gains);
         response.factored.gains = gains;
         made.then_some(response.factored)
     }
 
-    /// Exchanges the factors, and with them the rows: another problem must be prepared next.
+    /// Exchanges the factors and their rows. Another problem must be prepared next.
     pub fn exchange(&mut self, other: &mut Factored) {
         std::mem::swap(&mut self.factored, other);
         self.ready = false;
     }
 
-    /// Number of factorisations so far: who remembers it knows whether the factors are still its own.
+    /// Number of factorisations so far. It shows whether the factors have changed since.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -177,16 +180,16 @@ impl Response {
         }
     }
 
-    /// Keeps the present velocities, to come back to.
-    pub fn keep(&mut self) {
-        self.kept.clone_from(&self.velocity);
-        self.explicit.kept.clone_from(&self.explicit.velocity);
+    /// Stores the present velocities for [`Response::restore`].
+    pub fn store(&mut self) {
+        self.stored.clone_from(&self.velocity);
+        self.explicit.stored.clone_from(&self.explicit.velocity);
     }
 
-    /// Goes back to the velocities last kept.
+    /// Restores the velocities stored last.
     pub fn restore(&mut self) {
-        self.velocity.clone_from(&self.kept);
-        self.explicit.velocity.clone_from(&self.explicit.kept);
+        self.velocity.clone_from(&self.stored);
+        self.explicit.velocity.clone_from(&self.explicit.stored);
     }
 
     /// `(J v)_i` \[m/s\].
@@ -197,8 +200,8 @@ impl Response {
         }
     }
 
-    /// Factorises for the gains `A` \[kg\], one a block. `false` if the system is singular or its
-    /// factors are too many to be held.
+    /// Factorises for the gains `A` \[kg\], one per block. Returns `false` if the system is
+    /// singular or its factors are too large.
     pub fn factorise(&mut self, problem: &ContactProblem, gains: &[Mat2]) -> bool {
         self.count += 1;
         match &problem.operator {
@@ -309,7 +312,7 @@ impl Response {
 }
 
 impl Explicit {
-    /// Whether the factors can be held.
+    /// Does the symbolic factorisation. Returns whether the factors fit in memory.
     fn prepare(&mut self, matrix: &BlockMatrix) -> bool {
         self.places.clear();
         if (self.factor.prepare(matrix.size(), &matrix.pairs())).is_err() {

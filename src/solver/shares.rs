@@ -1,23 +1,23 @@
-//! Impulses that are not unique: how many ways there are to share a load out, and the least one.
+//! Impulse distributions that are not unique: how many there are, and the one of minimum norm.
 
 use super::response::Response;
 use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, NO_BODY, Vec2};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-/// How a load is shared out among redundant contacts.
+/// How redundant contacts share a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shares {
-    /// As the solver found them.
+    /// The impulses that the solver found.
     #[default]
     Found,
-    /// The least ones, see [`Sharing::least`].
+    /// The impulses of minimum norm, see [`Sharing::least`].
     MinimumNorm,
 }
 
 impl Shares {
-    /// The name a user types.
+    /// The name in scene files and settings.
     pub fn name(self) -> &'static str {
         match self {
             Shares::Found => "found",
@@ -26,27 +26,28 @@ impl Shares {
     }
 }
 
-/// What of a solution is not determined.
+/// The part of a solution that is not determined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Uniqueness {
-    /// Dimension of the self-stress: independent ways to change the closed contacts' impulses that
-    /// move no body, while the contacts stay as they are. `None` above [`Uniqueness::MOST_ROWS`].
+    /// Dimension of the self-stress: independent changes of the closed contacts' impulses that move
+    /// no body while the contacts keep their statuses. `None` above [`Uniqueness::MOST_ROWS`].
     pub self_stress: Option<usize>,
-    /// Contacts steep enough for two solutions of their own, `μ ≥ G_NN / |G_NT|` (Painlevé).
+    /// Contacts with so much friction that each alone can have two solutions, `μ ≥ G_NN / |G_NT|`
+    /// (Painlevé).
     pub steep: Vec<usize>,
 }
 
 impl Uniqueness {
-    /// Most closed rows of which the rank is determined; the work is cubic in them.
+    /// Most closed rows for which the rank is computed; the work is cubic in their number.
     pub const MOST_ROWS: usize = 1500;
 
-    /// Looks at a solution.
+    /// Analyses a solution.
     ///
-    /// The self-stress is the number of closed rows less the rank of their Delassus operator, with
-    /// `P_T = ±μ P_N` of a sliding contact as one row.
+    /// The self-stress is the number of closed rows less the rank of their Delassus operator.
+    /// `P_T = ±μ P_N` of a sliding contact counts as one row.
     ///
     /// # Arguments
-    /// - `impulses`: certified [N s]; closed is what they leave closed.
+    /// - `impulses`: certified [N s]; they decide which contacts are closed.
     pub fn of(problem: &ContactProblem, impulses: &[Vec2]) -> Uniqueness {
         let mut judge = Judge::new(problem);
         let free = closed_rows(problem, &mut judge, impulses);
@@ -68,15 +69,15 @@ impl Uniqueness {
     }
 }
 
-/// What may change of a block's impulse while all velocities stay.
+/// The directions in which a block's impulse may change while all velocities stay the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Free {
-    /// Nothing.
+    /// No direction.
     None,
-    /// The one row of a block, or the normal one.
+    /// The only row of a block, or the normal row.
     Normal,
     Both,
-    /// Along `(1, ratio)`: it slides.
+    /// Along `(1, ratio)`: a sliding contact.
     Along(f64),
 }
 
@@ -90,13 +91,14 @@ impl Free {
         }
     }
 
-    /// The part of `p` in it.
+    /// The projection of `p` on these directions.
     fn part(self, p: Vec2) -> Vec2 {
         self.directions().iter().map(|d| d * d.dot(&p)).sum()
     }
 }
 
-/// Of every block what is closed and rigid, as the velocities say; a compliant contact is unique.
+/// For each block the directions of its closed rigid rows, by the velocities. A compliant contact
+/// has a unique impulse.
 fn closed_rows(problem: &ContactProblem, judge: &mut Judge, impulses: &[Vec2]) -> Vec<Free> {
     let residual = judge.natural_map(problem, impulses);
     let resolution = (10.0 * residual.velocity).max(1e-9 * residual.velocity_scale);
@@ -127,7 +129,7 @@ fn closed_rows(problem: &ContactProblem, judge: &mut Judge, impulses: &[Vec2]) -
 fn rank(problem: &ContactProblem, rows: &[(usize, Vec2)]) -> usize {
     let matrix = match &problem.operator {
         Delassus::Bodies(op) => {
-            // G = B Bᵀ: the factor is narrower, and its rank is better conditioned
+            // G = B Bᵀ: the factor B is narrower, and its rank is better conditioned
             let mut touched: Vec<u32> = (rows.iter())
                 .flat_map(|&(i, _)| op.rows[i].bodies)
                 .filter(|body| *body != NO_BODY)
@@ -137,7 +139,7 @@ fn rank(problem: &ContactProblem, rows: &[(usize, Vec2)]) -> usize {
             let mut factor = DMatrix::zeros(3 * touched.len(), rows.len());
             for (column, &(i, d)) in rows.iter().enumerate() {
                 for (j, body) in op.rows[i].jacobian.iter().zip(op.rows[i].bodies) {
-                    // the others have infinite mass
+                    // all other sides have infinite mass
                     let Ok(place) = touched.binary_search(&body) else {
                         continue;
                     };
@@ -163,13 +165,13 @@ fn rank(problem: &ContactProblem, rows: &[(usize, Vec2)]) -> usize {
         }
     }
     let r = matrix.col_piv_qr().unpack_r();
-    // columns of length one: what is left of a dependent one is round-off
+    // columns have length one: a pivot of a dependent column is round-off
     (0..r.nrows().min(r.ncols()))
         .filter(|&i| r[(i, i)].abs() > 1e-9)
         .count()
 }
 
-/// Finds least impulses, with buffers kept.
+/// Finds the impulses of minimum norm. Reuses its buffers.
 #[derive(Debug, Clone, Default)]
 pub struct Sharing {
     judge: Judge,
@@ -178,29 +180,30 @@ pub struct Sharing {
     targets: Vec<Vec2>,
 }
 
-/// Weight of the norm against the wrench in a step; it is taken again and again until the wrench is
-/// exact.
+/// Weight of the norm against the wrench in a step. Steps repeat until the wrench is exact.
 const WEIGHT: f64 = 1e-6;
 const REPEATS: usize = 12;
-/// Rounds in which contacts that would pull are let go.
+/// Most rounds of releasing contacts that would pull.
 const ROUNDS: usize = 20;
 
 impl Sharing {
-    /// Shares the load out anew, such that with all velocities as they are
+    /// Distributes the load anew. With all velocities unchanged,
     ///
     /// ```text
     /// Σ tr(G_ii) |P_i|²  is least                                            (1)
     /// ```
     ///
-    /// among the impulses of closed rigid contacts that the laws admit; of one row it is `G_NN`. The
-    /// limit of contacts whose compliances vanish, in proportion to that, where none would pull or leave its cone; those that would are let
-    /// go, or held at the border, one round after the other, which need not be the least of all.
+    /// among the impulses of closed rigid contacts that the laws admit; a block of one row has
+    /// weight `G_NN`. This is the limit of contacts whose compliances go to zero in proportion to
+    /// these weights, as long as no contact would pull or leave its cone. Contacts that would pull
+    /// are released, and contacts that would leave the cone stay on its border, one round after the
+    /// other. The result of these rounds need not be the overall minimum.
     ///
     /// # Arguments
-    /// - `impulses`: certified at `tolerance`; left as they are where nothing better is found.
+    /// - `impulses`: certified at `tolerance`; unchanged if no better ones are found.
     ///
     /// # Returns
-    /// Whether they were changed, and the number of factorisations.
+    /// Whether the impulses were changed, and the number of factorisations.
     pub fn least(
         &mut self,
         problem: &ContactProblem,
@@ -210,9 +213,9 @@ impl Sharing {
         self.judge.prepare(problem);
         self.response.prepare(problem);
         let mut free = closed_rows(problem, &mut self.judge, impulses);
-        let asked = impulses.to_vec();
+        let given = impulses.to_vec();
         for round in 1..=ROUNDS {
-            let Some(found) = self.round(problem, &asked, &free) else {
+            let Some(found) = self.round(problem, &given, &free) else {
                 return (false, round);
             };
             let mut stays = true;
@@ -224,7 +227,7 @@ impl Sharing {
                     (Law::Contact { friction, .. }, Free::Both) if p.y.abs() > friction * p.x => {
                         Free::Along(friction * p.y.signum())
                     }
-                    // a row at its bound stays within it
+                    // a bounded row must stay within its bounds
                     (Law::Bounded { lower, upper, .. }, _) if p.x < lower || p.x > upper => {
                         return (false, round);
                     }
@@ -234,7 +237,7 @@ impl Sharing {
                 stays = false;
             }
             if stays {
-                let better = self.norm(problem, &found) < self.norm(problem, &asked);
+                let better = self.norm(problem, &found) < self.norm(problem, &given);
                 let certified = self.judge.natural_map(problem, &found).certified(tolerance);
                 if better && certified {
                     impulses.copy_from_slice(&found);
@@ -245,11 +248,12 @@ impl Sharing {
         (false, ROUNDS)
     }
 
-    /// The least impulses in `free` that do to the bodies what `asked` does.
+    /// The impulses of minimum norm in the directions `free` that act on the bodies as `given`
+    /// does.
     fn round(
         &mut self,
         problem: &ContactProblem,
-        asked: &[Vec2],
+        given: &[Vec2],
         free: &[Free],
     ) -> Option<Vec<Vec2>> {
         self.gains.clear();
@@ -258,8 +262,8 @@ impl Sharing {
             let gain = f.directions().into_iter().map(|d| d * d.transpose() * rate);
             self.gains.push(gain.sum());
         }
-        // what is not free keeps its impulse; contacts that were let go give theirs to the others
-        let kept: Vec<Vec2> = (problem.laws.iter().zip(asked).zip(free))
+        // blocks without directions keep their impulse; released contacts pass theirs to the others
+        let fixed: Vec<Vec2> = (problem.laws.iter().zip(given).zip(free))
             .map(|((law, p), f)| match (law, f) {
                 (Law::Contact { compliance, .. }, Free::None) if *compliance == 0.0 => {
                     Vec2::zeros()
@@ -268,25 +272,25 @@ impl Sharing {
                 _ => Vec2::zeros(),
             })
             .collect();
-        self.response.start(problem, asked);
-        let wanted: Vec<Vec2> = (0..asked.len())
+        self.response.start(problem, given);
+        let target: Vec<Vec2> = (0..given.len())
             .map(|i| self.response.velocity(i))
             .collect();
         if !self.response.factorise(problem, &self.gains) {
             return None;
         }
-        let mut found = kept;
+        let mut found = fixed;
         self.response.start(problem, &found);
         for _ in 0..REPEATS {
             self.targets.clear();
             for (i, p) in found.iter().enumerate() {
-                let open = self.response.velocity(i) - wanted[i];
+                let open = self.response.velocity(i) - target[i];
                 self.targets.push(p - self.gains[i] * open);
             }
             self.response.solve(problem, &self.targets);
             for (i, p) in found.iter_mut().enumerate() {
                 let next = self.targets[i] - self.gains[i] * self.response.change(i);
-                // round-off across the free directions
+                // removes round-off outside the free directions
                 *p += free[i].part(next - *p);
             }
             self.response.start(problem, &found);
@@ -297,7 +301,7 @@ impl Sharing {
             .then_some(found)
     }
 
-    /// (1).
+    /// The norm (1) of [`Sharing::least`].
     fn norm(&self, problem: &ContactProblem, impulses: &[Vec2]) -> f64 {
         let blocks = problem.laws.iter().zip(self.judge.diagonal());
         let weighted = |(p, (law, g)): (&Vec2, (&Law, &Mat2))| weight(law, g) * p.norm_squared();
@@ -337,8 +341,8 @@ mod tests {
         impulses
     }
 
-    /// Least under ΣP = 1 and ΣxP = 0 with weights w: P_i = (a + b x_i) / w_i. The weight is
-    /// G_NN = 1/m + x²/J of one row.
+    /// Minimum under ΣP = 1 and ΣxP = 0 with weights w: P_i = (a + b x_i) / w_i. The weight of one
+    /// row is G_NN = 1/m + x²/J.
     #[test]
     fn feet_in_a_row_share_by_their_weight() {
         let xs = [-0.5, -0.3, -0.1, 0.1, 0.3, 0.5];
@@ -349,16 +353,16 @@ mod tests {
         let weight = |x: f64| 1.0 + 6.0 * x * x;
         let sum: f64 = xs.iter().map(|x| 1.0 / weight(*x)).sum();
         for (p, x) in impulses.iter().zip(xs) {
-            // symmetric: b = 0; round-off over the weight of the norm
+            // symmetric: b = 0; the tolerance is round-off over the weight of the norm
             assert!((p.x - 1.0 / weight(x) / sum).abs() < 1e-9, "{p}");
         }
         let unique = Uniqueness::of(&problem, &impulses);
-        // six rows, of which two are independent
+        // six rows, two of them independent
         assert_eq!(unique.self_stress, Some(4));
         assert!(unique.steep.is_empty());
     }
 
-    /// The least shares are the same whoever solved.
+    /// The distribution of minimum norm does not depend on the solver.
     #[test]
     fn least_shares_do_not_depend_on_the_solver() {
         for problem in [
@@ -368,7 +372,7 @@ mod tests {
         ] {
             let mut a = solved::<Direct>(&problem);
             let mut b = vec![Vec2::zeros(); problem.len()];
-            // sweeps backwards in the list of contacts share otherwise
+            // another start leads to another distribution
             b[0] = Vec2::new(0.3, 0.0);
             let report = Nsgs::with_budget(20_000).solve(&problem, &mut b, 1e-12);
             assert!(report.solved(), "{report:?}");
@@ -380,12 +384,12 @@ mod tests {
                 .zip(&b)
                 .map(|(a, b)| (a - b).norm())
                 .fold(0.0, f64::max);
-            // both solutions are certified at 1e-12 of some 1 m/s; shares amplify it
+            // both are certified at 1e-12 of about 1 m/s; the distribution amplifies the error
             assert!(apart < 1e-8, "{apart}");
         }
     }
 
-    /// Nothing is left to share out where contacts are few, and nothing changes.
+    /// A unique distribution does not change.
     #[test]
     fn unique_shares_are_left_alone() {
         let problem = feet(&[-0.5, 0.5], 0.0, Vec3::new(0.0, -1.0, 0.1));

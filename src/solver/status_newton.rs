@@ -6,16 +6,16 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, pro
 
 /// Newton's method on the natural map, by the status of every block.
 ///
-/// The status is read off `z = P − ρ ξ`: open if `z_N ≤ 0`, stick if `|z_T| ≤ μ z_N`, else slip
+/// The status follows from `z = P − ρ ξ`: open if `z_N ≤ 0`, stick if `|z_T| ≤ μ z_N`, else slip
 /// with the sign of `z_T`; a bounded row is at a bound or free. A step solves the linear system of
-/// those statuses with a proximal term, so that redundant rows are no obstacle:
+/// those statuses. A proximal term makes redundant rows no obstacle:
 ///
 /// ```text
 /// ξ(P⁺) + ε (P⁺ − P) = 0 on the active rows,  P_T⁺ = s μ P_N⁺ on slipping ones,
 /// ε = ε₀ tr(G_ii)/2, ε₀ = 1e−6 or less                                      (1)
 /// ```
 ///
-/// No line search: it either lands within a few steps or cycles, and then stops.
+/// There is no line search: the method converges within a few steps, or it cycles and stops.
 ///
 /// # Source
 /// Alart & Curnier (1991) for the statuses; Parikh & Boyd (2014) for the proximal term.
@@ -26,38 +26,44 @@ pub(super) struct StatusNewton {
     gains: Vec<Mat2>,
     /// `r + g` of (1) of [`Response`] \[N s\].
     targets: Vec<Vec2>,
-    /// Of the bodies, in a chord step.
+    /// Velocity change of the bodies in a chord step.
     change: Vec<Vec3>,
     proximal: f64,
-    /// All status vectors met, one after the other.
+    /// All status vectors so far, one after the other.
     history: Vec<Status>,
-    /// What the factors last made are of, and the count of factorisations then.
+    /// Statuses and gains of the last factors, and the number of factorisations when they were
+    /// made.
     statuses: Vec<Status>,
     made_gains: Vec<Mat2>,
     made: usize,
 }
 
-/// Chord steps tried with factors of another problem.
+/// Most chord steps with factors of another problem.
 const CHORDS: usize = 4;
 /// See [`StatusNewton::chord`].
 const CHANGED: usize = 10;
 
-/// First weight of the proximal term: a smaller one loses digits in the stiff system.
+/// First weight of the proximal term. A smaller one loses digits in the stiff system.
 const PROXIMAL: f64 = 1e-6;
-/// Where a step with unchanged statuses leaves more than this share of the residual, the weight
-/// falls by [`LIGHTER`], not below [`LIGHTEST`]: great mass ratios need it.
+/// If a step with unchanged statuses leaves more than this share of the residual, the weight falls
+/// by [`LIGHTER`], not below [`LIGHTEST`]. Large mass ratios need this.
 const SLOW: f64 = 0.1;
 const LIGHTER: f64 = 1e-2;
 const LIGHTEST: f64 = 0.9e-10;
 
 impl StatusNewton {
-    /// At most `steps` Newton steps from `start`; every iterate is offered to `best`.
+    /// Takes at most `steps` Newton steps from `start`. Offers every iterate to `best`. Returns the
+    /// number of factorisations.
     ///
-    /// `guess` takes the place of the statuses in the first step. While the statuses stand, the
-    /// factors are used again. Stops when `best` is solved, when a status vector comes up for the
-    /// third time, when more than a tenth of the statuses change in a step and not clearly fewer
-    /// than in the one before, when the lightest proximal weight brings nothing more, or when the
-    /// system is singular. Returns the number of factorisations.
+    /// The first step uses the statuses of `guess`, if given. While the statuses do not change, the
+    /// factors are reused. The method stops when
+    ///
+    /// - `best` is solved,
+    /// - a status vector occurs for the third time,
+    /// - more than a tenth of the statuses change in a step, and not clearly fewer than in the step
+    ///   before,
+    /// - the lightest proximal weight improves nothing more, or
+    /// - the system is singular.
     #[allow(clippy::too_many_arguments)]
     pub fn run(
         &mut self,
@@ -87,7 +93,7 @@ impl StatusNewton {
                 None => n,
             };
             if changed == 0 && !lighter {
-                // the same system: its factors serve, and the proximal centre moves on
+                // the same system: reuse its factors, only the proximal centre changes
                 self.history.truncate(self.history.len() - n);
             } else {
                 lighter = false;
@@ -122,9 +128,9 @@ impl StatusNewton {
             if best.solved() || merit.is_nan() {
                 return step;
             }
-            // neither 0 nor infinity comes down any more
+            // neither 0 nor infinity decreases any more
             if changed == 0 && merit >= SLOW * merit_before {
-                // the proximal term holds the last digits back, or round-off does
+                // the proximal term limits the last digits, or round-off does
                 self.proximal *= LIGHTER;
                 lighter = true;
                 if self.proximal < LIGHTEST {
@@ -135,14 +141,14 @@ impl StatusNewton {
         }
     }
 
-    /// Chord steps with the factors of `newton`, and the statuses they are of, from the impulses
-    /// that the judge saw last, as long as each leaves a tenth of the residual; every iterate is
-    /// offered to `best`. Whether the last one was kept: the judge has its velocities then.
+    /// Takes chord steps with the factors and statuses of `newton`, from the impulses that the
+    /// judge evaluated last. Stops when a step leaves more than a tenth of the residual. Offers
+    /// every iterate to `best`. Returns whether `best` stored the last iterate: the judge then has
+    /// its velocities.
     ///
-    /// A contact on the border of two statuses, as the feet of an arch are, has either: the
-    /// solution of the other's system serves as well, and which one round-off asks for costs
-    /// nothing. Where more than one in [`CHANGED`] blocks asks for another status the factors are
-    /// of another time.
+    /// A contact on the border of two statuses, such as a foot of an arch, can have either one.
+    /// Both linear systems give its solution, so a different status from round-off does no harm. If
+    /// more than one in [`CHANGED`] blocks has another status, the factors are outdated.
     pub fn chord(
         &mut self,
         problem: &ContactProblem,
@@ -178,7 +184,7 @@ impl StatusNewton {
             let merit = residual.merit();
             last = best.offer(&self.current, residual);
             if best.solved() {
-                newton.serve_again();
+                newton.drop_open_contacts();
             }
             if best.solved() || merit.is_nan() || merit >= SLOW * merit_before {
                 break;
@@ -188,30 +194,31 @@ impl StatusNewton {
         last
     }
 
-    /// Forgets whose factors were made: those of another problem are not handed over.
+    /// Starts a new problem: factors of earlier problems are not stored in the cache.
     pub fn begin(&mut self) {
         self.statuses.clear();
     }
 
-    /// Puts the factors last made into `carried`; empties it if they are no longer there, or of no
-    /// use to another problem.
-    pub fn hand_over(&mut self, response: &mut Response, carried: &mut FactorCache) {
+    /// Moves the last factors into `cache`. Empties `cache` if they have been replaced, or are of
+    /// no use for another problem.
+    pub fn store_factors(&mut self, response: &mut Response, cache: &mut FactorCache) {
         if self.statuses.is_empty() || self.made != response.count() {
-            *carried = FactorCache::default();
+            *cache = FactorCache::default();
             return;
         }
-        let newton = carried.0.get_or_insert_default();
+        let newton = cache.0.get_or_insert_default();
         response.exchange(&mut newton.factored);
         newton.bodies.clear();
         (newton.bodies).extend(newton.factored.rows.iter().map(|r| r.bodies));
         std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
-        (newton.lean, newton.settles) = (false, true);
+        (newton.closed_only, newton.needed_solve) = (false, true);
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();
     }
 
-    /// Statuses, gains and targets of (1) at the current impulses, of which `velocity` is `G P + b`;
-    /// `guess` in place of the statuses. Returns how many of it are not theirs.
+    /// Computes statuses, gains and targets of (1) at the current impulses, with `velocity` their
+    /// `G P + b`. Uses the statuses `guess` instead, if given, and returns how many of them differ
+    /// from the computed ones.
     fn linearise(
         &mut self,
         problem: &ContactProblem,
@@ -272,8 +279,8 @@ fn half(law: &Law, judge: &Judge, i: usize) -> f64 {
     }
 }
 
-/// The point of the law's set that stands for `p`: a wrong status can leave the set, and what is
-/// judged must lie in it.
+/// A point of the law's set near `p`. A wrong status can leave the set, but the judge must get a
+/// point in it.
 fn inside(p: Vec2, law: &Law) -> Vec2 {
     match *law {
         Law::Contact { friction, .. } => {

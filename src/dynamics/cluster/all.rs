@@ -9,9 +9,10 @@ use crate::dynamics::model::{ContactPoint, MultibodyModel, NormalLaw};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Steps every cluster of bodies in which something closes; `main` is the whole step, `trial` its solution.
+/// Steps every cluster of bodies in which a contact closes. `main` is the whole step, `trial` its
+/// solution.
 ///
-/// A cluster that would run into a body outside takes in that body's, and starts again.
+/// A cluster that would hit a body outside is merged with that body's cluster and restarted.
 pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     model: &mut M,
     solver: &mut IslandSolver,
@@ -20,7 +21,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     let (main, trial) = (context.main, context.trial);
     let count = main.start.len();
     let crossing: Vec<[u32; 2]> = trial
-        .waiting
+        .deferred
         .iter()
         .map(|&i| &main.detection.contacts[i])
         .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))
@@ -29,7 +30,7 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
     if crossing.is_empty() {
         return Ok(Vec::new());
     }
-    // joined bodies belong together, and those that press on each other, by the trial or by rule
+    // joined bodies belong together, and so do bodies that load each other, in the trial or by rule
     let mut links: Vec<[u32; 2]> = (0..main.blocks.len())
         .filter(|&i| {
             trial.impulses[i] != Vec2::zeros()
@@ -87,11 +88,11 @@ fn group(count: usize, crossing: &[[u32; 2]], links: &[[u32; 2]]) -> Vec<Vec<u32
         .collect()
 }
 
-/// Contacts between a cluster and a body outside it that end overlapped, by the paths of both.
+/// Contacts between a cluster and a body outside it that overlap at the end, on the paths of both.
 fn collisions(done: &[Cluster], context: &Context) -> Vec<[u32; 2]> {
     let main = context.main;
     let mut owner = vec![NO_BODY; main.start.len()];
-    // displacement from the midpoint of the trial to the end of the step
+    // displacement in the trial, from the midpoint to the end of the step
     let mut moved: Vec<Vec3> = context
         .trial
         .end

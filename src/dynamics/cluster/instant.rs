@@ -1,4 +1,4 @@
-//! An impact of no duration, where a cluster stands.
+//! An impact of zero duration at the current configuration of a cluster.
 
 use super::runner::{Context, Rest, Runner};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
@@ -10,7 +10,8 @@ use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
 
 impl Runner {
-    /// An impact disturbs what stuck: the correction of its drift would see a jump.
+    /// Clears the sticking velocities. An impact makes them jump, which would disturb the drift
+    /// correction.
     pub(super) fn forget_sticking(&mut self, context: &Context) {
         let mut contacts = self.own_contacts.take().unwrap_or_else(|| {
             let found = &self.instant.detection;
@@ -23,12 +24,13 @@ impl Runner {
         self.own_contacts = Some(contacts);
     }
 
-    /// Impact without duration at the present configuration; whether it was a lone one.
+    /// Solves an impact of zero duration at the current configuration. Returns whether it was
+    /// between two bodies that touch nothing else.
     ///
-    /// Two bodies that touch nothing else are followed from bounce to bounce until all that are
-    /// left fit into the rest of the step: with closing velocity `v` and relative acceleration
-    /// `a` they take `2 e v / (a (1 − e))`, and together give the impulse of a landing without
-    /// rebound and of the rest that follows it.
+    /// Two such bodies are followed from bounce to bounce until all remaining bounces fit into the
+    /// rest of the step. With closing velocity `v` and relative acceleration `a` these take
+    /// `2 e v / (a (1 − e))`. Together they give the impulse of a landing without rebound and of
+    /// the rest that follows it.
     pub(super) fn impact(
         &mut self,
         solver: &mut IslandSolver,
@@ -38,9 +40,9 @@ impl Runner {
         bodies: usize,
     ) -> bool {
         let w = context.inverse_mass;
-        let hits = self.hits(context, key, rest, bodies);
+        let participants = self.participants(context, key, rest, bodies);
         let pressed = |k: &ContactKey| pressed(self.own_contacts.as_ref(), k);
-        let in_force = |i: usize| hits.in_force[i];
+        let in_force = |i: usize| participants.in_force[i];
         let instant = &mut self.instant;
         instant.collect_impact(&context.rules, &self.members, w, in_force, pressed);
         let hit = &mut self.hit;
@@ -53,16 +55,30 @@ impl Runner {
             outcome.count(record);
         }
         let mut contacts = CachedContacts::default();
-        record_interval(instant, hit, |_| true, w, hits.over, record, &mut contacts);
+        record_interval(
+            instant,
+            hit,
+            |_| true,
+            w,
+            participants.over,
+            record,
+            &mut contacts,
+        );
         record.events += 1;
-        if hits.lone {
-            self.keep_landed(&hits.in_force, &contacts);
+        if participants.lone {
+            self.cache_landed(&participants.in_force, &contacts);
         }
-        hits.lone
+        participants.lone
     }
 
-    /// Which contacts take part in the impact at `key`, and how.
-    fn hits(&self, context: &Context, key: ContactKey, rest: Rest, bodies: usize) -> Hits {
+    /// Finds which contacts take part in the impact at `key`, and how.
+    fn participants(
+        &self,
+        context: &Context,
+        key: ContactKey,
+        rest: Rest,
+        bodies: usize,
+    ) -> Participants {
         let instant = &self.instant;
         let contacts = &instant.detection.contacts;
         let touches = |c: &ContactPoint| {
@@ -101,16 +117,16 @@ impl Runner {
         };
         let all: Vec<f64> = contacts.iter().map(&mut coefficient).collect();
         let in_force = touching.iter().zip(all);
-        Hits {
+        Participants {
             in_force: in_force.map(|(touches, e)| touches.then_some(e)).collect(),
             over,
             lone,
         }
     }
 
-    /// Keeps a lone contact that landed: it rolls on along a curve, say. Its impulse, of an instant,
-    /// says nothing of a load.
-    fn keep_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
+    /// Caches a lone contact that landed; it may roll on along a curve. Its impulse is that of an
+    /// instant and not a load.
+    fn cache_landed(&mut self, in_force: &[Option<f64>], contacts: &CachedContacts) {
         let found = self.instant.detection.contacts.iter().zip(in_force);
         for (contact, _) in found.filter(|(_, e)| **e == Some(0.0)) {
             let hit = contacts.get(&contact.key).filter(|m| m.impulse.x > 0.0);
@@ -127,17 +143,18 @@ impl Runner {
 }
 
 /// How contacts take part in an impact.
-struct Hits {
-    /// Of each contact of the instant its coefficient of restitution; `None` if it takes no part.
+struct Participants {
+    /// For each contact of the instant its coefficient of restitution; `None` if it does not take
+    /// part.
     in_force: Vec<Option<f64>>,
-    /// When the impact, and the ever smaller ones that follow it, are over \[s\].
+    /// End \[s\] of the impact and of the ever smaller ones that follow it.
     over: f64,
-    /// Whether two bodies that touch nothing else meet at one contact.
+    /// Whether two bodies that touch nothing else collide at one contact.
     lone: bool,
 }
 
 /// Whether a contact had a normal impulse in the interval before.
 fn pressed(contacts: Option<&CachedContacts>, key: &ContactKey) -> bool {
-    let known = contacts.and_then(|all| all.get(key));
-    known.is_some_and(|m| m.impulse.x > 0.0)
+    let cached = contacts.and_then(|all| all.get(key));
+    cached.is_some_and(|m| m.impulse.x > 0.0)
 }

@@ -1,4 +1,4 @@
-//! Clusters of bodies that collide within a step, each stepped by itself from event to event.
+//! Clusters of bodies that collide within a step. Each is stepped separately from event to event.
 
 mod all;
 mod instant;

@@ -1,4 +1,4 @@
-//! Steps a cluster of bodies by itself, from event to event.
+//! Steps one cluster of bodies from event to event.
 
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
@@ -13,14 +13,14 @@ use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 
-/// Impacts of a cluster in one step, before the rest of it is stepped by the plain rule.
+/// Most impacts of a cluster in a step; then the plain rule steps the rest.
 const EVENTS: usize = 4;
-/// The same for two bodies that touch nothing else: their events cost one small solve each.
+/// The same for two bodies that touch nothing else: each of their events costs one small solve.
 const LONE_EVENTS: usize = 64;
 
-/// What all clusters of a step share.
+/// Data that all clusters of a step share.
 pub(in crate::dynamics) struct Context<'a> {
-    /// The whole step, and its solution as if nothing was located.
+    /// The whole step, and its solution without located impacts.
     pub main: &'a Interval,
     pub trial: &'a Solution,
     pub cache: &'a CachedContacts,
@@ -33,41 +33,42 @@ pub(in crate::dynamics) struct Context<'a> {
     pub dt: f64,
 }
 
-/// What became of a cluster in a step.
+/// The result of a cluster in a step.
 pub(in crate::dynamics) struct Cluster {
-    /// Movable ones, ascending.
+    /// Movable bodies, ascending.
     pub bodies: Vec<u32>,
-    /// One a body: velocity and configuration at the end, and `∫ u dt`.
+    /// One per body: velocity and configuration at the end, and `∫ u dt`.
     pub end: Vec<Vec3>,
     pub configuration: Vec<Configuration>,
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
     pub contacts: CachedContacts,
-    /// Where they are kept.
+    /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
 
-/// Steps clusters; keeps its arrays.
+/// Steps clusters; reuses its buffers.
 #[derive(Default)]
 pub(super) struct Runner {
-    /// The interval stepped last, and the instant at the end of it.
-    pub flow: Interval,
-    pub flown: Solution,
+    /// The interval stepped last, and the instant at its end.
+    pub interval: Interval,
+    pub solution: Solution,
     pub instant: Interval,
     pub hit: Solution,
     pub members: Vec<bool>,
     pub pairs: Vec<[u32; 2]>,
-    /// Bodies of the cluster, and those that move on their own beside it.
+    /// Bodies of the cluster, and adjacent bodies with prescribed motion.
     pub moved: Vec<u32>,
-    /// Of each body its place among these, or [`NO_BODY`].
+    /// For each body its index in `moved`, or [`NO_BODY`].
     pub place: Vec<u32>,
-    /// Where they are at the start of the interval.
+    /// Configurations of the `moved` bodies at the start of the interval.
     pub here: Vec<Configuration>,
-    /// Contacts that take part in the interval: they are kept from closing, not about to.
-    pub held: Vec<ContactKey>,
-    /// Problems of all intervals and instants that count.
+    /// Contacts that take part in the interval and are kept from closing, so that they are no
+    /// events.
+    pub closed: Vec<ContactKey>,
+    /// Problems of all intervals and instants that are part of the result.
     pub problems: Vec<SolvedProblem>,
-    /// The cluster's own contact cache, once it has stepped an interval.
+    /// The cluster's own contact cache, after its first interval.
     pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
 }
@@ -90,7 +91,7 @@ impl Rest {
 }
 
 impl Cluster {
-    /// Of these bodies, before it is stepped.
+    /// A cluster of these bodies, before it is stepped.
     fn of(bodies: Vec<u32>) -> Cluster {
         Cluster {
             end: Vec::new(),
@@ -104,15 +105,15 @@ impl Cluster {
     }
 }
 
-/// Where some bodies are.
+/// Configurations of some bodies.
 fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
     let of = |b: &u32| model.configuration(*b as usize);
     bodies.iter().map(of).collect()
 }
 
 impl Runner {
-    /// Steps `bodies` through the step of `context`. On return they stand at its end, all others
-    /// as on entry.
+    /// Steps `bodies` through the step of `context`. On return they are at its end; all other
+    /// bodies are where they were.
     ///
     /// # Errors
     /// [`StepError`] of the detection, or velocities that are not finite.
@@ -125,7 +126,7 @@ impl Runner {
     ) -> Result<Cluster, StepError> {
         self.gather(context, &bodies);
         let escorts = self.moved[bodies.len()..].to_vec();
-        let aside = places(model, &escorts);
+        let saved = places(model, &escorts);
         self.start(model, context);
         let mut cluster = Cluster::of(bodies);
         let (mut elapsed, mut limit) = (0.0, LONE_EVENTS);
@@ -137,23 +138,23 @@ impl Runner {
                 sweeps: context.rules.sweeps && !plain,
                 ..context.rules
             };
-            // the whole step has shown this far already
-            let shown = elapsed == 0.0 && !plain;
-            let next = self.try_rest(model, solver, context, &rules, rest, shown)?;
+            // the trial of the whole step already gives the path from the start
+            let known = elapsed == 0.0 && !plain;
+            let next = self.try_rest(model, solver, context, &rules, rest, known)?;
             let Some((contact, time)) = next else {
-                self.keep(context, context.time + context.dt, &mut cluster);
+                self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
             };
             let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
             let Some((key, time)) = found else {
-                // nothing closes after all: the rest is stepped plainly
+                // no contact closes in fact: step the rest by the plain rule
                 limit = 0;
                 self.restore(model);
                 continue;
             };
             elapsed += time;
             if time > 0.0 {
-                self.keep(context, context.time + elapsed, &mut cluster);
+                self.record_last(context, context.time + elapsed, &mut cluster);
                 self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
             }
             self.forget_sticking(context);
@@ -162,38 +163,40 @@ impl Runner {
                 limit = EVENTS;
             }
             self.here = places(model, &self.moved);
-            std::mem::swap(&mut self.flow.start, &mut self.hit.end);
+            std::mem::swap(&mut self.interval.start, &mut self.hit.end);
         }
         cluster.record = std::mem::take(&mut self.record);
         cluster.problems = std::mem::take(&mut self.problems);
-        let velocity = |b: &u32| self.flown.end[*b as usize];
+        let velocity = |b: &u32| self.solution.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
         cluster.configuration = places(model, &cluster.bodies);
-        for (&b, place) in escorts.iter().zip(&aside) {
+        for (&b, place) in escorts.iter().zip(&saved) {
             model.set_configuration(b as usize, place);
         }
         Ok(cluster)
     }
 
-    /// Puts the bodies back to the start of the step.
+    /// Moves the bodies back to the start of the step.
     fn start<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, context: &Context) {
         let origin = |b: &u32| context.origin[*b as usize];
         self.here = self.moved.iter().map(origin).collect();
         self.restore(model);
-        self.flow.start.clone_from(&context.main.start);
-        for interval in [&mut self.flow, &mut self.instant] {
+        self.interval.start.clone_from(&context.main.start);
+        for interval in [&mut self.interval, &mut self.instant] {
             interval.roles.clone_from(&context.main.roles);
         }
-        self.flow.excused.clone_from(&context.main.excused);
-        self.flow.crowded.clone_from(&context.main.crowded);
+        self.interval
+            .known_overlaps
+            .clone_from(&context.main.known_overlaps);
+        self.interval.crowded.clone_from(&context.main.crowded);
         self.own_contacts = None;
         self.record = StepRecord::default();
         self.problems.clear();
     }
 
-    /// Solves the rest of the step as if nothing closed in it, unless the whole step has `shown` it.
-    /// The first contact to close and after what time; `None` where none closes: the bodies then
-    /// stand at the end of the step.
+    /// Solves the rest of the step without impacts, unless the trial of the whole step has `known`
+    /// it. Returns the first contact to close and the time until then. `None` if no contact closes:
+    /// the bodies are then at the end of the step.
     fn try_rest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -201,26 +204,26 @@ impl Runner {
         context: &Context,
         rules: &Rules,
         rest: Rest,
-        shown: bool,
+        known: bool,
     ) -> Result<Option<(ContactPoint, f64)>, StepError> {
         let span = Span {
             step: context.dt,
             length: rest.length,
             horizon: 0.5 * (rest.length + context.dt),
         };
-        if shown {
-            self.take_over(context);
+        if known {
+            self.take_trial(context);
         } else {
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
-        // the search leaves bodies where it looked last
+        // the search leaves the bodies at the last configuration it tried
         let middle = places(model, &self.moved);
         if rules.locates()
             && let Some(next) = self.next(model, context)?
         {
             return Ok(Some(next));
         }
-        if shown {
+        if known {
             self.restore(model);
             self.advance(model, solver, context, rules, span, rest.at)?;
         } else {
@@ -232,7 +235,8 @@ impl Runner {
         Ok(None)
     }
 
-    /// Finds which bodies belong, which move along, and which pairs of surfaces may touch.
+    /// Finds the bodies of the cluster, the adjacent ones with prescribed motion, and the surface
+    /// pairs that may touch.
     fn gather(&mut self, context: &Context, bodies: &[u32]) {
         self.members.clear();
         self.members.resize(context.inverse_mass.len(), false);
@@ -272,58 +276,58 @@ impl Runner {
         }
     }
 
-    /// The path, and what waits on it, from the trial of the whole step.
-    fn take_over(&mut self, context: &Context) {
+    /// Takes the path and the deferred contacts from the trial of the whole step.
+    fn take_trial(&mut self, context: &Context) {
         let (main, trial) = (context.main, context.trial);
-        let (flow, flown) = (&mut self.flow, &mut self.flown);
-        flow.length = main.length;
-        flow.forces.clone_from(&main.forces);
-        flow.accelerations.clone_from(&main.accelerations);
-        flow.detection.clear();
-        flow.blocks.clear();
-        flow.laws.clear();
-        flown.clear();
-        flown.end.clone_from(&trial.end);
-        for &i in &trial.waiting {
+        let (interval, solution) = (&mut self.interval, &mut self.solution);
+        interval.length = main.length;
+        interval.forces.clone_from(&main.forces);
+        interval.accelerations.clone_from(&main.accelerations);
+        interval.detection.clear();
+        interval.blocks.clear();
+        interval.laws.clear();
+        solution.clear();
+        solution.end.clone_from(&trial.end);
+        for &i in &trial.deferred {
             let contact = main.detection.contacts[i];
             if self.pairs.binary_search(&contact.surfaces).is_ok() {
-                flown.waiting.push(flow.detection.contacts.len());
-                flow.detection.contacts.push(contact);
+                solution.deferred.push(interval.detection.contacts.len());
+                interval.detection.contacts.push(contact);
             }
         }
         let members = Some(self.members.as_slice());
-        self.held.clear();
+        self.closed.clear();
         for (i, block) in main.blocks.iter().enumerate() {
             if belongs(main.sides[i], members, context.inverse_mass) {
-                flow.blocks.push(*block);
-                flow.laws.push(main.laws[i]);
-                flown.impulses.push(trial.impulses[i]);
-                self.held.extend(held(main, trial, i));
+                interval.blocks.push(*block);
+                interval.laws.push(main.laws[i]);
+                solution.impulses.push(trial.impulses[i]);
+                self.closed.extend(contact_key(main, trial, i));
             }
         }
     }
 
-    /// Whether nothing holds the bodies or presses on them: they fly.
+    /// Whether the bodies fly: no contact or joint acts on them.
     pub fn idle(&self) -> bool {
-        let mut blocks = self.flow.laws.iter().zip(&self.flown.impulses);
+        let mut blocks = self.interval.laws.iter().zip(&self.solution.impulses);
         blocks.all(|(law, p)| matches!(law, Law::Contact { .. }) && *p == Vec2::zeros())
     }
 
-    /// Cuts the interval of bodies that fly to `time`; moves them to its end.
+    /// Shortens the interval of flying bodies to `time` and moves them to its end.
     pub fn fly<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, time: f64) {
-        let (flow, flown) = (&mut self.flow, &mut self.flown);
-        flow.length = time;
-        flow.clear_blocks();
-        flown.clear();
-        for (end, (start, a)) in flown
+        let (interval, solution) = (&mut self.interval, &mut self.solution);
+        interval.length = time;
+        interval.clear_blocks();
+        solution.clear();
+        for (end, (start, a)) in solution
             .end
             .iter_mut()
-            .zip(flow.start.iter().zip(&flow.accelerations))
+            .zip(interval.start.iter().zip(&interval.accelerations))
         {
             *end = start + time * a;
         }
         for &b in &self.moved {
-            let mean = 0.5 * (self.flow.start[b as usize] + self.flown.end[b as usize]);
+            let mean = 0.5 * (self.interval.start[b as usize] + self.solution.end[b as usize]);
             model.shift(b as usize, &mean, time);
         }
     }
@@ -338,71 +342,71 @@ impl Runner {
         span: Span,
         at: f64,
     ) -> Result<(), StepError> {
-        let flow = &mut self.flow;
-        model.set_velocities(&flow.start);
+        let interval = &mut self.interval;
+        model.set_velocities(&interval.start);
         for &b in &self.moved {
-            let u = flow.start[b as usize];
+            let u = interval.start[b as usize];
             model.shift(b as usize, &u, 0.5 * span.length);
         }
-        flow.detect_pairs(model, &self.pairs, context.dt)?;
+        interval.detect_pairs(model, &self.pairs, context.dt)?;
         let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
         if rules.locates() {
             let (places, here) = (&self.place, &self.here);
             let place = |b: u32| start_of(places, here, b);
-            see_from_the_start(model, flow, cache, rules, place, span.length, span.step)?;
+            see_from_the_start(model, interval, cache, rules, place, span.length, span.step)?;
         }
-        flow.free_velocities(model, at + 0.5 * span.length, span.length);
+        interval.free_velocities(model, at + 0.5 * span.length, span.length);
         let w = context.inverse_mass;
-        flow.collect(rules, cache, Some(&self.members), w, span);
-        let flown = &mut self.flown;
-        solver.solve(flow, flown, w, rules);
-        let spent = flown.outcomes.iter();
-        spent.for_each(|outcome| outcome.count_work(&mut self.record));
+        interval.collect(rules, cache, Some(&self.members), w, span);
+        let solution = &mut self.solution;
+        solver.solve(interval, solution, w, rules);
+        let outcomes = solution.outcomes.iter();
+        outcomes.for_each(|outcome| outcome.count_work(&mut self.record));
         if rules.locates() {
-            release_lone(flow, flown, rules, w, span.step);
+            release_lone(interval, solution, rules, w, span.step);
         }
-        self.held.clear();
-        let blocks = 0..flow.blocks.len();
-        self.held
-            .extend(blocks.filter_map(|i| held(flow, flown, i)));
-        flown.end_velocities(flow, w);
-        // no search on a path that leads nowhere
-        check_finite(&flown.end, context.time)
+        self.closed.clear();
+        let blocks = 0..interval.blocks.len();
+        self.closed
+            .extend(blocks.filter_map(|i| contact_key(interval, solution, i)));
+        solution.end_velocities(interval, w);
+        // no search on a path that is not finite
+        check_finite(&solution.end, context.time)
     }
 
     /// Moves the bodies from the midpoint of the interval to its end.
     pub fn finish_interval<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         for &b in &self.moved {
-            let u = self.flown.end[b as usize];
-            model.shift(b as usize, &u, 0.5 * self.flow.length);
+            let u = self.solution.end[b as usize];
+            model.shift(b as usize, &u, 0.5 * self.interval.length);
         }
     }
 
     /// Records the interval solved last.
-    fn keep(&mut self, context: &Context, time: f64, cluster: &mut Cluster) {
-        self.problems.append(&mut self.flown.problems);
-        let (flow, flown, w) = (&self.flow, &self.flown, context.inverse_mass);
+    fn record_last(&mut self, context: &Context, time: f64, cluster: &mut Cluster) {
+        self.problems.append(&mut self.solution.problems);
+        let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);
         let (record, cache) = (&mut self.record, &mut cluster.contacts);
-        flown.outcomes.iter().for_each(|o| o.count(record));
+        solution.outcomes.iter().for_each(|o| o.count(record));
         cache.clear();
-        record_interval(flow, flown, |_| true, w, time, record, cache);
-        record.energy.forces += forces_work(flow, flown, w, |k| self.members[k]);
+        record_interval(interval, solution, |_| true, w, time, record, cache);
+        record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
-            *d += 0.5 * flow.length * (flow.start[b as usize] + flown.end[b as usize]);
+            *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);
         }
     }
 }
 
-/// Where a body is at the start of the interval, if it moves in it.
+/// Configuration of a body at the start of the interval; `None` if it does not move in it.
 pub(super) fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configuration> {
     let place = *places.get(body as usize)?;
     here.get(place as usize).copied()
 }
 
-/// The contact of block `i`, unless it waits.
-fn held(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
+/// The key of the contact of block `i`, unless it is deferred.
+fn contact_key(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
     match interval.blocks[i].source {
-        Source::Contact(c) if !solution.waiting.contains(&c) => {
+        Source::Contact(c) if !solution.deferred.contains(&c) => {
             Some(interval.detection.contacts[c].key)
         }
         _ => None,

@@ -1,4 +1,4 @@
-//! When and where the next pair of a cluster closes.
+//! Finds when and where the next pair of a cluster closes.
 
 use super::runner::{Context, Rest, Runner, start_of};
 use crate::contact::NO_BODY;
@@ -8,36 +8,37 @@ use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Steps of the search for an instant: Newton takes three, bisection of a step 40 to round-off.
+/// Most steps of the search for an instant: Newton needs three, bisection of a step 40 to reach
+/// round-off.
 const SEARCHES: usize = 60;
 
-/// Share of a step at its end in which nothing closes any more: it does so at the start of the next.
-/// An interval of no length has no rates.
+/// Share of a step at its end in which no event is located; such a contact closes at the start of
+/// the next step instead. An interval of zero length has no rates.
 const LAST: f64 = 1e-9;
 
-/// How near a pair is at an instant.
+/// Gap and velocity of a pair at an instant.
 struct Nearest {
     /// Smallest gap \[m\] and the velocity at which it closes \[m/s\].
     gap: f64,
     closing: f64,
-    /// Gaps that are as good as zero, and below which surfaces touch \[m\].
+    /// Gaps that count as zero, and the gap below which surfaces touch \[m\].
     resolution: f64,
     touch: f64,
 }
 
 impl Runner {
-    /// The first pair of waiting contacts to close on the path of the interval, one of them, and
-    /// after what time.
+    /// The first pair of deferred contacts to close on the path of the interval: one of its
+    /// contacts, and the time until then.
     pub(super) fn next<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
     ) -> Result<Option<(ContactPoint, f64)>, StepError> {
         let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
-        for &i in &self.flown.waiting {
-            let contact = self.flow.detection.contacts[i];
-            let guess =
-                crossing(&self.flow, &self.flown, &contact, context.dt).unwrap_or(self.flow.length);
+        for &i in &self.solution.deferred {
+            let contact = self.interval.detection.contacts[i];
+            let guess = crossing(&self.interval, &self.solution, &contact, context.dt)
+                .unwrap_or(self.interval.length);
             match guesses
                 .iter_mut()
                 .find(|(c, _)| c.surfaces == contact.surfaces)
@@ -49,7 +50,7 @@ impl Runner {
         let mut first: Option<(ContactPoint, f64)> = None;
         for (contact, guess) in guesses {
             if let Some(time) = self.locate(model, context, &contact, guess)?
-                && time < self.flow.length - LAST * context.dt
+                && time < self.interval.length - LAST * context.dt
                 && first.is_none_or(|(_, earliest)| time < earliest)
             {
                 first = Some((contact, time));
@@ -58,11 +59,11 @@ impl Runner {
         Ok(first)
     }
 
-    /// The instant at which the pair of `contact` closes on the path of the interval, sought by
-    /// Newton's iteration within a bracket on the gap detected there, from `first` on.
+    /// The time at which the pair of `contact` closes on the path of the interval. Starts from
+    /// `first` and uses Newton's method within a bracket, on detected gaps.
     ///
-    /// The parabola that `first` comes from is that of a straight normal; surfaces that curve or
-    /// turn, and normals that flip in an overlap, are seen only by detection.
+    /// The parabola that gives `first` assumes a straight normal. Only detection sees curved or
+    /// rotating surfaces, and normals that flip in an overlap.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -70,14 +71,14 @@ impl Runner {
         contact: &ContactPoint,
         first: f64,
     ) -> Result<Option<f64>, StepError> {
-        let end = self.flow.length;
+        let end = self.interval.length;
         let (mut open, mut closed) = (0.0, None);
         let mut time = first;
         for _ in 0..SEARCHES {
             let found = self.nearest(model, context, contact, time)?;
             let mut better = f64::NAN;
             match found {
-                // a parabola that starts here need not: the gap it extrapolates may still be open
+                // a touching pair closes at the start, though its gap may still be slightly open
                 Some(near) if time == 0.0 && near.gap <= near.touch => return Ok(Some(time)),
                 Some(near) => {
                     if near.gap.abs() <= near.resolution {
@@ -108,8 +109,8 @@ impl Runner {
         Ok(Some(time))
     }
 
-    /// The smallest gap of a pair at `time` on the path of the interval; `None` where nothing of
-    /// it is near.
+    /// The smallest gap of a pair at `time` on the path of the interval; `None` if none of its
+    /// contacts is near.
     fn nearest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -117,9 +118,10 @@ impl Runner {
         contact: &ContactPoint,
         time: f64,
     ) -> Result<Option<Nearest>, StepError> {
-        let (flow, flown, share) = (&self.flow, &self.flown, time / self.flow.length);
+        let (interval, solution, share) =
+            (&self.interval, &self.solution, time / self.interval.length);
         let at = |b: u32, share: f64| {
-            let (a, e) = (flow.start[b as usize], flown.end[b as usize]);
+            let (a, e) = (interval.start[b as usize], solution.end[b as usize]);
             a + share * (e - a)
         };
         for b in contact.rows.bodies {
@@ -131,9 +133,9 @@ impl Runner {
         let found = &mut self.instant.detection;
         found.clear();
         model.detect_pairs(&[contact.surfaces], context.dt, found)?;
-        // a corner that rests is as near as it can be, and closes by round-off
-        let held = |c: &&ContactPoint| !self.held.contains(&c.key);
-        let all = self.instant.detection.contacts.iter().filter(held);
+        // a resting corner is as near as possible, and closes by round-off
+        let open = |c: &&ContactPoint| !self.closed.contains(&c.key);
+        let all = self.instant.detection.contacts.iter().filter(open);
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
         Ok(nearest.map(|c| {
             let mut closing = 0.0;
@@ -142,7 +144,7 @@ impl Runner {
                     closing -= c.rows.jacobian[side][0].dot(&at(b, share));
                 }
             }
-            let touch = touch_tolerance(c, flow, context.dt);
+            let touch = touch_tolerance(c, interval, context.dt);
             Nearest {
                 gap: c.gap,
                 closing,
@@ -152,8 +154,8 @@ impl Runner {
         }))
     }
 
-    /// Steps to the instant at which `contact` closes and finds the contacts there: which one
-    /// closes, and how long after the start of the rest.
+    /// Moves to the instant at which `contact` closes and detects the contacts there. Returns the
+    /// contact that closes, and the time from the start of the rest.
     #[allow(clippy::too_many_arguments)] // the state of one search
     pub(super) fn seek<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -168,7 +170,7 @@ impl Runner {
         self.restore(model);
         if time > 0.0 && self.idle() {
             self.fly(model, time);
-            self.instant.start.clone_from(&self.flown.end);
+            self.instant.start.clone_from(&self.solution.end);
         } else if time > 0.0 {
             let span = Span {
                 step: context.dt,
@@ -177,17 +179,19 @@ impl Runner {
             };
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);
-            self.instant.start.clone_from(&self.flown.end);
+            self.instant.start.clone_from(&self.solution.end);
         } else {
-            self.instant.start.clone_from(&self.flow.start);
+            self.instant.start.clone_from(&self.interval.start);
         }
         let instant = &mut self.instant;
-        instant.accelerations.clone_from(&self.flow.accelerations);
+        instant
+            .accelerations
+            .clone_from(&self.interval.accelerations);
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
         let closes = |c: &&ContactPoint| {
             c.surfaces == contact.surfaces
-                && !self.held.contains(&c.key)
+                && !self.closed.contains(&c.key)
                 && c.rows.velocity(&instant.start).x < 0.0
         };
         let all = instant.detection.contacts.iter().filter(closes);
