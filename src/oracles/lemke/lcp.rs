@@ -4,17 +4,17 @@ use super::{restart, tree};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// What a solve of a linear complementarity problem may spend, and when it counts as solved.
+/// Limits and tolerances of a solve of a linear complementarity problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LcpOptions {
-    /// Smallest pivot taken, once the mean of `|M_ii|` is scaled to 1; no unit.
+    /// Smallest accepted pivot, after scaling the mean of `|M_ii|` to 1; no unit.
     pub pivot_tolerance: f64,
-    /// Most pivots of the first path, and of all that follow a ray together, singular starts among
-    /// them; the method is exponential in the worst case.
+    /// Most pivots of the first path, and of all paths after a ray together, singular starts
+    /// included; the method is exponential in the worst case.
     pub max_pivots: usize,
     /// Solved means [`LcpSolution::residual`] ≤ this; no unit.
     pub tolerance: f64,
-    /// Whether a ray is followed by a proof, other paths and a tree, see [`solve_lcp`].
+    /// Whether a proof, other paths and a tree follow a ray, see [`solve_lcp`].
     pub fallbacks: bool,
 }
 
@@ -29,13 +29,13 @@ impl Default for LcpOptions {
     }
 }
 
-/// How [`solve_lcp`] ended. Not solving is an outcome, not an error.
+/// How [`solve_lcp`] ended. Failure to solve is an outcome, not an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LcpStatus {
     /// The residual of the returned `z` is within the tolerance.
     Solved,
     /// A secondary ray, and no fallback found a solution or a proof that there is none. If `M` is
-    /// copositive-plus, there is none.
+    /// copositive-plus, there is no solution.
     Ray,
     /// There is no `z ≥ 0` with `M z + q ≥ 0`: [`LcpSolution::certificate`] proves it.
     Infeasible,
@@ -45,7 +45,7 @@ pub enum LcpStatus {
     Inaccurate,
 }
 
-/// The best point that was found; always finite, `z ≥ 0`.
+/// The best point found; always finite, `z ≥ 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LcpSolution {
     /// `z`.
@@ -55,23 +55,24 @@ pub struct LcpSolution {
     pub status: LcpStatus,
     /// Pivots of all paths.
     pub pivots: usize,
-    /// Paths of pivots that were followed.
+    /// Number of paths.
     pub paths: usize,
-    /// Linear programmes that were solved: the proof and the nodes of the tree.
+    /// Number of linear programmes: the proof and the nodes of the tree.
     pub programmes: usize,
     /// With [`LcpStatus::Ray`]: whether the tree was searched to its end. Then there is no solution
-    /// but for round-off, of which this is no proof.
+    /// except by round-off, but this is no proof.
     pub exhausted: bool,
     /// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `m` the mean of
     /// `|M_ii|`; 0 where `q ≥ 0`.
     pub residual: f64,
-    /// `y` of [`proves_infeasible`], its largest number 1; with [`LcpStatus::Infeasible`] only.
+    /// `y` of [`proves_infeasible`], scaled to a largest number of 1; with
+    /// [`LcpStatus::Infeasible`] only.
     ///
     /// [`proves_infeasible`]: super::proves_infeasible
     pub certificate: Option<DVector<f64>>,
 }
 
-/// What is wrong with a linear complementarity problem.
+/// Errors of a linear complementarity problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum LcpError {
     /// The matrix is not square, or `q` has another length.
@@ -83,7 +84,7 @@ pub enum LcpError {
         columns: usize,
         free: usize,
     },
-    /// Row `row` of the matrix or of `q` holds NaN or infinity.
+    /// Row `row` of the matrix or of `q` has NaN or infinity.
     #[error("complementarity problem: row {row} holds a number that is not finite")]
     NonFinite { row: usize },
 }
@@ -99,8 +100,8 @@ pub enum LcpError {
 /// cycle. The last basis is solved again from the original data.
 ///
 /// # After a ray
-/// A ray, or a basis that round-off spoils, is followed by these, up to the first that answers,
-/// all on rows and columns scaled to like size:
+/// After a ray, or a basis spoilt by round-off, these follow, up to the first that succeeds, all on
+/// rows and columns scaled to like size:
 /// 1. up to n = 500 a linear programme for a proof that (1) has no `z ≥ 0` with `w ≥ 0`, see
 ///    [`proves_infeasible`](super::proves_infeasible);
 /// 2. paths from `z = 0` with the covering vectors 1, i/n, 1 − (i − 1)/n and `max(−q, 0)`;
@@ -142,7 +143,7 @@ pub fn solve_lcp(
     if let Some(row) = (0..n).find(|i| !finite(i)) {
         return Err(LcpError::NonFinite { row });
     }
-    // Not max |q|: one long bound in q must not hide the rows that drive the path.
+    // Not max |q|: one long bound in q must not hide the rows that determine the path.
     let depth = q.iter().fold(0.0f64, |depth, &x| depth.max(-x));
     if depth == 0.0 {
         return Ok(LcpSolution {
@@ -211,7 +212,7 @@ pub(super) struct Search {
     pub(super) options: LcpOptions,
     best: Candidate,
     pub(super) pivots: usize,
-    /// Starting bases that were singular.
+    /// Number of singular starting bases.
     pub(super) refused: usize,
     paths: usize,
     pub(super) programmes: usize,
@@ -237,17 +238,17 @@ impl Search {
         self.best.residual <= self.options.tolerance
     }
 
-    /// What counts against [`LcpOptions::max_pivots`]: each is O(n²).
+    /// The work that counts against [`LcpOptions::max_pivots`]: each unit is O(n²).
     pub(super) fn spent(&self) -> usize {
         self.pivots + self.refused
     }
 
-    /// Runs a path of the problem as it stands here and offers its end.
+    /// Runs a path of the unscaled problem and offers its end.
     fn follow(&mut self, mut tableau: Tableau, max_pivots: usize) -> PathEnd {
         let end = tableau.run(max_pivots);
         self.pivots += tableau.pivots;
         self.paths += 1;
-        // where the path ends elsewhere, its last point is no worse than another
+        // where the path ends otherwise, its last point is no worse than another
         self.best = Candidate::new(&self.matrix, &self.free, tableau.z());
         if end == PathEnd::Complementary {
             self.offer_basis(&tableau.support());
@@ -255,7 +256,7 @@ impl Search {
         end
     }
 
-    /// Counts a path from a scaled copy, and offers its end, `z` here, if that is complementary.
+    /// Counts a path from a scaled copy, and offers its end `z` (unscaled) if it is complementary.
     pub(super) fn followed(
         &mut self,
         end: PathEnd,
@@ -271,7 +272,7 @@ impl Search {
         }
     }
 
-    /// Keeps `z` if it is better than the best so far.
+    /// Stores `z` if it is better than the best so far.
     pub(super) fn offer(&mut self, z: DVector<f64>) {
         let candidate = Candidate::new(&self.matrix, &self.free, z);
         if candidate.residual <= self.best.residual {
@@ -279,7 +280,7 @@ impl Search {
         }
     }
 
-    /// Solves for the `z` of a basis from the data and keeps them if they are better.
+    /// Computes the `z` of a basis from the data and stores it if it is better.
     pub(super) fn offer_basis(&mut self, support: &[usize]) {
         if let Some(z) = solve_basis(&self.matrix, &self.free, support) {
             self.offer(z);
@@ -295,7 +296,7 @@ impl Search {
 pub fn complementarity_residual(matrix: &DMatrix<f64>, q: &DVector<f64>, z: &DVector<f64>) -> f64 {
     let mean = mean_diagonal(matrix);
     let w = matrix * z + q;
-    // `min` and `max` drop NaN; and NaN in z is NaN in w, but for columns of zeros
+    // `min` and `max` drop NaN; NaN in z gives NaN in w, except for columns of zeros
     if w.iter().chain(z.iter()).any(|x| x.is_nan()) {
         return f64::NAN;
     }
@@ -320,12 +321,12 @@ fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Numbers beyond the largest are taken as that.
+/// Replaces numbers beyond the largest finite one by it.
 fn representable(x: f64) -> f64 {
     x.clamp(-f64::MAX, f64::MAX)
 }
 
-/// A point judged from the scaled data alone.
+/// A point with its residual, from the scaled data alone.
 struct Candidate {
     z: DVector<f64>,
     w: DVector<f64>,
@@ -336,7 +337,7 @@ impl Candidate {
     fn new(matrix: &DMatrix<f64>, free: &DVector<f64>, mut z: DVector<f64>) -> Self {
         z.apply(|x| *x = x.max(0.0));
         let mut w = (matrix * &z + free).map(representable);
-        // w may overflow where a bound is infinite but for its writing; NaN comes of z
+        // w may overflow for a bound that is practically infinite; NaN comes from z
         if z.iter().any(|x| !x.is_finite()) || w.iter().any(|x| x.is_nan()) {
             z.fill(0.0);
             w.copy_from(free);

@@ -3,13 +3,13 @@ use nalgebra::{DMatrix, DVector};
 /// How a path of pivots ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PathEnd {
-    /// z₀ left: the basis is complementary.
+    /// z₀ has left the basis, which is complementary.
     Complementary,
     Ray,
     Limit,
 }
 
-/// Where a variable stands in the tableau.
+/// The place of a variable in the tableau.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
     Row(usize),
@@ -17,7 +17,7 @@ enum Place {
 }
 
 /// Two ratios closer than this, relative to the larger of themselves and 1, tie. Far above the
-/// round-off of a few hundred pivots, far below the judge's tolerance.
+/// round-off of a few hundred pivots, far below the tolerance of the residual.
 const TIE: f64 = 1e-12;
 
 /// Dictionary of `w − M z − d z₀ = q`: only columns of nonbasic variables are stored.
@@ -62,15 +62,15 @@ impl Tableau {
         }
     }
 
-    /// Takes another covering vector `d ≥ 0`; to be called before [`Tableau::run`].
+    /// Sets another covering vector `d ≥ 0`; call it before [`Tableau::run`].
     pub(super) fn cover(&mut self, covering: impl Fn(usize) -> f64) {
         for i in 0..self.n {
             self.cells[i * (self.n + 2) + self.n] = -covering(i);
         }
     }
 
-    /// Takes the column of nonbasic `z_k` (after a swap: of what was `w_k`) as covering vector,
-    /// if it is one: `≥ 0`, and positive where the right-hand side is negative.
+    /// Uses the column of nonbasic `z_k` (after a swap: of the former `w_k`) as covering vector, if
+    /// it is one: `≥ 0`, and positive where the right-hand side is negative.
     pub(super) fn cover_by(&mut self, k: usize) -> bool {
         let Place::Column(column) = self.place[self.n + k] else {
             return false;
@@ -86,13 +86,13 @@ impl Tableau {
         fits
     }
 
-    /// Principal pivot on the rows and columns of `block`, of one or two numbers, which then count
-    /// as the start: what became basic there is called w, what left z. `false`, and no longer to be
-    /// used, where the block is singular.
+    /// Principal pivot on the rows and columns of `block`, of one or two numbers. The result counts
+    /// as the start: its basic variables of the block are renamed to w, the others to z. Returns
+    /// `false` if the block is singular; the tableau is then unusable.
     pub(super) fn swap(&mut self, block: &[usize]) -> bool {
         let n = self.n;
         for &z in block {
-            // the row still held by a w of the block with the largest pivot
+            // the row of a w of the block that is still basic, with the largest pivot
             let rows = block.iter().filter_map(|&w| match self.place[w] {
                 Place::Row(row) => Some(row),
                 Place::Column(_) => None,
@@ -123,7 +123,8 @@ impl Tableau {
         true
     }
 
-    /// Whether the present basis solves the problem: no right-hand side below 0 but by round-off.
+    /// Whether the present basis solves the problem: no right-hand side below 0 except by
+    /// round-off.
     pub(super) fn feasible(&self) -> bool {
         (0..self.n).all(|i| self.at(i, self.n + 1) >= -TIE)
     }
@@ -150,7 +151,7 @@ impl Tableau {
             if left == self.artificial() {
                 return PathEnd::Complementary;
             }
-            // the complement of what left is always nonbasic
+            // the complement of the variable that left is always nonbasic
             let entering = if left < n { left + n } else { left - n };
             let Place::Column(next) = self.place[entering] else {
                 return PathEnd::Ray;
@@ -205,7 +206,8 @@ impl Tableau {
         candidates.first().copied().unwrap_or(0)
     }
 
-    /// Swaps the basic variable of `row` with the nonbasic one of `column`; returns what left.
+    /// Swaps the basic variable of `row` with the nonbasic one of `column`; returns the former
+    /// basic one.
     fn exchange(&mut self, row: usize, column: usize) -> usize {
         let width = self.n + 2;
         let (before, rest) = self.cells.split_at_mut(row * width);
@@ -236,7 +238,7 @@ impl Tableau {
         left
     }
 
-    /// Where `z_i` of the problem stands.
+    /// The place of `z_i` of the problem.
     fn place_of_z(&self, i: usize) -> Place {
         self.place[if self.swapped[i] { i } else { self.n + i }]
     }
