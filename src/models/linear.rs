@@ -5,8 +5,8 @@ use crate::dynamics::{
 };
 use nalgebra::Matrix3;
 
-/// Constant mass, stiffness and load in one to three coordinates; what is beyond the coordinates
-/// is left out.
+/// Constant mass, stiffness and load in one to three coordinates; entries beyond the coordinates
+/// are ignored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearSystem {
     /// Number of coordinates, 1 to 3.
@@ -36,15 +36,15 @@ pub struct LinearContact {
 /// M q̈ + K q = f + Σ (w_N P_N + w_T P_T)/Δt                                   (1)
 /// ```
 ///
-/// The stepper knows diagonal mass matrices only. With the Cholesky factor `M = L Lᵀ` the
+/// The stepper supports only diagonal mass matrices. With the Cholesky factor `M = L Lᵀ` the
 /// velocity `u = Lᵀ q̇` has unit mass, `T = ½ q̇ᵀ M q̇ = ½ uᵀ u`, and (1) becomes
 ///
 /// ```text
 /// u̇ = L⁻¹ (f − K q) + Σ L⁻¹ (w_N P_N + w_T P_T)/Δt,   γ = (L⁻¹ w)ᵀ u,   q̇ = L⁻ᵀ u   (2)
 /// ```
 ///
-/// [`super::Rotor`] is no case of it: the moment of its weight goes with cos θ, and it has a
-/// motor.
+/// [`super::Rotor`] is not a special case of it: the moment of its weight depends on cos θ, and it
+/// has a motor.
 ///
 /// # Source
 /// Golub & Van Loan, *Matrix Computations*, section 4.2; Glocker & Studer (2005) for the rows.
@@ -53,7 +53,7 @@ pub struct Linear {
     system: LinearSystem,
     contacts: Vec<LinearContact>,
     position: Vec3,
-    /// `u`, and 1 where there is a coordinate.
+    /// `u`, and 1 for every coordinate in use.
     velocity: [Vec3; 1],
     inverse: [Vec3; 1],
     /// `L⁻¹`
@@ -196,11 +196,11 @@ impl MultibodyModel for Linear {
                 bodies: [NO_BODY, 0],
                 surfaces: [1, 0],
                 cells: [0, i as u32],
-                // levers are all that is known of its place
+                // the model knows levers, not positions
                 position: Vec2::zeros(),
                 normal: Vec2::y(),
                 gap: c.gap + terms.sum(),
-                // one sum of numbers of this size
+                // rounding of one sum of numbers of this size
                 gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + terms.abs().sum()),
                 friction: c.friction,
                 law: NormalLaw::Rigid {

@@ -1,4 +1,5 @@
-//! Multibody models without an engine: small, exact, for closed forms and for what rapier cannot hold.
+//! Multibody models without an engine: small and exact, for closed forms and for systems that
+//! rapier cannot represent.
 
 mod linear;
 mod planar;

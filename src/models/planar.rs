@@ -25,12 +25,12 @@ pub struct PlanarBody {
     pub pose: Pose64,
     /// [m/s, m/s, rad/s]; constant where no force moves the body.
     pub velocity: Vec3,
-    /// Of a body without mass.
+    /// Prescribed oscillation of a body without mass.
     pub oscillation: Option<Oscillation>,
-    /// Both combine by the mean of the two bodies.
+    /// Friction and restitution; each combines by the mean of the two bodies.
     pub friction: f64,
     pub restitution: f64,
-    /// Speed of the surface along itself, counter-clockwise round the body [m/s].
+    /// Tangential speed of the surface, counter-clockwise round the body [m/s].
     pub surface_velocity: f64,
 }
 
@@ -40,24 +40,23 @@ pub struct Pivot {
     pub bodies: [Option<usize>; 2],
     /// In each body's frame, or in the world \[m\].
     pub anchors: [Vec2; 2],
-    /// On the spin of the second body relative to the first.
+    /// Motor on the spin of the second body relative to the first.
     pub motor: Option<RotorMotor>,
 }
 
 /// Planar rigid bodies whose gaps, normals and levers are closed forms in `f64`.
 ///
-/// The geometry that a mesh of segments can only approach (a bowl, a loop) or that a polygon has
-/// not (a rod without width, a plane without end, a shaking plate), and nothing else:
+/// For geometry that a mesh of segments can only approximate (a bowl, a loop) or that a polygon
+/// cannot represent (a rod without width, an infinite plane, a shaking plate):
 ///
 /// ```text
 /// m ẍ = m g + F,   J ω̇ = M                                                   (1)
 /// γ = W u,   rows of W: ±(n, r × n), ±(t, r × t), arms r from the centres     (2)
 /// ```
 ///
-/// with the gaps of [`PlanarShape`]. A body that no force moves follows its prescribed motion
-/// exactly, and its velocity in a step is the mean over the step from midpoint to midpoint,
-/// `(x(t_E + Δt/2) − x(t_M))/Δt`: a contact that closes its gap with it stays closed at every
-/// midpoint.
+/// with the gaps of [`PlanarShape`]. A body without mass follows its prescribed motion exactly. Its
+/// velocity in a step is the mean over the step from midpoint to midpoint, `(x(t_E + Δt/2) −
+/// x(t_M))/Δt`: a contact that moves with it stays closed at every midpoint.
 ///
 /// # Source
 /// Glocker & Studer, *Multibody System Dynamics* 13 (2005), for rows and signs.
@@ -72,19 +71,19 @@ pub struct Planar {
     poses: Vec<Pose64>,
     velocities: Vec<Vec3>,
     inverse: Vec<Vec3>,
-    /// How long each body has followed its prescribed motion \[s\].
+    /// Time for which each body has followed its prescribed motion \[s\].
     clocks: Vec<f64>,
 }
 
 impl Planar {
     /// A model of `bodies` under `gravity` \[m/s²\].
     ///
-    /// Bodies tied by a pivot do not touch, nor do the pairs of `apart`, nor two bodies without
+    /// Bodies joined by a pivot do not touch, nor do the pairs of `apart`, nor two bodies without
     /// mass.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] for a mass or inertia that is not finite and positive, a line or
-    /// bowl with a mass, or a pivot on a body that is not there; [`ModelError::Unsupported`] for
+    /// bowl with a mass, or a pivot on a body that does not exist; [`ModelError::Unsupported`] for
     /// two bodies that could touch but have no closed form (see [`PlanarShape::meets`]).
     pub fn new(
         gravity: Vec2,
@@ -148,7 +147,8 @@ impl Planar {
         self.velocities.get(k).copied()
     }
 
-    /// The deepest overlap of the present configuration: surface, body with tips, gap \[m\] below 0.
+    /// The deepest penetration of the present configuration: surface, body with tips, gap \[m\]
+    /// below 0.
     pub fn deepest(&self) -> Option<([usize; 2], f64)> {
         let gap = |pair: [usize; 2], tip| Some((pair, self.contact(pair, tip, 0.0)?.gap));
         self.pairs
@@ -158,12 +158,12 @@ impl Planar {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// From the centre of `body` to a point of it, from the origin in the world.
+    /// From the centre of `body` (from the origin for the world) to a point of it.
     fn arm(&self, body: Option<usize>, anchor: Vec2) -> Vec2 {
         body.map_or(anchor, |k| self.poses[k].rotate(anchor))
     }
 
-    /// Bound on how far a point of body `k`, `arm` \[m\] from its centre, can come in `dt` \[s\].
+    /// Bound of the motion in `dt` \[s\] of a point of body `k`, `arm` \[m\] from its centre.
     fn reach(&self, k: usize, arm: f64, dt: f64) -> f64 {
         let u = self.velocities[k];
         let free = if self.bodies[k].mass.is_some() {
@@ -187,13 +187,13 @@ impl Planar {
         let (tip, up) = (centre + out, frame.rotate(Vec2::y()));
         let from = tip - frame.translation;
         let (gap, normal) = a.shape.gap(from, radius, up);
-        // on the tip's own surface; half way across the gap between two bodies that move
+        // on the tip's own surface; half way across the gap if both bodies move
         let below = match a.shape {
             PlanarShape::Disc { .. } => radius + 0.5 * gap,
             _ => radius,
         };
         let arms = [a.shape.arm(from, below, normal), out - normal * below];
-        // twice: an impact elsewhere in the same step may hasten this one
+        // twice the motion: an impact elsewhere in the same step may accelerate the body
         if gap
             > 2.0 * (self.reach(surface, arms[0].norm(), dt) + self.reach(body, arms[1].norm(), dt))
         {
@@ -273,7 +273,7 @@ fn pairs(
 }
 
 impl PlanarBody {
-    /// Where a prescribed motion has brought the body after `t` \[s\].
+    /// Pose of the body after the prescribed motion of `t` \[s\].
     fn prescribed(&self, t: f64) -> Pose64 {
         let swing = self.oscillation.map_or(Vec2::zeros(), |o| {
             o.amplitude * (o.angular_frequency * t).sin()
@@ -320,7 +320,7 @@ impl MultibodyModel for Planar {
 
     fn shift(&mut self, body: usize, velocity: &Vec3, dt: f64) {
         let own = &self.bodies[body];
-        // with the velocity it has, a body with a prescribed motion moves along that, a curve
+        // with an unchanged velocity, a body with a prescribed motion follows that curve
         if own.oscillation.is_some() && *velocity == self.velocities[body] {
             self.clocks[body] += dt;
             self.poses[body] = own.prescribed(self.clocks[body]);

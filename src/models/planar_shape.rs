@@ -1,33 +1,33 @@
 use crate::contact::Vec2;
 
-/// A shape whose gaps are known in closed form, in the body's frame \[m\].
+/// A shape with gaps in closed form, in the body's frame \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlanarShape {
     Disc {
         radius: f64,
     },
-    /// Along x; it touches with its two ends.
+    /// Along x; its two ends are its contact points.
     Rod {
         length: f64,
     },
-    /// Half width and height; it touches with its four corners.
+    /// Half width and height; its four corners are its contact points.
     Box {
         half: Vec2,
     },
-    /// The x axis without end, the solid below it.
+    /// The infinite x axis, the solid below it.
     Line,
-    /// A circle round the origin that is touched from inside.
+    /// A circle around the origin with contacts on its inside.
     Bowl {
         radius: f64,
     },
 }
 
-/// A point of a body that touches, with the radius round it \[m\].
+/// A contact point of a body, with the radius around it \[m\].
 pub(super) type Tip = (Vec2, f64);
 
 impl PlanarShape {
-    /// Whether the two have a gap in closed form: discs with each other; discs, rods and boxes
-    /// with lines and bowls.
+    /// Whether the two have a gap in closed form: discs with each other; discs, rods and boxes with
+    /// lines and bowls.
     pub fn meets(&self, other: &PlanarShape) -> bool {
         match (self, other) {
             (PlanarShape::Disc { .. }, PlanarShape::Disc { .. }) => true,
@@ -35,12 +35,12 @@ impl PlanarShape {
         }
     }
 
-    /// Lines and bowls: they are touched by others, and nothing but a prescribed motion moves them.
+    /// Lines and bowls. Other shapes touch them, and only a prescribed motion moves them.
     pub fn is_surface(&self) -> bool {
         matches!(self, PlanarShape::Line | PlanarShape::Bowl { .. })
     }
 
-    /// The points that touch, in the order of the contact's feature number.
+    /// The contact points, in the order of the contact's feature number.
     pub(super) fn tips(&self) -> Vec<Tip> {
         let point = |x, y| (Vec2::new(x, y), 0.0);
         match *self {
@@ -58,7 +58,7 @@ impl PlanarShape {
         }
     }
 
-    /// Extent \[m\]; a line has none.
+    /// Extent \[m\]; infinite for a line.
     pub fn size(&self) -> f64 {
         match *self {
             PlanarShape::Disc { radius } | PlanarShape::Bowl { radius } => 2.0 * radius,
@@ -77,7 +77,7 @@ impl PlanarShape {
     /// ```
     pub(super) fn gap(&self, d: Vec2, r: f64, up: Vec2) -> (f64, Vec2) {
         let distance = d.norm();
-        // at the very centre every direction is as good
+        // at the centre any direction will do
         let away = if distance > 0.0 { d / distance } else { up };
         match *self {
             PlanarShape::Disc { radius } => (distance - radius - r, away),
@@ -86,8 +86,8 @@ impl PlanarShape {
         }
     }
 
-    /// From the surface's frame to a contact that lies `below` \[m\] the tip at `d`: along the
-    /// normal to the last bit where the surface is round.
+    /// From the surface's frame to a contact that lies `below` \[m\] the tip at `d`: exactly along
+    /// the normal where the surface is round.
     pub(super) fn arm(&self, d: Vec2, below: f64, n: Vec2) -> Vec2 {
         match self {
             PlanarShape::Disc { .. } | PlanarShape::Bowl { .. } => n * (d.dot(&n) - below),
@@ -100,7 +100,8 @@ impl PlanarShape {
 mod tests {
     use super::*;
 
-    /// What no contact depends on: at the very centre the gap is known and any normal is as good.
+    /// No contact depends on the normal at the very centre: the gap is known and any normal will
+    /// do.
     #[test]
     fn concentric_circles_have_a_gap_and_a_unit_normal() {
         for (shape, gap) in [

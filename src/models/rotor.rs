@@ -13,11 +13,11 @@ pub struct RotorContact {
     pub gap: f64,
     pub friction: f64,
     pub law: NormalLaw,
-    /// Where it lies in the rotor frame \[m\], for the record.
+    /// Position in the rotor frame \[m\], for the record.
     pub position: Vec2,
 }
 
-/// A motor that holds a rotor's speed.
+/// A motor that keeps a rotor's speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotorMotor {
     /// \[rad/s\]
@@ -32,8 +32,8 @@ pub struct RotorMotor {
 /// M u̇ = T − G cos θ + Σ (w_N P_N + w_T P_T) / Δt                             (1)
 /// ```
 ///
-/// Model no more than a scene needs: where a full planar body on a revolute joint takes five
-/// unknowns, this takes one, and 26 contacts on it make a contact problem of rank one.
+/// A full planar body on a revolute joint has five unknowns; this model has one, and 26 contacts on
+/// it make a contact problem of rank one.
 ///
 /// # Source
 /// Glocker & Studer (2005) for the step; the rotor is the thresher study's (section 2 of it).

@@ -1,19 +1,20 @@
 //! Damping of a Kelvin-Voigt contact from a coefficient of restitution.
 
-/// Damping `c` \[N s/m\] with which an impact without tension returns `e`.
+/// Damping `c` \[N s/m\] with which an impact without tension has the restitution `e`.
 ///
-/// `c = 2 ζ √(k m)` with ζ solved from the impact `m ẍ + c ẋ + k x = 0` that ends when the force
-/// does, at `k x + c ẋ = 0`, not at `x = 0`:
+/// `c = 2 ζ √(k m)` with ζ solved from the impact `m ẍ + c ẋ + k x = 0`, which ends when the force
+/// is zero, `k x + c ẋ = 0`, not at `x = 0`:
 ///
 /// ```text
 /// e(ζ) = exp(−ζ/√(1−ζ²) · atan2(2 ζ √(1−ζ²), 2 ζ² − 1))                      (1)
 /// ```
 ///
-/// The textbook `ζ = −ln e / √(π² + ln² e)` assumes adhesion and returns more than `e`.
+/// The textbook `ζ = −ln e / √(π² + ln² e)` assumes adhesion and gives a restitution above `e`.
 ///
 /// # Arguments
-/// - `restitution`: e in (0, 1]; below 1e-3 it is taken as 1e-3.
-/// - `stiffness`: k \[N/m\]; `mass`: effective mass `1/G_NN` \[kg\].
+/// - `restitution`: e in (0, 1]; values below 1e-3 count as 1e-3.
+/// - `stiffness`: k \[N/m\].
+/// - `mass`: effective mass `1/G_NN` \[kg\].
 ///
 /// # Source
 /// Schwager & Pöschel, *Granular Matter* 9 (2007).
@@ -41,7 +42,7 @@ fn returned(zeta: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Integrates the impact with small steps and reads what it returns.
+    /// Integrates the impact with small steps and measures the restitution.
     #[test]
     fn impact_returns_the_restitution_asked_for() {
         for e in [0.2, 0.482, 0.9] {

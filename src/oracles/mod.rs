@@ -1,4 +1,4 @@
-//! Solvers to compare with: slower than those of [`crate::solver`], and independent of them.
+//! Reference solvers: slower than those of [`crate::solver`], and independent of them.
 //!
 //! | solver | for |
 //! |---|---|
@@ -13,7 +13,7 @@ pub use prox::Prox;
 
 use crate::solver::{self, ImpulseSolver};
 
-/// Names of all solvers, those of [`solver::SOLVERS`] first, in the order the help shows them.
+/// Names of all solvers, first those of [`solver::SOLVERS`], in the order of the help.
 pub const SOLVERS: [&str; 6] = ["auto", "enumeration", "nsgs", "direct", "lemke", "prox"];
 
 /// The solver of that name, of [`crate::solver`] or of this module, or `None`.

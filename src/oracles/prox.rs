@@ -9,8 +9,8 @@ use crate::solver::{ImpulseSolver, Nsgs, SolveReport};
 /// ```
 ///
 /// and without bounds for a pin. The method of the thresher study; a fixed point is an exact
-/// solution. It splits normal and tangent where [`Nsgs`] solves both at once: slower and no surer,
-/// named for comparison.
+/// solution. It projects normal and tangent separately where [`Nsgs`] solves both at once: slower
+/// and no more robust, included for comparison.
 ///
 /// # Source
 /// Alart & Curnier (1991); Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical
@@ -29,10 +29,10 @@ impl Default for Prox {
     }
 }
 
-/// What a sweep makes of one block: from `G_ii`, `ξ_i − G_ii P_i`, `P_i` and the law.
+/// One relaxation of a block, from `G_ii`, `ξ_i − G_ii P_i`, `P_i` and the law.
 #[inline]
 fn step(block: &Mat2, free: Vec2, old: Vec2, law: &Law) -> Vec2 {
-    // a row that nothing can move has no impulse of its own
+    // a row of zero gain keeps its impulse
     let row = |free: f64, gain: f64, old: f64| if gain > 0.0 { -free / gain } else { old };
     let (nn, nt, tt) = (
         block[(0, 0)] + law.compliance(),

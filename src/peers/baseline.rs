@@ -1,4 +1,4 @@
-//! rapier's own solver on the same world, told in the same record.
+//! rapier's own solver on the same world, with the same record.
 
 use super::peer::{self, PeerContact, Surface};
 use super::simulation::{BodyId, Simulation};
@@ -11,17 +11,18 @@ use crate::rapier::widen;
 use std::fmt;
 use std::time::Instant;
 
-/// rapier's solver settings that decide how stiff its contacts are.
+/// Settings of rapier's solver that determine how stiff its contacts are.
 ///
-/// rapier resolves contacts as damped springs. Of the step Δt it makes `substeps` of
-/// `h = Δt / substeps`, in each of them `iterations` sweeps of projected Gauss-Seidel over rows
-/// that push a penetration out at the rate
+/// rapier resolves contacts as damped springs. It divides the step Δt into `substeps` of `h = Δt /
+/// substeps`, each with `iterations` sweeps of projected Gauss-Seidel. The rows reduce a
+/// penetration at the rate
 /// ```text
 /// ω / (h ω + 2 ζ),   ω = 2π f,   ζ = 10                                     (1)
 /// ```
-/// of itself, and soften the rows accordingly: the frequency f bounds how stiff a contact can be,
-/// the substeps how much of that stiffness a step sees. A contact at a fixed body takes f from a
-/// setting of its own, here kept at rapier's ratio [`BaselineSettings::FIXED_RATIO`] to the other.
+/// relative to the penetration, and are softened accordingly: the frequency f bounds the stiffness
+/// of a contact, and the substeps determine how much of that stiffness is effective. Contacts with
+/// a fixed body have a frequency of their own, here always rapier's ratio
+/// [`BaselineSettings::FIXED_RATIO`] to the other.
 ///
 /// # Source
 /// rapier2d 0.36, `IntegrationParameters`: `contact_softness`, `static_contact_softness`,
@@ -39,13 +40,13 @@ pub struct BaselineSettings {
 impl BaselineSettings {
     /// Natural frequency of a contact at a fixed body over that of one between moving bodies.
     pub const FIXED_RATIO: f64 = 2.0;
-    /// rapier as it comes.
+    /// rapier's defaults.
     pub const DEFAULT: BaselineSettings = BaselineSettings {
         contact_frequency: 30.0,
         substeps: 4,
         iterations: 1,
     };
-    /// The stiff preset of all comparisons: never tuned to a scene.
+    /// The stiff preset of all comparisons, not tuned to any scene.
     pub const STIFF: BaselineSettings = BaselineSettings {
         contact_frequency: 500.0,
         substeps: 40,
@@ -59,7 +60,7 @@ impl Default for BaselineSettings {
     }
 }
 
-/// Every setting, as tables and charts spell it.
+/// All settings, as tables and charts print them.
 impl fmt::Display for BaselineSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -92,10 +93,10 @@ impl Simulation {
 
     /// One step of rapier's own solver.
     ///
-    /// Contacts carry rapier's impulses; their place and gap are of the end of the step, carried
-    /// there with the bodies from where rapier found them, be that in an earlier step (contact
-    /// recycling); their slip is `Δt γ_T` at the end of the step, for want of the velocity at its
-    /// start.
+    /// Contacts have rapier's impulses. Their position and gap are at the end of the step: they
+    /// move with the bodies from where rapier found them, possibly in an earlier step (contact
+    /// recycling). Their slip is `Δt γ_T` at the end of the step, as the velocity at its start is
+    /// unknown.
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
         let start_energy = peer::energies(&self.world);
@@ -112,19 +113,18 @@ impl Simulation {
         record
     }
 
-    /// Wall time of the last step of rapier or another peer by itself \[s\], without the record that is
-    /// made of it.
+    /// Wall time of the last step of rapier or another peer \[s\], without the time for the record.
     pub fn peer_seconds(&self) -> f64 {
         self.peer_seconds
     }
 
-    /// Pose of a body's frame as rapier holds it.
+    /// Pose of a body's frame in rapier.
     pub fn rapier_pose(&self, body: BodyId) -> Option<Pose64> {
         let body = self.world.bodies.get(body.0)?;
         Some(Pose64::from_rapier(body.position()))
     }
 
-    /// Velocity of a body's centre of mass as rapier holds it.
+    /// Velocity of a body's centre of mass in rapier.
     pub fn rapier_velocity(&self, body: BodyId) -> Option<Vec3> {
         let body = self.world.bodies.get(body.0)?;
         let v = body.linvel();
@@ -165,7 +165,7 @@ fn contacts(
             impulse_t: 0.0,
             friction: f64::from(manifold.data.friction),
         };
-        // rapier's friction always opposes the slip; its own sign is of its own tangent
+        // rapier's friction always opposes the slip; its sign refers to rapier's own tangent
         let size = f64::from(point.data.tangent_impulse.x).abs();
         contact.impulse_t = -contact.slip_velocity(world).signum() * size;
         contact.add(world, record);
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
     use crate::contact::Vec2;
 
-    /// "Default" must stay what rapier ships, whatever release that is.
+    /// "Default" is what rapier ships, in every release.
     #[test]
     fn the_default_is_rapiers_own() {
         let mut expected = IntegrationParameters::default();
@@ -185,13 +185,13 @@ mod tests {
             Simulation::new(Default::default(), Vec2::new(0.0, -9.81), 0.01).unwrap();
         simulation.set_baseline(&BaselineSettings::DEFAULT);
         let found = simulation.world.integration_parameters;
-        // of the scene, not of the solver
+        // a property of the scene, not of the solver
         expected.dt = found.dt;
         assert_eq!(found, expected);
     }
 
     /// A body of a ball or a compound of two boxes, pressed 1 mm into a floor and spun or slid:
-    /// gaps are those of its pose at the end of every step, though rapier keeps its manifolds.
+    /// gaps belong to its pose at the end of every step, though rapier recycles its manifolds.
     #[test]
     fn gaps_and_places_are_of_the_end_of_the_step() {
         let feet = || {
@@ -212,7 +212,7 @@ mod tests {
             let floor = ColliderBuilder::cuboid(10.0, 1.0).translation(Vector::new(0.0, -1.0));
             world.colliders.insert(floor);
             let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.499));
-            // what has faces must not tilt, or its feet differ
+            // a body with faces must not tilt, or the gaps of its two ends differ
             let upright = match spin == 0.0 {
                 true => body.lock_rotations(),
                 false => body.angvel(spin),

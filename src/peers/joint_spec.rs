@@ -5,16 +5,16 @@ use crate::contact::Vec2;
 use crate::dynamics::ModelError;
 use crate::rapier::engine::prelude::*;
 
-/// What a joint leaves free; axes are those of [`JointSpec::angles`].
+/// The free motions of a joint; axes are those of [`JointSpec::angles`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointShape {
-    /// Turns about a point.
+    /// Rotates about a point.
     Revolute,
-    /// Slides along the axis, without turning.
+    /// Translates along the axis, without rotation.
     Prismatic,
-    /// Nothing.
+    /// Free in nothing.
     Fixed,
-    /// Slides along the axis and turns.
+    /// Translates along the axis and rotates.
     PinSlot,
     /// Two points are at most `length` \[m\] apart.
     Rope { length: f64 },
@@ -26,14 +26,14 @@ pub enum JointShape {
     },
 }
 
-/// What drives a joint along its free coordinate: the angle \[rad\] of a revolute joint, the way
-/// \[m\] along the axis of a prismatic or pin-slot one, of the second body relative to the first.
-/// Forces are N m and N.
+/// A motor or spring along the free coordinate of a joint: the angle \[rad\] of a revolute joint,
+/// the displacement \[m\] along the axis of a prismatic or pin-slot one, of the second body
+/// relative to the first. Forces are in N m and N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JointDrive {
-    /// Holds `speed` with at most `max_force`.
+    /// Keeps `speed` with at most `max_force`.
     Motor { speed: f64, max_force: f64 },
-    /// Pulls to `target` with `stiffness` and `damping`, by at most `max_force`.
+    /// Pulls to `target` with `stiffness` and `damping`, and at most `max_force`.
     Spring {
         target: f64,
         stiffness: f64,
@@ -47,11 +47,11 @@ pub enum JointDrive {
 pub struct JointSpec {
     pub shape: JointShape,
     pub bodies: [Option<BodyId>; 2],
-    /// In each body's frame \[m\].
+    /// Anchor in each body's frame \[m\].
     pub anchors: [Vec2; 2],
-    /// Of the joint's axis in each body's frame \[rad\].
+    /// Angle of the joint's axis in each body's frame \[rad\].
     pub angles: [f64; 2],
-    /// Least and largest value of the free coordinate, of a spring its length.
+    /// Least and largest value of the free coordinate; for a spring, of its length.
     pub limits: Option<[f64; 2]>,
     pub drive: Option<JointDrive>,
     /// Whether the two bodies touch.
@@ -73,11 +73,11 @@ impl JointSpec {
     }
 }
 
-/// Gain per mass [1/s] of a motor that holds its speed, to 1e-10 of what a load would change it by.
+/// Gain per mass [1/s] of a motor that keeps its speed, to 1e-10 of the change by a load.
 const EXACT: f64 = 1e12;
 
 impl Simulation {
-    /// Ties two bodies. The joint is an ordinary one of the world, for rapier's solver as well.
+    /// Joins two bodies. The joint is an ordinary joint of the world, for rapier's solver as well.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] if a body is unknown.

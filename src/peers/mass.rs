@@ -15,7 +15,7 @@ pub(super) struct AreaMoments {
 
 /// Moments of a solid shape; `None` for a chain that encloses no solid.
 ///
-/// A polygon's are the sums over the triangles from its first corner, Green's theorem.
+/// The moments of a polygon are sums over the triangles from its first corner, by Green's theorem.
 pub(super) fn area_moments(shape: &ShapeSpec) -> Option<AreaMoments> {
     let centered = |area: f64, polar: f64| AreaMoments {
         area,
@@ -48,7 +48,7 @@ pub(super) fn area_moments(shape: &ShapeSpec) -> Option<AreaMoments> {
     }
 }
 
-/// The sums over the parts, whose overlaps count twice; polar moments by Steiner's theorem.
+/// Sums over the parts, where overlaps count twice; polar moments by Steiner's theorem.
 fn compound(parts: &[(Pose64, ShapeSpec)]) -> Option<AreaMoments> {
     let moved = |(place, shape): &(Pose64, ShapeSpec)| {
         let moments = area_moments(shape)?;
@@ -91,7 +91,7 @@ fn polygon(points: &[Vec2]) -> Option<AreaMoments> {
 mod tests {
     use super::*;
 
-    /// A square as a polygon off its own centre, and a capsule without length.
+    /// A square as a polygon away from its own centre, and a capsule without length.
     #[test]
     fn agree_where_shapes_coincide() {
         let points: Vec<Vec2> = [[1.0, 2.0], [4.0, 2.0], [4.0, 6.0], [1.0, 6.0]]
@@ -111,7 +111,7 @@ mod tests {
         assert!((ball.polar - stub.polar).abs() < 1e-14);
     }
 
-    /// A box cut in two, one half turned, off its own centre.
+    /// A box cut in two, one half rotated, away from its own centre.
     #[test]
     fn parts_add_up() {
         let half = Vec2::new(0.5, 1.0);

@@ -1,7 +1,7 @@
 //! One rapier world, stepped by any engine: ours, rapier's own solver, Box2D.
 //!
-//! A [`Simulation`] describes bodies, surfaces and joints in `f64` and keeps them in an ordinary rapier
-//! world. Each engine steps that same world and leaves the same record.
+//! A [`Simulation`] describes bodies, surfaces and joints in `f64` and stores them in an ordinary
+//! rapier world. Each engine steps that world and writes the same record.
 
 mod baseline;
 mod box2d;

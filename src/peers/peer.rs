@@ -1,11 +1,11 @@
-//! What the step of a peer leaves in our record, whoever it was that stepped the rapier world.
+//! Builds our record from a peer's step of the rapier world.
 
 use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
 use crate::rapier::engine::prelude::*;
 
-/// A record without contacts, in which all that a peer does not tell is NaN
+/// A record without contacts. All values that a peer does not report are NaN
 /// ([`StepRecord::accounted`]).
 ///
 /// # Arguments
@@ -48,7 +48,7 @@ pub(super) fn energies(world: &PhysicsWorld) -> [f64; 2] {
     })
 }
 
-/// Where a contact point is in the world.
+/// A contact point in the world.
 #[derive(Clone, Copy)]
 pub(super) struct Touch {
     /// \[m\]
@@ -59,28 +59,28 @@ pub(super) struct Touch {
     pub gap: f64,
 }
 
-/// One side of a contact point, as a peer found it at whatever time.
+/// One side of a contact point, as a peer found it, possibly in an earlier step.
 pub(super) struct Surface {
-    /// Of the shape, now.
+    /// Present pose of the shape.
     pub pose: Pose,
     /// Index of the shape among the parts of its collider.
     pub part: u32,
-    /// On the shape, in its frame \[m\].
+    /// Point on the shape, in its frame \[m\].
     pub point: Vector,
     /// Outward normal of the shape there, in its frame.
     pub normal: Vector,
 }
 
-/// A contact point carried with both shapes to where they are now.
+/// Moves a contact point with both shapes to their present poses.
 ///
-/// What is round about a core (ball, capsule, round corners) touches where it is now, however it
-/// has turned since: the gap is that of the cores `c` along the normal, less both radii `r` and
-/// the contact skins `s`,
+/// A shape that is round about a core (ball, capsule, round corners) touches at its present nearest
+/// point, however it has rotated since. The gap is that of the cores `c` along the normal, less
+/// both radii `r` and the contact skins `s`,
 /// ```text
 /// g = (c₂ − c₁) · n − r₁ − r₂ − s₁ − s₂
 /// ```
-/// with the normal of a side that has a face, and of the cores where both are round. The place is
-/// half way between the two points, of which one may have slid past the other meanwhile.
+/// with the normal of a side that has a face, or of the line between the cores if both are round.
+/// The position is half way between the two points, one of which may have slid along the other.
 pub(super) fn touch(
     world: &PhysicsWorld,
     colliders: [ColliderHandle; 2],
@@ -98,7 +98,7 @@ pub(super) fn touch(
     let normal = match radii {
         [0.0, _] => first,
         [_, 0.0] => -second,
-        // cores that cross keep what was found
+        // for cores that cross, the normal does not change
         _ if between.dot(&first) > 0.0 => between.normalize(),
         _ => first,
     };
@@ -111,7 +111,7 @@ pub(super) fn touch(
     }
 }
 
-/// What a part of a collider is round about its core by \[m\].
+/// Radius \[m\] about the core of a part of a collider.
 pub(super) fn rounding(collider: &Collider, part: u32) -> f64 {
     let whole = collider.shape();
     let part = whole
@@ -128,7 +128,7 @@ pub(super) fn rounding(collider: &Collider, part: u32) -> f64 {
     })
 }
 
-/// Pose of a collider as its body has it now.
+/// Present pose of a collider, from the pose of its body.
 pub(super) fn pose(world: &PhysicsWorld, handle: ColliderHandle) -> Pose {
     let collider = &world.colliders[handle];
     let body = collider.parent().and_then(|h| world.bodies.get(h));
@@ -138,15 +138,15 @@ pub(super) fn pose(world: &PhysicsWorld, handle: ColliderHandle) -> Pose {
     }
 }
 
-/// What a peer tells of a contact point.
+/// The data that a peer reports of a contact point.
 pub(super) struct PeerContact {
     pub colliders: [ColliderHandle; 2],
     pub cells: [u32; 2],
     pub touch: Touch,
-    /// On the second collider \[N s\].
+    /// Impulses on the second collider [N s].
     pub impulse_n: f64,
     pub impulse_t: f64,
-    /// Coefficient of the pair.
+    /// Friction coefficient of the pair.
     pub friction: f64,
 }
 
@@ -170,7 +170,7 @@ impl PeerContact {
         self.velocity(world).dot(&self.tangent())
     }
 
-    /// Puts it into the record, unless it is open and carries nothing.
+    /// Adds the contact to the record, unless it is open and without impulse.
     pub fn add(self, world: &PhysicsWorld, record: &mut StepRecord) {
         record.penetration = record.penetration.max(-self.touch.gap);
         let (impulse_n, impulse_t) = (self.impulse_n, self.impulse_t);
@@ -215,7 +215,7 @@ impl PeerContact {
     }
 }
 
-/// A pose as a peer has it, number by number.
+/// A peer's pose in `f64`, number by number.
 fn widened(pose: &Pose) -> Pose64 {
     Pose64 {
         translation: wide(pose.translation),

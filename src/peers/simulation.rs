@@ -10,12 +10,12 @@ use crate::rapier::SurfaceLaw;
 use crate::rapier::engine::prelude::*;
 use crate::rapier::{MoreauPipeline, MoreauSettings};
 
-/// What moves a body.
+/// How a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     Dynamic,
     Fixed,
-    /// Its own constant velocity, whatever it meets.
+    /// At its own constant velocity, whatever it touches.
     Kinematic,
 }
 
@@ -28,7 +28,7 @@ pub enum ShapeSpec {
     Box {
         half: Vec2,
     },
-    /// Along x, `half_length` from the centre to the centres of the round ends.
+    /// Along x; `half_length` is the distance from the centre to the centres of the round ends.
     Capsule {
         half_length: f64,
         radius: f64,
@@ -42,7 +42,7 @@ pub enum ShapeSpec {
         points: Vec<Vec2>,
         closed: bool,
     },
-    /// Several colliders, each at its place in the body's frame; none of them a compound.
+    /// Several colliders, each with its pose in the body's frame; none of them a compound.
     Compound(Vec<(Pose64, ShapeSpec)>),
 }
 
@@ -59,12 +59,12 @@ pub struct Surface {
     pub friction: f64,
     pub restitution: f64,
     pub law: SurfaceLaw,
-    /// Collision groups as bits: what it is, and what it touches.
+    /// Collision groups as bits: the memberships, and the filter.
     pub groups: (u32, u32),
-    /// How its friction combines with the other's: the mean, or the larger of the two.
+    /// How its friction combines with the other surface's: the mean, or the larger of the two.
     pub friction_rule: FrictionRule,
-    /// Direction in the body's frame in which the surface pushes, within 0.1 rad of it, what did
-    /// not come through it; `None` pushes all round.
+    /// Direction in the body's frame in which the surface pushes, within 0.1 rad, bodies that did
+    /// not come through it; `None` pushes in all directions.
     pub one_way: Option<Vec2>,
 }
 
@@ -74,7 +74,7 @@ pub enum FrictionRule {
     /// The mean, rapier's default.
     #[default]
     Mean,
-    /// The larger one: for a surface that carries the pair's coefficient by itself.
+    /// The larger one: for a surface that has the coefficient of the pair.
     Larger,
 }
 
@@ -91,14 +91,15 @@ impl Default for Surface {
     }
 }
 
-/// Where a dynamic body's inertia comes from.
+/// The inertia of a dynamic body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MassSpec {
-    /// Mass per area \[kg/m²\] of its one shape.
+    /// Mass per area \[kg/m²\] of its only shape.
     Density(f64),
-    /// Mass \[kg\], spread evenly over its one shape.
+    /// Mass \[kg\], distributed uniformly over its only shape.
     Spread(f64),
-    /// Mass \[kg\] and moment of inertia about the body's origin \[kg m²\], which is its centre.
+    /// Mass \[kg\] and moment of inertia about the body's origin [kg m²], which is its centre of
+    /// mass.
     Given { mass: f64, inertia: f64 },
 }
 
@@ -119,12 +120,12 @@ impl ColliderId {
 
 /// A rapier world and our pipeline on it, described in `f64`.
 ///
-/// Everything lives in `world` as ordinary rapier bodies and colliders, so that rapier's own
-/// solver can step the very same scene ([`Simulation::step_with_rapier`]).
+/// `world` contains everything as ordinary rapier bodies and colliders, so that rapier's own solver
+/// can step the same scene ([`Simulation::step_with_rapier`]).
 pub struct Simulation {
     pub world: PhysicsWorld,
     pub pipeline: MoreauPipeline,
-    /// Bodies that stand still, for joints with the world.
+    /// A fixed body for joints with the world.
     ground: Option<RigidBodyHandle>,
     pub(super) peer_time: f64,
     pub(super) peer_seconds: f64,
@@ -165,11 +166,11 @@ impl Simulation {
 
     /// Adds a body with its first collider.
     ///
-    /// `velocity` is that of the centre of mass and the spin.
+    /// `velocity` is the velocity of the centre of mass, and the spin.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] for a mass that is not positive or a shape without area where the
-    /// mass is to be spread.
+    /// [`ModelError::Invalid`] for a mass that is not positive, or a shape without area for a mass
+    /// that is distributed over it.
     pub fn add_body(
         &mut self,
         motion: Motion,
@@ -196,7 +197,7 @@ impl Simulation {
         let handle = self.world.bodies.insert(builder);
         let collider = self.add_collider(BodyId(handle), shape, surface)?;
         if let Some(body) = self.world.bodies.get_mut(handle) {
-            // rapier does so within its first step only: its energy before that would be 0
+            // rapier computes masses only in its first step: the energy before would be 0
             body.recompute_mass_properties_from_colliders(&self.world.colliders);
         }
         if let Some(exact) = exact {
@@ -207,10 +208,10 @@ impl Simulation {
         Ok((BodyId(handle), collider))
     }
 
-    /// Adds a massless collider to a body, in the body's frame; of a compound all of its parts.
+    /// Adds a massless collider to a body, in the body's frame; for a compound, all its parts.
     ///
     /// # Returns
-    /// The collider, of a compound the first one.
+    /// The collider; for a compound, the first one.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] for a polygon that parry cannot make convex, an empty compound, or
@@ -272,7 +273,7 @@ impl Simulation {
         Ok(ColliderId(handle))
     }
 
-    /// Makes a body's chains touch from both sides, as rapier's plain polylines do.
+    /// Makes a body's chains two-sided, like rapier's plain polylines.
     pub fn open_chains(&mut self, body: BodyId) {
         let Some(body) = self.world.bodies.get(body.0) else {
             return;
@@ -288,7 +289,7 @@ impl Simulation {
         }
     }
 
-    /// The share of the weight that a body feels, and its drag on velocity and spin [1/s].
+    /// Sets the gravity scale of a body, and the damping of its velocity and spin [1/s].
     pub fn set_drag(&mut self, body: BodyId, gravity_scale: f64, damping: [f64; 2]) {
         if let Some(body) = self.world.bodies.get_mut(body.0) {
             body.set_gravity_scale(gravity_scale as Real, false);
@@ -297,10 +298,10 @@ impl Simulation {
         }
     }
 
-    /// Removes a collider and adds another in its place, so that rapier keeps no stale contacts.
+    /// Replaces a collider by another, so that rapier keeps no stale contacts.
     ///
     /// # Errors
-    /// As [`Simulation::add_collider`]; the old collider then stays.
+    /// As [`Simulation::add_collider`]; the old collider then remains.
     pub fn replace_collider(
         &mut self,
         old: ColliderId,
@@ -326,7 +327,7 @@ impl Simulation {
         self.world.remove_body(body.0);
     }
 
-    /// Makes a kinematic body dynamic with the velocity it has.
+    /// Makes a kinematic body dynamic, with its present velocity.
     ///
     /// # Errors
     /// As [`Simulation::add_body`].
@@ -348,7 +349,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The body that stands still for joints with the world.
+    /// The fixed body for joints with the world.
     pub(super) fn ground(&mut self) -> RigidBodyHandle {
         *self
             .ground

@@ -4,17 +4,18 @@ use crate::contact::Vec2;
 use crate::rapier::engine::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// How far from its direction \[rad\] a one-way surface still pushes: rapier's example has 0.1.
+/// Largest angle \[rad\] from its direction at which a one-way surface pushes: as in rapier's
+/// example.
 const ONE_WAY_ANGLE: Real = 0.1;
 
-/// What is to be changed at the contacts of some colliders.
+/// Belts and one-way surfaces by collider.
 #[derive(Default)]
 pub(super) struct SurfaceHooks {
-    /// \[m/s\], positive counter-clockwise round the collider.
+    /// Belt speeds [m/s], positive counter-clockwise round the collider.
     pub speeds: FxHashMap<ColliderHandle, f64>,
-    /// In the collider's frame.
+    /// Directions in the collider's frame.
     pub one_way: FxHashMap<ColliderHandle, Vec2>,
-    /// Whether belts go through the hook: ours know them from [`crate::rapier::SurfaceLaw`].
+    /// Whether the hook applies belts: our pipeline reads them from [`crate::rapier::SurfaceLaw`].
     pub belts: bool,
 }
 

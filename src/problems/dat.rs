@@ -22,10 +22,10 @@ pub(super) fn read(text: &str) -> Result<Loaded, FileError> {
     contacts(&mut words)
 }
 
-/// Whether the leading numbers are `n storage n n`, those of an LCP, not
-/// `dimension contacts storage rows columns`.
+/// Whether the leading numbers are `n storage n n` of an LCP, not `dimension contacts storage rows
+/// columns`.
 ///
-/// Only `2 1 2 2 2` can be both: a contact problem then goes on with a listing.
+/// Only `2 1 2 2 2` can be both: in a contact problem a listing follows.
 fn is_lcp(mut words: Words) -> Result<bool, FileError> {
     let start = words;
     let head: Vec<&str> = std::iter::from_fn(|| words.word()).take(7).collect();
@@ -63,12 +63,12 @@ fn lcp(words: &mut Words) -> Result<Loaded, FileError> {
     Ok(Loaded::lcp(matrix.dense("M")?, DVector::from_vec(q), None))
 }
 
-/// A matrix of the size given.
+/// A matrix of the given size.
 fn sized(words: &mut Words, name: &str, size: (usize, usize)) -> Result<Matrix, FileError> {
     let mut ahead = *words;
     ahead.word();
     let found = [ahead.word(), ahead.word()];
-    // before its numbers, so that a wrong count is not told as a missing number
+    // checked before the numbers, so that a wrong size is not reported as a missing number
     if let [Some(rows), Some(columns)] = found.map(|w| w.and_then(|w| w.parse::<usize>().ok()))
         && (rows, columns) != size
     {
@@ -85,7 +85,7 @@ fn wrong_size(line: usize, name: &str, found: (usize, usize), size: (usize, usiz
     }
 }
 
-/// From the number of contacts on, local or global.
+/// Reads from the number of contacts on, local or global.
 fn contacts(words: &mut Words) -> Result<Loaded, FileError> {
     let contacts = words.count(|| "the number of contacts".to_owned())?;
     let size = contacts.saturating_mul(2);
@@ -112,12 +112,12 @@ fn contacts(words: &mut Words) -> Result<Loaded, FileError> {
     Loaded::contact(problem, None)
 }
 
-/// Whether H of `size` follows, and not q and μ: these are `3 contacts` numbers, those more.
+/// Whether H of `size` follows, not q and μ: q and μ are `3 contacts` numbers, H has more.
 fn is_matrix(mut words: Words, size: (usize, usize), contacts: usize) -> bool {
     let head = [words.word(), words.word(), words.word()];
     let numbers = head.map(|w| w.and_then(|w| w.parse::<usize>().ok()));
     if size.0 != size.1 {
-        // no W: if this is no H either, let the message be about it
+        // no W: if this is no H either, the error should be about H
         return numbers[1] == Some(size.0);
     }
     if numbers[1..] != [Some(size.0), Some(size.1)] {
@@ -134,7 +134,7 @@ fn is_matrix(mut words: Words, size: (usize, usize), contacts: usize) -> bool {
     listing || head.len() + count > local
 }
 
-/// From H on.
+/// Reads from H on.
 fn global(words: &mut Words, mass: Matrix, contacts: usize) -> Result<Loaded, FileError> {
     let size = contacts.saturating_mul(2);
     let coordinates = mass.rows;

@@ -11,9 +11,9 @@ pub(super) struct Matrix {
 }
 
 enum Values {
-    /// All, column by column.
+    /// All numbers, column by column.
     Full(Vec<f64>),
-    /// (row, column, value); entries of one place add up.
+    /// (row, column, value); entries at the same position add up.
     Entries(Vec<(usize, usize, f64)>),
 }
 
@@ -54,7 +54,7 @@ impl Matrix {
         })
     }
 
-    /// Shows every entry (row, column, value) but zeros of a full matrix.
+    /// Calls `show` with every entry (row, column, value), except zeros of a full matrix.
     pub fn for_each(&self, mut show: impl FnMut(usize, usize, f64)) {
         match &self.values {
             Values::Full(values) => {
@@ -87,7 +87,7 @@ impl Matrix {
         BlockMatrix::from_blocks(self.rows / 2, entries.map(block).collect())
     }
 
-    /// All numbers.
+    /// All numbers, as a dense matrix.
     ///
     /// # Errors
     /// [`FileError::Content`] if it is sparse and too large.
@@ -109,7 +109,7 @@ impl Matrix {
     }
 }
 
-/// Reads a number that must be `expected`.
+/// Reads a number that must equal `expected`.
 fn must_be(words: &mut Words, expected: usize, what: &str) -> Result<(), FileError> {
     let found = words.count(|| format!("{what}, {expected}"))?;
     if found == expected {
@@ -215,7 +215,7 @@ fn blocks(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<
     Ok(Values::Entries(entries))
 }
 
-/// Cumulative sizes that rise to `total`; no block is empty.
+/// Cumulative sizes that increase to `total`; no block is empty.
 fn ends(
     words: &mut Words,
     count: usize,
@@ -244,7 +244,7 @@ fn ends(
     Ok(ends)
 }
 
-/// A listing of triplets or compressed columns, as printed.
+/// A listing of triplets or compressed columns, as Siconos prints it.
 fn sparse(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<Values, FileError> {
     let origin = words.count(|| format!("the origin of {name}: 1 or 2"))?;
     if origin != 1 && origin != 2 {
@@ -257,7 +257,7 @@ fn sparse(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<
     }
     words.literal("CSparse")?;
     words.skip_line();
-    // the header may say `triplet:`, sizes, `nzmax:`, and then what counts
+    // the header may contain `triplet:`, sizes, `nzmax:`, and then the count
     loop {
         match words.word() {
             Some("nnz:") => break,
@@ -294,7 +294,7 @@ fn sparse(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<
             &format!("the first entry of {name}'s column"),
         )?;
         words.literal("to")?;
-        // an empty column prints the place before its first
+        // an empty column prints the position before its first
         let last: i64 = words.parsed(
             || format!("the last entry of {name}'s column"),
             |word| word.parse().ok(),

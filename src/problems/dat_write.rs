@@ -8,16 +8,16 @@ use std::fmt::Write;
 pub enum DatStorage {
     /// Storage 0: every number.
     Dense,
-    /// Storage 1: the 2 × 2 blocks of an operator (of an LCP the numbers) that are not zero.
+    /// Storage 1: the nonzero 2 × 2 blocks of an operator (for an LCP, the nonzero numbers).
     Blocks,
 }
 
-/// Writes the text format with 17 digits: an LCP, or a frictional contact problem with its operator
-/// made explicit. A stored solution has no place in it.
+/// Writes the text format with 17 digits: an LCP, or a frictional contact problem with an explicit
+/// operator. The format has no place for a solution.
 ///
 /// # Errors
 /// [`FileError::NoPlace`] for a pin, a bounded row or compliance; [`FileError::Contact`],
-/// [`FileError::Content`] for a problem that is none.
+/// [`FileError::Content`] for an invalid problem.
 pub fn to_dat(problem: &StoredProblem, storage: DatStorage) -> Result<String, FileError> {
     problem.check()?;
     let mut text = String::new();
@@ -89,8 +89,8 @@ fn write_dense(text: &mut String, matrix: &DMatrix<f64>) {
     }
 }
 
-/// A square matrix of `count` block rows of `block` rows each; `of_row` gives the block columns of
-/// one, ascending, with their numbers, column by column. Blocks of zeros are left out.
+/// A square matrix of `count` block rows of `block` rows each. `of_row` returns the block columns
+/// of a row, ascending, with their numbers, column by column. Blocks of zeros are omitted.
 fn write_blocks<V: AsRef<[f64]>, I: Iterator<Item = (usize, V)>>(
     text: &mut String,
     count: usize,

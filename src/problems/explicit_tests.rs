@@ -1,4 +1,4 @@
-//! Problems that hold the operator alone: as good as from bodies, large, and full.
+//! Tests of problems with an explicit operator: equal to those from bodies, large, and full.
 
 use super::{DatStorage, StoredProblem, read, to_dat};
 use crate::contact::examples::{Bodies, Lcg, heap, pyramid, tower};
@@ -13,7 +13,7 @@ fn explicit(problem: &ContactProblem) -> ContactProblem {
     }
 }
 
-/// The same impulses give the same velocities, and sweeps keep them.
+/// The same impulses give the same velocities, and sweeps keep them equal.
 #[test]
 fn blocks_do_what_bodies_do() {
     let problem = heap(6, 5, 0.4, 0.5, 9).problem();
@@ -42,7 +42,7 @@ fn blocks_do_what_bodies_do() {
 }
 
 /// A file of 7000 contacts, without bodies: written, read, checked and solved within seconds. The
-/// bounds on the work are what was measured, rounded up by half.
+/// bounds on the work are the measured ones, rounded up by half.
 #[test]
 fn a_pyramid_of_seven_thousand_contacts_from_a_file() {
     let problem = explicit(&pyramid(59, 0.5).problem());
@@ -63,7 +63,7 @@ fn a_pyramid_of_seven_thousand_contacts_from_a_file() {
     );
 }
 
-/// `G + Σ v vᵀ`: every contact couples with every other one.
+/// `G + Σ v vᵀ`: every contact is coupled with every other one.
 fn full(bodies: &Bodies, seed: u64) -> ContactProblem {
     let problem = bodies.problem();
     let mut random = Lcg(seed);
@@ -79,8 +79,8 @@ fn full(bodies: &Bodies, seed: u64) -> ContactProblem {
     }
 }
 
-/// No pivots are sought, and nothing is lost by it: with the dense LU with pivots that stood here
-/// before the same problems were certified, at 1e-9 and at 1e-12.
+/// The factorisation does not pivot, and loses nothing by it: a dense LU with pivoting certified
+/// the same problems, at 1e-9 and at 1e-12.
 #[test]
 fn full_and_sparse_operators_are_certified_to_the_last_digits() {
     let mut problems = vec![

@@ -1,4 +1,4 @@
-//! The global form of a contact problem, made local.
+//! Reduces the global form of a contact problem to the local form.
 
 use super::dat_matrix::Matrix;
 use super::symmetry::{Mirrored, is_asymmetric};
@@ -10,12 +10,13 @@ use nalgebra::{DMatrix, DVector};
 /// Reduces `M v = q + H r`, `u = Hᵀ v + b` to `u = W r + Hᵀ M⁻¹ q + b`, `W = Hᵀ M⁻¹ H`; returns W
 /// and the free term.
 ///
-/// M falls into parts that it does not couple, a body each or a mechanism, and
+/// M consists of parts that it does not couple with each other, each a body or a mechanism, and
 /// `W = Σ Yᵀ Y` over them, `Y = L⁻¹ H`, `M = L Lᵀ`.                              (1)
 ///
 /// # Errors
-/// [`FileError::Asymmetric`] and [`FileError::Indefinite`] of M; [`FileError::Content`] if the parts
-/// hold more numbers than a matrix of [`MOST_ROWS`] rows, or W more than [`MOST_FILL`] blocks.
+/// [`FileError::Asymmetric`] and [`FileError::Indefinite`] of M; [`FileError::Content`] if the
+/// parts have more numbers than a matrix of [`MOST_ROWS`] rows, or W more than [`MOST_FILL`]
+/// blocks.
 pub(super) fn reduce(
     mass: &Matrix,
     h: &Matrix,
@@ -82,7 +83,7 @@ fn touched(rows: &[(usize, usize, f64)]) -> Vec<usize> {
     contacts
 }
 
-/// Coordinates that M couples with each other and no others.
+/// Coordinates that M couples with each other and with no others.
 struct Part {
     coordinates: Vec<usize>,
     matrix: DMatrix<f64>,
@@ -95,7 +96,7 @@ impl Part {
             let (a, b) = (root(&mut parent, row), root(&mut parent, column));
             parent[a.max(b)] = a.min(b);
         });
-        // the root is the least of its part
+        // the root is the least coordinate of its part
         let mut number = vec![0; mass.rows];
         let mut coordinates: Vec<Vec<usize>> = Vec::new();
         let mut local = Vec::new();
@@ -139,7 +140,7 @@ impl Part {
     }
 }
 
-/// The root of `k`, with the path to it halved.
+/// The root of `k` in union-find, with path halving.
 fn root(parent: &mut [usize], mut k: usize) -> usize {
     while parent[k] != k {
         parent[k] = parent[parent[k]];

@@ -7,7 +7,7 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::HashSet;
 
-/// The key that tells the kinds apart; the others are not looked at yet.
+/// The key that selects the kind; the other keys are read later.
 #[derive(Deserialize)]
 struct Head {
     kind: Kind,
@@ -74,8 +74,8 @@ enum OperatorForm {
 /// Block row, block column, rows of the block.
 type BlockForm = (u32, u32, [[f64; 2]; 2]);
 
-/// As many blocks and fewer are written with all their numbers, and so is an operator of which half
-/// the blocks or more are held.
+/// Up to this many blocks an operator is written with all its numbers; also if half of its blocks
+/// or more are stored.
 const SMALL: usize = 32;
 
 #[derive(Deserialize)]
@@ -135,7 +135,7 @@ struct BoundedForm {
     compliance: f64,
 }
 
-/// Refused while the reader still knows the line.
+/// Refuses while the reader still knows the line.
 fn contact_form<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ContactForm, D::Error> {
     let form = ContactForm::deserialize(deserializer)?;
     for (name, value) in [("friction", form.friction), ("compliance", form.compliance)] {
@@ -185,7 +185,7 @@ pub(super) fn read(text: &str) -> Result<Loaded, FileError> {
 
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     serde_json::from_str(text).map_err(|e| {
-        // the place is told once, in front
+        // the message already names the position at its start
         let (line, column) = (e.line(), e.column());
         let told = e.to_string();
         let place = format!(" at line {line} column {column}");
@@ -197,7 +197,7 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     })
 }
 
-/// An operator of `size` blocks, where the form itself does not tell.
+/// An operator of `size` blocks, for forms that do not state the size.
 fn operator(form: OperatorForm, size: usize) -> Result<Delassus, FileError> {
     match form {
         OperatorForm::Dense(rows) => {
@@ -300,10 +300,10 @@ fn law_form(law: &Law) -> LawForm {
     }
 }
 
-/// Writes a problem as JSON: the same value, to the last bit, is read back.
+/// Writes a problem as JSON. Reading it gives the same value, to the last bit.
 ///
 /// # Errors
-/// [`FileError::Contact`], [`FileError::Content`] for a problem that is none.
+/// [`FileError::Contact`], [`FileError::Content`] for an invalid problem.
 pub fn to_json(problem: &StoredProblem) -> Result<String, FileError> {
     problem.check()?;
     let mut parts = Vec::new();
@@ -380,7 +380,7 @@ fn part(key: &str, value: &impl Serialize) -> Result<String, FileError> {
     Ok(format!("  \"{key}\": {}", json(value)?))
 }
 
-/// A list with an item a line, so that an error names the line of the item.
+/// A list with one item per line, so that an error names the line of the item.
 fn list(
     indent: &str,
     key: &str,

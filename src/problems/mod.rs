@@ -1,6 +1,6 @@
 //! Problem files: a contact problem, or a plain LCP, as a value that is stored and solved again.
 //!
-//! [`read`] tells the formats by content, whatever the file is called.
+//! [`read`] detects the format by content, not by file name.
 //!
 //! # JSON
 //!
@@ -17,26 +17,27 @@
 //! }
 //! ```
 //!
-//! - `units` states the units and may be left out, whole or in part; others are refused.
-//! - `operator`, the Delassus operator G, is `dense`, a list of rows, two a block; or `blocks`, a
-//!   list of `[i, j, [[G_nn, G_nt], [G_tn, G_tt]]]`, the 2 × 2 blocks that are not zero, each with
-//!   its block row and block column, from 0, once, and on both sides of the diagonal; or `bodies`,
-//!   `G = J M⁻¹ Jᵀ` with `inverse_mass`, (1/m, 1/m, 1/J) a body in 1/kg and 1/(kg m²), and `rows`,
+//! - `units` states the units and may be omitted, in whole or in part; other units are refused.
+//! - `operator`, the Delassus operator G, is one of three. `dense` is a list of rows, two per
+//!   block. `blocks` is a list of `[i, j, [[G_nn, G_nt], [G_tn, G_tt]]]`, the 2 × 2 blocks that are
+//!   not zero, each once, with its block row and block column, from 0, on both sides of the
+//!   diagonal. `bodies` is `G = J M⁻¹ Jᵀ` with `inverse_mass`, (1/m, 1/m, 1/J) per body in 1/kg and
+//!   1/(kg m²), and `rows`,
 //!   for each block `{"bodies": [side 1, side 2], "jacobian": [side][row][coordinate]}`; bodies
 //!   count from 0, `null` is a side of infinite mass. Rows are ordered (n, t).
-//! - `free`: b, a pair (n, t) a block; restitution, surface motion and gaps are folded in.
-//! - `laws`, one a block: `{"contact": {"friction": μ, "compliance": R}}` (R may be left out: 0),
-//!   `"pin"`, or `{"bounded": {"lower": l, "upper": u, "compliance": R}}` in N s, where a bound left
-//!   out is infinite and R 0.
-//! - `solution`: impulses, a pair a block; optional.
+//! - `free`: b, a pair (n, t) per block; it includes restitution, surface motion and gaps.
+//! - `laws`, one per block: `{"contact": {"friction": μ, "compliance": R}}` (R may be omitted: 0),
+//!   `"pin"`, or `{"bounded": {"lower": l, "upper": u, "compliance": R}}` in N s, where an omitted
+//!   bound is infinite and an omitted R is 0.
+//! - `solution`: impulses, a pair per block; optional.
 //!
 //! A linear complementarity problem is `{"kind": "lcp", "matrix": [rows of M], "q": [...]}`, with
 //! an optional `"solution": [z]`; it has no units of its own.
 //!
 //! # Text (`.dat`)
 //!
-//! The format of the Siconos numerics library: numbers between white space, indices from 0; what
-//! follows the last number is a comment.
+//! The format of the Siconos numerics library: numbers separated by white space, indices from 0.
+//! Text after the last number is a comment.
 //!
 //! | kind | content |
 //! |---|---|
@@ -57,11 +58,11 @@
 //! # What is refused
 //!
 //! Three dimensions; numbers that are not finite; wrong counts and shapes; negative friction; a
-//! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. One
-//! that is less asymmetric is symmetrised, which is a warning. An LCP may have any matrix.
+//! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. An
+//! operator with a smaller asymmetry is symmetrised, with a warning. An LCP may have any matrix.
 //!
-//! And what would take too much memory: a contact operator whose factors, sparse, would have more
-//! than 25 million blocks (a full one of 7000 contacts has as many); a sparse matrix of an LCP with
+//! Also what would take too much memory: a contact operator whose sparse factors would have more
+//! than 25 million blocks (as many as a full one of 7000 contacts); a sparse matrix of an LCP with
 //! more than 10 000 rows, which is made dense; a global form whose M couples so many coordinates.
 
 mod dat;
@@ -90,15 +91,16 @@ use nalgebra::{DMatrix, DVector};
 use symmetry::{check_semidefinite, symmetrise};
 use thiserror::Error;
 
-/// A problem as a file holds it.
+/// A problem as stored in a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StoredProblem {
-    /// A frictional contact problem, and impulses [N s] that are said to solve it.
+    /// A frictional contact problem, and impulses [N s] that the file states as its solution.
     Contact {
         problem: ContactProblem,
         solution: Option<Vec<Vec2>>,
     },
-    /// Find `z ≥ 0` with `w = M z + q ≥ 0` and `zᵀ w = 0`; and a `z` that is said to.
+    /// Find `z ≥ 0` with `w = M z + q ≥ 0` and `zᵀ w = 0`; and a `z` that the file states as a
+    /// solution.
     Lcp {
         matrix: DMatrix<f64>,
         q: DVector<f64>,
@@ -106,27 +108,27 @@ pub enum StoredProblem {
     },
 }
 
-/// What [`read`] gives.
+/// Result of [`read`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
     pub problem: StoredProblem,
-    /// What was changed in reading, for a person.
+    /// Changes made in reading, as text.
     pub warnings: Vec<String>,
 }
 
-/// Most rows and columns of a matrix that is stored sparse and made dense.
+/// Most rows and columns of a sparse matrix that is made dense.
 const MOST_ROWS: usize = 10_000;
 
-/// What is wrong with a problem file.
+/// Errors of a problem file.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FileError {
-    /// Bytes that are no text.
+    /// Bytes that are no UTF-8 text.
     #[error("line {line}: not text (UTF-8)")]
     NotText { line: usize },
     /// An HDF5 container (FCLib).
     #[error("an HDF5 file; FCLib problems are not read: JSON and .dat text are")]
     Hdf5,
-    /// The file starts like none of the kinds.
+    /// The file begins like none of the kinds.
     #[error("line {line}: {reason}")]
     Kind { line: usize, reason: String },
     /// Malformed JSON, an unknown or missing key, a value of another type or out of range.
@@ -136,20 +138,20 @@ pub enum FileError {
         column: usize,
         reason: String,
     },
-    /// Text with something else, or nothing, where `expected` must stand.
+    /// Other text, or none, in place of `expected`.
     #[error("line {line}: expected {expected}, found {found}")]
     Expected {
         line: usize,
         expected: String,
         found: String,
     },
-    /// A value that a contact problem cannot have, or that is not supported.
+    /// A value that is invalid in a contact problem, or unsupported.
     #[error("line {line}: {reason}")]
     Value { line: usize, reason: String },
-    /// Parts that do not fit each other.
+    /// Parts that do not fit together.
     #[error("{0}")]
     Content(String),
-    /// The operator is no operator of a contact problem.
+    /// The operator is not symmetric.
     #[error(
         "{matrix}[{row}, {column}] = {upper:e} and [{column}, {row}] = {lower:e}: asymmetric by \
          {relative:.1e} of the root of both diagonal entries, at most {ASYMMETRY:e} is allowed"
@@ -168,20 +170,20 @@ pub enum FileError {
         matrix: &'static str,
         how: &'static str,
     },
-    /// The format to be written has no place for a law of the problem.
+    /// The output format cannot represent a law of the problem.
     #[error("block {block}: {what} has no place in the .dat format; JSON has one")]
     NoPlace { block: usize, what: &'static str },
     #[error(transparent)]
     Contact(#[from] ContactError),
 }
 
-/// Reads a problem file of any format: JSON if it starts with a brace, else text. A byte order mark
-/// before either is skipped.
+/// Reads a problem file of any format: JSON if it begins with a brace, else text. Skips a byte
+/// order mark.
 ///
 /// # Errors
-/// [`FileError`], with the place in the file where one thing there is wrong. Never panics, and takes
-/// no memory for numbers that are not there but for a matrix that is made dense and for the factors
-/// of an operator, both with a bound.
+/// [`FileError`], with the position in the file if the error has one. Never panics. Allocates no
+/// memory for numbers that are not in the file, except for a matrix that is made dense and for the
+/// factors of an operator, both with a bound.
 pub fn read(bytes: &[u8]) -> Result<Loaded, FileError> {
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err(FileError::Hdf5);
@@ -262,7 +264,7 @@ impl StoredProblem {
 }
 
 impl Loaded {
-    /// Checks a contact problem; an explicit operator is symmetrised.
+    /// Checks a contact problem; symmetrises an explicit operator.
     fn contact(
         mut problem: ContactProblem,
         solution: Option<Vec<Vec2>>,

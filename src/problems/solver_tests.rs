@@ -1,4 +1,4 @@
-//! Solvers on stored problems, where a test needs their inside.
+//! Tests of solvers on stored problems that need their internals.
 
 use super::{StoredProblem, read};
 use crate::contact::{ContactProblem, Delassus};

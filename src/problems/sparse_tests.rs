@@ -1,4 +1,4 @@
-//! Block sparse operators in files, and what is too large for memory.
+//! Tests of block sparse operators in files, and of problems too large for memory.
 
 use super::symmetry::check_semidefinite;
 use super::tests::{contact_of, coulomb, dense_of};
@@ -7,7 +7,7 @@ use crate::contact::examples::Lcg;
 use crate::contact::{BlockMatrix, BodyOperator, Mat2, NO_BODY, Rows, Vec3};
 use proptest::prelude::*;
 
-/// A chain of bodies, each in contact with the one before, with rows and masses of any value.
+/// A chain of bodies, each in contact with the one before, with random rows and masses.
 fn chain(contacts: usize, seed: u64) -> StoredProblem {
     let mut random = Lcg(seed);
     let mut vector = || Vec3::from_fn(|_, _| random.next() - 0.5);
@@ -49,7 +49,7 @@ fn a_sparse_operator_reads_back_bit_for_bit() {
             panic!("explicit")
         };
         assert_eq!(operator.held(), 3 * contacts - 2);
-        // a compressed listing of the same, of which no digit is lost here
+        // a compressed listing of the same, with all digits
         let mut listing = format!("2 {contacts}\n2 {0} {0}\n2\nCSparse\nnnz: ", 2 * contacts);
         listing += &format!("{}\n", 4 * operator.held());
         let explicit = dense_of(&loaded);
@@ -75,7 +75,7 @@ fn a_sparse_operator_reads_back_bit_for_bit() {
     }
 }
 
-/// A matrix written small is dense, and a form may hold what the writer would not choose.
+/// A small matrix is written dense; a file may use a form that the writer would not choose.
 #[test]
 fn blocks_of_json_are_read_and_refused_in_words() {
     let with = |blocks: &str| {
@@ -126,7 +126,7 @@ fn blocks_of_json_are_read_and_refused_in_words() {
     );
 }
 
-/// Rows of zeros pass, a zero on the diagonal with numbers beside it does not, whatever the scale.
+/// Rows of zeros pass. A zero on the diagonal with numbers beside it does not, at any scale.
 #[test]
 fn zeros_on_the_diagonal() {
     let check = |rows: &[f64]| {
@@ -253,7 +253,7 @@ fn a_mass_matrix_in_parts() {
         };
         assert_eq!(operator.pairs(), [(0, 3)]);
     }
-    // told with the places in the file
+    // the error names the positions in the file
     let mut uneven = mass.clone();
     uneven[(0, 7)] += 4e-6;
     let text = format!("2 {contacts}\n{}{}{rest}", full(&uneven), triplets(&h));
@@ -266,7 +266,7 @@ fn a_mass_matrix_in_parts() {
     assert!(told.starts_with("M[0, 7] = "), "{told}");
 }
 
-/// A listing of `n` rows with 3 on the diagonal and -1 at the pairs given.
+/// A listing of `n` rows with 9 on the diagonal and -1 at the given pairs.
 fn symmetric_listing(n: usize, pairs: impl Iterator<Item = (usize, usize)>) -> String {
     let mut lines: Vec<String> = (0..n).map(|k| format!("{k} {k} : 9\n")).collect();
     lines.extend(pairs.map(|(i, j)| format!("{i} {j} : -1\n{j} {i} : -1\n")));
@@ -275,7 +275,7 @@ fn symmetric_listing(n: usize, pairs: impl Iterator<Item = (usize, usize)>) -> S
     format!("2 {n} {n}\n1\nCSparse\nnnz: {count}\n{text}")
 }
 
-/// More rows than could be made dense are no obstacle where they couple sparsely.
+/// More rows than could be made dense are accepted if they couple sparsely.
 #[test]
 fn only_what_takes_too_much_memory_is_refused() {
     let contacts = MOST_ROWS;
@@ -284,14 +284,14 @@ fn only_what_takes_too_much_memory_is_refused() {
     let w = symmetric_listing(n, (2..n).map(|k| (k - 2, k)));
     let loaded = read(format!("2 {contacts}\n{w}{rest}").as_bytes()).unwrap();
     assert_eq!(contact_of(&loaded).len(), contacts);
-    // a mass matrix whose coordinates hang together
+    // a mass matrix that couples all its coordinates
     let n = MOST_ROWS + 1;
     let m = symmetric_listing(n, (1..n).map(|k| (k - 1, k)));
     let zeros = "0 ".repeat(n);
     let text = format!("2 1\n{m}2 {n} 2\n1\nCSparse\nnnz: 2\n0 0 : 1\n1 1 : 1\n{zeros}-1 0\n0.5");
     let told = read(text.as_bytes()).unwrap_err().to_string();
     assert!(told.contains("10000 x 10000 are held"), "{told}");
-    // one coordinate that all contacts touch: W would be full
+    // one coordinate in all contacts: W would be full
     let contacts = 5001;
     let h: String = (0..contacts)
         .map(|k| format!("0 {} : 1\n", 2 * k))

@@ -3,16 +3,17 @@ use crate::contact::BlockMatrix;
 use crate::linalg::{BlockLdu, MOST_FILL};
 use nalgebra::DVector;
 
-/// Largest `|W_ij − W_ji| / √(W_ii W_jj)` that passes for rounding, no unit: listings of six digits
-/// leave up to 1e-6. The root bounds `|W_ij|`, and so light bodies next to heavy ones are seen.
+/// Largest `|W_ij − W_ji| / √(W_ii W_jj)` that counts as rounding, no unit: listings of six digits
+/// have up to 1e-6. The root bounds `|W_ij|`, so that the test is valid for light bodies next to
+/// heavy ones.
 pub const ASYMMETRY: f64 = 1e-5;
 
-/// A smaller asymmetry is round-off of a product `Jᵀ M⁻¹ J` and stays as it is, bit for bit.
+/// A smaller asymmetry is round-off of a product `Jᵀ M⁻¹ J` and is not changed, bit for bit.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Two numbers of a matrix that should be equal.
 pub(super) struct Mirrored {
-    /// Row and column of the first.
+    /// Row and column of the first number.
     pub place: (usize, usize),
     pub upper: f64,
     pub lower: f64,
@@ -20,8 +21,8 @@ pub(super) struct Mirrored {
     pub root: f64,
 }
 
-/// Whether a matrix must be replaced by its symmetric part, which it warns of: the numbers of a
-/// pair differ by more than round-off.
+/// Whether a matrix must be replaced by its symmetric part, because the numbers of a pair differ by
+/// more than round-off; adds a warning.
 ///
 /// # Errors
 /// [`FileError::Asymmetric`] above [`ASYMMETRY`].
@@ -33,7 +34,7 @@ pub(super) fn is_asymmetric(
     let mut worst = 0.0;
     let mut pair = None;
     for next in pairs {
-        // 0/0 of an empty row is no asymmetry; a negative diagonal is for the next check
+        // 0/0 of an empty row is no asymmetry; the next check finds a negative diagonal
         let relative = (next.upper - next.lower).abs() / next.root;
         if relative > worst {
             worst = relative;
@@ -61,7 +62,7 @@ pub(super) fn is_asymmetric(
     Ok(true)
 }
 
-/// Replaces `matrix` by its symmetric part where [`is_asymmetric`] says so.
+/// Replaces `matrix` by its symmetric part if [`is_asymmetric`] returns true.
 ///
 /// # Errors
 /// [`FileError::Asymmetric`].
@@ -76,7 +77,7 @@ pub(super) fn symmetrise(
     Ok(())
 }
 
-/// All pairs of numbers, but those of blocks that are not held.
+/// All pairs of numbers, except those of blocks that are not stored.
 fn mirrored(matrix: &BlockMatrix) -> impl Iterator<Item = Mirrored> {
     let root = diagonal(matrix).map(f64::sqrt);
     let above = |j: usize| matrix.column(j).filter(move |(i, _)| *i <= j);
@@ -96,12 +97,12 @@ fn mirrored(matrix: &BlockMatrix) -> impl Iterator<Item = Mirrored> {
     })
 }
 
-/// Whether a symmetric matrix, scaled to a unit diagonal, has no eigenvalue below −[`ASYMMETRY`]:
-/// with that added to its diagonal, all pivots of a factorisation are then positive.
+/// Whether a symmetric matrix, scaled to a unit diagonal, has no eigenvalue below −[`ASYMMETRY`].
+/// Adds that number to its diagonal and checks that all pivots of a factorisation are positive.
 ///
 /// # Errors
-/// [`FileError::Indefinite`]; [`FileError::Content`] if the factors would take too much memory,
-/// as they would again in a solver.
+/// [`FileError::Indefinite`]; [`FileError::Content`] if the factors would take too much memory, as
+/// they would in a solver.
 pub(super) fn check_semidefinite(
     matrix: &BlockMatrix,
     name: &'static str,
@@ -111,7 +112,7 @@ pub(super) fn check_semidefinite(
         how: "semidefinite",
     };
     let diagonal = diagonal(matrix);
-    // a row of zeros, of a contact without friction, is no fault
+    // a row of zeros, of a contact without friction, is valid
     let scale = diagonal.map(|x| if x == 0.0 { 0.0 } else { 1.0 / x.sqrt() });
     let mut factor = BlockLdu::<2>::default();
     if factor.prepare(matrix.size(), &matrix.pairs()).is_err() {
@@ -129,7 +130,7 @@ pub(super) fn check_semidefinite(
                 if x != 0.0 && (diagonal[row] == 0.0 || diagonal[column] == 0.0) {
                     return Err(indefinite);
                 }
-                // in this order, for the root of both may overflow
+                // in this order, as the product of both roots may overflow
                 scaled[(r, c)] = x * scale[row] * scale[column];
                 if row == column {
                     scaled[(r, c)] = if x == 0.0 { 1.0 } else { 1.0 + ASYMMETRY };

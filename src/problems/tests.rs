@@ -1,4 +1,4 @@
-//! Formats there and back, what is refused and with which words, and rubbish.
+//! Tests: formats written and read back, refused files and their messages, malformed input.
 
 use super::*;
 use crate::contact::{BodyOperator, Law, NO_BODY, Rows, Vec3};
@@ -25,7 +25,7 @@ pub(super) fn coulomb(friction: f64) -> Law {
     }
 }
 
-/// A number of any size that its square still has.
+/// A number of any size whose square is finite.
 fn real() -> impl Strategy<Value = f64> {
     (-1.0f64..1.0, -60i32..60).prop_map(|(x, e)| x * 10f64.powi(e))
 }
@@ -54,7 +54,7 @@ fn law() -> impl Strategy<Value = Law> {
     ]
 }
 
-/// Blocks on up to four bodies; each block touches a body and perhaps another.
+/// Blocks on up to four bodies; each block is on one body and perhaps another.
 fn stored() -> impl Strategy<Value = StoredProblem> {
     let rows = (
         0u32..4,
@@ -103,7 +103,7 @@ fn lcp() -> impl Strategy<Value = StoredProblem> {
     })
 }
 
-/// As `problem`, from an explicit operator, with Coulomb friction alone and no solution.
+/// `problem` with an explicit operator, Coulomb friction alone and no solution.
 fn as_dat_has_it(problem: &StoredProblem) -> StoredProblem {
     match problem.clone() {
         StoredProblem::Contact { problem, .. } => StoredProblem::Contact {
@@ -131,7 +131,7 @@ proptest! {
         let loaded = read(text.as_bytes()).unwrap();
         prop_assert_eq!(&loaded.problem, &problem);
         prop_assert!(loaded.warnings.is_empty());
-        // == takes -0 for 0: the text does not
+        // == takes -0 for 0; the text does not
         prop_assert_eq!(to_json(&loaded.problem).unwrap(), text);
     }
 
@@ -150,7 +150,7 @@ proptest! {
     }
 }
 
-/// The example of the docs is a problem file.
+/// The example of the docs is a valid problem file.
 #[test]
 fn the_example_of_the_docs_is_read() {
     let docs: String = (include_str!("mod.rs").lines())
@@ -166,7 +166,7 @@ fn the_example_of_the_docs_is_read() {
     ));
 }
 
-/// Column-major: [1 3; 2 4] is written 1 2 3 4, whatever the lines suggest.
+/// Column-major: [1 3; 2 4] is written 1 2 3 4, in any line layout.
 #[test]
 fn storages_hold_their_numbers_column_by_column() {
     let listing = "CSparse Version 3.1.4, Oct 10, 2014.  Copyright (c) T. Davis, 2006-2014\n";
@@ -228,9 +228,9 @@ fn contact_problems_have_their_friction_and_free_term() {
     assert_eq!(problem.operator.diagonal(1)[(0, 1)], 1.0);
 }
 
-/// One disc of mass 2 kg (inertia 4 kg m²) with q = M v, v = (1, 2, 3), touched at an arm of 1 m:
-/// rows n = (0, 1, 0), t = (−1, 0, 1), so W = diag(1/2, 3/4) and Hᵀ v + b = (2, 2) + (10, 20). Also
-/// with as many coordinates as rows, where a local problem could be meant.
+/// One disc of mass 2 kg (inertia 4 kg m²) with q = M v, v = (1, 2, 3), and a contact at an arm of
+/// 1 m: rows n = (0, 1, 0), t = (−1, 0, 1), so W = diag(1/2, 3/4) and Hᵀ v + b = (2, 2) + (10, 20).
+/// Also with as many coordinates as rows, which could be read as a local problem.
 #[test]
 fn global_problems_are_reduced() {
     let mass = "0 3 3\n3 3\n2 0 0 0 2 0 0 0 4\n";
@@ -260,7 +260,8 @@ fn global_problems_are_reduced() {
     assert_eq!(contact_of(&loaded).free, [Vec2::new(0.0, 2.0)]);
 }
 
-/// Six digits leave an asymmetry of 1e-6: symmetrised, and told. A hundred times that is refused.
+/// Six digits leave an asymmetry of 1e-6: symmetrised, with a warning. A hundred times that is
+/// refused.
 #[test]
 fn asymmetry_is_told_or_refused() {
     let with = |a: f64| read(format!("2 1\n0 2 2\n2 2\n2 1 {a:e} 2\n-1 0\n0.5").as_bytes());
@@ -303,7 +304,7 @@ const JSON: &str = r#"{
   "laws": [{"contact": {"friction": 2}}]
 }"#;
 
-/// Text, and the words of its error.
+/// Files, and the words of their errors.
 #[test]
 fn bad_files_are_refused_in_words() {
     let w = "2 1\n0 2 2\n2 2\n2 1\n1 2\n";
@@ -539,7 +540,7 @@ fn bad_files_are_refused_in_words() {
     assert_eq!(read(b"\x89HDF\r\n\x1a\nrest"), Err(FileError::Hdf5));
 }
 
-/// The numbers are not there, so no memory is taken for them and no time.
+/// The numbers are missing, so reading allocates no memory for them and takes no time.
 #[test]
 fn huge_counts_are_no_allocation() {
     const HUGE: &str = "4611686018427387904";
@@ -554,7 +555,7 @@ fn huge_counts_are_no_allocation() {
     ] {
         assert!(read(text.as_bytes()).is_err(), "{text}");
     }
-    // sparse and all there, but an LCP is made dense
+    // complete and sparse, but an LCP is made dense
     let n = MOST_ROWS + 1;
     let q = "-1 ".repeat(n);
     let text = format!("{n}\n2 {n} {n}\n1\nCSparse\nnnz: 1\n0 0 : 1\n{q}");
@@ -562,7 +563,7 @@ fn huge_counts_are_no_allocation() {
     assert!(told.contains("10001 x 10001, at most 10000"), "{told}");
 }
 
-/// What the text format has no place for is not dropped in silence.
+/// Laws that the text format has no place for are refused, not dropped.
 #[test]
 fn dat_refuses_what_it_cannot_hold() {
     for (law, what) in [
@@ -624,7 +625,7 @@ fn nan_is_not_written() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
 
-    /// Bytes of a good file cut out, doubled, or replaced: read or refused, never a panic.
+    /// Cuts out, doubles or replaces bytes of a valid file: read or refused, never a panic.
     #[test]
     fn mangled_files_never_panic(
         which in 0usize..9,

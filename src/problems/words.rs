@@ -1,6 +1,6 @@
 use super::FileError;
 
-/// The words of a text between white space, with their lines.
+/// The words of a text, separated by white space, with their lines.
 #[derive(Clone, Copy)]
 pub(super) struct Words<'a> {
     rest: &'a str,
@@ -20,7 +20,7 @@ impl<'a> Words<'a> {
         self.line
     }
 
-    /// The next word, or `None` at the end, where the line stays that of the last word.
+    /// The next word; `None` at the end, where the line is that of the last word.
     pub fn word(&mut self) -> Option<&'a str> {
         let start = self.rest.trim_start();
         let word = start.split_whitespace().next()?;
@@ -30,7 +30,7 @@ impl<'a> Words<'a> {
         Some(word)
     }
 
-    /// A word that `parse` takes.
+    /// The next word, parsed by `parse`.
     pub fn parsed<T>(
         &mut self,
         expected: impl FnOnce() -> String,
@@ -41,20 +41,20 @@ impl<'a> Words<'a> {
             line: self.line,
             expected: expected(),
             found: match word {
-                // a word may be a megabyte of rubbish
+                // a word may be a megabyte long
                 Some(word) => format!("`{}`", word.chars().take(40).collect::<String>()),
                 None => "the end of the file".to_owned(),
             },
         })
     }
 
-    /// A whole number from 0.
+    /// A whole number ≥ 0.
     pub fn count(&mut self, expected: impl FnOnce() -> String) -> Result<usize, FileError> {
         let whole = || format!("{} (a whole number)", expected());
         self.parsed(whole, |word| word.parse().ok())
     }
 
-    /// A number that is finite.
+    /// A finite number.
     pub fn real(&mut self, expected: impl FnOnce() -> String) -> Result<f64, FileError> {
         let finite = || format!("{} (a finite number)", expected());
         self.parsed(finite, |word| {
@@ -62,14 +62,14 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// `count` numbers, the k-th called `name[k]`.
+    /// `count` numbers; errors call the k-th `name[k]`.
     pub fn reals(&mut self, count: usize, name: &str) -> Result<Vec<f64>, FileError> {
         (0..count)
             .map(|k| self.real(|| format!("{name}[{k}], one of {count}")))
             .collect()
     }
 
-    /// The very word `word`, perhaps with more behind it.
+    /// The word `word`, perhaps with more text behind it.
     pub fn literal(&mut self, word: &str) -> Result<(), FileError> {
         self.parsed(
             || format!("`{word}`"),
@@ -77,7 +77,7 @@ impl<'a> Words<'a> {
         )
     }
 
-    /// Leaves the rest of the line of the word last read.
+    /// Skips the rest of the line of the last word.
     pub fn skip_line(&mut self) {
         let end = self.rest.find('\n').unwrap_or(self.rest.len());
         self.rest = &self.rest[end..];

@@ -11,8 +11,8 @@ use crate::dynamics::{BodyRoles, CachedContact, ContactKey, Pose64, Sweep};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-/// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, where rapier's
-/// `f32` ones are not good enough.
+/// Mass \[kg\] and moment of inertia about the centre of mass [kg m²] in `f64`, for uses in which
+/// rapier's `f32` values are not accurate enough.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExactBody {
     pub mass: f64,
@@ -24,20 +24,20 @@ pub struct ExactBody {
 pub(super) struct Bodies {
     pub list: Vec<Shadow>,
     pub velocities: Vec<Vec3>,
-    /// `M⁻¹` as the step uses it, see [`damped`].
+    /// `M⁻¹` with damping, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
     pub roles: BodyRoles,
-    /// Whether any body is damped.
+    /// Whether a body has damping.
     damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,
-    /// Bodies given an exact mass since the last step.
-    promised: Vec<RigidBodyHandle>,
+    /// Bodies that got an exact mass since the last step.
+    newly_exact: Vec<RigidBodyHandle>,
     index: FxHashMap<RigidBodyHandle, u32>,
     pub watch: ColliderWatch,
     pub sleepers: Sleepers,
-    /// Bodies that rapier has put to sleep, or the user.
+    /// Bodies that rapier or the user has put to sleep.
     pub slept: Vec<usize>,
-    /// Colliders that went since rapier's notes were looked through.
+    /// Number of colliders removed since rapier's notes were last emptied.
     gone: usize,
     /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
@@ -49,13 +49,13 @@ impl Bodies {
         self.index.get(&handle).copied()
     }
 
-    /// Takes over what the user changed since the last step: new, removed, moved, re-massed
-    /// bodies, and the velocities of kinematic ones. What the contacts of those who wake carried
-    /// goes to `woken`, on an error too.
+    /// Reads what the user changed since the last step: new, removed, moved and re-massed bodies,
+    /// and the velocities of kinematic ones. Stored contact impulses of islands that wake go to
+    /// `woken`, on an error too.
     ///
     /// # Errors
-    /// [`ModelError`] for a body that is not finite, has no mass, or uses what is not supported;
-    /// for a collider, see [`ColliderWatch::scan`]. What is bad is not taken over.
+    /// [`ModelError`] for a body that is not finite, has no mass, or uses an unsupported feature;
+    /// for a collider, see [`ColliderWatch::scan`]. Invalid state is not read.
     pub fn sync(
         &mut self,
         world: &mut PhysicsWorld,
@@ -63,7 +63,7 @@ impl Bodies {
         stay_awake: bool,
         woken: &mut Vec<(ContactKey, CachedContact)>,
     ) -> Result<(), ModelError> {
-        for handle in std::mem::take(&mut self.promised) {
+        for handle in std::mem::take(&mut self.newly_exact) {
             if !world.bodies.contains(handle) {
                 self.exact.remove(&handle);
                 return Err(not_there(handle));
@@ -71,13 +71,13 @@ impl Bodies {
         }
         let usual = self.read_usual(world, dt, stay_awake);
         if !usual {
-            self.know(world);
+            self.update_list(world);
         }
-        let told = self.watch.scan(&world.colliders);
+        let scanned = self.watch.scan(&world.colliders);
         if usual && self.watch.changed.is_empty() && self.watch.gone.is_empty() {
-            self.drop_notes(world);
-            self.level();
-            return told;
+            self.forget_removed(world);
+            self.clear_equal_dominance();
+            return scanned;
         }
         // rapier computes masses only when it steps
         for (_, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
@@ -88,18 +88,18 @@ impl Bodies {
                 self.list[k as usize].thickness = None;
             }
         }
-        self.drop_notes(world);
-        // what changed is told once, whatever else is wrong
-        self.stir_changed(world);
-        told?;
-        self.heed(world, dt, stay_awake)?;
-        self.wake_stirred(world, woken);
+        self.forget_removed(world);
+        // a scan reports each change once, so mark islands before any error returns
+        self.mark_changed(world);
+        scanned?;
+        self.follow_user_sleep(world, dt, stay_awake)?;
+        self.wake_marked(world, woken);
         self.begin_reading();
         for k in 0..self.list.len() {
             self.sync_one(world, k, dt)?;
-            self.stand(&world.bodies[self.list[k].handle], &world.colliders, k, dt);
+            self.read_role(&world.bodies[self.list[k].handle], &world.colliders, k, dt);
         }
-        self.level();
+        self.clear_equal_dominance();
         Ok(())
     }
 
@@ -109,9 +109,9 @@ impl Bodies {
         self.roles.sweeps.clear();
     }
 
-    /// Reads all bodies in one go over rapier's memory, where none came, went, sleeps, changed its
-    /// mass or kind, or is bad. Where one did, the answer is no, and all is to be read by
-    /// [`Bodies::sync_one`], in the order that these things ask for.
+    /// Fast path: reads all bodies in one pass over rapier's memory. Returns `false` if a body was
+    /// added or removed, sleeps, changed its mass or kind, or is invalid. [`Bodies::sync_one`] must
+    /// then read all bodies one by one.
     fn read_usual(&mut self, world: &PhysicsWorld, dt: f64, stay_awake: bool) -> bool {
         if !self.sleepers.is_empty() {
             return false;
@@ -129,42 +129,42 @@ impl Bodies {
             if !usual || self.read(body, k, dt).is_err() {
                 return false;
             }
-            self.stand(body, &world.colliders, k, dt);
+            self.read_role(body, &world.colliders, k, dt);
             k += 1;
         }
         k == self.list.len()
     }
 
-    /// Equal dominances are as if none had any.
-    fn level(&mut self) {
-        let mut levels = self.roles.dominance.iter().filter(|l| **l != FIRM);
+    /// Clears the dominances if all bodies have the same.
+    fn clear_equal_dominance(&mut self) {
+        let mut levels = self.roles.dominance.iter().filter(|l| **l != IMMOVABLE);
         let first = levels.next();
         if levels.all(|l| Some(l) == first) {
             self.roles.dominance.clear();
         }
     }
 
-    /// Dominance of a body, and whether it is followed within the step.
-    fn stand(&mut self, body: &RigidBody, colliders: &ColliderSet, k: usize, dt: f64) {
+    /// Reads the dominance of a body, and whether its time of impact is computed.
+    fn read_role(&mut self, body: &RigidBody, colliders: &ColliderSet, k: usize, dt: f64) {
         let count = self.velocities.len();
         if !body.is_dynamic() {
             // above all others, as if it had the highest dominance
             if let Some(level) = self.roles.dominance.get_mut(k) {
-                *level = FIRM;
+                *level = IMMOVABLE;
             }
             return;
         }
         let group = i16::from(body.dominance_group());
         if group != 0 && self.roles.dominance.is_empty() {
             let earlier = self.list[..k].iter().map(|s| s.kind);
-            let firm = |kind| {
+            let immovable = |kind| {
                 if kind == RigidBodyType::Dynamic {
                     0
                 } else {
-                    FIRM
+                    IMMOVABLE
                 }
             };
-            self.roles.dominance.extend(earlier.map(firm));
+            self.roles.dominance.extend(earlier.map(immovable));
             self.roles.dominance.resize(count, 0);
         }
         if group != 0 {
@@ -190,21 +190,21 @@ impl Bodies {
         }
     }
 
-    /// Rids rapier's notes of those that are gone: only its own step would.
-    fn drop_notes(&mut self, world: &mut PhysicsWorld) {
+    /// Empties rapier's notes of removed colliders, which only its own step would do.
+    fn forget_removed(&mut self, world: &mut PhysicsWorld) {
         self.gone += self.watch.gone.len();
         if self.gone > 64 + world.bodies.len() / 4 {
             self.gone = 0;
             forget_gone(world);
-            // going over all notes all that is there, anew
+            // visiting all bodies mutably makes rapier write its notes anew
             world.bodies.iter_mut().for_each(drop);
             world.colliders.iter_mut().for_each(drop);
         }
     }
 
-    /// Brings the list up to the enabled bodies of the world.
-    fn know(&mut self, world: &mut PhysicsWorld) {
-        if self.are_known(world) {
+    /// Rebuilds the list from the enabled bodies of the world.
+    fn update_list(&mut self, world: &mut PhysicsWorld) {
+        if self.list_is_current(world) {
             return;
         }
         let mut old: FxHashMap<RigidBodyHandle, (Shadow, Vec3, Vec3)> = self
@@ -220,7 +220,7 @@ impl Bodies {
             body.is_enabled() && !old.contains_key(&h) && !body.colliders().iter().all(on)
         };
         if world.bodies.iter().any(waits) {
-            // only rapier knows whether a collider was switched off by itself or with its body
+            // only rapier knows whether a collider was disabled itself or with its body
             world.collision_pipeline.step(
                 0.0,
                 &mut world.islands,
@@ -235,27 +235,27 @@ impl Bodies {
         for (handle, _) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
             let (shadow, u, w) = old
                 .remove(&handle)
-                .unwrap_or_else(|| Shadow::unseen(handle));
+                .unwrap_or_else(|| Shadow::unread(handle));
             self.index.insert(handle, self.list.len() as u32);
             self.list.push(shadow);
             self.velocities.push(u);
             self.inverse_mass.push(w);
         }
-        // who sleeps beside a body that is gone
+        // islands of which a body was removed
         for (shadow, _, _) in old.values() {
-            self.sleepers.stir(shadow.group);
+            self.sleepers.mark_to_wake(shadow.group);
             let colliders = world.bodies.get(shadow.handle).map(RigidBody::colliders);
             for handle in colliders.into_iter().flatten() {
-                self.sleepers.stir_touching(handle.into_raw_parts().0);
+                self.sleepers.mark_touching(handle.into_raw_parts().0);
             }
         }
         self.exact
             .retain(|handle, _| world.bodies.contains(*handle));
-        self.are_known(world);
+        self.list_is_current(world);
     }
 
-    /// Whether the list holds the enabled bodies of the world; notes who fell asleep.
-    fn are_known(&mut self, world: &PhysicsWorld) -> bool {
+    /// Whether the list is the enabled bodies of the world; also stores which bodies fell asleep.
+    fn list_is_current(&mut self, world: &PhysicsWorld) -> bool {
         self.slept.clear();
         let mut known = self.list.iter().enumerate();
         for (handle, body) in world.bodies.iter().filter(|(_, body)| body.is_enabled()) {
@@ -292,7 +292,7 @@ impl Bodies {
         self.read(&world.bodies[self.list[k].handle], k, dt)
     }
 
-    /// Takes over what the user set on one body.
+    /// Reads what the user set on one body.
     fn read(&mut self, body: &RigidBody, k: usize, dt: f64) -> Result<(), ModelError> {
         let shadow = &mut self.list[k];
         let name = || format!("body {k} (handle {:?})", body_id(shadow.handle));
@@ -312,7 +312,7 @@ impl Bodies {
                 Some(exact) => locked(seen.3, 1.0 / exact.mass, 1.0 / exact.inertia),
                 None => {
                     check_mass(body, name)?;
-                    // rapier stores inverses; the decimal lies in the mass itself
+                    // rapier stores inverses; the user typed the mass itself
                     let invert = |w: Real| if w > 0.0 { 1.0 / widen(1.0 / w) } else { 0.0 };
                     locked(seen.3, invert(seen.0), invert(seen.1))
                 }
@@ -365,7 +365,7 @@ impl Bodies {
         Ok(())
     }
 
-    /// Kinetic energy \[J\] by the bodies' own masses, where damping makes the step's differ.
+    /// Kinetic energy \[J\] with the bodies' own masses, if damping changes the masses of the step.
     pub fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {
         let of = |(u, shadow): (&Vec3, &Shadow)| {
             let w = shadow.inverse_mass;
@@ -376,16 +376,16 @@ impl Bodies {
             .then(|| velocities.iter().zip(&self.list).map(of).sum())
     }
 
-    /// Gives a body a mass of its own, from the next step on.
+    /// Sets an exact mass, from the next step on.
     pub fn set_exact(&mut self, handle: RigidBodyHandle, exact: ExactBody) {
         self.exact.insert(handle, exact);
-        self.promised.push(handle);
+        self.newly_exact.push(handle);
         if let Some(k) = self.index_of(handle) {
             self.list[k as usize].mass_seen = None;
         }
     }
 
-    /// All masses given in `f64`.
+    /// All exact masses.
     pub fn exact(&self) -> impl Iterator<Item = (RigidBodyHandle, ExactBody)> + '_ {
         self.exact.iter().map(|(handle, exact)| (*handle, *exact))
     }
@@ -394,7 +394,7 @@ impl Bodies {
         self.exact.insert(handle, exact);
     }
 
-    /// Appends a body as it was saved; the rest is read from the world.
+    /// Appends a saved body; [`Bodies::sync`] reads the rest from the world.
     pub fn restore(
         &mut self,
         handle: RigidBodyHandle,
@@ -403,7 +403,7 @@ impl Bodies {
         velocity: Vec3,
         written: (Pose, (Vector, Real)),
     ) {
-        let (mut shadow, _, w) = Shadow::unseen(handle);
+        let (mut shadow, _, w) = Shadow::unread(handle);
         (shadow.pose, shadow.last, shadow.seen) = (pose, last, true);
         (shadow.written_pose, shadow.written_velocity) = written;
         self.index.insert(handle, self.list.len() as u32);
@@ -420,7 +420,7 @@ impl Bodies {
         }
     }
 
-    /// Gives rapier the poses, rounded, and where `velocities` is set the velocities too.
+    /// Writes the rounded poses to rapier, and the velocities if `velocities` is set.
     pub fn write(&mut self, world: &mut PhysicsWorld, velocities: bool) {
         for (shadow, u) in self.list.iter_mut().zip(&self.velocities) {
             if shadow.kind == RigidBodyType::Fixed {
@@ -438,7 +438,8 @@ impl Bodies {
             body.set_position(pose, false);
             shadow.written_pose = pose;
             if new_velocity {
-                // a position-driven body takes no velocity; what rapier keeps is what we compare
+                // rapier refuses a velocity for a position-based kinematic body; compare with what
+                // rapier stores
                 body.set_linvel(velocity.0, false);
                 body.set_angvel(velocity.1, false);
                 shadow.written_velocity = (body.linvel(), body.angvel());
@@ -446,8 +447,8 @@ impl Bodies {
         }
     }
 
-    /// Gives rapier back what a step that failed has moved.
-    pub fn give_back(&mut self, world: &mut PhysicsWorld) {
+    /// Restores rapier's poses after a failed step.
+    pub fn undo_step(&mut self, world: &mut PhysicsWorld) {
         self.write(world, true);
         for shadow in &self.list {
             // setting a pose sets the target as well
@@ -458,7 +459,7 @@ impl Bodies {
         }
     }
 
-    /// Sets a body's state in `f64`; rapier gets it rounded.
+    /// Sets a body's state in `f64` and writes it to rapier rounded.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] for a body that is not there, or a state that is not finite.
@@ -481,7 +482,7 @@ impl Bodies {
                 body_id(handle)
             )));
         }
-        // for who asks rapier for it before the first step
+        // for callers that read rapier's mass before the first step
         body.recompute_mass_properties_from_colliders(&world.colliders);
         body.set_position(pose.to_rapier(), false);
         let linear = Vector::new(velocity.x as Real, velocity.y as Real);
@@ -493,11 +494,11 @@ impl Bodies {
             .collect();
         slots
             .iter()
-            .for_each(|slot| self.sleepers.stir_touching(*slot));
-        // an unknown one comes last until the next step puts all in order
+            .for_each(|slot| self.sleepers.mark_touching(*slot));
+        // a new body comes last until the next step sorts the list
         let k = self.index_of(handle).unwrap_or(self.list.len() as u32);
         if k as usize == self.list.len() {
-            let (shadow, u, w) = Shadow::unseen(handle);
+            let (shadow, u, w) = Shadow::unread(handle);
             self.numbering += 1;
             self.index.insert(handle, k);
             self.list.push(shadow);
@@ -505,7 +506,7 @@ impl Bodies {
             self.inverse_mass.push(w);
         }
         let shadow = &mut self.list[k as usize];
-        self.sleepers.stir(shadow.group);
+        self.sleepers.mark_to_wake(shadow.group);
         shadow.pose = pose;
         shadow.written_pose = *body.position();
         shadow.written_velocity = (body.linvel(), body.angvel());
@@ -515,5 +516,5 @@ impl Bodies {
     }
 }
 
-/// Dominance of what nothing moves: above that of any dynamic body.
-pub(super) const FIRM: i16 = i8::MAX as i16 + 1;
+/// Dominance of fixed and kinematic bodies: above that of any dynamic body.
+pub(super) const IMMOVABLE: i16 = i8::MAX as i16 + 1;

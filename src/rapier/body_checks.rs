@@ -1,4 +1,4 @@
-//! What makes a body of a rapier world one that can be stepped.
+//! Checks of the bodies of a rapier world.
 
 use super::changes::finite;
 use super::engine::prelude::*;
@@ -14,8 +14,8 @@ pub(super) fn not_there(handle: RigidBodyHandle) -> ModelError {
     ModelError::Invalid(format!("body (handle {id:?}) is not in the world"))
 }
 
-/// Whether where a body is, where it is sent and how fast it moves are finite: a no may be that of
-/// their sum, which [`refuse_bad`] tells apart.
+/// Whether pose, target and velocity of a body are finite. `false` may come from an overflow of
+/// their sum; [`refuse_bad`] then checks each.
 #[inline]
 pub(super) fn is_surely_finite(body: &RigidBody) -> bool {
     let (at, next, v) = (body.position(), body.next_position(), body.linvel());
@@ -24,7 +24,7 @@ pub(super) fn is_surely_finite(body: &RigidBody) -> bool {
     ((turns + places) + (v.x + v.y + body.angvel())).is_finite()
 }
 
-/// What a user can set to something that is no number.
+/// Refuses a body with a number that is not finite.
 pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
     let (v, f) = (body.linvel(), body.user_force());
     let fields = [
@@ -42,7 +42,7 @@ pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<
         ("linear damping [1/s]", body.linear_damping()),
         ("angular damping [1/s]", body.angular_damping()),
     ];
-    // one branch for all that is well
+    // one branch for the usual case
     let sum: f64 = fields.iter().map(|(_, x)| f64::from(*x)).sum();
     if sum.is_finite() && finite(body.next_position()) {
         return Ok(());
@@ -79,8 +79,8 @@ pub(super) fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<
             local.local_com
         )));
     }
-    let held = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
-    if mass == 0.0 && !held {
+    let locked = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
+    if mass == 0.0 && !locked {
         return Err(ModelError::Invalid(format!(
             "{} is dynamic but has no mass: give it a collider with a density or a mass",
             name()

@@ -3,11 +3,12 @@
 use super::engine::prelude::*;
 use crate::dynamics::ModelError;
 
-/// A collider as it was found last: all that a user can change about it and that matters.
+/// A collider as the last scan found it: all properties that a user can change and that matter
+/// here.
 #[derive(Clone)]
 struct Seen {
     handle: ColliderHandle,
-    /// Kept alive, so that a new shape cannot come to lie at the same address.
+    /// Holds a reference, so that a new shape cannot get the same address.
     shape: SharedShape,
     traits: Traits,
     scan: u32,
@@ -29,31 +30,32 @@ struct Traits {
     sensor: bool,
 }
 
-/// Notices new, removed, moved, re-shaped, re-massed and switched colliders by looking at all of
-/// them: rapier's own notes of what was modified are for its own step.
+/// Finds new, removed, moved, re-shaped, re-massed and switched colliders by comparing all of them:
+/// rapier's own modification notes are for its own step.
 #[derive(Clone, Default)]
 pub(super) struct ColliderWatch {
     seen: Vec<Option<Seen>>,
     known: usize,
     scan: u32,
-    /// Of the last scan: what changed or came, and what went, each with its body then.
+    /// Result of the last scan: changed or new colliders, and removed ones, each with its body at
+    /// that time.
     pub changed: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
     pub gone: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
-    /// Slots of all that changed, came or went since detection last took them over.
+    /// Slots of all colliders that changed, came or went since detection last read this list.
     pub pending: Vec<u32>,
 }
 
 impl ColliderWatch {
-    /// Looks at all colliders.
+    /// Compares all colliders with the last scan.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] names a collider whose place or shape is not finite; it counts as it
-    /// was, and the others are looked at all the same.
+    /// [`ModelError::Invalid`] names a collider whose pose or shape is not finite. That collider
+    /// keeps its former state, and the scan still compares the others.
     pub fn scan(&mut self, colliders: &ColliderSet) -> Result<(), ModelError> {
         self.changed.clear();
         self.gone.clear();
         self.scan = self.scan.wrapping_add(1);
-        let (mut met, mut told) = (0, Ok(()));
+        let (mut met, mut result) = (0, Ok(()));
         for (handle, collider) in colliders.iter() {
             let slot = handle.into_raw_parts().0 as usize;
             if self.seen.len() <= slot {
@@ -73,12 +75,12 @@ impl ColliderWatch {
                     old.scan = self.scan;
                     met += 1;
                 }
-                told = told.and(Err(error));
+                result = result.and(Err(error));
                 continue;
             }
             if let Some(other) = entry.take() {
                 self.known -= 1;
-                // the slot's former owner, or the same one as it was
+                // a former collider in the same slot, or the same collider before its change
                 if other.handle != handle {
                     self.gone.push((other.handle, other.traits.parent));
                 } else if other.traits.parent != collider.parent() {
@@ -101,7 +103,7 @@ impl ColliderWatch {
         let touched = self.changed.iter().chain(&self.gone);
         self.pending
             .extend(touched.map(|(handle, _)| handle.into_raw_parts().0));
-        told
+        result
     }
 }
 
@@ -156,8 +158,8 @@ fn place(collider: &Collider) -> Pose {
         .unwrap_or_else(|| collider.position())
 }
 
-/// Tells masses apart. That of a ball, box or capsule costs nothing; of other shapes a density
-/// does, so that an inertia alone given anew is not seen there.
+/// Detects a change of mass. The mass of a ball, box or capsule is cheap to compute. For other
+/// shapes the density stands in for the mass, so that a change of the inertia alone goes unnoticed.
 fn mass(collider: &Collider) -> (Real, Real, Vector) {
     match collider.shape().shape_type() {
         ShapeType::Ball | ShapeType::Cuboid | ShapeType::Capsule => {
@@ -168,7 +170,7 @@ fn mass(collider: &Collider) -> (Real, Real, Vector) {
     }
 }
 
-/// Refuses a collider that cannot be worked with, by name.
+/// Refuses a collider with invalid numbers, by name.
 pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), ModelError> {
     let id = handle.into_raw_parts();
     let at = place(collider);
@@ -219,7 +221,7 @@ pub(super) fn check(handle: ColliderHandle, collider: &Collider) -> Result<(), M
     Ok(())
 }
 
-/// Whether a pose can be worked with.
+/// Whether all numbers of a pose are finite.
 pub(super) fn finite(pose: &Pose) -> bool {
     pose.translation.is_finite() && (pose.rotation.re + pose.rotation.im).is_finite()
 }

@@ -1,4 +1,4 @@
-//! Contact impulses and statuses, drawn through rapier's debug renderer.
+//! Draws contact impulses and statuses through rapier's debug renderer.
 
 use super::engine::prelude::*;
 use super::pipeline::MoreauPipeline;
@@ -8,7 +8,7 @@ use crate::dynamics::record::{ContactStatus, StepRecord};
 /// How contacts are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStyle {
-    /// Length of the line of an impulse over its mean force in the step \[m/N\].
+    /// Length of an impulse's line per mean force in the step \[m/N\].
     pub scale: f64,
     /// Half the width of the cross at the contact point \[m\].
     pub cross: f64,
@@ -47,15 +47,18 @@ impl ContactStyle {
 }
 
 impl MoreauPipeline {
-    /// Draws every contact of `record`: a cross at its point, and from there the mean force that the
-    /// second body takes, `scale (P_N n + P_T t) / Δt`, in the colour of its status.
+    /// Draws every contact of `record`: a cross at its point, and from there a line for the mean
+    /// force on the second body, `scale (P_N n + P_T t) / Δt`, in the colour of the contact's
+    /// status.
     ///
-    /// rapier's own `DebugRenderPipeline` draws shapes, bodies and joints; its contacts are those of
-    /// its narrow phase, which these steps do not use. A line is drawn as a part of the second
-    /// collider, of the first where the second is gone; a contact of two that are gone is left out.
+    /// rapier's own `DebugRenderPipeline` draws shapes, bodies and joints; its contacts are those
+    /// of its narrow phase, which this crate's steps do not use. A line belongs to the second
+    /// collider, or to the first if the second was removed. A contact of two removed colliders is
+    /// left out.
     ///
     /// # Arguments
-    /// - `world`: the one that was stepped; `record`: of the last step, whose length is Δt.
+    /// - `world`: the one that was stepped.
+    /// - `record`: of the last step, whose length is Δt.
     pub fn render_contacts(
         &self,
         world: &PhysicsWorld,

@@ -1,12 +1,12 @@
-//! What makes a joint of a rapier world one that can be stepped.
+//! Checks of the joints of a rapier world.
 
-use super::bodies::FIRM;
+use super::bodies::IMMOVABLE;
 use super::body_checks::body_id;
 use super::engine::prelude::*;
 use super::joint_rows::{AXES, softness};
 use crate::dynamics::ModelError;
 
-/// Refuses a joint with a body that is not in the world; that one is switched off may pass.
+/// Refuses a joint with a body that is not in the world; a disabled body passes.
 pub(super) fn check_bodies(
     id: u32,
     ends: [RigidBodyHandle; 2],
@@ -23,8 +23,8 @@ pub(super) fn check_bodies(
 
 /// Refuses a joint between bodies of which one dominates the other.
 pub(super) fn check_dominance(id: u32, [a, b]: [i16; 2]) -> Result<(), ModelError> {
-    // what nothing moves is above all, and may hold any
-    if a == b || a == FIRM || b == FIRM {
+    // a body that nothing moves is above all others, and may be joined to any
+    if a == b || a == IMMOVABLE || b == IMMOVABLE {
         return Ok(());
     }
     Err(ModelError::Unsupported(format!(
@@ -32,7 +32,7 @@ pub(super) fn check_dominance(id: u32, [a, b]: [i16; 2]) -> Result<(), ModelErro
     )))
 }
 
-/// Whether the joint is one that can be stepped.
+/// Refuses a joint that cannot be stepped.
 pub(super) fn check(id: u32, joint: &ImpulseJoint) -> Result<(), ModelError> {
     let data = &joint.data;
     let name = || format!("joint {id} ({})", kind_name(data));

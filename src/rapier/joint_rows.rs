@@ -1,4 +1,4 @@
-//! The rows of the contact problem that a joint of a rapier world makes.
+//! The rows that a joint of a rapier world adds to the contact problem.
 
 use super::bodies::Bodies;
 use super::engine::dynamics::SpringCoefficients;
@@ -11,7 +11,7 @@ use crate::dynamics::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// Keys of joints live beside those of collider pairs.
+/// Keys of joints are separate from those of collider pairs.
 const JOINT_PAIR: u64 = u64::MAX;
 
 /// The axes of a joint with rapier's index of its limits and motor.
@@ -23,28 +23,28 @@ pub(super) const AXES: [(JointAxis, JointCoordinate); 3] = [
 
 /// A joint read into `f64`.
 ///
-/// Every combination of locked, limited and driven axes of a [`GenericJoint`] is a joint here.
-/// The axes are those of the frame on the first body; both linear axes coupled are one, the
-/// distance of the anchors. Locked axes and limits are rigid unless the joint has a softness of
-/// its own, which makes springs of its locked axes. A motor is the spring and damper that rapier
-/// documents, `−k (x − x₀) − c (γ − v)` within its largest force, `k` and `c` per mass of the row
-/// for [`MotorModel::AccelerationBased`]; without both gains it holds its speed.
+/// Supports every combination of locked, limited and motorised axes of a [`GenericJoint`]. The axes
+/// are those of the frame on the first body. Two coupled linear axes are one: the distance of the
+/// anchors. Locked axes and limits are rigid, unless the joint has a softness of its own, which
+/// turns its locked axes into springs. A motor is the spring and damper that rapier documents, `−k
+/// (x − x₀) − c (γ − v)` within its largest force, with `k` and `c` per mass of the row for
+/// [`MotorModel::AccelerationBased`]. If both gains are zero the motor keeps its speed.
 #[derive(Debug, Clone)]
 pub(super) struct Form {
     id: u32,
-    /// The frames on both bodies.
+    /// The joint frames on both bodies.
     frames: [Pose64; 2],
     /// Both linear axes locked and rigid: one block of two rows.
     pinned: bool,
-    /// What else has rows: nothing of a mere pin.
+    /// Other axes that have rows; empty for a plain pin.
     axes: Vec<Axis>,
 }
 
-/// What a joint does along one axis beside being a pin.
+/// What a joint does along one axis besides being a pin.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Locked(JointCoordinate),
-    /// Locked by a spring of stiffness and damping per mass.
+    /// Locked by a spring with stiffness and damping per mass.
     Soft(JointCoordinate, [f64; 2]),
     Free {
         which: JointCoordinate,
@@ -66,7 +66,7 @@ struct Motor {
 }
 
 impl Form {
-    /// Reads a joint that [`super::joint_checks::check`] has let pass.
+    /// Reads a joint that [`super::joint_checks::check`] has accepted.
     pub fn read(id: u32, data: &GenericJoint) -> Form {
         let soft = softness(&data.softness);
         let locked = |axis: JointAxis| data.locked_axes.contains(axis.into());
@@ -94,7 +94,7 @@ impl Form {
         }
     }
 
-    /// Adds its rows between two bodies at their present poses, for a step of `dt` \[s\].
+    /// Adds the joint's rows between two bodies at their present poses, for a step of `dt` \[s\].
     pub fn push(&self, bodies: &Bodies, pair: [u32; 2], dt: f64, out: &mut Vec<JointRow>) {
         let side = |k: usize| {
             let shadow = &bodies.list[pair[k] as usize];
@@ -141,7 +141,7 @@ impl Form {
 /// Limits and motor of an axis that is not locked, if it has any.
 fn free(data: &GenericJoint, axis: JointAxis, which: JointCoordinate) -> Option<Axis> {
     let range = data.limits(axis).map(|l| [bound(l.min), bound(l.max)]);
-    // a whole turn is no limit, in rapier either
+    // a range of a whole turn is no limit, in rapier either
     let range = range.filter(|[low, high]| axis != JointAxis::AngX || high - low < TAU);
     let motor = data.motor(axis).map(|motor| Motor {
         target: widen(motor.target_pos),
@@ -217,13 +217,13 @@ impl Placed {
     ) {
         let coordinate = self.coordinate(which);
         let angular = which == JointCoordinate::Angle;
-        // what is left of the range in a step bounds the speed of a motor: it does not drive
-        // against a limit, however strong it is
+        // the range that is left bounds the speed of a motor in this step, so that even a strong
+        // motor does not drive against a limit
         let mut speeds = [f64::NEG_INFINITY, f64::INFINITY];
         if let Some([low, high]) = range {
             let mut row = coordinate;
             if angular {
-                // the turn that is nearest to the middle of the range
+                // the turn nearest to the middle of the range
                 let middle = 0.5 * (low + high);
                 row.value.x = middle + wrapped(row.value.x - middle);
             }
@@ -253,7 +253,7 @@ impl Placed {
 }
 
 impl Motor {
-    /// What it does at this stretch, its speed held within `speeds`.
+    /// The motor at this stretch, its speed clamped to `speeds`.
     fn drive(&self, stretch: f64, speeds: [f64; 2]) -> JointKind {
         let speed = self.speed.clamp(speeds[0], speeds[1]);
         let max_force = self.max_force;
@@ -272,7 +272,7 @@ impl Motor {
     }
 }
 
-/// The spring that a softness makes of a locked axis.
+/// The spring of a locked axis with softness.
 fn locking(stretch: f64, [stiffness, damping]: [f64; 2]) -> Spring {
     Spring {
         stretch,
@@ -284,7 +284,7 @@ fn locking(stretch: f64, [stiffness, damping]: [f64; 2]) -> Spring {
     }
 }
 
-/// rapier's largest number is no bound.
+/// rapier uses its largest number for "no bound".
 fn bound(value: Real) -> f64 {
     if value.abs() >= Real::MAX {
         f64::INFINITY.copysign(f64::from(value))
@@ -293,7 +293,7 @@ fn bound(value: Real) -> f64 {
     }
 }
 
-/// `ω²` and `2 ζ ω` of a softness that is not rapier's own, which is as good as rigid.
+/// `ω²` and `2 ζ ω` of a softness; `None` for rapier's default, which counts as rigid.
 pub(super) fn softness(softness: &SpringCoefficients<Real>) -> Option<[f64; 2]> {
     let rigid = SpringCoefficients::<Real>::joint_defaults();
     if softness.natural_frequency >= rigid.natural_frequency {

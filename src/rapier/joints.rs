@@ -1,4 +1,4 @@
-//! rapier's impulse joints, read once and read again when they change.
+//! Reads rapier's impulse joints, and reads them again when they change.
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
@@ -7,22 +7,22 @@ use super::joint_rows::Form;
 use crate::contact::NO_BODY;
 use crate::dynamics::{JointRow, ModelError};
 
-/// All impulse joints of a world as they were read last, in rapier's order.
+/// All impulse joints of a world as they were last read, in rapier's order.
 ///
-/// What a user changes is found by comparing all that can be changed about each joint, once a step;
-/// rows are made from what is kept, as often as a step asks for them.
+/// Once a step, [`Joints::refresh`] compares all properties that a user can change with the stored
+/// ones. Rows come from the stored joints, as often as a step needs them.
 #[derive(Default)]
 pub(super) struct Joints {
     seen: Vec<Seen>,
-    /// Of each; `None` where it is switched off.
+    /// One per joint; `None` if it is disabled.
     forms: Vec<Option<Form>>,
-    /// Of each the numbers of its bodies; `None` where one is switched off.
+    /// Numbers of the two bodies of each joint; `None` if one is disabled.
     pairs: Vec<Option<[u32; 2]>>,
-    /// Of the bodies that `pairs` is of; `None` until they are looked up.
+    /// Numbering of the bodies in `pairs`; `None` until they are looked up.
     numbering: Option<u64>,
 }
 
-/// A joint as it was found.
+/// The properties of a joint when it was last read.
 #[derive(PartialEq)]
 struct Seen {
     handle: ImpulseJointHandle,
@@ -31,12 +31,12 @@ struct Seen {
 }
 
 impl Joints {
-    /// Takes over what the user changed since the last call, and the numbers of the bodies.
+    /// Reads what the user changed since the last call, and the numbers of the bodies.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for multibody joints, couplings that are no distance and bodies
-    /// that dominate one another, [`ModelError::Invalid`] for bodies that are not there and for
-    /// numbers that make no joint; all name the joint. What is bad is not taken over.
+    /// [`ModelError::Unsupported`] for multibody joints, couplings that are no distance, and bodies
+    /// of which one dominates the other. [`ModelError::Invalid`] for missing bodies and invalid
+    /// numbers. All name the joint. Invalid joints are not stored.
     pub fn refresh(&mut self, world: &PhysicsWorld, bodies: &Bodies) -> Result<(), ModelError> {
         if world.multibody_joints.multibodies().next().is_some() {
             return Err(ModelError::Unsupported(
@@ -103,7 +103,7 @@ impl Joints {
         Ok(())
     }
 
-    /// Bodies change without their joints: this is looked at in every step.
+    /// Checked in every step, as bodies change without their joints.
     fn check_dominance(&self, bodies: &Bodies) -> Result<(), ModelError> {
         let levels = &bodies.roles.dominance;
         if levels.is_empty() {
@@ -128,8 +128,8 @@ impl Joints {
     }
 }
 
-/// All that a user can change about a joint and that matters, bit for bit; not what rapier writes
-/// into it.
+/// All properties of a joint that a user can change and that matter, bit for bit; not the impulses
+/// that rapier writes.
 #[derive(PartialEq)]
 struct Traits {
     frames: [[Bits; 4]; 2],
@@ -141,7 +141,7 @@ struct Traits {
     on: bool,
 }
 
-/// What rapier's numbers are made of.
+/// Bits of rapier's numbers.
 #[cfg(not(feature = "f64"))]
 type Bits = u32;
 #[cfg(feature = "f64")]
@@ -180,7 +180,7 @@ impl Traits {
     }
 }
 
-/// A number that tells apart what a user can change about joints.
+/// Hash of the properties of a joint that a user can change.
 pub(super) fn fingerprint(joint: &GenericJoint) -> u64 {
     let own = Traits::of(joint);
     let numbers = own.frames.as_flattened().iter();
@@ -196,5 +196,5 @@ pub(super) fn fingerprint(joint: &GenericJoint) -> u64 {
     })
 }
 
-/// A side of a contact that belongs to no body of the model.
+/// Body number of a contact side outside of the model.
 pub(super) const OUTSIDE: u32 = NO_BODY;

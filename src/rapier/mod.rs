@@ -1,14 +1,14 @@
 //! The only place that names rapier2d, parry2d and `f32`.
 //!
-//! A [`rapier2d::prelude::PhysicsWorld`] keeps its bodies, colliders and joints; this module finds
-//! the contacts with it and steps it with [`crate::dynamics`] in place of rapier's own solver.
-//! Positions, velocities and masses live here in `f64`; rapier gets them rounded.
+//! A [`rapier2d::prelude::PhysicsWorld`] owns its bodies, colliders and joints. This module finds
+//! the contacts of such a world and steps it with [`crate::dynamics`] in place of rapier's own
+//! solver. It stores positions, velocities and masses in `f64` and writes them to rapier rounded.
 //!
 //! # Single or double precision
-//! [`engine`] is rapier2d, or rapier2d-f64 with the feature `f64`; write `use
-//! moreau2d::rapier::engine::prelude::*` and a program builds with both. In single precision
-//! gaps of shapes without a kernel of ours are good to 1e-7 of the shapes' size, in double to
-//! 1e-15.
+//! [`engine`] is rapier2d, or rapier2d-f64 with the feature `f64`. A program that writes `use
+//! moreau2d::rapier::engine::prelude::*` builds with both. Shapes without a kernel of this crate
+//! have gaps that are accurate to 1e-7 of the shapes' size in single precision, and to 1e-15 in
+//! double precision.
 
 mod bodies;
 mod body_checks;
@@ -39,7 +39,7 @@ pub use rapier2d as engine;
 #[cfg(feature = "f64")]
 pub use rapier2d_f64 as engine;
 
-/// Precision in which rapier holds poses and shapes, as tables spell it.
+/// Precision in which rapier stores poses and shapes, as tables print it.
 pub const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 
 pub use crate::dynamics::Pose64;

@@ -18,14 +18,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MoreauSettings {
     pub stepper: StepperSettings,
-    /// Gravity in `f64` \[m/s²\]; the world's own where `None`.
+    /// Gravity in `f64` \[m/s²\]; `None` takes the world's own.
     #[serde(with = "crate::dynamics::saved::some_pair")]
     pub gravity: Option<Vec2>,
-    /// Step length in `f64` \[s\]; the world's own where `None`.
+    /// Step length in `f64` \[s\]; `None` takes the world's own.
     pub dt: Option<f64>,
-    /// Who finds the pairs of colliders that come near each other.
+    /// How detection finds the pairs of colliders that are near each other.
     pub detection: DetectionDrive,
-    /// Steps every body, whatever its activation settings say.
+    /// Disables sleeping: every body is stepped, whatever its activation settings say.
     pub stay_awake: bool,
 }
 
@@ -50,36 +50,40 @@ pub struct MoreauSettings {
 /// # Ok::<(), moreau2d::dynamics::StepError>(())
 /// ```
 ///
-/// # What it takes
-/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, dominance, any
-/// collider parry has, groups, every impulse joint with its limits, motors, coupled axes and
-/// softness. Anything else is refused by name: multibody joints and soft bodies, for example. What
-/// joints carry is in [`StepRecord::joints`]. `linvel()` of a body driven by its position is not written
-/// (rapier lets no one), [`MoreauPipeline::velocity`] knows it.
+/// # What it supports
+/// Dynamic, fixed and kinematic bodies, forces, gravity scale, damping, locked axes, dominance,
+/// every collider of parry, collision groups, and every impulse joint with its limits, motors,
+/// coupled axes and softness. The pipeline refuses anything else by name: multibody joints and soft
+/// bodies, for example. [`StepRecord::joints`] holds the impulses of the joints. rapier lets nobody
+/// write `linvel()` of a position-based kinematic body; [`MoreauPipeline::velocity`] returns its
+/// velocity.
 ///
 /// # Fast bodies
-/// Contacts that a body with `ccd_enabled` closes by more than half its thickness in a step are
-/// located in time, other bullets included; without the flag so are those of a fast body with what
-/// nothing moves, where rapier sweeps as well. Soft prediction is what every pair has anyway. There
-/// is no cap on speeds. A thin bar that turns by more than some 10 degrees a step can still pass.
+/// The pipeline computes the time of impact of contacts that a body with `ccd_enabled` closes by
+/// more than half its thickness in a step; the other body may have the flag as well. For a fast
+/// body without the flag it does so against bodies that nothing moves, where rapier sweeps as well.
+/// Every pair has soft prediction anyway. Speeds are not limited. A thin bar that turns by more
+/// than some 10 degrees a step can still pass through.
 ///
-/// # Sleep
-/// Islands fall asleep by rapier's own activation settings, unless
-/// [`MoreauSettings::stay_awake`]. Asleep they stand still to the last bit, cost next to nothing,
-/// and are in no record: their impulses are kept, and act again when they wake. What wakes an
-/// island: a body that presses on it or a driven one that moves while it touches, `wake_up`, and any
-/// change of its bodies, colliders and joints or of what it lies on. Bodies put to sleep by hand
-/// within one step wake together. What still moved when an island fell asleep, below rapier's
-/// thresholds, is lost to the energy.
+/// # Sleeping
+/// Islands fall asleep by rapier's own activation settings, unless [`MoreauSettings::stay_awake`]
+/// is set. A sleeping island does not move by a single bit, costs next to nothing and is in no
+/// record. The pipeline stores its contact impulses and warm starts with them when the island
+/// wakes. An island wakes when a body presses on it, when a kinematic body that touches it moves,
+/// on `wake_up`, and on any change of its bodies, colliders and joints or of the colliders that it
+/// touches. Bodies that the user puts to sleep within one step wake together. An island may fall
+/// asleep with speeds below rapier's thresholds; the kinetic energy of that motion is lost.
 ///
 /// # Memory
-/// rapier notes every collider that goes, for a step of its own; now and then they are taken out of
-/// its query tree and contact graph instead, and out of the notes. A joint that comes and goes leaves
-/// some 150 bytes in notes that only `world.step()` or [`MoreauPipeline::refresh_queries`] empties.
+/// rapier keeps a note of every removed collider for its own next step. From time to time the
+/// pipeline takes these colliders out of rapier's query tree and contact graph, and drops the
+/// notes. A joint that is added and removed leaves some 150 bytes in notes that only `world.step()`
+/// or [`MoreauPipeline::refresh_queries`] empties.
 ///
 /// # Precision
-/// Poses, velocities and masses are kept in `f64` and written to rapier rounded; a pose or
-/// velocity that differs from what was written was set by the user, and is read back.
+/// The pipeline stores poses, velocities and masses in `f64` and writes them to rapier rounded.
+/// When rapier's pose or velocity differs from the value last written, the user has set it, and the
+/// pipeline reads it back.
 pub struct MoreauPipeline {
     pub(super) stepper: MoreauStepper,
     pub(super) settings: MoreauSettings,
@@ -90,7 +94,7 @@ pub struct MoreauPipeline {
 }
 
 impl MoreauPipeline {
-    /// A pipeline with no memory.
+    /// A pipeline that has stepped nothing yet.
     ///
     /// # Errors
     /// Those of [`MoreauStepper::new`]; [`StepError::Dt`] for a bad step length.
@@ -98,7 +102,8 @@ impl MoreauPipeline {
         MoreauPipeline::with_solvers(settings, solver_by_name)
     }
 
-    /// The same, with the solver that `table` has under the name in the settings.
+    /// Like [`MoreauPipeline::new`], with the solver that `table` has under the name in the
+    /// settings.
     ///
     /// # Errors
     /// Those of [`MoreauPipeline::new`].
@@ -121,15 +126,15 @@ impl MoreauPipeline {
     /// One step.
     ///
     /// # Errors
-    /// [`StepError`]; the world then stands as it did before the step.
+    /// [`StepError`]; the world is then as it was before the step.
     pub fn step(&mut self, world: &mut PhysicsWorld) -> Result<StepRecord, StepError> {
         let dt = self.step_length(world);
         self.step_by(world, dt)
     }
 
     fn step_length(&self, world: &PhysicsWorld) -> f64 {
-        let given = self.settings.dt;
-        given.unwrap_or_else(|| widen_step(world.integration_parameters.dt))
+        let fixed = self.settings.dt;
+        fixed.unwrap_or_else(|| widen_step(world.integration_parameters.dt))
     }
 
     fn model<'a>(
@@ -150,7 +155,7 @@ impl MoreauPipeline {
         }
     }
 
-    /// One step with the user's hooks, and a handler that is told of collisions and contact forces.
+    /// One step with the user's hooks and a handler of collision and contact-force events.
     ///
     /// # Errors
     /// As [`MoreauPipeline::step`].
@@ -164,8 +169,8 @@ impl MoreauPipeline {
         self.run(world, dt, hooks, events)
     }
 
-    /// Takes over what the user changed.
-    fn take_over(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
+    /// Reads what the user changed in the world.
+    fn sync(&mut self, world: &mut PhysicsWorld, dt: f64) -> Result<(), ModelError> {
         refuse_world(world, gravity(&self.settings, world))?;
         let mut woken = Vec::new();
         let stay_awake = self.settings.stay_awake;
@@ -208,7 +213,7 @@ impl MoreauPipeline {
         }
         loop {
             self.stepper.clock().start();
-            self.take_over(world, dt)?;
+            self.sync(world, dt)?;
             self.stepper.clock().lap(|t| &mut t.detection);
             let mut model = RapierModel {
                 gravity: gravity(&self.settings, world),
@@ -221,24 +226,25 @@ impl MoreauPipeline {
                 dt,
             };
             let begun = self.stepper.begin(&mut model, dt);
-            // sleepers that are pressed on take part from the start: nothing is solved without them
-            if begun.is_ok() && model.stirs(self.stepper.detection()) {
+            // a sleeping body that is pressed on wakes before the solve: cancel, wake it and begin
+            // again
+            if begun.is_ok() && model.wakes_sleepers(self.stepper.detection()) {
                 self.stepper.cancel(&mut model);
-                self.bodies.give_back(world);
+                self.bodies.undo_step(world);
                 continue;
             }
             let result = begun.and_then(|begun| self.stepper.finish(&mut model, begun));
             match &result {
                 Ok(record) => {
-                    let asked = Hooks { hooks, world };
-                    let crossing = self.detector.crossings(asked, &self.bodies);
+                    let hooks = Hooks { hooks, world };
+                    let crossing = self.detector.intersections(hooks, &self.bodies);
                     let (bodies, detector) = (&self.bodies, &self.detector);
                     self.reporter
                         .report(world, bodies, detector, crossing, record, events);
                     self.put_to_sleep(world, dt);
                     self.stepper.clock().lap(|t| &mut t.record);
                 }
-                Err(_) => self.bodies.give_back(world),
+                Err(_) => self.bodies.undo_step(world),
             }
             return result;
         }
@@ -255,11 +261,11 @@ impl MoreauPipeline {
         }
     }
 
-    /// Contacts and rows of joints at the present poses, without a step: all that may close within
-    /// one. `out` is emptied first; keep it from call to call, it is large.
+    /// Contacts and joint rows at the present poses, without a step: all contacts that may close
+    /// within one step. Empties `out` first. Reuse `out` from call to call, it is large.
     ///
     /// # Errors
-    /// [`StepError::Model`] if the world cannot be taken over.
+    /// [`StepError::Model`] if the pipeline cannot read the world.
     pub fn find_contacts(
         &mut self,
         world: &mut PhysicsWorld,
@@ -267,13 +273,13 @@ impl MoreauPipeline {
     ) -> Result<(), StepError> {
         let dt = self.step_length(world);
         loop {
-            self.take_over(world, dt)?;
+            self.sync(world, dt)?;
             let mut model = self.model(world, &(), dt);
             out.contacts.clear();
             out.joints.clear();
             model.detect(dt, out)?;
-            // sleepers that are pressed on wake, and have contacts then
-            if !model.stirs(out) {
+            // sleeping bodies that are pressed on wake and then have contacts
+            if !model.wakes_sleepers(out) {
                 return Ok(());
             }
         }
@@ -319,27 +325,28 @@ impl MoreauPipeline {
         self.stepper.phases()
     }
 
-    /// Gives a collider what rapier cannot store: compliance, belt speed, cells.
+    /// Sets the properties of a collider's surface that rapier cannot store: compliance, belt
+    /// speed, cells.
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
         self.detector.set_surface(collider, law);
     }
 
-    /// What colliders were given so.
+    /// All surface laws set with [`MoreauPipeline::set_surface`].
     pub fn surfaces(&self) -> impl Iterator<Item = (ColliderHandle, SurfaceLaw)> + '_ {
         self.detector.surfaces()
     }
 
-    /// Pairs of colliders that overlapped at the end of the last step and of which one is a sensor.
+    /// Pairs of colliders that overlapped at the end of the last step, one of them a sensor.
     pub fn intersections(&self) -> impl Iterator<Item = [ColliderHandle; 2]> + '_ {
         self.reporter.intersections()
     }
 
-    /// Forgets a collider that was removed.
+    /// Drops the surface law of a collider that was removed.
     pub fn forget_surface(&mut self, collider: ColliderHandle) {
         self.detector.forget_surface(collider);
     }
 
-    /// Gives a body mass and inertia in `f64`.
+    /// Sets the mass and inertia of a body in `f64`.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] unless both are finite and positive.
@@ -367,7 +374,7 @@ impl MoreauPipeline {
     /// Places a body in `f64`: pose of its frame, velocity of its centre of mass and spin.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] if the world does not hold the body, or a number is not finite.
+    /// [`ModelError::Invalid`] if the body is not in the world, or a number is not finite.
     pub fn place(
         &mut self,
         world: &mut PhysicsWorld,
@@ -390,23 +397,23 @@ impl MoreauPipeline {
         Some(self.bodies.velocities[k as usize])
     }
 
-    /// The body that records of the last step call by this number.
+    /// The body with this number in the records of the last step.
     pub fn body(&self, number: u32) -> Option<RigidBodyHandle> {
         Some(self.bodies.list.get(number as usize)?.handle)
     }
 
-    /// The collider that records of the last step call by this number.
+    /// The collider with this number in the records of the last step.
     pub fn collider(&self, number: u32) -> Option<ColliderHandle> {
         self.bodies.watch.handle(number)
     }
 
-    /// The number that records use for a body, if it has been stepped.
+    /// The number of a body in the records, once the pipeline has stepped it.
     pub fn number(&self, body: RigidBodyHandle) -> Option<u32> {
         self.bodies.index_of(body)
     }
 }
 
-/// A rapier world as a multibody model, for the time of one step.
+/// A rapier world as a multibody model, for the duration of one step.
 struct RapierModel<'a> {
     world: &'a mut PhysicsWorld,
     /// Whether bodies may fall asleep.
@@ -416,7 +423,7 @@ struct RapierModel<'a> {
     detector: &'a mut Detector,
     joints: &'a Joints,
     gravity: Vec2,
-    /// Of the whole step \[s\].
+    /// Length of the whole step \[s\].
     dt: f64,
 }
 
@@ -439,8 +446,8 @@ impl RapierModel<'_> {
 }
 
 impl RapierModel<'_> {
-    /// Whether these contacts press on a sleeping body, which then has to wake before the step.
-    fn stirs(&mut self, found: &Detection) -> bool {
+    /// Whether contacts press on a sleeping body, which then has to wake before the step.
+    fn wakes_sleepers(&mut self, found: &Detection) -> bool {
         if !self.sleeps && self.bodies.sleepers.is_empty() {
             return false;
         }
@@ -454,8 +461,8 @@ impl RapierModel<'_> {
             }
         }
         let drop = self.gravity.norm() * self.dt * self.dt;
-        self.bodies.feel(found, &free, drop, self.dt);
-        self.bodies.sleepers.is_stirred()
+        self.bodies.note_contacts(found, &free, drop, self.dt);
+        self.bodies.sleepers.any_to_wake()
     }
 }
 
@@ -515,7 +522,7 @@ impl MultibodyModel for RapierModel<'_> {
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
         let acceleration = self.acceleration();
         if !acceleration.is_finite() {
-            // no search is without end
+            // the search for contacts would have no bound
             return Err(ModelError::Invalid(
                 "a force is too large for the mass of its body: the acceleration is not finite"
                     .to_owned(),
@@ -580,7 +587,7 @@ fn gravity(settings: &MoreauSettings, world: &PhysicsWorld) -> Vec2 {
     settings.gravity.unwrap_or_else(own)
 }
 
-/// What cannot be stepped whatever the bodies are.
+/// Refuses what cannot be stepped, whatever the bodies are.
 fn refuse_world(world: &PhysicsWorld, gravity: Vec2) -> Result<(), ModelError> {
     if world.soft_bodies.iter().next().is_some() {
         return Err(ModelError::Unsupported(

@@ -6,12 +6,13 @@ use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
 impl Pose64 {
-    /// From rapier's rounded pose, its rotation made a unit again.
+    /// A pose from rapier's rounded one, its rotation normalised.
     pub fn from_rapier(pose: &Pose) -> Self {
         Pose64::read(pose, widen)
     }
 
-    /// The same for where a body is, which is read whenever somebody moves it.
+    /// Like [`Self::from_rapier`], for the pose of a body: read whenever the user moves the body,
+    /// so fast.
     #[inline]
     pub(super) fn from_rapier_body(pose: &Pose) -> Self {
         Pose64::read(pose, widen_state)
@@ -28,7 +29,7 @@ impl Pose64 {
         }
     }
 
-    /// Rounded for rapier.
+    /// Rounds the pose for rapier.
     pub fn to_rapier(self) -> Pose {
         Pose::from_parts(
             Vector::new(self.translation.x as Real, self.translation.y as Real),
@@ -37,8 +38,8 @@ impl Pose64 {
     }
 }
 
-/// `√(x² + y²)` of single-precision numbers, rightly rounded but for one case in millions, and the
-/// same on every machine.
+/// `√(x² + y²)` of single-precision numbers: correctly rounded but for one case in millions, and
+/// the same on every machine.
 ///
 /// # Source
 /// Borges, "Algorithm 1014: an improved algorithm for hypot(x, y)", *ACM TOMS* 47 (2021), the
@@ -47,7 +48,7 @@ impl Pose64 {
 fn length(x: f64, y: f64) -> f64 {
     let (x, y) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
     let h = (x * x + y * y).sqrt();
-    // both, and one of them is taken: which one is anybody's guess
+    // computes both candidates and selects one: a branch would be mispredicted
     let (dy, dx) = (h - y, h - x);
     let steep = x * (2.0 * dy - x) + (dy - 2.0 * (x - y)) * dy;
     let flat = 2.0 * dx * (x - 2.0 * y) + ((4.0 * dx - y) * y + dx * dx);

@@ -7,22 +7,22 @@ use super::pipeline::MoreauPipeline;
 use crate::dynamics::ModelError;
 
 impl MoreauPipeline {
-    /// Brings rapier's query tree and contact graph up to the present poses, for what reads them:
-    /// `world.cast_ray` and its kin, `world.contact_pairs()`, `world.intersection_pairs()`.
+    /// Brings rapier's query tree and contact graph up to the present poses. Call it before
+    /// `world.cast_ray` and its kin, `world.contact_pairs()` and `world.intersection_pairs()`.
     ///
-    /// A step of ours finds its contacts by itself and leaves both behind: in a world that rapier
-    /// has never stepped they are empty. Poses of bodies and colliders need no refreshing.
+    /// A step of [`MoreauPipeline`] finds its contacts itself and updates neither of the two: in a
+    /// world that rapier has never stepped they are empty. Poses of bodies and colliders need no
+    /// refresh.
     ///
     /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
-    /// `hooks` are asked which pairs to leave out (`&()` for none). No pose, no velocity and no
-    /// sleep changes, no event is sent, and `world.step()` works afterwards as ever. Where all
-    /// bodies have moved it costs about two steps of rapier's: call it when there is something to
-    /// ask. rapier keeps a note of every pair that has parted from one refresh to the next, until
-    /// a step of its own.
+    /// `hooks` filters pairs (`&()` for none). No pose, velocity or sleep state changes, no event
+    /// is sent, and `world.step()` works afterwards as before. Where all bodies have moved a
+    /// refresh costs about two steps of rapier: call it only before a query. rapier keeps a note of
+    /// every pair that has parted from one refresh to the next, until a step of its own.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] names a body or collider whose state is not finite, which rapier would
-    /// switch off without a word; nothing has changed then.
+    /// [`ModelError::Invalid`] names a body or collider whose state is not finite, which rapier
+    /// would disable silently; nothing has changed then.
     ///
     /// ```
     /// use moreau2d::rapier::engine::prelude::*;
@@ -51,13 +51,13 @@ impl MoreauPipeline {
         }
         let parameters = IntegrationParameters {
             dt: 0.0,
-            // a manifold that is kept may be a millimetre old
+            // a recycled manifold may be off by a millimetre
             contact_recycling: false,
             ..world.integration_parameters
         };
         let rests = rests(world);
-        // a step of no length may put the tree aside to improve it; the next one, with nothing to
-        // do, puts it back
+        // a step of zero length may move the tree aside to optimise it; a second one, with nothing
+        // to do, moves it back
         for _ in 0..2 {
             world.physics_pipeline.step(
                 world.gravity,
@@ -75,14 +75,15 @@ impl MoreauPipeline {
                 &(),
             );
         }
-        give_back(world, rests);
+        restore_sleep(world, rests);
         Ok(())
     }
 }
 
 type Rest = (RigidBodyHandle, RigidBodyActivation);
 
-/// Sleep of all bodies: rapier wakes what was modified, and with it how long it has been still.
+/// Sleep state of all bodies. rapier wakes modified bodies and resets how long they have been
+/// still.
 fn rests(world: &PhysicsWorld) -> Vec<Rest> {
     let bodies = world.bodies.iter();
     bodies
@@ -90,7 +91,7 @@ fn rests(world: &PhysicsWorld) -> Vec<Rest> {
         .collect()
 }
 
-fn give_back(world: &mut PhysicsWorld, rests: Vec<Rest>) {
+fn restore_sleep(world: &mut PhysicsWorld, rests: Vec<Rest>) {
     for (handle, rest) in rests {
         if world.bodies[handle].activation() != &rest {
             *world.bodies[handle].activation_mut() = rest;
@@ -98,15 +99,15 @@ fn give_back(world: &mut PhysicsWorld, rests: Vec<Rest>) {
     }
 }
 
-/// Takes colliders that were removed out of rapier's query tree and contact graph, and out of its
-/// notes for a step of its own; no body and no sleep changes.
+/// Removes deleted colliders from rapier's query tree and contact graph, and from the notes for its
+/// own step. Bodies and sleep states do not change.
 pub(super) fn forget_gone(world: &mut PhysicsWorld) {
     let gone = world.colliders.take_removed();
     if gone.is_empty() {
         return;
     }
     let rests = rests(world);
-    // nothing is modified for the tree, so that it has no new pairs to tell of
+    // no collider counts as modified, so that the tree reports no new pairs
     world.broad_phase.update(
         &world.integration_parameters,
         &world.colliders,
@@ -123,5 +124,5 @@ pub(super) fn forget_gone(world: &mut PhysicsWorld) {
         &mut world.bodies,
         &(),
     );
-    give_back(world, rests);
+    restore_sleep(world, rests);
 }

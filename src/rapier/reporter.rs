@@ -1,12 +1,13 @@
-//! Collision and contact-force events, with our impulses.
+//! Collision and contact-force events, with the impulses of this crate's solvers.
 //!
-//! Two colliders touch from the step in which a contact of theirs carries an impulse or is closed,
-//! until all their contacts are open by more than rapier's prediction distance: what only rides
-//! along does not flicker. Sensors cross where they overlap at the end of a step. The pair that a
-//! handler gets holds our impulses; a force is an impulse over the length of the step.
+//! Two colliders start to touch in the step in which one of their contacts has an impulse or is
+//! closed. They touch until all their contacts are open by more than rapier's prediction distance,
+//! so that a contact that opens by a rounding does not flicker. Sensors intersect where they
+//! overlap at the end of a step. The contact pair that a handler receives holds our impulses; a
+//! force is an impulse over the length of the step.
 
 use super::bodies::Bodies;
-use super::detection::{Detector, Told};
+use super::detection::{Detector, EventContact};
 use super::engine::geometry::{
     CollisionEventFlags, ContactManifold, ContactManifoldData, PairContacts,
 };
@@ -21,21 +22,21 @@ use std::collections::BTreeMap;
 
 type Pair = [ColliderHandle; 2];
 
-/// By index, then generation: the order of events.
+/// Sort key of events: index, then generation.
 fn order(pair: &Pair) -> [(u32, u32); 2] {
     pair.map(|h| h.into_raw_parts())
 }
 
-/// What was told so far.
+/// Pairs of colliders whose events have begun and not ended.
 #[derive(Default)]
 pub(super) struct Reporter {
     /// Pairs that touch.
     touching: BTreeMap<[(u32, u32); 2], Pair>,
     /// Pairs whose force was above the threshold in the last step.
     loaded: BTreeMap<[(u32, u32); 2], Pair>,
-    /// Sensors and what they overlap.
+    /// Sensors and the colliders that they overlap.
     crossing: BTreeMap<[(u32, u32); 2], Pair>,
-    /// A pair of rapier's that has told of its force before; only rapier can make one.
+    /// One of rapier's pairs with its force event already started; only rapier can make one.
     continuing: Option<Box<ContactPair>>,
 }
 
@@ -48,13 +49,13 @@ struct Met<'a> {
 }
 
 impl Reporter {
-    /// What was told: pairs that touch, that press, that cross.
+    /// The pairs that touch, that are above the force threshold, and that intersect.
     pub fn state(&self) -> [Vec<Pair>; 3] {
         [&self.touching, &self.loaded, &self.crossing]
             .map(|pairs| pairs.values().copied().collect())
     }
 
-    /// Goes on from where [`Reporter::state`] was taken.
+    /// Continues from a saved [`Reporter::state`].
     pub fn restore(&mut self, [touching, loaded, crossing]: [Vec<Pair>; 3]) {
         let map = |pairs: Vec<Pair>| pairs.into_iter().map(|p| (order(&p), p)).collect();
         (self.touching, self.loaded, self.crossing) = (map(touching), map(loaded), map(crossing));
@@ -65,7 +66,7 @@ impl Reporter {
         self.crossing.values().copied()
     }
 
-    /// Tells `handler` what began and what ended in a step.
+    /// Sends `handler` an event for everything that began or ended in a step.
     pub fn report(
         &mut self,
         world: &PhysicsWorld,
@@ -76,7 +77,7 @@ impl Reporter {
         handler: &dyn EventHandler,
     ) {
         self.cross(world, crossing, handler);
-        let met = gather(world, record, detector.told());
+        let met = gather(world, record, detector.event_contacts());
         self.touch(world, bodies, &met, handler);
         self.push(world, &met, record.dt, handler);
     }
@@ -124,7 +125,7 @@ impl Reporter {
             .filter(|(key, (_, met))| touches(key, met))
             .map(|(key, (pair, _))| (*key, *pair))
             .collect();
-        // who sleeps touches on
+        // pairs of sleeping bodies keep touching
         let slept = self
             .touching
             .iter()
@@ -133,7 +134,7 @@ impl Reporter {
         now.extend(slept);
         let none = CollisionEventFlags::empty();
         for (_, pair) in self.touching.iter().filter(|(k, _)| !now.contains_key(*k)) {
-            // a collider that is gone wants nothing any more, the other one may
+            // a removed collider wants no events, but the other collider of the pair may
             if wants(world, pair, ActiveEvents::COLLISION_EVENTS) {
                 let event = event(world, pair, false, none);
                 handler.handle_collision_event(&world.bodies, &world.colliders, event, None);
@@ -190,7 +191,7 @@ impl Reporter {
     }
 }
 
-/// Whether the bodies of a pair stand still, one of them asleep: their contacts are not looked at.
+/// Whether neither body of a pair moves and one of them sleeps: detection skips their contacts.
 fn asleep(world: &PhysicsWorld, bodies: &Bodies, pair: &Pair) -> bool {
     let number = |h: &ColliderHandle| match world.colliders.get(*h)?.parent() {
         Some(body) => bodies.index_of(body),
@@ -202,7 +203,7 @@ fn asleep(world: &PhysicsWorld, bodies: &Bodies, pair: &Pair) -> bool {
     bodies.sleeps([a, b]) && bodies.still(a) && bodies.still(b)
 }
 
-/// Whether a collider that is still there has switched one of `events` on.
+/// Whether one collider of the pair that still exists has switched one of `events` on.
 fn wants(world: &PhysicsWorld, pair: &Pair, events: ActiveEvents) -> bool {
     pair.iter()
         .filter_map(|h| world.colliders.get(*h))
@@ -224,11 +225,11 @@ fn event(
     }
 }
 
-/// The contacts of a step by pairs of colliders of which one wants to hear of something.
+/// The contacts of a step, grouped by pairs of colliders of which one wants events.
 fn gather<'a>(
     world: &PhysicsWorld,
     record: &'a StepRecord,
-    told: &[Told],
+    event_contacts: &[EventContact],
 ) -> BTreeMap<[(u32, u32); 2], (Pair, Met<'a>)> {
     let mut met: BTreeMap<_, (Pair, Met)> = BTreeMap::new();
     if !world
@@ -262,15 +263,18 @@ fn gather<'a>(
             met.contacts.push(contact);
         }
     }
-    for told in told.iter().filter(|t| wants(world, &t.colliders, any)) {
-        let pair = told.colliders;
+    for contact in event_contacts
+        .iter()
+        .filter(|t| wants(world, &t.colliders, any))
+    {
+        let pair = contact.colliders;
         let (_, met) = met.entry(order(&pair)).or_insert_with(|| fresh(pair));
-        met.gap = met.gap.min(told.gap);
+        met.gap = met.gap.min(contact.gap);
     }
     met
 }
 
-/// A pair of rapier's with our contacts in it, two to a manifold.
+/// A contact pair of rapier's type with our contacts in it, two to a manifold.
 fn fill(mut pair: ContactPair, world: &PhysicsWorld, handles: &Pair, met: &Met) -> ContactPair {
     [pair.collider1, pair.collider2] = *handles;
     let PairContacts::Rigid(rigid) = &mut pair.contacts else {
@@ -317,7 +321,8 @@ fn fill(mut pair: ContactPair, world: &PhysicsWorld, handles: &Pair, met: &Met) 
     pair
 }
 
-/// A pair that has told of its force before: a ball that lies on another one for two steps.
+/// Makes a pair whose force event has already started: a ball that lies on another one for two
+/// steps.
 fn continuing() -> Box<ContactPair> {
     let mut world = PhysicsWorld::new();
     let ball = || {

@@ -1,11 +1,11 @@
-//! What a step did, by rapier's handles.
+//! Results of a step, by rapier's handles.
 
 use super::engine::prelude::*;
 use super::pipeline::MoreauPipeline;
 use crate::contact::Vec2;
 use crate::dynamics::record::{ContactRecord, StepRecord};
 
-/// A contact of a step with the handles of what touches.
+/// A contact of a step with the handles of its bodies and colliders.
 #[derive(Debug, Clone, Copy)]
 pub struct HandledContact<'a> {
     /// `None` for a collider without a body.
@@ -28,10 +28,10 @@ pub struct Totals {
     pub contacts: usize,
     /// `Σ P` [N s] in world axes.
     pub impulse: Vec2,
-    /// `Σ P_N` [N s]: how hard it is pressed, whatever cancels.
+    /// `Σ P_N` [N s]: the sum of normal impulses, which does not cancel between opposite contacts.
     pub pressure: f64,
-    /// `Σ r × P` [N m s] about the centre of mass, r at the instant of each contact. Of a pair, of
-    /// the body of the second collider.
+    /// `Σ r × P` [N m s] about the centre of mass, `r` at the time of each contact. The moment of a
+    /// pair is on the body of the second collider.
     pub moment: f64,
     pub friction_work: f64,
 }
@@ -109,8 +109,8 @@ impl<'a> StepResults<'a> {
             .filter(move |c| c.colliders.contains(&Some(collider)))
     }
 
-    /// What all contacts together gave to a body; nothing from those that it dominates, and nothing
-    /// to a body that moves on its own.
+    /// Sum of the contacts on a body. It leaves out contacts with bodies that this body dominates,
+    /// and is zero for a kinematic body.
     pub fn on_body(&self, body: RigidBodyHandle) -> Totals {
         let mut totals = Totals::default();
         for contact in self.contacts() {
@@ -124,7 +124,8 @@ impl<'a> StepResults<'a> {
         totals
     }
 
-    /// What the first collider gave to the second, whether that one's body takes it or not.
+    /// Sum of the impulses from the first collider on the second, also where dominance keeps them
+    /// off that body.
     pub fn between(&self, first: ColliderHandle, second: ColliderHandle) -> Totals {
         let mut totals = Totals::default();
         for contact in self.contacts() {

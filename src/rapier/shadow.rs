@@ -1,4 +1,4 @@
-//! One rapier body as the stepper sees it.
+//! One rapier body as the stepper stores it.
 
 use super::engine::dynamics::RigidBodyAdditionalMassProps;
 use super::engine::prelude::*;
@@ -6,42 +6,42 @@ use super::widen::widen;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 
-/// One rapier body as the stepper sees it.
+/// One rapier body as the stepper stores it.
 #[derive(Debug, Clone)]
 pub(super) struct Shadow {
     pub handle: RigidBodyHandle,
     pub pose: Pose64,
     /// Centre of mass in the body frame \[m\].
     pub center: Vec2,
-    /// Farthest collider point from it \[m\].
+    /// Distance of the farthest collider point from the centre of mass \[m\].
     pub radius: f64,
-    /// Thinnest extent of its colliders \[m\]; `None` until it is measured again.
+    /// Thinnest extent of its colliders \[m\]; `None` until it is measured.
     pub thickness: Option<f64>,
-    /// `M⁻¹` of the body by itself: without what damping adds.
+    /// `M⁻¹` of the body, without the effect of damping.
     pub inverse_mass: Vec3,
-    /// What acts on it in this step, and what it was read from.
+    /// Forces on the body in this step.
     pub load: Load,
     pub settings: Option<Settings>,
-    /// Where the user sends a position-driven body in this step.
+    /// Target pose of a position-based kinematic body in this step.
     pub target: Option<Pose>,
     pub kind: RigidBodyType,
-    /// What rapier was last given; anything else found there was put there by the user.
+    /// Pose last written to rapier; a different one there was set by the user.
     pub written_pose: Pose,
     pub written_velocity: (Vector, Real),
-    /// `None` until it is first read, and again when an exact mass was given.
+    /// rapier's mass when it was last read; `None` before that, and after an exact mass was set.
     pub mass_seen: Option<(Real, Real, Vector, LockedAxes)>,
     pub added_mass: Option<RigidBodyAdditionalMassProps>,
     pub seen: bool,
-    /// The island it sleeps in, or 0.
+    /// Number of the island in which the body sleeps, or 0.
     pub group: u32,
-    /// Where it stood a step ago.
+    /// Pose of a step ago.
     pub last: Pose64,
 }
 
-/// What the user puts on a body.
+/// Forces and damping that the user sets on a body.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Load {
-    /// \[N\], [N m].
+    /// Force \[N\] and torque [N m].
     pub force: Vec2,
     pub torque: f64,
     /// Factor on gravity.
@@ -50,7 +50,7 @@ pub(super) struct Load {
     pub damping: (f64, f64),
 }
 
-/// A [`Load`] as rapier has it.
+/// A [`Load`] in rapier's types.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Settings {
     force: Vector,
@@ -93,7 +93,7 @@ impl Shadow {
                 .is_none_or(|seen| seen.3 != body.locked_axes())
     }
 
-    /// Whether its mass and kind are as they were read.
+    /// Whether mass and kind of a body are unchanged since they were last read.
     pub fn has_kind_and_mass_of(&self, body: &RigidBody) -> bool {
         let added = body.mass_properties().additional_local_mprops.as_deref();
         self.mass_seen == Some(mass_of(body))
@@ -101,18 +101,18 @@ impl Shadow {
             && self.added_mass.as_ref() == added
     }
 
-    /// What rapier was given last.
+    /// Pose and velocity last written to rapier.
     pub fn written(&self) -> (Pose, (Vector, Real)) {
         (self.written_pose, self.written_velocity)
     }
 
-    /// Takes the velocity that rapier holds for our own.
+    /// Stores rapier's velocity as the last one written.
     pub fn note_velocity(&mut self, body: &RigidBody) {
         self.written_velocity = (body.linvel(), body.angvel());
     }
 
-    /// With the velocity and inverse mass that go with it.
-    pub fn unseen(handle: RigidBodyHandle) -> (Self, Vec3, Vec3) {
+    /// A body that has not been read yet, with its velocity and inverse mass.
+    pub fn unread(handle: RigidBodyHandle) -> (Self, Vec3, Vec3) {
         let shadow = Shadow {
             handle,
             pose: Pose64::new(Vec2::zeros(), 0.0),
@@ -136,7 +136,7 @@ impl Shadow {
     }
 }
 
-/// Inverses of mass and inertia, centre of mass and what is locked, as rapier has them.
+/// Inverse mass, inverse inertia, centre of mass and locked axes in rapier.
 pub(super) fn mass_of(body: &RigidBody) -> (Real, Real, Vector, LockedAxes) {
     let local = &body.mass_properties().local_mprops;
     (
@@ -147,7 +147,7 @@ pub(super) fn mass_of(body: &RigidBody) -> (Real, Real, Vector, LockedAxes) {
     )
 }
 
-/// `M⁻¹` with what is locked.
+/// `M⁻¹` with zeros for the locked axes.
 pub(super) fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) -> Vec3 {
     let free = |axis, value: f64| if axes.contains(axis) { 0.0 } else { value };
     Vec3::new(
@@ -157,7 +157,7 @@ pub(super) fn locked(axes: LockedAxes, inverse_mass: f64, inverse_inertia: f64) 
     )
 }
 
-/// Thinnest extent \[m\] of a shape; of a mesh none, as rapier does not follow those either.
+/// Thinnest extent \[m\] of a shape; infinite for meshes, which rapier does not sweep either.
 pub(super) fn thickness(shape: &dyn Shape) -> f64 {
     match shape.shape_type() {
         ShapeType::TriMesh | ShapeType::Polyline | ShapeType::HeightField | ShapeType::Voxels => {

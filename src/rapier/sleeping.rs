@@ -1,9 +1,10 @@
-//! Sleep: islands at rest that cost nothing until something stirs them.
+//! Sleeping: islands at rest that cost nothing until they wake.
 //!
-//! A body is ready when its farthest point has moved less than its thresholds allow for as long as
-//! rapier's [`RigidBodyActivation`] says; an island of bodies that touch or are joined sleeps when
-//! all of it is ready, and wakes as a whole. Asleep, bodies stand still to the last bit, act as of
-//! infinite mass, and what their contacts carried is kept until they wake.
+//! A body is ready to sleep when its farthest point has moved less than its thresholds allow for as
+//! long as rapier's [`RigidBodyActivation`] says. An island of bodies that touch or are joined
+//! falls asleep when all its bodies are ready, and wakes as a whole. Sleeping bodies do not move by
+//! a single bit and act as if they had infinite mass. The impulses of their contacts are stored
+//! until they wake.
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
@@ -14,24 +15,25 @@ use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError}
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An island asleep.
+/// A sleeping island.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Group {
-    /// Colliders that it touched, by the index of their handle; `None` if unknown: any may matter.
+    /// Colliders that the island touched, by the index of their handle; `None` if unknown, so that
+    /// any collider may matter.
     touched: Option<BTreeSet<u32>>,
     joints: BTreeMap<u32, u64>,
     memory: Vec<(ContactKey, CachedContact)>,
 }
 
-/// All islands asleep. Number 0 is none.
+/// All sleeping islands. Number 0 means awake.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct Sleepers {
     groups: BTreeMap<u32, Group>,
     last: u32,
-    /// To be woken before the next step.
+    /// Islands that wake before the next step.
     #[serde(skip)]
-    stirred: BTreeSet<u32>,
-    /// What touched or was joined in the last step: bodies, colliders.
+    to_wake: BTreeSet<u32>,
+    /// Bodies and colliders that touched or were joined in the last step.
     #[serde(skip)]
     links: Vec<([u32; 2], [u32; 2])>,
 }
@@ -41,15 +43,15 @@ impl Sleepers {
         self.groups.is_empty()
     }
 
-    /// Wakes an island at the next [`Bodies::wake_stirred`].
-    pub fn stir(&mut self, group: u32) {
+    /// Marks an island to wake at the next [`Bodies::wake_marked`].
+    pub fn mark_to_wake(&mut self, group: u32) {
         if group != 0 {
-            self.stirred.insert(group);
+            self.to_wake.insert(group);
         }
     }
 
-    pub fn is_stirred(&self) -> bool {
-        !self.stirred.is_empty()
+    pub fn any_to_wake(&self) -> bool {
+        !self.to_wake.is_empty()
     }
 
     fn add(&mut self, group: Group) -> u32 {
@@ -60,7 +62,7 @@ impl Sleepers {
 }
 
 impl Bodies {
-    /// Whether nothing about a body can change in a step.
+    /// Whether a body can neither be pushed nor moves.
     pub fn still(&self, number: u32) -> bool {
         number == NO_BODY || {
             let k = number as usize;
@@ -68,17 +70,18 @@ impl Bodies {
         }
     }
 
-    /// Whether any of these bodies sleeps.
+    /// Whether one of these bodies sleeps.
     pub fn sleeps(&self, numbers: [u32; 2]) -> bool {
         let group = |b: u32| self.list.get(b as usize).map_or(0, |s| s.group);
         !self.sleepers.is_empty() && numbers.iter().any(|b| group(*b) != 0)
     }
 
-    /// Puts to sleep what the user did, or stirs all.
+    /// Makes an island of the bodies that the user put to sleep; with `stay_awake`, marks all
+    /// islands to wake.
     ///
     /// # Errors
-    /// Those of reading a body that is to sleep.
-    pub(super) fn heed(
+    /// Those of reading a body that falls asleep.
+    pub(super) fn follow_user_sleep(
         &mut self,
         world: &mut PhysicsWorld,
         dt: f64,
@@ -86,7 +89,8 @@ impl Bodies {
     ) -> Result<(), ModelError> {
         if stay_awake {
             let all: Vec<u32> = self.sleepers.groups.keys().copied().collect();
-            all.iter().for_each(|&group| self.sleepers.stir(group));
+            all.iter()
+                .for_each(|&group| self.sleepers.mark_to_wake(group));
         } else {
             let slept = std::mem::take(&mut self.slept);
             for &k in &slept {
@@ -100,8 +104,8 @@ impl Bodies {
         Ok(())
     }
 
-    /// Stirs what the user changed.
-    pub(super) fn stir_changed(&mut self, world: &PhysicsWorld) {
+    /// Marks the islands that a change by the user wakes.
+    pub(super) fn mark_changed(&mut self, world: &PhysicsWorld) {
         if self.sleepers.is_empty() {
             return;
         }
@@ -109,30 +113,30 @@ impl Bodies {
             let body = &world.bodies[shadow.handle];
             if shadow.group != 0 {
                 if !body.is_sleeping() || shadow.differs(body) {
-                    self.sleepers.stir(shadow.group);
+                    self.sleepers.mark_to_wake(shadow.group);
                 }
             } else if !(body.is_dynamic() && shadow.kind == RigidBodyType::Dynamic)
                 && shadow.differs(body)
             {
-                // what it carried or comes to carry
+                // islands that the body touched, or may touch now
                 let slots = body.colliders().iter().map(|h| h.into_raw_parts().0);
-                slots.for_each(|slot| self.sleepers.stir_touching(slot));
+                slots.for_each(|slot| self.sleepers.mark_touching(slot));
             }
         }
         for (handle, parent) in self.watch.changed.iter().chain(&self.watch.gone) {
-            self.sleepers.stir_touching(handle.into_raw_parts().0);
+            self.sleepers.mark_touching(handle.into_raw_parts().0);
             if let Some(k) = parent.and_then(|h| self.index_of(h)) {
-                self.sleepers.stir(self.list[k as usize].group);
+                self.sleepers.mark_to_wake(self.list[k as usize].group);
             }
         }
         for k in 0..self.watch.changed.len() {
-            self.stir_near(world, self.watch.changed[k].0);
+            self.mark_overlapping(world, self.watch.changed[k].0);
         }
-        self.heed_joints(world);
+        self.mark_changed_joints(world);
     }
 
-    /// Stirs those into which a collider was put.
-    fn stir_near(&mut self, world: &PhysicsWorld, handle: ColliderHandle) {
+    /// Marks the islands that overlap a new or changed collider.
+    fn mark_overlapping(&mut self, world: &PhysicsWorld, handle: ColliderHandle) {
         let place = |h: ColliderHandle| {
             let collider = world.colliders.get(h)?;
             let pose = match collider.parent().and_then(|h| world.bodies.get(h)) {
@@ -145,12 +149,12 @@ impl Bodies {
         for shadow in self.list.iter().filter(|s| s.group != 0) {
             let own = world.bodies[shadow.handle].colliders().iter();
             if own.filter_map(|h| place(*h)).any(|a| a.intersects(&new)) {
-                self.sleepers.stir(shadow.group);
+                self.sleepers.mark_to_wake(shadow.group);
             }
         }
     }
 
-    fn heed_joints(&mut self, world: &PhysicsWorld) {
+    fn mark_changed_joints(&mut self, world: &PhysicsWorld) {
         let mut met: BTreeMap<u32, usize> = BTreeMap::new();
         for (handle, joint) in world.impulse_joints.iter() {
             let group = |h| self.index_of(h).map_or(0, |k| self.list[k as usize].group);
@@ -161,45 +165,46 @@ impl Bodies {
                 let known = self.sleepers.groups.get(&group);
                 let known = known.and_then(|g| g.joints.get(&handle.into_raw_parts().0));
                 if known != Some(&fingerprint(&joint.data)) {
-                    self.sleepers.stir(group);
+                    self.sleepers.mark_to_wake(group);
                 }
             }
         }
         for (group, own) in &self.sleepers.groups {
             if own.joints.len() > met.get(group).copied().unwrap_or(0) {
-                self.sleepers.stirred.insert(*group);
+                self.sleepers.to_wake.insert(*group);
             }
         }
     }
 
-    /// Wakes what was stirred; what its contacts carried goes to `memory`.
-    pub fn wake_stirred(
+    /// Wakes the marked islands. Their stored contact impulses go to `memory`.
+    pub fn wake_marked(
         &mut self,
         world: &mut PhysicsWorld,
         memory: &mut Vec<(ContactKey, CachedContact)>,
     ) {
-        let stirred = std::mem::take(&mut self.sleepers.stirred);
-        if stirred.is_empty() {
+        let to_wake = std::mem::take(&mut self.sleepers.to_wake);
+        if to_wake.is_empty() {
             return;
         }
-        for shadow in self.list.iter_mut().filter(|s| stirred.contains(&s.group)) {
+        for shadow in self.list.iter_mut().filter(|s| to_wake.contains(&s.group)) {
             shadow.group = 0;
             if let Some(body) = world.bodies.get_mut(shadow.handle) {
                 body.wake_up(true);
             }
         }
-        for group in stirred {
+        for group in to_wake {
             let group = self.sleepers.groups.remove(&group);
             memory.extend(group.into_iter().flat_map(|g| g.memory));
         }
     }
 
-    /// Looks at the contacts of a step: keeps who touches whom, and stirs who is pressed on.
+    /// Stores which bodies and colliders touch in this step, and marks the islands that a contact
+    /// wakes.
     ///
-    /// A sleeping body is stirred by one that moves if their gap would close in this step, and by a
-    /// driven one that touches it. `free` [m/s, m/s, rad/s] are the velocities at the end of the
-    /// step as if nothing touched.
-    pub fn feel(&mut self, found: &Detection, free: &[Vec3], drop: f64, dt: f64) {
+    /// A moving body wakes a sleeping one if their gap would close in this step. A kinematic body
+    /// that moves wakes a sleeping one that it touches. `free` [m/s, m/s, rad/s] are the velocities
+    /// at the end of the step as if nothing touched.
+    pub fn note_contacts(&mut self, found: &Detection, free: &[Vec3], drop: f64, dt: f64) {
         self.sleepers.links.clear();
         for contact in &found.contacts {
             let touch = 2.0 * contact.gap_noise + drop;
@@ -218,7 +223,7 @@ impl Bodies {
             let driven = self.inverse_mass.get(other as usize) == Some(&Vec3::zeros());
             let near = if driven { touch } else { 0.0 };
             if !self.still(other) && contact.gap - dt * closing.max(0.0) < near {
-                self.sleepers.stir(asleep);
+                self.sleepers.mark_to_wake(asleep);
             }
         }
         for joint in &found.joints {
@@ -227,8 +232,8 @@ impl Bodies {
         }
     }
 
-    /// Counts how long every body has been still after a step of `dt` \[s\], and finds the islands
-    /// that are ready to sleep: of each body the island's number, or 0.
+    /// Updates how long every body has been still after a step of `dt` \[s\], and finds the islands
+    /// that are ready to sleep. Returns the island's number for each body, or 0.
     pub fn ready(&mut self, world: &mut PhysicsWorld, dt: f64) -> Vec<u32> {
         let unit = f64::from(world.integration_parameters.length_unit);
         let mut ready = vec![false; self.list.len()];
@@ -265,7 +270,7 @@ impl Bodies {
             let shadow = self.list.get(b as usize);
             shadow.is_some_and(|s| s.kind == RigidBodyType::Dynamic && s.group == 0)
         };
-        // a body by itself is an island as well
+        // a body without contacts and joints is an island as well
         let alone = (0..ready.len() as u32)
             .filter(|b| dynamic(*b))
             .map(|b| [b, b]);
@@ -318,7 +323,7 @@ impl Bodies {
         self.sleepers.links = links;
     }
 
-    /// Puts bodies to sleep in their islands, with what their contacts carried.
+    /// Puts bodies to sleep in their islands, and stores the impulses of their contacts.
     pub fn fall_asleep(
         &mut self,
         world: &mut PhysicsWorld,
@@ -345,17 +350,18 @@ impl Bodies {
 }
 
 impl Sleepers {
-    /// Stirs those that touch a collider.
-    pub fn stir_touching(&mut self, slot: u32) {
+    /// Marks the islands that touch a collider.
+    pub fn mark_touching(&mut self, slot: u32) {
         for (number, group) in &self.groups {
             if group.touched.as_ref().is_none_or(|t| t.contains(&slot)) {
-                self.stirred.insert(*number);
+                self.to_wake.insert(*number);
             }
         }
     }
 }
 
-/// rapier's measure of rest: the farthest point's way in the step against the thresholds.
+/// rapier's measure of rest: compares the motion of the farthest point in the step with the
+/// thresholds.
 fn is_still(
     rest: &RigidBodyActivation,
     shadow: &Shadow,

@@ -13,14 +13,14 @@ use crate::solver::{SolverTable, solver_by_name};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Of what [`PipelineState`] holds.
+/// Format version of [`PipelineState`].
 const VERSION: u32 = 3;
 
 /// A pipeline between two steps, as plain data for serde.
 ///
-/// With the world it stepped, saved at the same time, [`MoreauPipeline::resume`] goes on bit for
-/// bit. The world is the user's to save: rapier's own types are serialisable with this crate's
-/// feature `serde-serialize`, or are cloned.
+/// [`MoreauPipeline::resume`] continues bit for bit from a state and the world that was saved at
+/// the same time. Saving the world is up to the user: rapier's own types are serialisable with this
+/// crate's feature `serde-serialize`, or can be cloned.
 ///
 /// ```
 /// use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
@@ -46,9 +46,11 @@ pub struct PipelineState {
     exact: Vec<(Handle, ExactBody)>,
     surfaces: Vec<(Handle, SurfaceLaw)>,
     sleepers: Sleepers,
-    /// Pairs of colliders that events have told of.
-    told: [Vec<[Handle; 2]>; 3],
-    /// What the user's hook wrote on pairs of parts of colliders.
+    /// Pairs of colliders whose events have begun: touching, above the force threshold,
+    /// intersecting.
+    #[serde(rename = "told")]
+    reported: [Vec<[Handle; 2]>; 3],
+    /// Values that the user's hook stored on pairs of parts of colliders.
     #[serde(default)]
     marks: Vec<([u32; 4], u32)>,
 }
@@ -61,7 +63,7 @@ struct BodyState {
     handle: Handle,
     pose: Configuration,
     velocity: [f64; 3],
-    /// What rapier was given last: x, y, cos, sin; and the velocity.
+    /// Pose last written to rapier: x, y, cos, sin; then the velocity.
     written_pose: [f64; 4],
     written_velocity: [f64; 3],
     group: u32,
@@ -80,7 +82,7 @@ pub enum StateError {
         found: String,
         expected: &'static str,
     },
-    /// The world is not the one that was stepped.
+    /// The world is not the one that was saved with the state.
     #[error(transparent)]
     World(#[from] ModelError),
     #[error(transparent)]
@@ -88,7 +90,7 @@ pub enum StateError {
 }
 
 impl MoreauPipeline {
-    /// What the next step depends on, besides the world.
+    /// Everything that the next step depends on, besides the world.
     pub fn state(&self) -> PipelineState {
         let raw = |h: RigidBodyHandle| h.into_raw_parts();
         let bodies = self.bodies.list.iter().zip(&self.bodies.velocities);
@@ -122,7 +124,7 @@ impl MoreauPipeline {
             exact,
             surfaces,
             sleepers: self.bodies.sleepers.clone(),
-            told: self.reporter.state().map(|pairs| {
+            reported: self.reporter.state().map(|pairs| {
                 let raw = |pair: [ColliderHandle; 2]| pair.map(|h| h.into_raw_parts());
                 pairs.into_iter().map(raw).collect()
             }),
@@ -130,15 +132,16 @@ impl MoreauPipeline {
         }
     }
 
-    /// A pipeline that goes on where `state` was saved, with the world as it was then.
+    /// A pipeline that continues from `state`, with the world as it was at that time.
     ///
     /// # Errors
-    /// [`StateError`]; the world is as before.
+    /// [`StateError`]; the world is then unchanged.
     pub fn resume(state: &PipelineState, world: &mut PhysicsWorld) -> Result<Self, StateError> {
         MoreauPipeline::resume_with_solvers(state, world, solver_by_name)
     }
 
-    /// The same, with the solver that `table` has under the name in the saved settings.
+    /// Like [`MoreauPipeline::resume`], with the solver that `table` has under the name in the
+    /// saved settings.
     ///
     /// # Errors
     /// Those of [`MoreauPipeline::resume`].
@@ -165,11 +168,13 @@ impl MoreauPipeline {
             let handle = ColliderHandle::from_raw_parts(*index, *generation);
             pipeline.detector.set_surface(handle, *law);
         }
-        pipeline.reporter.restore(state.told.clone().map(|pairs| {
-            let handles =
-                |pair: [Handle; 2]| pair.map(|(i, g)| ColliderHandle::from_raw_parts(i, g));
-            pairs.into_iter().map(handles).collect()
-        }));
+        pipeline
+            .reporter
+            .restore(state.reported.clone().map(|pairs| {
+                let handles =
+                    |pair: [Handle; 2]| pair.map(|(i, g)| ColliderHandle::from_raw_parts(i, g));
+                pairs.into_iter().map(handles).collect()
+            }));
         pipeline.detector.restore_marks(&state.marks);
         let bodies = &mut pipeline.bodies;
         for (handle, exact) in &state.exact {

@@ -2,76 +2,76 @@ use super::engine::math::Real;
 
 /// The `f64` that a person meant by an `f32`: the shortest decimal that rounds to it.
 ///
-/// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that
-/// a user typed thus lose nothing on their way through rapier.
+/// `widen(0.3_f32)` is `0.3`, not `0.30000001192092896`. Friction, gravity, sizes and masses that a
+/// user typed thus lose no digits on their way through rapier.
 ///
-/// With the feature `f64` rapier keeps what was typed, and this gives it back as it is.
+/// With the feature `f64` rapier stores the number as typed, and this returns it unchanged.
 pub fn widen(value: Real) -> f64 {
     shortest(value, 9)
 }
 
-/// The same of a number that is read again and again, and hardly ever typed: decimals of more than
-/// some six digits are not looked for.
+/// Like [`widen`], for state that is read again and again and hardly ever typed: tries decimals of
+/// up to some six digits only.
 #[inline]
 pub(super) fn widen_state(value: Real) -> f64 {
     shortest(value, 6)
 }
 
-/// The shortest decimal of at most `digits` digits, or one more, that rounds to `value`; what has
-/// none as it is.
+/// The shortest decimal of at most `digits` digits, or one more, that rounds to `value`; `value`
+/// itself if there is none.
 #[inline(always)]
 fn shortest(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
-    // nearly all of what nobody typed, and what nobody changed: both are their own answer
+    // nearly all computed numbers and all unchanged ones return here or below
     if cfg!(feature = "f64") || nearest(wide) == wide {
         return wide;
     }
     let scaled = wide * POWERS[places(wide, digits)];
     let off = scaled - nearest(scaled);
-    // no decimal lies within half a unit of its last place
+    // no such decimal lies within half a unit of the last place of `value`
     if off.abs() > half_place(wide) * POWERS[places(wide, digits)] {
         return wide;
     }
     typed(value, digits)
 }
 
-/// Which of [`POWERS`] makes `digits` digits of `wide`.
+/// Index of the power in [`POWERS`] that makes `digits` digits of `wide`.
 #[inline]
 fn places(wide: f64, digits: i32) -> usize {
     let exponent = ((wide.to_bits() >> 52) & 0x7ff) as i32 - 1023;
-    // the integer below exponent · log10 2, exact for all exponents
+    // integer part of exponent · log10 2, exact for all exponents
     let leading = (exponent * 1_262_611) >> 22;
     (digits - 2 - leading).clamp(0, POWERS.len() as i32 - 1) as usize
 }
 
-/// The nearest integer to a number below 2⁵¹: the last place of the sum is 1. Of larger ones, which
-/// as single-precision numbers are integers, an integer.
+/// The nearest integer to a number below 2⁵¹: the last place of the sum is 1. Larger numbers, which
+/// in single precision are integers, also give an integer.
 #[inline(always)]
 fn nearest(x: f64) -> f64 {
     const LAST_PLACE_ONE: f64 = 6_755_399_441_055_744.0;
     (x + LAST_PLACE_ONE) - LAST_PLACE_ONE
 }
 
-/// [`shortest`] of a number that one of `digits` digits may round to.
+/// [`shortest`] for a number to which a decimal of `digits` digits may round.
 #[cold]
 #[inline(never)]
 fn typed(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
-    // dyadic fractions are exact already, and have no shorter decimal;
-    // not `fract`, which is a call where the processor is not known to have it
+    // dyadic fractions are exact already and have no shorter decimal; a cast instead of `fract`,
+    // which is a library call on processors without a rounding instruction
     let whole = |x: f64| x as i64 as f64 == x;
     let dyadic = whole(wide) || wide.abs() < 16.0 && whole(wide * 1024.0);
     if !value.is_finite() || dyadic {
         return wide;
     }
-    // of both numbers of the quotient nothing is lost
+    // numerator and denominator of the quotient are exact
     let decimal = |power: f64| (wide * power + 0.5f64.copysign(wide)) as i64 as f64 / power;
     let meant = |power: &f64| decimal(*power) as Real == value;
     let most = places(wide, digits);
     if !meant(&POWERS[most]) {
         return wide;
     }
-    // of what nobody typed nearly always
+    // computed numbers nearly always return here
     let needs_all = most == 0 || !meant(&POWERS[most - 1]);
     let fewest = match needs_all {
         true => most,
@@ -80,8 +80,8 @@ fn typed(value: Real, digits: i32) -> f64 {
     decimal(POWERS[fewest])
 }
 
-/// The step length that a person meant \[s\]: `1/n` for a whole number `n` of steps a second that
-/// rounds to it, else [`widen`].
+/// The step length that a person meant \[s\]: `1/n` if it rounds to `dt` for a whole number `n` of
+/// steps a second, else [`widen`].
 pub(super) fn widen_step(dt: Real) -> f64 {
     let rate = (1.0 / f64::from(dt)).round();
     if rate >= 1.0 && (1.0 / rate) as Real == dt {
@@ -91,14 +91,14 @@ pub(super) fn widen_step(dt: Real) -> f64 {
     }
 }
 
-/// Half a unit in the last place of a single-precision number, and a little for the rounding of
-/// who compares with it.
+/// Half a unit in the last place of a single-precision number, and a little more to cover the
+/// rounding of the comparison.
 #[allow(clippy::unnecessary_cast)] // widens with the feature `f64`
 #[inline(always)]
 fn half_place(wide: f64) -> f64 {
     const SIGN_AND_EXPONENT: u64 = 0xfff << 52;
     let power_of_two = f64::from_bits(wide.abs().to_bits() & SIGN_AND_EXPONENT);
-    // below the least normal number all have the same last place
+    // below the least normal number all numbers have the same last place
     power_of_two.max(Real::MIN_POSITIVE as f64) * (0.500_001 * Real::EPSILON as f64)
 }
 
@@ -122,7 +122,7 @@ mod tests {
             prop_assert_eq!(widen(value) as Real, value);
         }
 
-        /// What a user types comes back, whatever its size.
+        /// A typed decimal comes back, whatever its size.
         #[test]
         #[cfg(not(feature = "f64"))]
         fn gives_back_up_to_six_digits(digits in -999_999i32..=999_999, scale in -12i32..=0) {
@@ -142,8 +142,8 @@ mod tests {
         }
     }
 
-    /// The quick look takes no decimal for none: not at the ends of a binade, nor where numbers
-    /// have no leading one.
+    /// The quick test never misses a decimal: neither at the ends of a binade, nor for subnormal
+    /// numbers.
     #[test]
     #[cfg(not(feature = "f64"))]
     fn half_a_place_is_that_of_the_number() {

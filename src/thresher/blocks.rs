@@ -54,7 +54,7 @@ impl Tooth {
     }
 }
 
-/// `[wear]`: Archard's law `h = K/dΩ Σ load_slip` and how it is carried over a life.
+/// `[wear]`: Archard's law `h = K/dΩ Σ load_slip`, and how a life is computed with it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wear {
@@ -64,12 +64,12 @@ pub struct Wear {
     pub limits: Vec<Limit>,
     /// Largest depth of one cycle jump, as a fraction of the cell size; default 0.1.
     pub jump: f64,
-    /// Simulated revolutions that stand for one jump, default 1.
+    /// Simulated revolutions per jump, default 1.
     pub revolutions: u32,
-    /// Length over which wear is spread along the surface \[m\], the standard deviation of a
+    /// Length over which wear is smoothed along the surface \[m\], the standard deviation of a
     /// diffusion; default 0, none.
     pub smoothing_length: f64,
-    /// The life is followed no further than this \[h\], default 1000.
+    /// Longest life that is computed [h], default 1000.
     pub max_hours: f64,
 }
 
@@ -87,7 +87,8 @@ impl Default for Wear {
 }
 
 impl Wear {
-    /// The wear of a part under `law`, one load cycle of `cycle_seconds` \[s\], along its normals.
+    /// Wear settings of a part under `law`, one load cycle of `cycle_seconds` \[s\]; wear is along
+    /// the normals.
     pub fn settings(&self, law: Archard, cycle_seconds: f64) -> WearSettings {
         WearSettings {
             law,
@@ -98,29 +99,29 @@ impl Wear {
     }
 }
 
-/// How the worn depth is taken off the profile.
+/// How the worn depth changes the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Update {
-    /// Along the local normal, node by node, with the area balanced: load and wear in proportion
-    /// to a node's width along the surface.
+    /// Along the local normal, node by node, with area balance: load and wear are proportional to a
+    /// node's width along the surface.
     Normal,
-    /// Vertically, then refitted to a quadratic by least squares, every cell the same: the study's
-    /// way. It flattens a local scar and grows steel elsewhere.
+    /// The method of the study: vertically, then refitted to a quadratic by least squares, every
+    /// cell with the same weight. It flattens a local scar and adds steel elsewhere.
     #[default]
     Quadratic,
 }
 
-/// A tooth height that matters.
+/// A tooth height whose crossing is reported.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
     pub name: String,
-    /// Height above the base line \[m\]; below zero the wear has eaten into the base.
+    /// Height above the base line \[m\]; below zero the base itself is worn.
     pub height: f64,
 }
 
-/// `[study]`: the study's rotor with one degree of freedom, under a named reading.
+/// `[study]`: the study's rotor with one degree of freedom, with a named reading of its text.
 ///
 /// The step is `[step] dt`, the contact time of one load cycle `[step] time`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -128,11 +129,12 @@ pub struct Limit {
 pub struct Study {
     /// Default `torque-balanced`.
     pub reading: Reading,
-    /// How cells share the load of the torque-balanced reading, default `winkler`.
+    /// How the load is distributed over the cells in the torque-balanced reading, default
+    /// `winkler`.
     pub shares: Shares,
     /// `l` \[m\] from the axis to the tooth's base line, default 0.25 (assumed).
     pub axis_distance: f64,
-    /// Default 0.3 (assumed: the speed study does not say).
+    /// Default 0.3 (assumed: the speed study does not state it).
     pub friction: f64,
     /// Moment of inertia about the axis [kg m²], default 5.186444e-4.
     pub inertia: f64,
@@ -142,7 +144,7 @@ pub struct Study {
     pub mass: f64,
     /// Start angle `ψ` \[degrees\], default 15.
     pub start_angle_deg: f64,
-    /// Thickness of the crop's tape \[m\] over which the overlap is counted, default 0.008.
+    /// Thickness \[m\] of the layer of crop with which the tooth overlaps, default 0.008.
     pub tape_thickness: f64,
     /// Cylinder speeds [rad/s], default 70 to 120 by 10.
     pub speeds: Vec<f64>,
@@ -153,9 +155,9 @@ pub struct Study {
     /// Profile updates over those cycles, default 4.
     pub batches: u32,
     /// How depth changes the profile between the updates of the comparison with the published
-    /// depths, default `quadratic`. The life of the tooth is always worn along its normals.
+    /// depths, default `quadratic`. The life of the tooth always wears along the normals.
     pub update: Update,
-    /// The published point that fixes the contact time of the torque-balanced reading.
+    /// The published point to which the contact time of the torque-balanced reading is fitted.
     pub calibrate: Calibration,
 }
 
@@ -181,22 +183,22 @@ impl Default for Study {
     }
 }
 
-/// What the study's text is taken to mean.
+/// How the text of the study is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reading {
     /// The free rotor against a rigid crop, as printed: it stalls in one step.
     Literal,
-    /// The rotor held at speed, sliding through a compliant tape that resists with the torque.
+    /// The rotor kept at speed, sliding through a compliant layer that resists with the torque.
     #[default]
     TorqueBalanced,
 }
 
-/// How the cells share the load.
+/// How the load is distributed over the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shares {
-    /// In proportion to the overlap with the tape.
+    /// Proportional to the overlap with the layer of crop.
     #[default]
     Winkler,
     /// The same normal load on each cell.
@@ -205,7 +207,7 @@ pub enum Shares {
     Lever,
 }
 
-/// One published depth, to which one constant is fitted and which is shown as calibrated.
+/// A published depth to which one constant is fitted; tables mark it as calibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Calibration {

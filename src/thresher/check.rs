@@ -18,7 +18,7 @@ const FOUNDATION: Range = range(1.0, 1e15, "1 to 1e15 Pa/m");
 const BENDING: Range = range(0.0, 1e9, "0 to 1e9 N m/rad");
 const DEGREES: Range = range(-360.0, 360.0, "-360 to 360 degrees");
 
-/// Checks all of a machine's blocks that are there; `top` is the top of the file.
+/// Checks all blocks of a machine that are present; `top` is the top of the file.
 ///
 /// # Errors
 /// [`SceneError::OutOfRange`] and [`SceneError::Duplicate`].
@@ -44,7 +44,7 @@ fn tooth(at: &At<'_>, tooth: &Tooth) -> Result<(), SceneError> {
     at.within("gamma", tooth.gamma, SIZE)?;
     at.within("width", tooth.width, SIZE)?;
     at.within("base", tooth.base, SIZE)?;
-    // Three points carry a quadratic; a thousand cells are finer than any measured profile.
+    // Three points define a quadratic; a thousand cells are finer than any measured profile.
     at.count("cells", tooth.cells, 3, 1000)
 }
 
@@ -55,7 +55,7 @@ fn wear(at: &At<'_>, wear: &Wear) -> Result<(), SceneError> {
         wear.coefficient_over_area,
         coefficient,
     )?;
-    // Jumps longer than 0.3 of an edge are rejected by the re-meshing.
+    // Re-meshing refuses jumps longer than 0.3 of an edge.
     at.within("jump", wear.jump, range(1e-6, 0.3, "1e-6 to 0.3"))?;
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     // Explicit diffusion on equal cells is monotone up to 1/4 with both neighbours moving.

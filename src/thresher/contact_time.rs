@@ -7,9 +7,9 @@ use crate::report::number;
 use crate::scene::Scene;
 use std::f64::consts::TAU;
 
-/// How near the depth must come to the published one, relative.
+/// Largest relative difference from the published depth.
 const TOLERANCE: f64 = 1e-9;
-/// Where the search stops: round-off of a life.
+/// The search stops at this relative width of the bracket: round-off of a life.
 const ROUND_OFF: f64 = 1e-14;
 const TRIALS: usize = 60;
 /// First trial \[s\].
@@ -17,14 +17,14 @@ const PROBE: f64 = 1e-6;
 
 /// The contact time \[s\] with which `depth` is that of `target`, to 1e-9 relative.
 ///
-/// A depth grows nearly in proportion to the time, so that each trial is the last one times target
-/// over depth; where that leaves the bracket found so far, the bracket is halved.
+/// A depth is nearly proportional to the time, so each trial is the last one times target over
+/// depth. If that leaves the bracket found so far, the bracket is halved.
 ///
 /// # Arguments
 /// - `depth`: largest depth \[m\] after the target's cycles, for a contact time \[s\].
 ///
 /// # Errors
-/// [`RunError::Unfit`] where no time reaches the depth, nothing wears, or it takes longer than a
+/// [`RunError::Unfit`] if no time reaches the depth, nothing wears, or the time is longer than a
 /// cycle, which is one revolution; those of `depth`.
 pub(super) fn contact_time(
     scene: &Scene,
@@ -65,7 +65,7 @@ pub(super) fn contact_time(
             time = 0.5 * (low + high);
         }
         if time <= low || time >= high {
-            // nothing between two neighbouring numbers
+            // no number lies between the two ends
             time = high;
         }
     }

@@ -1,4 +1,4 @@
-//! The thresher's life: revolutions simulated, wear measured, cycles jumped.
+//! The thresher's life: simulates revolutions, measures wear, jumps cycles.
 
 use super::blocks::{Calibration, Tooth, Wear};
 use super::machine::Setup;
@@ -21,29 +21,29 @@ const SETTLING: f64 = 0.25;
 const TORQUE_TOLERANCE: f64 = 0.02;
 const CALIBRATIONS: usize = 8;
 
-/// Where the power went over a measured time \[W\], machine totals.
+/// Power balance over a measured time \[W\], machine totals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PowerBudget {
-    /// Given by the drive, and by the feeder that holds the strip at its speed.
+    /// Supplied by the drive, and by the feeder that keeps the strip at its speed.
     pub drive: f64,
     pub feeder: f64,
     pub gravity: f64,
-    /// Taken by friction on the teeth and on the concave.
+    /// Dissipated by friction on the teeth and on the concave.
     pub friction_teeth: f64,
     pub friction_concave: f64,
-    /// Taken by the damping of the crop, and stored in its compression.
+    /// Dissipated by the damping of the crop, and stored in its compression.
     pub normal_teeth: f64,
     pub normal_concave: f64,
-    /// FactorCache away by the crop beyond what it brought.
+    /// Kinetic energy that the crop carries away beyond what it brought.
     pub crop: f64,
-    /// Taken by the bending of the crop: lost in it, and stored.
+    /// Bending of the crop: dissipated and stored.
     pub bending: f64,
     /// Gained by the cylinder and the crop in the machine.
     pub stored: f64,
 }
 
 impl PowerBudget {
-    /// What the sum leaves open \[W\].
+    /// Imbalance of the sum \[W\].
     pub fn imbalance(&self) -> f64 {
         self.drive + self.feeder + self.gravity
             - self.friction_teeth
@@ -59,7 +59,7 @@ impl PowerBudget {
 /// One measured cycle.
 #[derive(Debug, Clone)]
 struct Cycle {
-    /// `load_slip` per node and revolution \[N m\] of the slice, mean over the bars.
+    /// `load_slip` per node and revolution [N m] of the slice, mean over the bars.
     load_slip: Vec<f64>,
 
     /// Relative standard error of the most loaded node's mean over the bars.
@@ -70,16 +70,16 @@ struct Cycle {
     power: PowerBudget,
 }
 
-/// What came of wearing the teeth.
+/// Result of wearing the teeth.
 struct Worn {
-    /// The cycle of the last teeth.
+    /// The cycle of the last profile.
     last: Cycle,
     jumps: usize,
     /// Largest [`Cycle::sampling`].
     sampling: f64,
 }
 
-/// What a run of the thresher found.
+/// Results of a run of the thresher.
 #[derive(Debug, Clone)]
 pub struct ThreshingOutcome {
     pub history: WearHistory,
@@ -90,32 +90,33 @@ pub struct ThreshingOutcome {
     pub torque_new: f64,
     pub torque_worn: f64,
     pub speed_new: f64,
-    /// Power with a new tooth, and with the last.
+    /// Power with a new tooth and with the last profile.
     pub power_new: PowerBudget,
     pub power_worn: PowerBudget,
     /// Simulated revolutions and cycle jumps.
     pub revolutions: f64,
     pub jumps: usize,
-    /// How far the concave was moved in to follow the teeth \[m\].
+    /// How far the concave moved in to follow the teeth \[m\].
     pub concave_moved: f64,
     /// Steel lost by all bars \[kg\], machine total.
     pub steel_lost: f64,
-    /// Depth \[m\] at the calibration point, where this is its operating point.
+    /// Depth \[m\] at the calibration point, if the run is at its operating point.
     pub calibration: Option<(Calibration, f64)>,
-    /// Relative standard error of the most loaded cell's wear in a cycle, largest of all.
+    /// Largest relative standard error of the most loaded cell's wear in a cycle.
     pub sampling: f64,
     /// The machine with new teeth, after its first measured revolution, and with the last teeth.
     pub picture_new: Outlines,
     pub picture_worn: Outlines,
 }
 
-/// Shown every step of the first measured revolution, with new teeth at the operating torque.
+/// Called after every step of the first measured revolution, with new teeth at the operating
+/// torque.
 pub type Observer<'a> = &'a mut dyn FnMut(&StepRecord, &ThreshingWorld) -> Result<(), RunError>;
 
 /// Density of steel \[kg/m³\].
 const STEEL: f64 = 7850.0;
 
-/// A machine with the measurement of its cycles.
+/// A machine and the measurement of its cycles.
 struct Threshing<'a> {
     parameters: &'a Thresher,
     world: ThreshingWorld,
@@ -125,7 +126,7 @@ struct Threshing<'a> {
 }
 
 impl<'a> Threshing<'a> {
-    /// At the stiffness of the file.
+    /// A machine with the crop stiffness of the file.
     fn new(
         scene: &Scene,
         parameters: &'a Thresher,
@@ -189,7 +190,7 @@ impl<'a> Threshing<'a> {
             last = self.world.speed();
             power.stored += record.energy.kinetic_end - record.energy.kinetic_start;
         }
-        // what the crop gained on its way has left with it or is still there
+        // kinetic energy that the crop gained leaves with it, or is still in the machine
         let (entered, left) = self.world.take_exchanged_energy();
         power.crop = left - entered;
         power.stored -= power.crop;
@@ -250,8 +251,8 @@ impl<'a> Threshing<'a> {
         Ok(stiffness)
     }
 
-    /// Wears the teeth jump by jump, from the first cycle `new` on, until the last limit or the
-    /// longest time.
+    /// Wears the teeth jump by jump from the first cycle `new`, until the last limit or the longest
+    /// time.
     fn wear_out(
         &mut self,
         wear: &Wear,
@@ -322,7 +323,7 @@ impl<'a> Threshing<'a> {
     }
 
     fn add_power(&self, record: &StepRecord, power: &mut PowerBudget) {
-        // the record books the strip's springs with the motor
+        // the record adds the springs of the strip to the motor work
         let drive = self.world.drive_work(record);
         power.drive += drive;
         power.bending -= record.energy.motors - drive;
@@ -358,12 +359,11 @@ fn sampling_error(sums: &[Vec<f64>], mean: &[f64], revolutions: f64) -> f64 {
 
 /// Runs the thresher over its life.
 ///
-/// 1. The strip fills the machine; the crop's stiffness is scaled until the mean torque of a new
-///    tooth is the operating torque.
-/// 2. A few revolutions are simulated; `load_slip` a node, mean over the equal bars, wears the
-///    one profile that stands for all of them; the cycles until the depth is a fraction of a cell
-///    are jumped.
-/// 3. All bars get the worn profile, and 2 again, until the last limit or the longest time.
+/// 1. The strip fills the machine. The crop's stiffness is scaled until the mean torque of a new
+/// tooth is the operating torque.
+/// 2. A few revolutions are simulated. `load_slip` per node, mean over the equal bars, wears the
+/// one profile that stands for all bars, over as many cycles as wear a fraction of a cell.
+/// 3. All bars get the worn profile; back to 2, until the last limit or the longest time.
 ///
 /// # Errors
 /// [`RunError`].
@@ -410,8 +410,8 @@ pub fn run_threshing(
     })
 }
 
-/// Wear of a new tooth in the first revolution after the machine is filled, at the stiffness of
-/// the file: what a run starts with, without its calibration.
+/// Wear of a new tooth in the first revolution after the machine is filled, at the stiffness of the
+/// file: the start of a run, without its calibration.
 ///
 /// # Errors
 /// [`RunError`].
@@ -452,7 +452,7 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, Wear
     WearState::new(profile, wear.settings(law, TAU / p.speed))
 }
 
-/// Largest depth after the calibration's cycles, where this run is at its operating point.
+/// Largest depth after the calibration's cycles, if this run is at its operating point.
 fn calibration(p: &Thresher, state: &WearState) -> Option<(Calibration, f64)> {
     let target = p.calibrate?;
     if target.speed != p.speed || target.torque != p.operating_torque {
@@ -492,9 +492,9 @@ mod tests {
         (point - a - t * edge).norm()
     }
 
-    /// Bug that this guards: wear took the place of a contact, which is that of the step's middle, with
-    /// the pose at the step's end, and so found another cell than detection. At this step length these
-    /// were 16 843 of 18 468 contacts.
+    /// Regression test: wear combined the position of a contact, which is at the midpoint of the
+    /// step, with the pose at the end of the step, and so found another cell than detection. At
+    /// this step length it did so for 16 843 of 18 468 contacts.
     #[test]
     fn wear_goes_to_the_cell_that_detection_found() {
         let dt = 1.6e-4;
@@ -519,7 +519,7 @@ mod tests {
         let mut expected = vec![0.0; profile.node_count() - 1];
         let mut observe = |record: &StepRecord, world: &ThreshingWorld| {
             let end = world.bodies()[0];
-            // detection looks at the middle of the step
+            // detection runs at the midpoint of the step
             let (number, pose, u) = start;
             let turned = pose.angle() + 0.5 * dt * u.z;
             let middle = Pose64::new(pose.translation + 0.5 * dt * u.xy(), turned);
@@ -547,7 +547,7 @@ mod tests {
         let cycle = machine.measure(&profile, 1, &hidden, &mut observe).unwrap();
         assert!(all > 3000, "{all}");
         assert_eq!(elsewhere, 0, "of {all}");
-        // the test would see the bug
+        // the test would detect the bug
         assert!(late > all / 2, "{late} of {all}");
         let expected = profile.on_nodes(&expected).unwrap();
         let most = expected.iter().copied().fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! What a run of the thresher writes and says.
+//! Output of a run of the thresher: files and text.
 
 use super::blocks::Tooth;
 use super::life::{PowerBudget, ThreshingOutcome};
@@ -11,7 +11,7 @@ use crate::report::{
 use serde_json::{Value, json};
 
 impl ThreshingOutcome {
-    /// The life and the machine before and after it, as CSV and pictures.
+    /// Writes the life, and the machine before and after it, as CSV and pictures.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -42,7 +42,7 @@ impl ThreshingOutcome {
         self.history.write(folder, &subtitle, tooth.base)
     }
 
-    /// What was found, for `summary.json`.
+    /// Results for `summary.json`.
     pub fn json(&self, p: &Thresher) -> Value {
         json!({
             "machine_width_m": p.machine_width,
@@ -65,7 +65,7 @@ impl ThreshingOutcome {
         })
     }
 
-    /// What was found, for a person.
+    /// Results as text.
     pub fn describe(&self, p: &Thresher, tooth: &Tooth) -> String {
         let mut out = format!(
             "hours to each limit at {} N m, {} rad/s:\n{}",
@@ -167,7 +167,7 @@ fn picture(title: &str, outlines: &Outlines) -> Chart {
     chart
 }
 
-/// Every term of the budget with its name, in the order of the table.
+/// Every term of the power balance with its name, in the order of the table.
 fn terms(p: &PowerBudget) -> [(&'static str, f64); 10] {
     [
         ("drive", p.drive),

@@ -6,7 +6,7 @@ use crate::scene::{self, Motion, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// The blocks of a machine as a scene file has them, defaults filled in.
+/// The blocks of a machine in a scene file, with defaults filled in.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Blocks {
@@ -16,7 +16,7 @@ pub struct Blocks {
     pub thresher: Option<Thresher>,
 }
 
-/// A machine with its tooth and how that wears.
+/// A machine with its tooth and its wear settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup<P> {
     pub parameters: P,
@@ -80,7 +80,8 @@ impl Blocks {
 }
 
 impl Machine {
-    /// What is too fast for steps of `dt` \[s\], in words: see [`Scene::step_warnings`].
+    /// Warnings about motions that are too fast for steps of `dt` \[s\]: see
+    /// [`Scene::step_warnings`].
     pub fn step_warnings(&self, dt: f64) -> Vec<String> {
         let Machine::Thresher(Setup { parameters: p, .. }) = self else {
             return Vec::new();
@@ -116,10 +117,10 @@ mod tests {
         let (_, Some(Machine::Thresher(setup))) = thresher(&[]).unwrap() else {
             panic!("no thresher");
         };
-        // the bulk density that fills the inlet, exact but for roundings
+        // the bulk density that fills the inlet, exact but for round-off
         assert!((setup.parameters.crop_density() - 62.5).abs() < 1e-12);
         assert_eq!(setup.tooth, Tooth::default());
-        // a key that the file does not state is found by its bare name
+        // a key that the file does not set is found by its bare name
         let literal = load("thresher-study", &["reading=literal".to_owned()]).unwrap();
         let (_, Some(Machine::Study(setup))) = literal else {
             panic!("no study");
@@ -128,7 +129,7 @@ mod tests {
         assert_eq!(load("tower", &[]).unwrap().1, None);
     }
 
-    /// The same errors as in a block of the scene's own: file, line or flag, key, range, nearest.
+    /// The same errors as in the scene's own blocks: file, line or flag, key, range, nearest name.
     #[test]
     fn wrong_values_of_a_machine_are_refused_with_their_place() {
         let cases = [

@@ -1,20 +1,20 @@
-//! The threshing machine: what it is, its cycle, the published study of it, its life, its pictures.
+//! The threshing machine: its scene blocks, its cycle, the published study, its life, its pictures.
 //!
-//! A scene file holds one of two machines. `[thresher]` is a cylinder of toothed bars that drags a
-//! strip of crop through a concave, as rapier bodies ([`ThreshingWorld`]). `[study]` is the rotor of
-//! a published study with one degree of freedom ([`run_study`]). `[tooth]` and `[wear]` go with
-//! both. [`load`] reads a scene with its machine.
+//! A scene file has one of two machines. `[thresher]` is a cylinder of toothed bars that drags a
+//! strip of crop through a concave, as rapier bodies ([`ThreshingWorld`]). `[study]` is the rotor
+//! of a published study with one degree of freedom ([`run_study`]). Both use `[tooth]` and
+//! `[wear]`. [`load`] reads a scene with its machine.
 //!
 //! # A life
-//! [`run_threshing`] simulates a few revolutions, sums the load times slip in the cell of each
-//! contact, wears the tooth by what many revolutions would wear, and starts again with the worn
-//! tooth. Its rows and pictures are made from a [`WearHistory`].
+//! [`run_threshing`] simulates a few revolutions, sums load times slip in the cell of each contact,
+//! wears the tooth by the wear of many revolutions, and starts again with the worn tooth.
+//! [`WearHistory`] makes its rows and pictures.
 //!
 //! # The chart of a machine
-//! [`WearChart`] is about one number: the wear depth per cell of one load cycle.
-//! `wear-per-cell` is `Σ|h − h'|/Σ h'` over the cells, `wear-deepest` and `wear-total` the relative
-//! errors of the deepest cell and of the sum. The study has an algebra to compare with, the thresher
-//! its own run converged over three steps. No peer has their contact law or a slip.
+//! [`WearChart`] plots one quantity: the wear depth per cell of one load cycle. `wear-per-cell` is
+//! `Σ|h − h'|/Σ h'` over the cells; `wear-deepest` and `wear-total` are the relative errors of the
+//! deepest cell and of the sum. The reference of the study is algebra, that of the thresher its own
+//! run converged over three step lengths. No peer has their contact law or reports slip.
 
 mod blocks;
 mod check;

@@ -1,7 +1,7 @@
 //! The block `[thresher]`: a cylinder of toothed bars, its concave and the crop between them.
 //!
-//! Machine totals (inertia, torques, feed) are given as on the machine; a 2D scene is a slice
-//! one metre deep, so the builder divides them by `machine_width` and outputs multiply back.
+//! Machine totals (inertia, torques, feed) are given as on the machine. A 2D scene is a slice one
+//! metre deep, so the builder divides them by `machine_width` and outputs multiply back.
 //!
 //! Sources: the study named in [`super::blocks`] for feed, torque, clearances and the tooth;
 //! straw on steel: Agriculture 15:1686 (2025); the rest assumed or from combine manuals.
@@ -24,8 +24,8 @@ pub struct Thresher {
     pub machine_width: f64,
     /// Wanted speed of the cylinder [rad/s], default 70.
     pub speed: f64,
-    /// Operating torque [N m], machine total, default 146.39: the mean that the crop's stiffness
-    /// is scaled to.
+    /// Operating torque [N m], machine total, default 146.39: the crop's stiffness is scaled until
+    /// the mean torque has this value.
     pub operating_torque: f64,
     /// Torque limit of the drive over the operating torque, default 2 (assumed).
     pub drive_torque_factor: f64,
@@ -60,18 +60,18 @@ pub struct Thresher {
     pub clearance_outlet: f64,
     /// Whether the concave follows the worn teeth, default `follows`.
     pub concave: ConcaveSetting,
-    /// The published depth that `K/dΩ` is fitted to; left out, `[wear]` is used as it stands.
+    /// The published depth to which `K/dΩ` is fitted; without it, `[wear]` applies unchanged.
     pub calibrate: Option<Calibration>,
 }
 
-/// What is done about the clearance as the teeth wear.
+/// What happens to the clearance as the teeth wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ConcaveSetting {
-    /// It is reset to the clearance asked for with every new profile, as an operator does.
+    /// The concave is reset to its clearance with every new profile, as an operator does.
     #[default]
     Follows,
-    /// It stays: the clearance grows, the load falls, and the wear limits itself.
+    /// The concave stays: the clearance grows, the load falls, and the wear limits itself.
     Fixed,
 }
 
@@ -106,8 +106,8 @@ impl Default for Thresher {
 }
 
 impl Thresher {
-    /// Bulk density of the strip [kg/m³]: what carries the feed at the entry speed,
-    /// `ρ = feed / (width · speed · thickness)`. The defaults give 62.5.
+    /// Bulk density of the strip [kg/m³] that gives the feed rate at the entry speed, `ρ = feed /
+    /// (width · speed · thickness)`. The defaults give 62.5.
     pub fn crop_density(&self) -> f64 {
         self.feed_rate / (self.machine_width * self.entry_speed * self.crop_thickness)
     }

@@ -4,7 +4,7 @@ use crate::report::{
 };
 
 const MM: f64 = 1e3;
-/// Times in a picture, at most: the same in all pictures of a run.
+/// Most times in a picture: the same times in all pictures of a run.
 const TIMES: usize = 9;
 
 /// Tooth height of one bar at one time.
@@ -25,14 +25,14 @@ pub struct HeightLimit {
     pub height: f64,
 }
 
-/// The worn profile of one bar at up to 9 times, the first and the last among them, light to dark,
-/// on its base. The subtitle says where times are left out.
+/// The worn profile of one bar on its base, at up to 9 times with the first and the last, light to
+/// dark. The subtitle says if times are left out.
 ///
 /// # Arguments
 /// - `rows`: any order of times; nodes in order within one.
 /// - `bar`: the bar drawn.
 /// - `base_depth`: height of the base under y = 0 in m, 0 for none.
-/// - `subtitle`: what scene and settings this is.
+/// - `subtitle`: the scene and its settings.
 ///
 /// # Errors
 /// `ReportError::EmptyChart` where the bar has no rows; `ReportError::Chart` where a time is not
@@ -78,7 +78,7 @@ pub fn worn_profile(
 /// # Arguments
 /// - `rows`: any order of times; cells in order within one.
 /// - `bar`: the bar drawn.
-/// - `subtitle`: what scene and settings this is.
+/// - `subtitle`: the scene and its settings.
 ///
 /// # Errors
 /// As [`worn_profile`].
@@ -123,9 +123,9 @@ pub fn heights(rows: &[ProfileRow]) -> Vec<HeightPoint> {
 /// # Arguments
 /// - `points`: times ascending within a bar.
 /// - `limits`: drawn as lines, such as 6 mm, "unfit".
-/// - `life`: crossings, marked with their error bars on the limit of the same name; of each limit
-///   the first in time. Those of a limit not listed cannot be placed and are left out.
-/// - `subtitle`: what scene and settings this is.
+/// - `life`: crossings, drawn with error bars on the limit of the same name; for each limit the
+///   first in time. Crossings of a limit that is not listed are left out.
+/// - `subtitle`: the scene and its settings.
 ///
 /// The chart has no series, and so cannot be drawn, where `points` is empty.
 pub fn tooth_height(
@@ -184,7 +184,7 @@ fn crossing(row: &LifeRow) -> String {
     )
 }
 
-/// A number without the zeros it does not need.
+/// A number without trailing zeros.
 fn trimmed(value: f64) -> String {
     let text = number(value, 3);
     match text.contains('.') && !text.contains('e') {
@@ -193,7 +193,7 @@ fn trimmed(value: f64) -> String {
     }
 }
 
-/// One curve a time, coloured along the ramp by its time.
+/// One curve per time, coloured along the ramp by its time.
 fn family(chart: &mut Chart, times: &[f64], style: Style, points: impl Fn(f64) -> Vec<(f64, f64)>) {
     let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
         return;
@@ -214,20 +214,20 @@ fn family(chart: &mut Chart, times: &[f64], style: Style, points: impl Fn(f64) -
     }
 }
 
-/// The times to draw, [`thinned`]; the chart's subtitle says how many of how many.
+/// The times to draw, by [`thinned`]; the chart's subtitle says how many of how many.
 fn drawn_times(
     hours: impl Iterator<Item = f64>,
     subtitle: &str,
     chart: &mut Chart,
 ) -> Result<Vec<f64>, ReportError> {
     let all = distinct(hours, chart)?;
-    let kept = thinned(&all, TIMES);
+    let drawn = thinned(&all, TIMES);
     chart.subtitle = subtitle.to_owned();
-    if kept.len() < all.len() {
+    if drawn.len() < all.len() {
         let gap = if subtitle.is_empty() { "" } else { "; " };
-        chart.subtitle += &format!("{gap}{} of {} times", kept.len(), all.len());
+        chart.subtitle += &format!("{gap}{} of {} times", drawn.len(), all.len());
     }
-    Ok(kept)
+    Ok(drawn)
 }
 
 /// The distinct times, ascending.
@@ -251,13 +251,13 @@ fn distinct(hours: impl Iterator<Item = f64>, chart: &Chart) -> Result<Vec<f64>,
     Ok(times)
 }
 
-/// At most `most` of ascending times, as evenly in time as they allow, both ends among them.
+/// At most `most` of ascending times, as evenly spaced in time as possible, with both ends.
 fn thinned(times: &[f64], most: usize) -> Vec<f64> {
     if times.len() <= most {
         return times.to_vec();
     }
     let (first, last) = (times[0], times[times.len() - 1]);
-    let mut kept: Vec<f64> = (0..most)
+    let mut drawn: Vec<f64> = (0..most)
         .map(|i| {
             let wanted = first + (last - first) * i as f64 / (most - 1) as f64;
             let next = times
@@ -267,8 +267,8 @@ fn thinned(times: &[f64], most: usize) -> Vec<f64> {
             if wanted - a <= b - wanted { a } else { b }
         })
         .collect();
-    kept.dedup();
-    kept
+    drawn.dedup();
+    drawn
 }
 
 #[cfg(test)]
@@ -368,7 +368,7 @@ mod tests {
         ));
     }
 
-    /// Small jumps at the start of a life must not crowd the picture.
+    /// Small jumps at the start of a life do not crowd the picture.
     #[test]
     fn times_are_even_in_time_not_in_number() {
         let many = (0..100).map(|i| 0.01 * f64::from(i)).chain([50.0, 100.0]);

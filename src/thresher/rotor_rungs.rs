@@ -8,8 +8,8 @@ use crate::report::Progress;
 use crate::scene::atlas::AtlasRung;
 use crate::scene::{AtlasEntry, Scene, SceneError};
 
-/// Reads the scene of a rung of the atlas; of one with a `[study]` also how its rotor is run and
-/// what is measured of it. A rung with a `[thresher]` measures nothing.
+/// Reads the scene of a rung of the atlas; for one with a `[study]`, also how to run its rotor and
+/// what to measure. A rung with a `[thresher]` measures nothing.
 ///
 /// # Errors
 /// Those of [`AtlasEntry::scene`].

@@ -16,8 +16,8 @@ row! {
 }
 
 row! {
-    /// Worn volume of one cell after a number of cycles, per metre of width: its share of the area
-    /// between the new profile and the worn one, which is the sum over the cells.
+    /// Worn volume of one cell after a number of cycles, per metre of width: its part of the area
+    /// between the new profile and the worn one; the sum over the cells is that area.
     VolumeRow in "worn-volume.csv" {
         cycles: f64,
         hours: f64,
@@ -40,7 +40,7 @@ row! {
 }
 
 row! {
-    /// When a limit is crossed, where, and how well that is known.
+    /// When and where a limit is crossed, with the error estimate.
     LifeRow in "life.csv" {
         limit: String,
         hours: f64,
@@ -59,7 +59,7 @@ row! {
         published_um: f64,
         computed_um: f64,
         relative_error: f64,
-        /// Whether a constant was fitted to this very point.
+        /// Whether a constant was fitted to this point.
         calibrated: bool,
     }
 }

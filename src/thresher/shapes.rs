@@ -1,4 +1,4 @@
-//! Shapes, masses and laws of the threshing machine, all from its parameters.
+//! Shapes, masses and laws of the threshing machine, computed from its parameters.
 
 use super::blocks::Tooth;
 use super::parameters::Thresher;
@@ -9,7 +9,7 @@ use crate::rapier::SurfaceLaw;
 use crate::wear::{Profile, WearError};
 use std::f64::consts::TAU;
 
-/// Collision groups: crop meets steel, and nothing else meets anything.
+/// Collision groups: only crop and steel touch.
 pub(super) const CROP: u32 = 1;
 pub(super) const STEEL: u32 = 2;
 /// Length of one segment of the concave \[m\].
@@ -69,7 +69,7 @@ pub(super) fn tooth_chain(
         .iter()
         .map(|q| out * (l + q.y) + along * q.x)
         .collect();
-    // the tooth frame is left-handed in the cylinder's: the winding turns over
+    // the tooth frame is left-handed in the cylinder's: the orientation reverses
     points.reverse();
     Ok(ShapeSpec::Chain {
         points,
@@ -77,7 +77,7 @@ pub(super) fn tooth_chain(
     })
 }
 
-/// Inlet table and concave, wound so that the steel lies outside.
+/// Inlet table and concave, oriented so that the steel lies outside.
 pub(super) fn concave_chain(p: &Thresher, tips: f64) -> ShapeSpec {
     let (from, to) = (p.concave_start_deg, p.concave_end_deg);
     let arc = (to - from).to_radians() * (tips + p.clearance_inlet);
@@ -110,8 +110,8 @@ pub(super) fn segment_mass(p: &Thresher) -> (f64, f64) {
     (mass, mass * (a * a + b * b) / 12.0)
 }
 
-/// A mat of stalks bends like a beam, not like a chain: a spring at every pin, damped to half of
-/// the critical damping of one segment.
+/// A mat of stalks bends like a beam, not like a chain: a spring at every pin, with half of the
+/// critical damping of one segment.
 pub(super) fn bending(p: &Thresher) -> JointDrive {
     let (_, inertia) = segment_mass(p);
     JointDrive::Spring {
@@ -132,8 +132,8 @@ pub(super) fn steel(friction: f64, law: SurfaceLaw) -> Surface {
     }
 }
 
-/// The crop's Kelvin-Voigt law per metre of contact length, kept on the steel it meets: damping
-/// such that one segment landing flat returns the restitution asked for.
+/// The crop's Kelvin-Voigt law per metre of contact length, set on the steel: its damping gives one
+/// segment that lands flat the requested restitution.
 pub(super) fn steel_law(p: &Thresher, stiffness: f64) -> SurfaceLaw {
     let segment = stiffness * p.segment_length;
     let (mass, _) = segment_mass(p);

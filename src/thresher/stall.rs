@@ -1,4 +1,5 @@
-//! What the study's literal reading does: it stalls, and its shares mean nothing.
+//! The study's literal reading: the rotor stalls, and the impulse distribution over the cells is
+//! not unique.
 
 use super::blocks::{Study, Tooth, Update};
 use super::study_rotor::Levers;
@@ -7,17 +8,17 @@ use crate::contact::{
 };
 use crate::experiment::RunError;
 
-/// What the literal reading does.
+/// Results of the literal reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stall {
-    /// Steps of a cycle in which anything wears, most of all operating points.
+    /// Steps of a cycle in which anything wears, the most of all operating points.
     pub wearing_steps: usize,
     /// Speed after the first step with a closed contact \[rad/s\], largest of all.
     pub speed_after: f64,
     /// Exponents of wear per cycle in torque and in speed, fitted over all operating points.
     pub torque_exponent: f64,
     pub speed_exponent: f64,
-    /// Single-cell loadings that the judge certifies, of how many.
+    /// How many single-cell loadings the residual certifies, of how many.
     pub single_cell: (usize, usize),
 }
 
@@ -39,10 +40,10 @@ pub(super) fn exponent(
     sum / count
 }
 
-/// How many of the loadings in which one cell alone stops the rotor pass the judge.
+/// How many of the loadings in which one cell alone stops the rotor the residual certifies.
 ///
-/// Rank one: with `P_N,i = J u_F / (a_i + μ b_i)` on cell i and nothing elsewhere the end
-/// velocity is 0 and every law holds, whichever i.
+/// Rank one: with `P_N,i = J u_F / (a_i + μ b_i)` on cell i and zero elsewhere the end velocity is
+/// 0 and every law holds, for any i.
 pub(super) fn single_cells(
     study: &Study,
     tooth: &Tooth,

@@ -48,21 +48,21 @@ pub const PUBLISHED: [PublishedPoint; 12] = {
     ]
 };
 
-/// What a run of the study found.
+/// Results of a run of the study.
 #[derive(Debug, Clone)]
 pub struct StudyOutcome {
-    /// Published beside computed, in the order of torques and speeds.
+    /// Published and computed depths, in the order of torques and speeds.
     pub comparison: Vec<ComparisonRow>,
-    /// Contact time of one cycle \[s\] of the comparison, and of the life: each calibrated to the
-    /// same published depth in the torque-balanced reading. The other has no life.
+    /// Contact time of one cycle \[s\] of the comparison, and of the life. In the torque-balanced
+    /// reading each is calibrated to the same published depth. The literal reading has no life.
     pub contact_time: f64,
     pub life_contact_time: Option<f64>,
     pub calibrated: bool,
-    /// Largest relative difference of a depth between the stepper and the algebra, of the comparison
-    /// and of the life; `None` where the reading has no algebra.
+    /// Largest relative difference of a depth between the stepper and the algebra, of the
+    /// comparison and of the life; `None` if the reading has no algebra.
     pub oracle_difference: Option<f64>,
-    /// The operating point whose life is followed, worn along its normals; `None` where the shares of
-    /// the cells are not unique.
+    /// The operating point of the life, worn along its normals; `None` if the impulse distribution
+    /// over the cells is not unique.
     pub torque: f64,
     pub speed: f64,
     pub history: Option<WearHistory>,
@@ -70,7 +70,7 @@ pub struct StudyOutcome {
     pub stall: Option<Stall>,
 }
 
-/// Wear of a new tooth in one load cycle at the calibration point, and the algebra's.
+/// Wear of a new tooth in one load cycle at the calibration point, and the same by the algebra.
 ///
 /// # Errors
 /// [`RunError`].
@@ -111,7 +111,8 @@ pub(super) fn study_cycle(scene: &Scene, setup: &Setup<Study>) -> Result<WornCyc
 ///
 /// In the torque-balanced reading the contact time of a cycle is one constant, fitted to one
 /// published depth with the algebra and then used by the stepper everywhere. The life of the tooth
-/// at that point, worn along its normals and not re-fitted, has its own, fitted to the same depth.
+/// at that point, worn along its normals and not refitted, has its own contact time, fitted to the
+/// same depth.
 ///
 /// # Errors
 /// [`RunError`].
@@ -176,13 +177,13 @@ pub fn run_study(
     })
 }
 
-/// What the study's cycles do to a new tooth.
+/// Wear of a new tooth over the study's cycles.
 struct Point {
-    /// Of the deepest cell \[m\].
+    /// Depth of the deepest cell \[m\].
     depth: f64,
     /// The cycle of the new tooth.
     first: Cycle,
-    /// See [`StudyOutcome::oracle_difference`]; 0 where the reading has no algebra.
+    /// See [`StudyOutcome::oracle_difference`]; 0 if the reading has no algebra.
     oracle_difference: f64,
 }
 
@@ -226,7 +227,7 @@ fn operating_point(
     })
 }
 
-/// One batch of cycles; says what to do where it is too long for the profile.
+/// One batch of cycles; the error says what to change if the batch is too long for the profile.
 fn advance(state: &mut WearState, load_slip: &[f64], cycles: f64) -> Result<(), RunError> {
     match state.advance(load_slip, cycles, 0.0) {
         Ok(_) => Ok(()),

@@ -1,9 +1,9 @@
 //! The life of the study's tooth, worn cell by cell along its normals.
 //!
-//! Apart from the comparison with the study's table: that re-fits a quadratic after every update,
-//! which spreads a scar over the tooth and grows steel at its tip. Here the wear layer is the one
-//! of the thresher: the worn profile stays within the new one. In the literal reading, where the
-//! shares of the cells are not unique, there is no life to follow.
+//! Separate from the comparison with the study's table, which refits a quadratic after every
+//! update: that spreads a scar over the tooth and adds steel at its tip. Here wear is as in the
+//! thresher: the worn profile stays within the new one. The literal reading has no life, as the
+//! impulse distribution over its cells is not unique.
 
 use super::blocks::{Study, Tooth, Update, Wear};
 use super::contact_time::contact_time;
@@ -14,22 +14,24 @@ use crate::scene::Scene;
 use crate::wear::{JumpRule, Profile, WearState};
 use std::f64::consts::TAU;
 
-/// Longest jump \[cycles\]; the depth of a jump sets it long before.
+/// Longest jump \[cycles\]; the depth bound of a jump is reached long before.
 const LONGEST_JUMP: f64 = 1e12;
-/// Cycles left that are only round-off of those asked for.
+/// Remaining cycles that count as round-off, relative to the requested ones.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The life of one tooth at the calibration's torque and speed.
 pub(super) struct StudyLife {
     pub history: WearHistory,
-    /// Contact time of one cycle \[s\], with which the depth is the published one as well.
+    /// Contact time of one cycle \[s\] with which the depth is the published one in this
+    /// computation.
     pub contact_time: f64,
-    /// Largest difference of a node's wear in a cycle between the stepper and the algebra, over the
-    /// largest wear of a node.
+    /// Largest difference of a node's wear in a cycle between the stepper and the algebra, relative
+    /// to the largest wear of a node.
     pub oracle_difference: f64,
 }
 
-/// Wears the tooth of the torque-balanced reading until the last limit or the longest time is reached, or its base worn through.
+/// Wears the tooth of the torque-balanced reading until the last limit or the longest time is
+/// reached, or its base is worn through.
 ///
 /// # Errors
 /// [`RunError`].
@@ -55,7 +57,7 @@ pub(super) fn study_life(
     let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
     let mut history = WearHistory::default();
     history.add_profile(1, &state);
-    // above every height where there is no limit: the study's cycles are enough then
+    // without limits: above every height, so that the study's cycles are enough
     let lowest = wear
         .limits
         .iter()
@@ -65,7 +67,7 @@ pub(super) fn study_life(
         let now = state.life().last();
         now.cycles >= study.cycles * (1.0 - ROUND_OFF) && now.height <= lowest
     };
-    // the published depth has a point of its own
+    // the history gets a point at the published depth
     let stops = [
         study.calibrate.cycles,
         wear.max_hours * 3600.0 * speed / TAU,
@@ -93,15 +95,15 @@ pub(super) fn study_life(
     })
 }
 
-/// Wears a tooth jump by jump, until `done`, the last of `stops`, nothing wears, or the base is worn
+/// Wears a tooth jump by jump, until `done`, the last of `stops`, no wear, or a base that is worn
 /// through.
 ///
 /// # Arguments
-/// - `stops`: cycles at which a jump ends, whatever its depth; after the second all ends.
-/// - `cycle`: `load_slip` of one cycle [N m] on the nodes of a profile; `after` sees each jump.
+/// - `stops`: cycles at which a jump ends, whatever its depth; the computation ends at the second.
+/// - `cycle`: `load_slip` of one cycle [N m] on the nodes of a profile; `after` receives each jump.
 ///
 /// # Returns
-/// `load_slip` of the profile it ends with.
+/// `load_slip` of the final profile.
 fn wear_on(
     state: &mut WearState,
     tooth: &Tooth,

@@ -1,4 +1,4 @@
-//! The study's rotor: levers of the cells, their loads, one load cycle, and the wear it makes.
+//! The study's rotor: levers of the cells, their loads, one load cycle, and its wear.
 
 use super::blocks::{Reading, Shares, Study, Tooth, Update, Wear};
 use crate::contact::Vec2;
@@ -19,8 +19,9 @@ const GRAVITY: f64 = 9.81;
 /// a = (−(l+y) y' − x)/q,   b = ((l+y) − x y')/q,   q = √(1 + y'²)            (1)
 /// ```
 ///
-/// the ramp leading. A refitted profile is a quadratic, whose slope is exact; its 26 cells count
-/// the same. Any other is a polyline, whose nodes count by their width along the surface.
+/// the ramp leading. A refitted profile is a quadratic with an exact slope; its 26 cells have the
+/// same weight. Any other profile is a polyline, whose nodes have their width along the surface as
+/// weight.
 pub(super) struct Levers {
     pub closing: Vec<f64>,
     pub sliding: Vec<f64>,
@@ -103,7 +104,7 @@ pub fn oracle_load_slip(
         .collect())
 }
 
-/// One operating point's rotor for the profile it has now.
+/// The rotor of one operating point with its present profile.
 pub(super) fn rotor(
     study: &Study,
     profile: &Profile,
@@ -146,7 +147,7 @@ pub(super) fn rotor(
     Ok(rotor)
 }
 
-/// What one simulated load cycle gave.
+/// Results of one simulated load cycle.
 #[derive(Default)]
 pub(super) struct Cycle {
     pub load_slip: Vec<f64>,
@@ -154,7 +155,7 @@ pub(super) struct Cycle {
     pub speed_after: f64,
 }
 
-/// Steps the rotor for `window` \[s\], the last step shortened, and sums `load_slip` a node.
+/// Steps the rotor for `window` \[s\], the last step shortened, and sums `load_slip` per node.
 pub(super) fn load_cycle(
     scene: &Scene,
     mut rotor: Rotor,
@@ -180,7 +181,7 @@ pub(super) fn load_cycle(
         sums.add(&record.contacts, |c| Some(c.cells[1] as usize))?;
         let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
         most_worn = most_worn.max(worn);
-        // round-off of a rotor that stands still is no wear
+        // round-off of a rotor at rest is no wear
         wearing_steps += usize::from(worn > 1e-9 * most_worn);
         if speed_after.is_nan() && !record.contacts.is_empty() {
             speed_after = rotor.speed();
@@ -195,8 +196,8 @@ pub(super) fn load_cycle(
 
 /// A new tooth under the study's wear law, worn by `update`.
 ///
-/// `K/dΩ` is that of a cell of one cell's width: the study's 26 cells count the same, the nodes of
-/// any other mesh by their width.
+/// `K/dΩ` is for a cell of one cell's width: the study's 26 cells have the same weight, the nodes
+/// of any other mesh their width.
 pub(super) fn new_tooth(
     tooth: &Tooth,
     wear: &Wear,
@@ -205,7 +206,7 @@ pub(super) fn new_tooth(
 ) -> Result<WearState, WearError> {
     let cell = tooth.width / f64::from(tooth.cells - 1);
     let (law, update) = match update {
-        // only the quotient K/dΩ acts on the depth
+        // the depth depends only on the quotient K/dΩ
         Update::Quadratic => {
             let law = Archard {
                 coefficient: wear.coefficient_over_area,

@@ -1,4 +1,4 @@
-//! What a run of the study writes and says.
+//! Output of a run of the study: files and text.
 
 use super::blocks::{Reading, Study, Tooth};
 use super::study::StudyOutcome;
@@ -13,7 +13,7 @@ fn reading(study: &Study) -> &'static str {
 }
 
 impl StudyOutcome {
-    /// The comparison and the life, as CSV and pictures.
+    /// Writes the comparison and the life as CSV and pictures.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -36,7 +36,7 @@ impl StudyOutcome {
         history.write(folder, &subtitle, tooth.base)
     }
 
-    /// What was found, for `summary.json`.
+    /// Results for `summary.json`.
     pub fn json(&self, study: &Study) -> Value {
         json!({
             "reading": reading(study),
@@ -48,7 +48,7 @@ impl StudyOutcome {
         })
     }
 
-    /// What was found, for a person.
+    /// Results as text.
     pub fn describe(&self, study: &Study) -> String {
         let mut out = format!("reading: {}\n", reading(study));
         if let Some(stall) = &self.stall {
@@ -101,7 +101,7 @@ impl StudyOutcome {
         out
     }
 
-    /// The published depths beside ours, and how far off we are.
+    /// The published and the computed depths, and the errors.
     fn comparison_table(&self) -> String {
         let mut table = Table::new([
             ("torque [N m]", Align::Right),

@@ -1,7 +1,7 @@
-//! The mission on a chart: error of the wear depth per cell against the time it takes.
+//! The chart of a machine: error of the wear depth per cell against computing time.
 //!
-//! One load cycle wears a new tooth; its depth per cell is compared with the algebra of the study
-//! where the scene is one, else with our own run converged over three step lengths.
+//! One load cycle wears a new tooth. Its depth per cell is compared with the algebra of the study,
+//! or for other scenes with the machine's own run converged over three step lengths.
 
 use super::life::{first_cycle, first_cycle_steps};
 use super::machine::Machine;
@@ -12,14 +12,14 @@ use crate::experiment::{
 use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::{Scene, Scheme, Step};
 
-/// Step lengths over the scene's own, and those of the reference: finer than all of them.
+/// Ratios of step lengths to the scene's own: of the points, and of the finer reference.
 const LADDER: [f64; 5] = [8.0, 4.0, 2.0, 1.0, 0.5];
 const REFERENCE: [f64; 3] = [0.5, 0.25, 0.125];
-/// A halved step must leave at most this share of the difference.
+/// A halved step must reduce the difference to at most this ratio.
 const SHRINKS: f64 = 0.75;
 
-/// Tolerances and solvers beside the scene's own. Gauss-Seidel alone takes 400 times as long on the
-/// thresher, and leaves islands unsolved.
+/// Tolerances besides the scene's own. Gauss-Seidel alone takes 400 times as long on the thresher,
+/// and leaves islands unsolved.
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 const SOLVERS: [&str; 2] = ["auto", "direct"];
 
@@ -27,16 +27,16 @@ const SOLVERS: [&str; 2] = ["auto", "direct"];
 pub(super) struct WornCycle {
     /// Depth of each cell \[m\].
     pub depth: Vec<f64>,
-    /// What it must be, where an algebra tells.
+    /// The exact depth, if there is algebra for it.
     pub exact: Option<Vec<f64>>,
     pub totals: Totals,
 }
 
-/// One number of how far a wear is from another.
+/// A name and a measure of the difference of two wear results.
 type Distance = (&'static str, fn(&[f64], &[f64]) -> f64);
 
-/// Of the depths h and those of the reference h': relative errors of the cells together
-/// `Σ|h − h'|/Σ h'`, of the deepest cell, and of the sum.
+/// For depths h and reference depths h': relative errors of all cells together `Σ|h − h'|/Σ h'`, of
+/// the deepest cell, and of the sum.
 const DISTANCES: [Distance; 3] = [
     ("wear-per-cell", |depth, exact| {
         let off: f64 = depth.iter().zip(exact).map(|(a, b)| (a - b).abs()).sum();
@@ -51,10 +51,10 @@ const DISTANCES: [Distance; 3] = [
     }),
 ];
 
-/// What the points are compared with.
+/// The reference of the chart.
 struct Against {
     depth: Vec<f64>,
-    /// Of each distance what it is known to; `None` where it did not converge.
+    /// Accuracy of the reference in each distance; `None` if it did not converge.
     known: [Option<f64>; DISTANCES.len()],
     words: &'static str,
 }
@@ -68,7 +68,7 @@ impl Against {
     }
 }
 
-/// The chart of a machine: who steps it how finely, and how far the wear of a load cycle is off.
+/// The chart of a machine: settings of the stepper, and the error of the wear of a load cycle.
 #[derive(Debug, Clone)]
 pub struct WearChart<'a> {
     pub scene: &'a Scene,
@@ -78,8 +78,9 @@ pub struct WearChart<'a> {
 }
 
 impl WearChart<'_> {
-    /// Points of a machine's chart: ours in both schemes over the ladder of steps; at the scene's step and
-    /// scheme other tolerances and solvers. A quick one has three steps and the scheme alone.
+    /// Settings of a machine's chart: our stepper in both schemes over the ladder of steps, and at
+    /// the scene's step and scheme other tolerances and solvers. A quick chart has three steps and
+    /// the scheme alone.
     pub fn settings(step: &Step, quick: bool) -> Vec<Setting> {
         let other = match step.scheme {
             Scheme::Staggered => Scheme::Moreau,
@@ -127,11 +128,11 @@ impl WearChart<'_> {
     /// Runs every setting and compares the wear of one load cycle.
     ///
     /// # Returns
-    /// `wear-per-cell`, `wear-deepest` and `wear-total` of every point, relative, and no less than
-    /// what the reference is known to; `residual` and `unsolved-islands`.
+    /// `wear-per-cell`, `wear-deepest` and `wear-total` of every point, relative, and at least the
+    /// accuracy of the reference; `residual` and `unsolved-islands`.
     ///
     /// # Errors
-    /// [`RunError`] where the scene or its reference cannot be run; a point that fails is a row.
+    /// [`RunError`] if the scene or its reference cannot be run; a point that fails is a row.
     pub fn run(&self, progress: &Progress) -> Result<Results, RunError> {
         let settings = &self.settings;
         progress.message("reference");
@@ -196,7 +197,7 @@ impl WearChart<'_> {
         Ok(results)
     }
 
-    /// What the points are compared with, and sentences that say how.
+    /// The reference, and sentences that describe it.
     fn against(&self, progress: &Progress) -> Result<(Against, Vec<String>), RunError> {
         let run = |by: f64| {
             let mut step = self.scene.step.clone();

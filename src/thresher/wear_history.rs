@@ -5,7 +5,7 @@ use crate::report::{OutputFolder, ReportError, number, plus_minus, quantity, wri
 use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
 use serde_json::{Value, json};
 
-/// The rows of a wear run, gathered while it goes.
+/// The rows of a wear run, collected as it runs.
 #[derive(Debug, Clone, Default)]
 pub struct WearHistory {
     pub wear: Vec<WearRow>,
@@ -13,15 +13,15 @@ pub struct WearHistory {
     pub profile: Vec<ProfileRow>,
     pub life: Vec<LifeRow>,
     pub limits: Vec<HeightLimit>,
-    /// Of every limit, with what is known where it was not reached.
+    /// Crossings of every limit; an extrapolation for a limit that was not reached.
     pub crossings: Vec<LimitLife>,
-    /// How far the history goes.
+    /// End of the history [h].
     pub hours: f64,
     pub cycles: f64,
 }
 
 impl WearHistory {
-    /// Takes in the present profile of `bar`.
+    /// Adds the present profile of `bar`.
     pub fn add_profile(&mut self, bar: u32, state: &WearState) {
         let now = state.life().last();
         self.hours = self.hours.max(now.hours);
@@ -38,7 +38,7 @@ impl WearHistory {
         }
     }
 
-    /// Takes in the whole history of `bar` and finds when the limits are crossed.
+    /// Adds the whole history of `bar` and finds when the limits are crossed.
     ///
     /// # Errors
     /// [`WearError::Range`] for a limit that is not finite.
@@ -102,7 +102,7 @@ impl WearHistory {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Wear, worn volume, profile and life as CSV, and the three pictures drawn from them.
+    /// Writes wear, worn volume, profile and life as CSV, and the three pictures of them.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -142,13 +142,13 @@ impl WearHistory {
             .collect()
     }
 
-    /// Hours to each limit, in words.
+    /// Hours to each limit, as text.
     pub(super) fn describe(&self) -> String {
         let mut out = String::new();
         for (limit, c) in self.limits.iter().zip(&self.crossings) {
             let what = format!("{} (height {})", c.limit, quantity(limit.height, "m", 3));
             let when = match (c.hours, c.error_hours, c.extrapolated_hours) {
-                // an error that is not known is left out
+                // an unknown error is left out
                 (Some(h), e, _) => {
                     let hours = plus_minus(h, e.unwrap_or(f64::NAN));
                     format!("after {hours} hours")

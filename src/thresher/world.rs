@@ -1,9 +1,9 @@
 //! The threshing cylinder as rapier bodies: bars, concave, and a strip of crop fed through them.
 //!
-//! A slice one metre deep; machine totals are divided by the machine's width here and nowhere
-//! else. The cylinder turns counter-clockwise about the origin. The tooth frame of bar k has its x
-//! axis along the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that
-//! the ramp (toe, large x) leads.
+//! A slice one metre deep: only this module divides machine totals by the machine's width. The
+//! cylinder turns counter-clockwise about the origin. The tooth frame of bar k has its x axis along
+//! the motion and its y axis outward, `y = 0` on the base line at radius `l`, so that the ramp
+//! (toe, large x) leads.
 
 use super::blocks::Tooth;
 use super::parameters::{ConcaveSetting, Thresher};
@@ -25,10 +25,10 @@ use std::collections::VecDeque;
 
 /// New segments appear this far before the inlet \[m\].
 const SPAWN: f64 = 0.06;
-/// Radius of gyration \[m\] that gives the cylinder a mass; its axle carries it, so any will do.
+/// Radius of gyration \[m\] for the mass of the cylinder; any will do, as the axle supports it.
 const AXLE_RADIUS: f64 = 0.2;
 
-/// What stops the threshing cylinder from being built or stepped.
+/// Errors in building or stepping the threshing cylinder.
 #[derive(Debug, thiserror::Error)]
 pub enum ThreshingError {
     #[error(transparent)]
@@ -48,9 +48,9 @@ pub struct ThreshingWorld {
     pub simulation: Simulation,
     parameters: Thresher,
     tooth: Tooth,
-    /// Winkler modulus of the crop \[Pa/m\] in force.
+    /// Present Winkler modulus of the crop \[Pa/m\].
     stiffness: f64,
-    /// Radius \[m\] of the tips that the concave is set to.
+    /// Radius \[m\] of the tooth tips for which the concave is set.
     tips: f64,
     cylinder: BodyId,
     bars: Vec<ColliderId>,
@@ -58,12 +58,12 @@ pub struct ThreshingWorld {
     concave_body: BodyId,
     /// From the feeder (newest) to the tip.
     strip: VecDeque<BodyId>,
-    /// Kinetic energy \[J\] that segments brought in and took away since it was last read.
+    /// Kinetic energy \[J\] that segments brought in and took away since the last reading.
     entered: f64,
     left: f64,
 }
 
-/// What a picture of the machine shows \[m\].
+/// Outlines for a picture of the machine \[m\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outlines {
     pub teeth: Vec<Vec<Vec2>>,
@@ -71,10 +71,10 @@ pub struct Outlines {
     pub concave: Vec<Vec2>,
 }
 
-/// Which steel a contact is on.
+/// The steel part of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// Of which bar, from 0.
+    /// The tooth of this bar, from 0.
     Tooth(usize),
     Concave,
 }
@@ -148,7 +148,7 @@ impl ThreshingWorld {
         Ok(world)
     }
 
-    /// One step: the strip is fed, the machine stepped, what has left is removed.
+    /// One step: feeds the strip, steps the machine, removes the segments that have left.
     ///
     /// # Errors
     /// [`StepError`].
@@ -162,7 +162,7 @@ impl ThreshingWorld {
     /// Gives all bars the worn `profile`; the concave follows their tips if the scene says so.
     ///
     /// # Errors
-    /// As [`ThreshingWorld::new`]; the old teeth then stay.
+    /// As [`ThreshingWorld::new`]; the old teeth then remain.
     pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
         let p = &self.parameters;
         let surface = steel(p.friction_steel, steel_law(p, self.stiffness));
@@ -196,7 +196,7 @@ impl ThreshingWorld {
         self.set_profile(profile)
     }
 
-    /// How far the concave has been moved in \[m\].
+    /// How far the concave has moved in \[m\].
     pub fn concave_moved(&self) -> f64 {
         self.parameters.tip_radius - self.tips
     }
@@ -212,8 +212,9 @@ impl ThreshingWorld {
         })
     }
 
-    /// The bar that a contact wears and the edge of its profile, both from 0, as detection found
-    /// them; `None` for a contact on no bar, and on the sides and the back of one, which do not wear.
+    /// The bar and the edge of its profile that a contact wears, both from 0, by the cells that
+    /// detection found. `None` for a contact on no bar, and on the sides and the back of a bar,
+    /// which do not wear.
     pub fn worn_edge(&self, contact: &ContactRecord, profile: &Profile) -> Option<(usize, usize)> {
         let mut bars = self.bars.iter().enumerate();
         let (bar, segment) =
@@ -222,7 +223,7 @@ impl ThreshingWorld {
         (segment + 1 < profile.node_count()).then_some((bar, segment))
     }
 
-    /// Work \[J\] of the drive in a step, without that of the strip's springs.
+    /// Work \[J\] of the drive in a step, without the work of the strip's springs.
     pub fn drive_work(&self, record: &StepRecord) -> f64 {
         let cylinder = self.simulation.number(self.cylinder);
         let on_cylinder = |j: &&JointRecord| j.bodies.iter().any(|b| Some(*b) == cylinder);
@@ -255,7 +256,8 @@ impl ThreshingWorld {
         self.simulation.velocity(self.cylinder).map_or(0.0, |u| u.z)
     }
 
-    /// The cylinder and all segments, newest first: the record's number, pose and velocity.
+    /// The cylinder and all segments, newest first: their numbers in the record, poses and
+    /// velocities.
     pub fn bodies(&self) -> Vec<(u32, Pose64, Vec3)> {
         let s = &self.simulation;
         std::iter::once(self.cylinder)
@@ -319,11 +321,11 @@ impl ThreshingWorld {
         turned(unit(self.parameters.concave_start_deg))
     }
 
-    /// A segment that the feeder moves along `d`, and across it by `drift` times as fast.
+    /// A segment that the feeder moves along `d`, and across at `drift` times that speed.
     fn new_segment(&mut self, centre: Vec2, d: Vec2, drift: f64) -> Result<BodyId, StepError> {
         let velocity = (d + turned(d) * drift) * self.parameters.entry_speed;
         let surface = Surface {
-            // the pair's friction is the steel's
+            // the friction of the pair is set on the steel
             friction: 0.0,
             friction_rule: FrictionRule::Larger,
             groups: (CROP, STEEL),
@@ -353,14 +355,14 @@ impl ThreshingWorld {
         Ok(())
     }
 
-    /// Adds a feeder segment behind the strip; the one before becomes crop.
+    /// Adds a feeder segment behind the strip; the segment before it becomes free crop.
     fn push_segment(&mut self, centre: Vec2, along: Vec2, drift: f64) -> Result<(), StepError> {
         let next = self.new_segment(centre, along, drift)?;
         if let Some(&newest) = self.strip.front() {
             let (mass, inertia) = segment_mass(&self.parameters);
-            let given = MassSpec::Given { mass, inertia };
+            let spec = MassSpec::Given { mass, inertia };
             let shape = segment_shape(&self.parameters);
-            self.simulation.release(newest, &shape, given)?;
+            self.simulation.release(newest, &shape, spec)?;
             self.entered += self.kinetic(newest);
             let half = Vec2::new(0.5 * self.parameters.segment_length, 0.0);
             let spring = bending(&self.parameters);
@@ -374,8 +376,8 @@ impl ThreshingWorld {
         Ok(())
     }
 
-    /// Once the newest segment has advanced by its length, the crop takes it over and the next
-    /// one appears behind it.
+    /// Once the newest segment has advanced by its length, releases it as crop and adds the next
+    /// one behind it.
     fn feed(&mut self) -> Result<(), StepError> {
         let d = self.feed_direction();
         let length = self.parameters.segment_length;
@@ -385,17 +387,17 @@ impl ThreshingWorld {
             return Ok(());
         };
         let advanced = (pose.translation - start).dot(&d);
-        // half a rounding short of it counts: the feed is a whole number of steps a segment
+        // with a tolerance for rounding: the feed is a whole number of steps per segment
         if advanced < length * (1.0 - 1e-9) {
             return Ok(());
         }
         let centre = pose.translation - d * length;
-        // where the inlet's line has moved, the feeder drifts to it over one segment
+        // if the line of the inlet has moved, the feeder drifts to it over one segment
         let drift = turned(d).dot(&(self.inlet() - centre)) / length;
         self.push_segment(centre, d, drift)
     }
 
-    /// Segments `exit_distance` behind the outlet go, and with them their pin.
+    /// Removes segments `exit_distance` behind the outlet, and with them their pin.
     fn remove_what_left(&mut self) {
         let p = &self.parameters;
         let outlet = (self.tips + p.clearance_outlet) * unit(p.concave_end_deg);

@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// `S_i = Σ P_N |γ̄_T|` over the contacts of cell `i`                                   (1)
 ///
-/// taken from the solver's own impulses: no force is formed and nothing is divided by a time step,
-/// so an impact counts like sustained contact, and a cell that sticks stays at exactly 0.
+/// from the solver's impulses. It needs no force and no division by a time step, so an impact
+/// counts like sustained contact, and the sum of a sticking cell stays at exactly 0.
 ///
-/// A cell is what detection calls one, [`ContactRecord::cells`]: of a polyline an edge. What the
-/// edges of a profile carry goes to its nodes by [`Profile::on_nodes`](super::Profile::on_nodes).
+/// A cell is as detection counts it, [`ContactRecord::cells`]: an edge of a polyline.
+/// [`Profile::on_nodes`](super::Profile::on_nodes) distributes the sums of the edges of a profile
+/// to its nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSlip {
     sums: Vec<f64>,
@@ -33,7 +34,7 @@ impl LoadSlip {
     ///
     /// # Errors
     /// [`WearError::NonFinite`] and [`WearError::Range`] for a `load_slip` that is NaN, infinite or
-    /// negative; [`WearError::Range`] for a cell that there is not. Nothing is added then.
+    /// negative; [`WearError::Range`] for a cell that does not exist. Nothing is added then.
     pub fn add(
         &mut self,
         contacts: &[ContactRecord],
@@ -72,14 +73,15 @@ impl LoadSlip {
     }
 }
 
-/// The area over which a node's `load_slip` is spread.
+/// The area over which the `load_slip` of a node is distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CellArea {
-    /// One area `δΩ` \[m²\] for every node, whatever the mesh: the study's form. Only `K / δΩ` acts.
+    /// One area `δΩ` \[m²\] for every node, whatever the mesh, as in the study. Only the quotient
+    /// `K / δΩ` matters.
     Fixed(f64),
-    /// Tributary width times the metre of depth of a planar scene: a node of 2 mm carries
-    /// 0.002 m², one of 1 mm at an end half of that.
+    /// Tributary width times the metre of depth of a planar scene: 0.002 m² for a node of 2 mm,
+    /// half of that for a node of 1 mm at an end.
     Tributary,
 }
 
@@ -98,9 +100,9 @@ pub enum CellArea {
 /// Archard (1953); K is the dimensional coefficient `k / H`, wear coefficient by hardness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Archard {
-    /// `K` [m²/N], worn volume per unit of load and slip.
+    /// `K` [m²/N], worn volume per load and slip.
     pub coefficient: f64,
-    /// `A_i`.
+    /// `A_i`, the area of a node.
     pub area: CellArea,
 }
 
@@ -108,11 +110,11 @@ impl Archard {
     /// Depth of every node, equation (1).
     ///
     /// # Arguments
-    /// - `load_slip`: `S_i` [N m], one a node.
-    /// - `widths`: tributary widths `w_i` \[m\], one a node.
+    /// - `load_slip`: `S_i` [N m], one per node.
+    /// - `widths`: tributary widths `w_i` \[m\], one per node.
     ///
     /// # Returns
-    /// `h_i` \[m\], of as many cycles as `load_slip` holds; `h_i` is exactly 0 where `S_i` is.
+    /// `h_i` \[m\], for the cycles that `load_slip` sums over; `h_i` is exactly 0 where `S_i` is.
     ///
     /// # Errors
     /// [`WearError::Length`]; [`WearError::NonFinite`]; [`WearError::Range`] for `K < 0`,

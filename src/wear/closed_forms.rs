@@ -1,5 +1,5 @@
-//! The layer against closed forms: pin on disc, flat punch, cylinder worn flat, reciprocating pad,
-//! hinged pad, the stability limit, and the study's tooth.
+//! Tests of the wear module against closed forms: pin on disc, flat punch, cylinder worn flat,
+//! reciprocating pad, hinged pad, the stability limit, and the study's tooth.
 
 use super::*;
 use crate::contact::Vec2;
@@ -386,7 +386,7 @@ fn a_long_life_keeps_its_area_and_its_mesh() {
     let tooth = tooth.raised_to(0.0).unwrap();
     let start = tooth.area_above(0.0);
     let mut tooth = tributary(tooth, 1e-13);
-    let (mut asked, mut clipped, mut remeshed) = (0.0, 0.0, 0);
+    let (mut requested, mut clipped, mut remeshed) = (0.0, 0.0, 0);
     let rule = JumpRule {
         cycles: 1e9,
         ..JumpRule::default()
@@ -398,7 +398,7 @@ fn a_long_life_keeps_its_area_and_its_mesh() {
         let load_slip: Vec<f64> = tooth.profile().nodes().iter().zip(widths).map(at).collect();
         let jump = tooth.next_jump(&rule, &load_slip, 0.0).unwrap();
         let step = tooth.advance(&load_slip, jump.cycles, 0.0).unwrap();
-        asked += step.asked_area;
+        requested += step.requested_area;
         clipped += step.clipped_area;
         remeshed += usize::from(step.remeshed);
         let range = 0.5 * tooth.cell_size()..=1.5 * tooth.cell_size();
@@ -409,8 +409,8 @@ fn a_long_life_keeps_its_area_and_its_mesh() {
     let removed = start - tooth.profile().area_above(0.0);
     // a hundred jumps of round-off of 6e-4 m²
     assert!(
-        (removed + clipped - asked).abs() < 1e-16,
-        "{removed} {asked}"
+        (removed + clipped - requested).abs() < 1e-16,
+        "{removed} {requested}"
     );
     assert_eq!(clipped, 0.0);
     // the cells keep their columns: the load peaks at x = 10 mm, cell 6 of a table

@@ -1,24 +1,24 @@
 use super::{Profile, WearError};
 use crate::contact::Vec2;
 
-/// How far a point merged from two may stand out of the new part, over the cell size: round-off.
+/// Tolerance for a merged point outside of the new part, relative to the cell size: round-off.
 const ROUND_OFF: f64 = 1e-12;
 const DOUBLINGS: usize = 60;
 const HALVINGS: usize = 60;
 
 impl Profile {
-    /// How far this profile rises above another \[m\]: wear takes steel and gives none, so that over
-    /// the new profile it is at most round-off.
+    /// How far this profile rises above another \[m\]. Wear removes steel and adds none, so that
+    /// over the new profile this is at most round-off.
     ///
     /// ```text
     /// rise = max_x (Y_self(x) − Y_other(x)),   Y(x) = highest point at x                  (1)
     /// ```
     ///
-    /// over the stations of both, which for straight edges is all `x`. Where this profile goes past
-    /// an end of the other, there is no steel at all, and the distance past it counts.
+    /// over the stations of both profiles, which for straight edges covers all `x`. Past an end of
+    /// the other profile there is no steel at all, and the distance past that end counts.
     ///
     /// # Returns
-    /// A number of at least 0.
+    /// A number ≥ 0.
     pub fn rise_over(&self, other: &Profile) -> f64 {
         rise(self.nodes(), other.nodes())
     }
@@ -75,8 +75,8 @@ fn beyond(nodes: &[Vec2], x: f64) -> f64 {
     (low - x).max(x - high).max(0.0)
 }
 
-/// The highest place for a merged node between its neighbours at which both its edges stay within
-/// the new part: its own, or straight below it.
+/// The highest position for a merged node between its neighbours at which both its edges stay
+/// within the new part: its own, or straight below.
 ///
 /// # Errors
 /// [`WearError::Unbalanced`], naming the node by `index`, if there is none.

@@ -1,12 +1,12 @@
 use super::update::deepest;
 use super::{WearError, all_finite, in_range, same_length};
 
-/// How many cycles the wear of one simulated cycle may be extrapolated over.
+/// How many cycles one simulated cycle may stand for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JumpRule {
-    /// The fixed length asked for \[cycles\].
+    /// The requested length \[cycles\].
     pub cycles: f64,
-    /// Deepest wear of one jump over the cell size: 0.1 where accuracy is asked, 0.3 at most.
+    /// Largest ratio of the depth of one jump to the cell size: 0.1 for accuracy, 0.3 at most.
     pub fraction: f64,
     /// Bound on `K k S` of one jump, below 2; at most 1 keeps the approach monotone.
     pub stability: f64,
@@ -23,30 +23,30 @@ impl Default for JumpRule {
     }
 }
 
-/// What set the length of a jump.
+/// The bound that determined the length of a jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cap {
-    /// The length asked for.
-    Asked,
+pub enum JumpBound {
+    /// The requested length.
+    Requested,
     /// The depth at this node.
     Depth { node: usize },
     /// The stability bound.
     Stability,
 }
 
-/// A jump to take.
+/// A cycle jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
     /// Number of cycles, above 0; need not be whole.
     pub cycles: f64,
-    pub cap: Cap,
+    pub bound: JumpBound,
 }
 
 impl JumpRule {
     /// The next jump.
     ///
     /// ```text
-    /// N = min( N_asked,  fraction · size / max_i r_i,  stability / (K k s) )              (1)
+    /// N = min( N_requested,  fraction · size / max_i r_i,  stability / (K k s) )              (1)
     /// ```
     ///
     /// The last bound is that of explicit wear on a Winkler foundation of stiffness `k` [Pa/m]
@@ -54,10 +54,10 @@ impl JumpRule {
     /// so it decays for `K k S < 2`, without changing sign below 1.
     ///
     /// # Arguments
-    /// - `rates`: `r_i ≥ 0`, depth per cycle \[m\], one a node.
+    /// - `rates`: `r_i ≥ 0`, depth per cycle \[m\], one per node.
     /// - `size`: cell size \[m\].
     /// - `feedback`: `K k s` of one cycle, by how much a node's rate falls when it is worn by 1 m
-    ///   [1/cycle]; 0 where the rate does not depend on the depth.
+    ///   [1/cycle]; 0 if the rate does not depend on the depth.
     ///
     /// # Errors
     /// [`WearError::NonFinite`]; [`WearError::Range`] for a negative rate, a size, length or
@@ -85,26 +85,26 @@ impl JumpRule {
 
         let mut jump = Jump {
             cycles: self.cycles,
-            cap: Cap::Asked,
+            bound: JumpBound::Requested,
         };
         let node = deepest(rates);
-        // a rate or feedback of 0 gives infinity, which never caps
+        // a rate or feedback of 0 gives infinity, which never bounds the jump
         let by_depth = rates
             .get(node)
             .map_or(f64::INFINITY, |r| self.fraction * size / r);
-        for (cycles, cap) in [
-            (by_depth, Cap::Depth { node }),
-            (self.stability / feedback, Cap::Stability),
+        for (cycles, bound) in [
+            (by_depth, JumpBound::Depth { node }),
+            (self.stability / feedback, JumpBound::Stability),
         ] {
             if cycles < jump.cycles {
-                jump = Jump { cycles, cap };
+                jump = Jump { cycles, bound };
             }
         }
         Ok(jump)
     }
 }
 
-/// Signed error of an Euler jump, from the rate found at its end.
+/// Signed error of an Euler jump, from the rate at its end.
 ///
 /// `e_i = ½ N (r_i,end − r_i,start)`                                                  (1)
 ///
@@ -138,15 +138,15 @@ mod tests {
             fraction: 0.25,
             stability: 1.0,
         };
-        let cap = |rates: &[f64], feedback| rule.next(rates, 2e-3, feedback).unwrap();
-        let free = cap(&[0.0, 0.0], 0.0);
-        assert_eq!((free.cycles, free.cap), (100.0, Cap::Asked));
-        let deep = cap(&[1e-6, 1e-4], 0.0);
-        assert_eq!(deep.cap, Cap::Depth { node: 1 });
+        let next = |rates: &[f64], feedback| rule.next(rates, 2e-3, feedback).unwrap();
+        let free = next(&[0.0, 0.0], 0.0);
+        assert_eq!((free.cycles, free.bound), (100.0, JumpBound::Requested));
+        let deep = next(&[1e-6, 1e-4], 0.0);
+        assert_eq!(deep.bound, JumpBound::Depth { node: 1 });
         // one rounding each of three operations
         assert!((deep.cycles - 5.0).abs() < 1e-14);
-        let stiff = cap(&[1e-6, 1e-4], 0.5);
-        assert_eq!((stiff.cycles, stiff.cap), (2.0, Cap::Stability));
+        let stiff = next(&[1e-6, 1e-4], 0.5);
+        assert_eq!((stiff.cycles, stiff.bound), (2.0, JumpBound::Stability));
     }
 
     #[test]

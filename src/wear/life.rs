@@ -2,12 +2,12 @@ use super::jump::trapezoid_error;
 use super::update::deepest;
 use super::{WearError, all_finite, in_range, same_length};
 
-/// What a limit is compared with.
+/// The quantity that a limit refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Measure {
-    /// Worn depth \[m\] of the deepest cell, reached from below.
+    /// Worn depth \[m\] of the deepest cell, crossed upwards.
     Depth(f64),
-    /// Height \[m\] of the profile above its base line, reached from above.
+    /// Height \[m\] of the profile above its base line, crossed downwards.
     Height(f64),
 }
 
@@ -46,22 +46,22 @@ pub struct LifePoint {
     pub hours: f64,
     /// Worn depth of every cell \[m\].
     pub depth: Vec<f64>,
-    /// Worn volume of every cell [m³ per metre of width]: its share of the area between the new
-    /// profile and this one, which is their sum.
+    /// Worn volume of every cell [m³ per metre of width]: its part of the area between the new
+    /// profile and this one; the sum over the cells is that area.
     pub volume: Vec<f64>,
-    /// Height of the profile \[m\] and the cell that holds it.
+    /// Height of the profile \[m\] and its highest cell.
     pub height: f64,
     pub highest: usize,
-    /// Depth per cycle \[m\] and `load_slip` per cycle [N m] of every cell, as used in the jump that
-    /// ends here; zeros at the start.
+    /// Depth per cycle \[m\] and `load_slip` per cycle [N m] of every cell, as used in the jump
+    /// that ends here; zeros at the start.
     pub rate: Vec<f64>,
     pub load_slip: Vec<f64>,
-    /// Sum of `|e|` of [`trapezoid_error`] of every cell \[m\] up to here. Of absolute values: where
-    /// the worn shape steers the load, a signed sum can pass through 0 in a cell whose depth is
-    /// wrong. The last point's is a forecast from the jump before until the next rate is known;
-    /// `None` where no two rates exist yet.
+    /// Sum of `|e|` of [`trapezoid_error`] of every cell \[m\] up to here. It uses absolute values:
+    /// where the worn shape affects the load, a signed sum can pass through 0 in a cell whose depth
+    /// is wrong. The value of the last point is extrapolated from the jump before until the next
+    /// rate is known. `None` until there are two rates.
     pub jump_error: Option<Vec<f64>>,
-    /// Standard deviation of the depth \[m\] of every cell from the sampling of its rate.
+    /// Standard deviation of the depth \[m\] of every cell, from the sampling of its rate.
     pub sampling_error: Vec<f64>,
 }
 
@@ -69,19 +69,19 @@ pub struct LifePoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitLife {
     pub limit: String,
-    /// The cell that decides: the first to wear that deep, or the last to hold the height.
+    /// The deciding cell: the first to reach the depth, or the last above the height.
     pub cell: usize,
     /// `None` if the history ends before the limit.
     pub cycles: Option<f64>,
     pub hours: Option<f64>,
-    /// `None` if the limit is not reached or the error of the jumps is not known.
+    /// `None` if the limit is not reached, or the error of the jumps is unknown.
     pub error_hours: Option<f64>,
-    /// Where it is not reached: hours at the last rate of wear, a forecast and not a result.
+    /// Hours at the last wear rate if the limit is not reached: an extrapolation, not a result.
     /// `None` if reached, or if nothing wears.
     pub extrapolated_hours: Option<f64>,
 }
 
-/// One jump as the history takes it.
+/// One jump, as input of the history.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JumpTaken<'a> {
     pub cycles: f64,
@@ -89,13 +89,13 @@ pub(super) struct JumpTaken<'a> {
     pub rate: &'a [f64],
     pub rate_error: f64,
     pub load_slip: &'a [f64],
-    /// Area that this jump took from every cell \[m²\].
+    /// Area that this jump removed from every cell \[m²\].
     pub area: &'a [f64],
     pub height: f64,
     pub highest: usize,
 }
 
-/// The history of a worn part and what follows from it.
+/// The history of a worn part, and the life computed from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Life {
     points: Vec<LifePoint>,
@@ -120,18 +120,18 @@ impl Life {
         }
     }
 
-    /// The points, the new part first.
+    /// The points; the first is the new part.
     pub fn points(&self) -> &[LifePoint] {
         &self.points
     }
 
     /// The present state.
     pub fn last(&self) -> &LifePoint {
-        // there is always the point of the new part
+        // the point of the new part is always there
         &self.points[self.points.len() - 1]
     }
 
-    /// Adds an Euler jump, `h_i += N r_i`; the rate also settles the error of the jump before.
+    /// Adds an Euler jump, `h_i += N r_i`; its rate also gives the final error of the jump before.
     pub(super) fn add(&mut self, jump: JumpTaken) -> Result<(), WearError> {
         let cells = self.last().depth.len();
         same_length("rates", jump.rate.len(), cells)?;
@@ -141,7 +141,7 @@ impl Life {
         let settled = self.settled(jump.rate)?;
         let jump_error = match (&settled, self.points.len()) {
             (Some(before), n) if n > 1 => {
-                // the rate goes on changing as it did over the jump before
+                // assumes that the rate changes as it did over the jump before
                 let ratio = jump.cycles / self.step(n - 1);
                 let e = trapezoid_error(&self.last().rate, jump.rate, jump.cycles * ratio)?;
                 Some(before.iter().zip(e).map(|(b, e)| b + e.abs()).collect())
@@ -176,7 +176,7 @@ impl Life {
         Ok(())
     }
 
-    /// Replaces the forecast of the last point's error, once the rate at its end is known.
+    /// Replaces the extrapolated error of the last point, once the rate at its end is known.
     pub(super) fn close(&mut self, rate: &[f64]) -> Result<(), WearError> {
         let settled = self.settled(rate)?;
         self.settle(settled);
@@ -194,7 +194,7 @@ impl Life {
         self.points[k].cycles - self.points[k - 1].cycles
     }
 
-    /// The last point's error with the rate at its end.
+    /// The error of the last point, from the rate at its end.
     fn settled(&self, rate: &[f64]) -> Result<Option<Vec<f64>>, WearError> {
         let k = self.points.len() - 1;
         if k == 0 {
@@ -205,18 +205,17 @@ impl Life {
         Ok(before.map(|b| b.iter().zip(error).map(|(b, e)| b + e.abs()).collect()))
     }
 
-    /// When a limit is crossed, by the straight line between two points, which is what an Euler
-    /// jump assumes.
+    /// When a limit is crossed. Interpolates linearly between two points, as an Euler jump assumes.
     ///
     /// ```text
     /// t = t_A + (limit − h_A) / ḣ,   error = (E + σ) / ḣ                                (1)
     /// ```
     ///
-    /// at the deciding cell. `E` is the largest error of the jumps over all cells, because the shared
-    /// load carries the error of one cell into the others (on the study's tooth `E` is 2 to 3 times
-    /// the true worst error, and a cell's own estimate can be too small); `σ` is the sampling error
-    /// of the deciding cell; both are interpolated. For a height, `ḣ` is its mean fall over the
-    /// jump. A part that is beyond the limit when new crosses it at 0.
+    /// at the deciding cell. `E` is the largest error of the jumps over all cells, because the
+    /// common load passes the error of one cell on to the others (on the study's tooth `E` is 2 to
+    /// 3 times the true largest error, and a cell's own estimate can be too small). `σ` is the
+    /// sampling error of the deciding cell. Both are interpolated. For a height, `ḣ` is its mean
+    /// decrease over the jump. A part that is beyond the limit when new crosses it at 0.
     ///
     /// # Errors
     /// [`WearError::Range`] unless the limit is finite (depth at least 0).
@@ -269,7 +268,8 @@ impl Life {
         Ok(self.extrapolate(limit))
     }
 
-    /// The limit not reached: the first cell to get there at the last rates.
+    /// For a limit that is not reached: extrapolates with the last rates to the first cell that
+    /// reaches it.
     fn extrapolate(&self, limit: &Limit) -> LimitLife {
         let last = self.last();
         let (mut cell, left) = left_at(last, limit.at);
@@ -307,7 +307,7 @@ fn largest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// The deciding cell and what is left until the limit \[m\]; not above 0 once it is reached.
+/// The deciding cell and its distance to the limit \[m\]; not above 0 once the limit is reached.
 fn left_at(point: &LifePoint, limit: Measure) -> (usize, f64) {
     match limit {
         Measure::Depth(d) => {
@@ -318,7 +318,7 @@ fn left_at(point: &LifePoint, limit: Measure) -> (usize, f64) {
     }
 }
 
-/// The first cell to cross between two points, and where in [0, 1].
+/// The first cell that crosses between two points, and where in [0, 1].
 fn first_in(before: &LifePoint, point: &LifePoint, limit: Measure) -> (usize, f64) {
     match limit {
         Measure::Depth(d) => {

@@ -1,17 +1,17 @@
-//! Archard wear of a surface: from the record of a simulated cycle to the life of a part.
+//! Archard wear of a surface: from the contact records of a simulated cycle to the life of a part.
 //!
 //! ```text
 //! contact records → load_slip per edge → per node → Archard depth → cycle jump → profile → re-mesh → life
 //! ```
 //!
-//! # Conventions, stated once
+//! # Conventions
 //!
 //! A [`Profile`] is an open polyline in the frame of the part, from its tall end to its toe, with
-//! the solid on its right: `x` grows along it and the outward normal is the tangent turned by
-//! +90 degrees. Detection names the **edge** of a contact ([`ContactRecord::cells`]), and nothing else
-//! decides where it wears. A **node** belongs to the current mesh; a **cell** is a station `x` of the first
-//! mesh and never changes, so that reports keep their columns when the mesh does. Both count from
-//! 0 here; the first cell of a table is cell 1.
+//! the solid on its right: `x` grows along it, and the outward normal is the tangent turned by +90
+//! degrees. Detection names the **edge** of a contact ([`ContactRecord::cells`]), and only this
+//! edge decides where the contact wears. A **node** belongs to the current mesh. A **cell** is a
+//! station `x` of the first mesh and never changes, so that reports keep their columns when the
+//! mesh changes. Both count from 0 here; the first cell of a table is cell 1.
 //!
 //! A planar scene is one metre deep: loads are per metre of width, and a worn area \[m²\] is a worn
 //! volume per metre. Depth is positive for removed material.
@@ -38,7 +38,7 @@ mod state;
 mod update;
 
 pub use archard::{Archard, CellArea, LoadSlip};
-pub use jump::{Cap, Jump, JumpRule, trapezoid_error};
+pub use jump::{Jump, JumpBound, JumpRule, trapezoid_error};
 pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
 pub use polygon::{check_polygon, signed_area};
 pub use profile::Profile;
@@ -48,17 +48,17 @@ pub use update::{Update, refit_quadratic, smooth_depths, wear_normal};
 
 use thiserror::Error;
 
-/// What is wrong with a wear computation.
+/// Errors of a wear computation.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WearError {
     /// A number is NaN or infinite.
     #[error("wear: {what} {index} is not finite")]
     NonFinite { what: &'static str, index: usize },
     /// Two arrays disagree in length.
-    #[error("wear: {what} has {given} values, must have {expected}")]
+    #[error("wear: {what} has {found} values, must have {expected}")]
     Length {
         what: &'static str,
-        given: usize,
+        found: usize,
         expected: usize,
     },
     /// A number is outside its range.
@@ -69,8 +69,8 @@ pub enum WearError {
         allowed: &'static str,
     },
     /// Too few nodes for a profile or polygon, or for a merge that keeps the area.
-    #[error("wear: {given} nodes, needs at least {needed}")]
-    TooFewNodes { given: usize, needed: usize },
+    #[error("wear: {found} nodes, needs at least {needed}")]
+    TooFewNodes { found: usize, needed: usize },
     /// Two nodes in a row coincide.
     #[error("wear: the edge after node {node} has no length")]
     ZeroEdge { node: usize },
@@ -83,8 +83,8 @@ pub enum WearError {
     /// A jump wears more than the mesh can follow.
     #[error("wear: the jump wears {depth} m at node {node}, at most {limit} m is allowed")]
     JumpTooLong { node: usize, depth: f64, limit: f64 },
-    /// A surface too curved for its depth, or for its cells: the area asked for cannot be removed
-    /// along the normals, or no merged node stays within the new part.
+    /// A surface too curved for its depth or its cells: the requested area cannot be removed along
+    /// the normals, or no merged node stays within the new part.
     #[error("wear: the surface is too curved at node {node} for the depth asked, or for its cells")]
     Unbalanced { node: usize },
     /// The wear has reached the underside of the base.
@@ -92,7 +92,7 @@ pub enum WearError {
     WornThrough { node: usize, y: f64, base: f64 },
 }
 
-/// Refuses NaN and infinity, naming the first of them.
+/// Refuses NaN and infinity, naming the first such number.
 fn all_finite(what: &'static str, values: &[f64]) -> Result<(), WearError> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(WearError::NonFinite { what, index }),
@@ -101,13 +101,13 @@ fn all_finite(what: &'static str, values: &[f64]) -> Result<(), WearError> {
 }
 
 /// Refuses an array of the wrong length.
-fn same_length(what: &'static str, given: usize, expected: usize) -> Result<(), WearError> {
-    if given == expected {
+fn same_length(what: &'static str, found: usize, expected: usize) -> Result<(), WearError> {
+    if found == expected {
         Ok(())
     } else {
         Err(WearError::Length {
             what,
-            given,
+            found,
             expected,
         })
     }

@@ -2,7 +2,7 @@ use super::WearError;
 use crate::contact::Vec2;
 
 /// Signed area of a closed polygon, `½ Σ (x_i y_{i+1} − x_{i+1} y_i)` \[m²\]: positive if
-/// counter-clockwise. Taken about the first vertex, which costs no digits far from the origin.
+/// counter-clockwise. Computed about the first vertex, which loses no digits far from the origin.
 pub fn signed_area(polygon: &[Vec2]) -> f64 {
     let Some(&origin) = polygon.first() else {
         return 0.0;
@@ -23,7 +23,7 @@ pub fn signed_area(polygon: &[Vec2]) -> f64 {
 pub fn check_polygon(polygon: &[Vec2]) -> Result<(), WearError> {
     if polygon.len() < 3 {
         return Err(WearError::TooFewNodes {
-            given: polygon.len(),
+            found: polygon.len(),
             needed: 3,
         });
     }
@@ -34,7 +34,7 @@ pub fn check_polygon(polygon: &[Vec2]) -> Result<(), WearError> {
     if let Some((first, second)) = crossing(&closed, |i, j| (i, j) == (0, last)) {
         return Err(WearError::Crossing { first, second });
     }
-    // the only adjacent pair that an open polyline does not see
+    // the only adjacent pair that the check of an open polyline leaves out
     if folds_back(closed[last], closed[0], closed[1]) {
         return Err(WearError::Crossing {
             first: 0,
@@ -67,7 +67,7 @@ pub(super) fn check_nodes(nodes: &[Vec2]) -> Result<(), WearError> {
 }
 
 /// The first pair of edges (i < j, in order of i, with the largest j) of an open polyline that
-/// cross, touch or fold back, leaving out the pairs that `skip` names.
+/// cross, touch or fold back, without the pairs that `skip` excludes.
 pub(super) fn crossing(
     nodes: &[Vec2],
     skip: impl Fn(usize, usize) -> bool,

@@ -26,11 +26,11 @@ impl Profile {
         }
     }
 
-    /// Like [`Profile::new`], but a crossing is let through, to be clipped.
+    /// Like [`Profile::new`], but accepts a crossing, for [`clip_loops`](super::clip_loops).
     pub(super) fn unchecked(nodes: Vec<Vec2>) -> Result<Self, WearError> {
         if nodes.len() < 3 {
             return Err(WearError::TooFewNodes {
-                given: nodes.len(),
+                found: nodes.len(),
                 needed: 3,
             });
         }
@@ -60,7 +60,7 @@ impl Profile {
         in_range("profile width [m]", width, inside, "finite and above 0")?;
         if nodes < 3 {
             return Err(WearError::TooFewNodes {
-                given: nodes,
+                found: nodes,
                 needed: 3,
             });
         }
@@ -75,7 +75,7 @@ impl Profile {
     /// The profile with every node below `floor` \[m\] raised to it, `y = max(y, floor)`.
     ///
     /// For a new part only: the study's quadratic dips 0.12 mm below its base line at the toe,
-    /// where the steel does not. Wear may later take the nodes below the floor.
+    /// where the real tooth does not. Wear may later move the nodes below the floor.
     ///
     /// # Errors
     /// Those of [`Profile::new`].
@@ -94,7 +94,7 @@ impl Profile {
         self.nodes.len()
     }
 
-    /// Length of every edge \[m\], one fewer than nodes.
+    /// Length of every edge \[m\]: one fewer than nodes.
     pub fn edges(&self) -> Vec<f64> {
         self.nodes
             .windows(2)
@@ -108,7 +108,7 @@ impl Profile {
     }
 
     /// Area vector of every node \[m\], `N_i = ½ J (x_{i+1} − x_{i−1})` with `J` the turn by +90
-    /// degrees and a missing neighbour replaced by the node itself.                    (1)
+    /// degrees; an end uses itself in place of the missing neighbour.                    (1)
     ///
     /// The gradient of the area under the profile: moving node `i` by `δ` changes it by `N_i · δ`,
     /// exactly. Its direction is the outward normal, its length the tributary width.
@@ -124,7 +124,7 @@ impl Profile {
 
     /// Unit outward normal of every node, along equation (1) of [`Profile::area_vectors`].
     pub fn normals(&self) -> Vec<Vec2> {
-        // a chord of length 0 is a spike of no width; up is as good as any direction there
+        // a chord of length 0 is a spike of no width; any direction will do there
         let unit = |v: Vec2| v.try_normalize(0.0).unwrap_or(Vec2::y());
         self.area_vectors().into_iter().map(unit).collect()
     }
@@ -135,18 +135,18 @@ impl Profile {
         self.area_vectors().iter().map(|v| v.norm()).collect()
     }
 
-    /// Tributary width of every node along `x` \[m\]: for depths taken vertically.
+    /// Tributary width of every node along `x` \[m\]: for vertical depths.
     pub fn spans(&self) -> Vec<f64> {
         self.area_vectors().iter().map(|v| v.y).collect()
     }
 
-    /// Sums over the edges as sums over the nodes: half of each edge's to either end.
+    /// Distributes sums over the edges to the nodes: half of each edge's sum to either end.
     ///
-    /// An even load wears every node of a straight profile alike, its ends too: a node's tributary
-    /// width is half of the edges beside it.
+    /// A uniform load wears every node of a straight profile alike, also the ends: a node's
+    /// tributary width is half of the edges beside it.
     ///
     /// # Errors
-    /// [`WearError::Length`] unless there is one sum an edge.
+    /// [`WearError::Length`] unless there is one sum per edge.
     pub fn on_nodes(&self, edges: &[f64]) -> Result<Vec<f64>, WearError> {
         same_length("sums over edges", edges.len(), self.nodes.len() - 1)?;
         let mut nodes = vec![0.0; self.nodes.len()];
@@ -179,8 +179,8 @@ impl Profile {
         self.nodes.windows(2).map(strip).sum()
     }
 
-    /// Closed counter-clockwise outline \[m\] of the part: the profile on a base `base` \[m\] thick,
-    /// whose underside is `y = −base`.
+    /// Closed counter-clockwise outline \[m\] of the part: the profile on a base `base` \[m\]
+    /// thick, whose underside is `y = −base`.
     ///
     /// # Returns
     /// Underside from left to right, then the profile from toe to tall end.
@@ -257,7 +257,7 @@ mod tests {
         assert!(matches!(
             flat.on_nodes(&[3.0; 5]),
             Err(WearError::Length {
-                given: 5,
+                found: 5,
                 expected: 4,
                 ..
             })

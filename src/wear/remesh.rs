@@ -6,29 +6,31 @@ use crate::contact::Vec2;
 /// Shortest and longest edge allowed, in cell sizes.
 const EDGE_RANGE: [f64; 2] = [0.5, 1.5];
 
-/// Brings every edge into [0.5, 1.5] of the cell size without changing the area.
+/// Brings every edge into [0.5, 1.5] of the cell size and keeps the area.
 ///
 /// - **Merge.** The shortest edge (a, b) between p and q becomes one node
 ///   `m = m₀ + τ n`, `τ = 2 (A(p, m₀, q) − A(p, a, b, q)) / |q − p|`                   (1)
 ///   with `m₀` its midpoint, `n` the normal of the chord p q and `A` the signed area: the area
-///   under p a b q and under p m q is the same. At an end, whose node must stay, the next edge is
-///   merged into its far node instead. On a convex part `m` lies outside: where it would stand out
-///   of the new part, it is taken straight down as far as that needs, and the area falls.
+///   under p a b q and under p m q is the same. An end node must not move, so there the next edge
+///   is merged into its far node instead. On a convex part `m` lies outside of the polyline. If it
+///   lies outside of the new part too, it moves straight down until it does not, and the area
+///   decreases.
 /// - **Split.** An edge longer than 1.5 cells is cut into equal parts of 0.75 to 1.25 cells, on
 ///   itself.
 ///
 /// # Arguments
-/// - `profile`: free of crossings; `cell_size` \[m\].
-/// - `new`: the profile that nothing may stand out of, or `None` for no such bound.
+/// - `profile`: without crossings.
+/// - `cell_size` \[m\].
+/// - `new`: the profile within which all nodes must stay, or `None` for no such bound.
 ///
 /// # Returns
-/// The profile with its new nodes and the area \[m²\] taken to keep it within `new`, exactly 0 where
-/// nothing stood out; `None` if every edge is in range already.
+/// The profile with its new nodes, and the area \[m²\] removed to keep it within `new`, exactly 0
+/// if no node lay outside; `None` if every edge is in range already.
 ///
 /// # Errors
 /// [`WearError::Range`] unless `cell_size` is finite and above 0; [`WearError::TooFewNodes`] if the
 /// profile is too short for its cells; [`WearError::Crossing`] if a merge makes it cross itself;
-/// [`WearError::Unbalanced`] if a merge stands out of `new` however low it is.
+/// [`WearError::Unbalanced`] if a merged node stays outside of `new` at any height.
 pub fn remesh(
     profile: &Profile,
     cell_size: f64,
@@ -46,10 +48,10 @@ pub fn remesh(
     while let Some(edge) = shortest_below(&nodes, low) {
         let node = merge(&mut nodes, edge)?;
         if let Some(new) = new {
-            let (before, kept, after) = (nodes[node - 1], nodes[node], nodes[node + 1]);
-            nodes[node] = lowered(before, kept, after, new, cell_size, node)?;
+            let (before, merged, after) = (nodes[node - 1], nodes[node], nodes[node + 1]);
+            nodes[node] = lowered(before, merged, after, new, cell_size, node)?;
             // the triangle that the two edges sweep
-            taken += 0.5 * (kept.y - nodes[node].y) * (after.x - before.x);
+            taken += 0.5 * (merged.y - nodes[node].y) * (after.x - before.x);
         }
     }
     let mut split = vec![nodes[0]];
@@ -78,12 +80,12 @@ fn shortest_below(nodes: &[Vec2], low: f64) -> Option<usize> {
     best
 }
 
-/// Merges an edge by equation (1) of [`remesh`] and returns the node made; the ends stay.
+/// Merges an edge by equation (1) of [`remesh`] and returns the new node; the ends do not move.
 fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<usize, WearError> {
     let edges = nodes.len() - 1;
     if edges < 3 {
         return Err(WearError::TooFewNodes {
-            given: nodes.len(),
+            found: nodes.len(),
             needed: 4,
         });
     }
@@ -109,12 +111,12 @@ fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<usize, WearError> {
 
 /// Cuts the loops off a profile that crosses itself.
 ///
-/// Where edges `i < j` cross at a point, the nodes between are replaced by that point: the loop is
-/// steel that wear from both sides has eaten twice. Ends stay.
+/// Where edges `i < j` cross, the crossing point replaces the nodes between them: wear from both
+/// sides has counted the steel of the loop twice. The ends do not move.
 ///
 /// # Returns
-/// The simple profile and the area \[m²\] by which it lies higher than before (signed); the profile
-/// itself and exactly 0 where nothing crosses.
+/// The simple profile, and the area \[m²\] by which it lies higher than before (signed); the
+/// profile itself and exactly 0 if nothing crosses.
 ///
 /// # Errors
 /// [`WearError::TooFewNodes`] if fewer than 3 nodes remain; [`WearError::ZeroEdge`].
@@ -153,7 +155,7 @@ pub fn clip_loops(profile: &Profile) -> Result<(Profile, f64), WearError> {
     Ok((simple, change))
 }
 
-/// Which cell of the first mesh every node of the current one reports to: the nearest station.
+/// Maps every node of the current mesh to a cell of the first one: the nearest station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellMap {
     stations: Vec<f64>,
@@ -161,7 +163,7 @@ pub struct CellMap {
 }
 
 impl CellMap {
-    /// The map of a first mesh onto itself; its nodes' `x` are the stations, in growing order.
+    /// The map of a first mesh onto itself; the `x` of its nodes are the stations, ascending.
     pub fn new(first: &Profile) -> Self {
         let mut stations: Vec<f64> = first.nodes().iter().map(|p| p.x).collect();
         stations.sort_by(f64::total_cmp);
@@ -187,7 +189,7 @@ impl CellMap {
         self.of_node = profile.nodes().iter().map(|p| nearest(p.x)).collect();
     }
 
-    /// Stations `x` \[m\], one a cell.
+    /// Stations `x` \[m\], one per cell.
     pub fn stations(&self) -> &[f64] {
         &self.stations
     }
@@ -197,7 +199,7 @@ impl CellMap {
         &self.of_node
     }
 
-    /// Sum of a quantity of the nodes over every cell, for what adds up (`load_slip`).
+    /// Sum over every cell of an additive quantity of the nodes (`load_slip`).
     ///
     /// # Errors
     /// [`WearError::Length`].
@@ -210,8 +212,8 @@ impl CellMap {
         Ok(sums)
     }
 
-    /// Mean depth of every cell \[m\], `Σ h_i w_i / Σ w_i` over its nodes; a cell without a node
-    /// takes the straight line between its neighbours that have one.
+    /// Mean depth of every cell \[m\], `Σ h_i w_i / Σ w_i` over its nodes; for a cell without a
+    /// node, linear interpolation between its neighbours that have one.
     ///
     /// # Errors
     /// [`WearError::Length`].
@@ -226,7 +228,7 @@ impl CellMap {
             nodes_of[cell] += 1;
             only[cell] = node;
         }
-        // one node: its own depth to the last digit, not (h w) / w
+        // a single node gives its own depth to the last digit, not (h w) / w
         let mean = |c: usize| match nodes_of[c] {
             1 => depths[only[c]],
             _ => area[c] / width[c],

@@ -5,36 +5,38 @@ use super::{
     refit_quadratic, remesh, smooth_depths, wear_normal,
 };
 
-/// Deepest wear of one jump over the shortest edge that the mesh can follow.
+/// Largest ratio of the depth of one jump to the shortest edge.
 const JUMP_LIMIT: f64 = 0.3;
 
-/// How a part wears.
+/// Settings of the wear of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearSettings {
     pub law: Archard,
     pub update: Update,
-    /// Length σ \[m\] over which wear is spread by [`smooth_depths`]; 0 is none. A rough medium loads
-    /// a surface over its own grain, not at points; and without it a corner wears in steps.
+    /// Length σ \[m\] over which [`smooth_depths`] spreads the wear; 0 for none. A rough medium
+    /// loads a surface over its grain size, not at points. Without smoothing a corner wears in
+    /// steps.
     pub smoothing_length: f64,
     /// Duration of one load cycle \[s\]: `2π / ω` of a rotor.
     pub cycle_seconds: f64,
 }
 
-/// What one jump did.
+/// Result of one jump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearStep {
-    /// Depth worn in this jump \[m\], one a cell.
+    /// Depth worn in this jump \[m\], one per cell.
     pub depth: Vec<f64>,
     /// Area to remove, `Σ h_i w_i` \[m²\], and area removed, measured on the profiles before and
     /// after. With [`Update::Normal`] they differ by round-off and by `clipped_area`.
-    pub asked_area: f64,
+    pub requested_area: f64,
     pub removed_area: f64,
     /// Relative imbalance before the correction, see [`wear_normal`]; 0 for [`Update::Quadratic`].
     pub correction: f64,
-    /// Area that cutting off loops gave back, less what re-meshing took to stay within the new
-    /// profile \[m²\]; exactly 0 where nothing crossed and nothing stood out.
+    /// Area that cutting off loops added, minus the area that re-meshing removed to stay within the
+    /// new profile \[m²\]; exactly 0 if nothing crossed and no merged node lay outside.
     pub clipped_area: f64,
-    /// Whether nodes were merged, split or cut off: the collider needs more than moved vertices.
+    /// Whether nodes were merged, split or cut off, so that moving the collider's vertices is not
+    /// enough.
     pub remeshed: bool,
 }
 
@@ -50,7 +52,7 @@ pub struct WearState {
 }
 
 impl WearState {
-    /// A new part. Its mesh sets the cells; the cell size is its mean edge.
+    /// A new part. Its mesh defines the cells; the cell size is its mean edge.
     ///
     /// # Errors
     /// [`WearError::Range`] for a smoothing length below 0 m or a cycle not above 0 s.
@@ -85,12 +87,12 @@ impl WearState {
         })
     }
 
-    /// The present profile; `load_slip` is taken on its nodes.
+    /// The present profile; `load_slip` refers to its nodes.
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
 
-    /// Nodes to cells, and the cells' stations.
+    /// The map from nodes to cells, and the stations of the cells.
     pub fn cells(&self) -> &CellMap {
         &self.cells
     }
@@ -100,12 +102,13 @@ impl WearState {
         self.cell_size
     }
 
-    /// Worn depth of every cell \[m\]: the sum of the law's depths, whatever the update did to them.
+    /// Worn depth of every cell \[m\]: the sum of the depths by the wear law, whatever the update
+    /// made of them.
     pub fn depth(&self) -> &[f64] {
         &self.life.last().depth
     }
 
-    /// History and limits.
+    /// The wear history.
     pub fn life(&self) -> &Life {
         &self.life
     }
@@ -114,11 +117,11 @@ impl WearState {
     /// [`smooth_depths`].
     ///
     /// # Errors
-    /// Those of the two.
+    /// Those of both functions.
     pub fn rates(&self, load_slip: &[f64]) -> Result<Vec<f64>, WearError> {
         let widths = self.widths();
         let mut rates = self.settings.law.depths(load_slip, &widths)?;
-        // n passes of ν spread by σ = cell √(2 ν n)
+        // n passes with ν have a standard deviation σ = cell √(2 ν n)
         let spread = 0.5 * (self.settings.smoothing_length / self.cell_size).powi(2);
         if spread > 0.0 {
             let passes = (spread / 0.25).ceil();
@@ -127,10 +130,10 @@ impl WearState {
         Ok(rates)
     }
 
-    /// The next jump by a rule, from the `load_slip` of one cycle [N m], one a node.
+    /// The next jump by a rule, from the `load_slip` of one cycle [N m], one per node.
     ///
-    /// With [`Update::Normal`] it is also one that [`WearState::advance`] accepts: the size is
-    /// that of a cell, or less where the mesh has a shorter edge.
+    /// With [`Update::Normal`], [`WearState::advance`] accepts this jump: the size in the rule is
+    /// the cell size, or the shortest edge if that is less.
     ///
     /// # Errors
     /// Those of [`WearState::rates`] and [`JumpRule::next`].
@@ -153,13 +156,13 @@ impl WearState {
     /// h_i = N K S_i / A_i  →  smoothing  →  update  →  loops cut off  →  re-mesh
     /// ```
     ///
-    /// With [`Update::Normal`] the worn profile stays within the new one; the quadratic refit grows
-    /// steel.
+    /// With [`Update::Normal`] the worn profile stays within the new one; the quadratic refit can
+    /// add steel.
     ///
     /// # Arguments
-    /// - `load_slip`: `S_i` of one cycle [N m], one a node of the present profile.
+    /// - `load_slip`: `S_i` of one cycle [N m], one per node of the present profile.
     /// - `cycles`: `N`, above 0.
-    /// - `rate_error`: relative standard error of the rates from sampling few cycles; 0 if none.
+    /// - `rate_error`: relative standard error of the rates from sampling few cycles; 0 for none.
     ///
     /// # Errors
     /// Those of [`WearState::rates`] and of the update; [`WearError::Range`];
@@ -199,15 +202,15 @@ impl WearState {
         cells.renew(&profile);
         let (node, height) = profile.highest();
         let rate = self.cells.mean(&rates, &widths)?;
-        let asked: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
-        let asked_area: f64 = asked.iter().sum();
+        let requested: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
+        let requested_area: f64 = requested.iter().sum();
         let removed_area = self.profile.area_above(0.0) - profile.area_above(0.0);
-        // every cell's share of what was removed, loops and all
-        let share = match asked_area > 0.0 {
-            true => removed_area / asked_area,
+        // distributes the removed area to the cells, loops included
+        let share = match requested_area > 0.0 {
+            true => removed_area / requested_area,
             false => 0.0,
         };
-        let removed: Vec<f64> = asked.iter().map(|a| a * share).collect();
+        let removed: Vec<f64> = requested.iter().map(|a| a * share).collect();
         self.life.add(JumpTaken {
             cycles,
             cycle_seconds: self.settings.cycle_seconds,
@@ -220,7 +223,7 @@ impl WearState {
         })?;
         let step = WearStep {
             depth: rate.iter().map(|r| r * cycles).collect(),
-            asked_area,
+            requested_area,
             removed_area,
             correction,
             clipped_area,
@@ -231,7 +234,7 @@ impl WearState {
         Ok(step)
     }
 
-    /// Gives the rate at the end of the last jump, which settles its error; nothing wears.
+    /// Supplies the rate at the end of the last jump, for the error of that jump; nothing wears.
     ///
     /// # Errors
     /// Those of [`WearState::rates`].
@@ -240,7 +243,7 @@ impl WearState {
         self.life.close(&self.cells.mean(&rates, &self.widths())?)
     }
 
-    /// Tributary widths square to the direction in which the update takes depth \[m\].
+    /// Tributary widths perpendicular to the depths of the update \[m\].
     fn widths(&self) -> Vec<f64> {
         match self.settings.update {
             Update::Normal => self.profile.widths(),
@@ -251,7 +254,7 @@ impl WearState {
     fn check_jump(&self, depths: &[f64]) -> Result<(), WearError> {
         let limit = JUMP_LIMIT * self.profile.shortest_edge();
         let node = deepest(depths);
-        // a jump capped at the limit itself may exceed it by a rounding
+        // rounding may put a jump of exactly the limit above it
         if depths[node] > limit * (1.0 + 1e-12) {
             return Err(WearError::JumpTooLong {
                 node,

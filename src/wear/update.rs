@@ -10,11 +10,11 @@ pub enum Update {
     /// Along the local normal, with area balance: [`wear_normal`].
     #[default]
     Normal,
-    /// The study's: depth taken vertically, then one quadratic fitted: [`refit_quadratic`].
+    /// The method of the study: vertical depths, then one quadratic fit: [`refit_quadratic`].
     Quadratic,
 }
 
-/// Wears a profile along its local normals and balances the area.
+/// Wears a profile along its local normals, with area balance.
 ///
 /// Node `i` moves by `c m_i`, where `m_i = −h_i n_i` inside and, at the two ends, straight down by
 /// `h_i / n_y`, so that the surface recedes by `h_i` and the end stays on its face. The area swept
@@ -24,12 +24,12 @@ pub enum Update {
 /// removed(c) = c L + c² Q,  L = −½ Σ e_i × (m_i + m_{i+1}),  Q = ½ Σ m_i × m_{i+1}    (1)
 /// ```
 ///
-/// over the edges `e_i`. With the area vectors of [`Profile::area_vectors`] `L = Σ h_i w_i` is the
-/// area asked for; `Q` is what a curved surface adds or spares. The one `c` that solves
-/// `removed(c) = Σ h_i w_i` balances the area to round-off.
+/// over the edges `e_i`. With the area vectors of [`Profile::area_vectors`], `L = Σ h_i w_i` is the
+/// requested area, and `Q` is the effect of curvature. The `c` that solves `removed(c) = Σ h_i w_i`
+/// balances the area to round-off.
 ///
 /// # Arguments
-/// - `depths`: `h_i ≥ 0` \[m\], one a node.
+/// - `depths`: `h_i ≥ 0` \[m\], one per node.
 ///
 /// # Returns
 /// The worn profile, which may cross itself (see [`crate::wear::clip_loops`]), and `c − 1`, the
@@ -37,8 +37,8 @@ pub enum Update {
 ///
 /// # Errors
 /// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
-/// [`WearError::Unbalanced`] if no `c` between 0.5 and 2 balances the area, or a worn end node
-/// does not look up.
+/// [`WearError::Unbalanced`] if no `c` between 0.5 and 2 balances the area, or the normal of a worn
+/// end node does not point upwards.
 pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), WearError> {
     check_depths(profile, depths)?;
     let nodes = profile.nodes();
@@ -60,17 +60,17 @@ pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), 
         linear -= 0.5 * (e[1] - e[0]).perp(&(m[0] + m[1]));
         quadratic += 0.5 * m[0].perp(&m[1]);
     }
-    let asked: f64 = depths
+    let requested: f64 = depths
         .iter()
         .zip(profile.widths())
         .map(|(h, w)| h * w)
         .sum();
-    if asked == 0.0 {
+    if requested == 0.0 {
         return Ok((profile.clone(), 0.0));
     }
-    let root = (linear * linear + 4.0 * quadratic * asked).sqrt();
-    // NaN where no real c exists; outside a factor of two the jump made no sense
-    let c = 2.0 * asked / (linear + root);
+    let root = (linear * linear + 4.0 * quadratic * requested).sqrt();
+    // NaN if no real c exists; a jump with c outside of a factor of two is too long
+    let c = 2.0 * requested / (linear + root);
     if !(0.5..=2.0).contains(&c) {
         return Err(WearError::Unbalanced {
             node: deepest(depths),
@@ -80,11 +80,11 @@ pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), 
     Ok((Profile::unchecked(worn)?, c - 1.0))
 }
 
-/// The study's update: `y_i − h_i`, fitted by one quadratic in the least-squares sense.
+/// The update of the study: `y_i − h_i`, fitted by one quadratic in the least-squares sense.
 ///
-/// Every node counts the same and keeps its station `x_i`, so that the sum of `y_i` is kept and
-/// the area under the profile nearly so. A local scar is spread over the whole tooth, and steel
-/// grows beside it: for the rebuild of the study only.
+/// Every node has the same weight and keeps its station `x_i`, so that the sum of `y_i` is exact
+/// and the area under the profile nearly so. The fit spreads a local scar over the whole tooth and
+/// adds steel beside it. Use it only to rebuild the study.
 ///
 /// # Errors
 /// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
@@ -117,7 +117,7 @@ impl Profile {
                 });
             }
         }
-        // in t ∈ [−1, 1] the normal equations have a condition of about 10
+        // with t ∈ [−1, 1] the normal equations have a condition number of about 10
         let (a, b) = (nodes[0].x, nodes[nodes.len() - 1].x);
         let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
         let mut matrix = Matrix3::zeros();
@@ -142,19 +142,21 @@ impl Profile {
     }
 }
 
-/// Evens out depths by diffusion in flux form.
+/// Smooths depths by diffusion in flux form.
 ///
 /// ```text
 /// f_i = ν min(w_i, w_{i+1}) (h_{i+1} − h_i),   h_i += (f_i − f_{i−1}) / w_i            (1)
 /// ```
 ///
 /// with no flux through the ends. On equal cells this is `h_i += ν (h_{i+1} − 2 h_i + h_{i−1})`.
-/// What leaves one cell enters the next: `Σ h_i w_i` is kept to round-off, and with `ν ≤ 1/4` no
-/// new extreme appears and the saw-tooth mode decays without changing sign.
+/// The flux out of one cell enters the next, so `Σ h_i w_i` is conserved to round-off. With `ν ≤
+/// 1/4` no new extreme appears, and the saw-tooth mode decays without changing sign.
 ///
 /// # Arguments
-/// - `depths`: `h_i` \[m\], changed in place; `widths`: `w_i > 0` \[m\], one a node.
-/// - `nu`: ν in [0, 1/4]; `passes`: how many times (1) is applied.
+/// - `depths`: `h_i` \[m\], changed in place.
+/// - `widths`: `w_i > 0` \[m\], one per node.
+/// - `nu`: ν in [0, 1/4].
+/// - `passes`: how many times (1) is applied.
 ///
 /// # Errors
 /// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`]; nothing is changed then.
@@ -223,11 +225,11 @@ mod tests {
             depths in prop::collection::vec(0.0f64..5e-4, 26),
         ) {
             let old = tooth();
-            let asked = dot(&depths, &old.widths());
+            let requested = dot(&depths, &old.widths());
             let (new, correction) = wear_normal(&old, &depths).unwrap();
             let removed = old.area_above(0.0) - new.area_above(0.0);
             // round-off of the area itself, 6e-4 m²
-            prop_assert!((removed - asked).abs() < 1e-17);
+            prop_assert!((removed - requested).abs() < 1e-17);
             // Q / L is of the order depth / edge for a rough field: 0.5 mm on 2 mm
             prop_assert!(correction.abs() < 0.1);
             // both ends stay on their faces

@@ -5,26 +5,26 @@ use microlp::{
 };
 use nalgebra::{DMatrix, DVector};
 
-/// Round-off that is forgiven in a sum, relative to the sum of its absolute terms.
+/// Tolerated round-off of a sum, relative to the sum of its absolute terms.
 const ROUND_OFF: f64 = 1e-14;
 
 /// Least `−qᵀ y / Σ |q_i| y_i` of a proof: well above the round-off of the data and of the sums.
 const MARGIN: f64 = 1e-10;
 
-/// Whether `y` proves that no `z ≥ 0` has `M z + q ≥ 0`, and so that the complementarity problem has
-/// no solution: by Farkas' lemma that is so iff there is a `y` with
+/// Whether `y` proves that no `z ≥ 0` has `M z + q ≥ 0`, and so that the complementarity problem
+/// has no solution. By Farkas' lemma this holds iff there is a `y` with
 ///
 /// ```text
 /// y ≥ 0,   Mᵀ y ≤ 0,   qᵀ y < 0                                              (1)
 /// ```
 ///
-/// since `0 ≤ yᵀ (M z + q) = (Mᵀ y)ᵀ z + qᵀ y < 0` is absurd.
+/// since `0 ≤ yᵀ (M z + q) = (Mᵀ y)ᵀ z + qᵀ y < 0` is a contradiction.
 ///
 /// # Returns
-/// `true` if (1) holds in this arithmetic: `(Mᵀ y)_j ≤ 1e-14 Σ_i |M_ij| y_i` for all j and
-/// `qᵀ y ≤ −1e-10 Σ_i |q_i| y_i < 0`. `false` for wrong lengths and numbers that are not finite.
-/// What the first forgives times `z` may make up for the second: where both are at their limits, a
-/// solution 1e4 times as long as `q` asks for is not excluded.
+/// `true` if (1) holds in floating point: `(Mᵀ y)_j ≤ 1e-14 Σ_i |M_ij| y_i` for all j and `qᵀ y ≤
+/// −1e-10 Σ_i |q_i| y_i < 0`. `false` for wrong lengths and numbers that are not finite. The first
+/// tolerance times `z` may compensate the second: if both are at their limits, a solution with `z`
+/// 1e4 times the scale of `q` is not excluded.
 ///
 /// # Source
 /// Farkas (1902); Cottle, Pang & Stone (1992), §2.7.
@@ -33,7 +33,7 @@ pub fn proves_infeasible(matrix: &DMatrix<f64>, q: &DVector<f64>, y: &DVector<f6
     if matrix.shape() != (n, n) || y.len() != n || y.iter().any(|x| !(0.0..).contains(x)) {
         return false;
     }
-    // the sum of x_i y_i, and of their absolutes
+    // the sum of x_i y_i, and of their absolute values
     let sums = |x: &mut dyn Iterator<Item = f64>| {
         x.zip(y.iter())
             .map(|(x, y)| x * y)
@@ -50,8 +50,8 @@ pub fn proves_infeasible(matrix: &DMatrix<f64>, q: &DVector<f64>, y: &DVector<f6
         })
 }
 
-/// `y` of [`proves_infeasible`] by the linear programme `min qᵀ y` under `Mᵀ y ≤ 0`, `0 ≤ y ≤ 1`,
-/// which has the solution 0; `None` where it is the only one, or the proof fails in our arithmetic.
+/// `y` of [`proves_infeasible`] by the linear programme `min qᵀ y` with `Mᵀ y ≤ 0`, `0 ≤ y ≤ 1`,
+/// which has the solution 0. `None` if that is the only one, or the proof fails in floating point.
 /// Counts the programme in `programmes`.
 pub(super) fn certificate(
     matrix: &DMatrix<f64>,
@@ -76,7 +76,7 @@ pub(super) fn certificate(
     let Optimum::At(y) = solve(&programme, &shares) else {
         return None;
     };
-    // numbers that are 0 but for round-off first, then as they are
+    // first with numbers near 0 set to 0, then unchanged
     [SNAP, 0.0].into_iter().find_map(|least| {
         let y = y.map(|x| if x > least { x } else { 0.0 });
         let y = y.component_mul(&balanced.rows);
@@ -89,11 +89,12 @@ pub(super) fn certificate(
 /// than n³ (measured: 0.4 s for 300 rows, 42 s for 1000).
 const MAX_ROWS: usize = 500;
 
-/// Parts of `y ≤ 1` below this are first taken as 0.
+/// Parts of `y ≤ 1` below this are first set to 0.
 const SNAP: f64 = 1e-9;
 
-/// Numbers below this, of a row scaled to 1, are no part of a linear programme: its solver asks for
-/// six orders of magnitude, and what comes of it is checked with the problem itself.
+/// Numbers below this, in a row scaled to 1, are left out of a linear programme: its solver
+/// requires a range of at most six orders of magnitude, and its result is checked with the problem
+/// itself.
 const NEGLIGIBLE: f64 = 1e-10;
 
 /// `Σ numbers_k variables_k`.
@@ -107,13 +108,13 @@ pub(super) fn expression(variables: &[Variable], numbers: impl Iterator<Item = f
     sum
 }
 
-/// What a linear programme answers.
+/// Result of a linear programme.
 pub(super) enum Optimum {
     /// Values of the variables.
     At(DVector<f64>),
     /// No point satisfies the constraints.
     Empty,
-    /// Round-off defeated the solver.
+    /// The solver failed by round-off.
     Unknown,
 }
 

@@ -17,7 +17,7 @@ fn textbook_problem() {
     assert_eq!(solve(&m, &[0.0, 3.0]).pivots, 0);
 }
 
-/// The judge sees what the solver sees, and what it never returns.
+/// The residual of good and bad points, some of which the solver never returns.
 #[test]
 fn residual_of_any_point() {
     let m = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
@@ -29,7 +29,7 @@ fn residual_of_any_point() {
     assert_eq!((at([0.0; 2]), at([1.0, 0.0])), (1.0, 0.5));
     assert_eq!(at([1.0, -1.0]), 1.0);
     assert!(at([f64::NAN, 0.0]).is_nan());
-    // nothing pushes, nothing answers
+    // q ≥ 0: the solution is zero
     let free = DVector::from_row_slice(&[1.0, 0.0]);
     assert_eq!(complementarity_residual(&m, &free, &DVector::zeros(2)), 0.0);
 }
@@ -42,7 +42,7 @@ fn infeasible_problems_are_proved_so() {
     for (m, proof) in [(m.transpose(), [0.0, 1.0, 0.0]), (m, [1.0, 0.0, 0.0])] {
         let s = solve(&m, &q);
         assert_eq!((s.status, s.programmes), (LcpStatus::Infeasible, 1));
-        // several y prove it: the simplest does as well
+        // several y prove it; the simplest one suffices
         let q = DVector::from_row_slice(&q);
         assert!(proves_infeasible(&m, &q, &s.certificate.unwrap()));
         assert!(proves_infeasible(&m, &q, &DVector::from_row_slice(&proof)));
@@ -74,7 +74,7 @@ fn only_a_proof_is_a_proof() {
     ] {
         assert!(!proves([1.0, -2.0], y), "{y:?}");
     }
-    // solvable, and at the edge of it
+    // solvable, with no margin
     for q in [[2.0, -1.0], [1.0, -1.0], [1.0, -1.0 - 1e-15]] {
         assert!(!proves(q, &[1.0, 1.0]), "{q:?}");
         assert_ne!(solve(&m, &q).status, LcpStatus::Infeasible, "{q:?}");
@@ -91,7 +91,7 @@ fn a_feasible_problem_without_a_solution_stays_a_ray() {
     assert!(s.residual > 0.1 && s.z.iter().all(|x| x.is_finite()));
 }
 
-/// Without fallbacks a ray is the end, and costs what it cost.
+/// Without fallbacks a ray is the end, at no further cost.
 #[test]
 fn fallbacks_can_be_left_out() {
     let (m, q) = cottle_pang_stone_game();
@@ -177,8 +177,8 @@ fn planted_solutions_are_found_by_every_fallback() {
     assert!(by.iter().all(|count| *count > 5), "{by:?}");
 }
 
-/// Against all 2ⁿ bases, one by one: what has a solution there is solved, and what has none is
-/// proved infeasible or searched to the end.
+/// Against all 2ⁿ bases, one by one: a problem with a solution among them is solved, and one
+/// without is proved infeasible or searched to the end.
 #[test]
 fn no_solution_is_missed() {
     let mut random = crate::solver::lemke::tests::Random(5);
@@ -195,7 +195,7 @@ fn no_solution_is_missed() {
         let s = solve_lcp(&m, &q, &LcpOptions::default()).unwrap();
         let exists = (0..1usize << n).any(|bits| {
             let support: Vec<usize> = (0..n).filter(|i| bits >> i & 1 == 1).collect();
-            // negative parts of z are cut off, which the judge sees
+            // negative parts of z are cut off, which the residual detects
             let z = solve_basis(&m, &q, &support);
             z.is_some_and(|z| complementarity_residual(&m, &q, &z) <= 1e-9)
         });
@@ -210,7 +210,7 @@ fn no_solution_is_missed() {
     assert!(ends.iter().all(|count| *count > 100), "{ends:?}");
 }
 
-/// Rows and columns of very different size: the first path takes small for zero.
+/// Rows and columns of very different size: the first path takes small numbers for zero.
 #[test]
 fn badly_scaled_problems_are_solved_after_balancing() {
     let m = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.0, 4e-9]));
@@ -221,7 +221,7 @@ fn badly_scaled_problems_are_solved_after_balancing() {
     assert!(s.paths == 2 && s.programmes == 1);
 }
 
-/// Numbers from the least to the largest: any end, but finite, and a certificate that certifies.
+/// Numbers from the least to the largest: any status, but finite, and a valid certificate.
 #[test]
 fn wild_numbers_stay_finite() {
     let mut random = crate::solver::lemke::tests::Random(9);
@@ -321,7 +321,8 @@ fn wrong_shapes_and_nan_are_refused() {
     );
 }
 
-/// Of a matrix of zeros no block can be pivoted on, and n²/2 of them are not worth a copy each.
+/// A matrix of zeros has no block to pivot on, and the n²/2 attempts must not copy the tableau
+/// each.
 #[test]
 fn singular_starts_count_as_work() {
     let n = 60;
@@ -337,9 +338,9 @@ fn singular_starts_count_as_work() {
     assert_eq!((search.pivots, search.refused), (4, 96));
 }
 
-/// The solution (30025, 30024) hangs on the last digits of M, too small for a pivot, and a ray comes
-/// first. It starts from a point that misses by 1.5e-10, which is no case for a proof that there is
-/// none.
+/// The solution (30025, 30024) depends on the last digits of M, too small for a pivot, so a ray
+/// comes first. The ray starts from a point with a residual of 1.5e-10, for which no proof of
+/// infeasibility may be found.
 #[test]
 fn a_ray_from_a_point_within_the_tolerance_is_solved() {
     let m = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 1.0 + 1e-14]);

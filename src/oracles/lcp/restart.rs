@@ -2,8 +2,8 @@ use crate::solver::lemke::Search;
 use crate::solver::lemke::Tableau;
 use nalgebra::{DMatrix, DVector};
 
-/// The problem with rows and columns scaled to like size by powers of two, and so exactly:
-/// `M' = D M E`, `q' = D q / depth`, `z = depth E z'`, which has the solutions of the original.
+/// The problem with rows and columns scaled to like size, exactly, as by powers of two: `M' = D M
+/// E`, `q' = D q / depth`, `z = depth E z'`. It has the solutions of the original.
 pub(super) struct Balanced {
     pub(super) matrix: DMatrix<f64>,
     pub(super) free: DVector<f64>,
@@ -46,20 +46,20 @@ impl Balanced {
         }
     }
 
-    /// Whether scaling has left numbers that can be computed with.
+    /// Whether all scaled numbers are finite.
     pub(super) fn finite(&self) -> bool {
         let parts = [&self.free, &self.rows, &self.columns];
         let mut numbers = parts.into_iter().flat_map(|x| x.iter());
         numbers.all(|x| x.is_finite()) && self.matrix.iter().all(|x| x.is_finite())
     }
 
-    /// `z` of the problem that was scaled.
+    /// `z` of the unscaled problem.
     pub(super) fn unscaled(&self, z: &DVector<f64>) -> DVector<f64> {
         z.component_mul(&self.columns)
     }
 }
 
-/// The power of two next to `1/√size`, 1 for what is 0 or beyond repair.
+/// The power of two nearest to `1/√size`; 1 for sizes of 0 or out of range.
 fn factor(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() {
         (-0.5 * size.log2()).round().exp2()
@@ -68,11 +68,11 @@ fn factor(size: f64) -> f64 {
     }
 }
 
-/// Most pivots of a further path, per row and once: a path that ends well needs few a row.
+/// Most pivots of a further path per row: a path that ends well needs few per row.
 const PIVOTS_A_ROW: usize = 10;
 
-/// The paths of the second and third of the fallbacks of `solve_lcp`, up to a solution or until
-/// they have spent `max_pivots`; a singular block counts as one, for the copy of the tableau.
+/// The paths of the second and third of the fallbacks of `solve_lcp`, until a solution or until
+/// they have spent `max_pivots`; a singular block counts as one pivot, for the copy of the tableau.
 pub(super) fn other_paths(search: &mut Search, balanced: &Balanced) {
     if !balanced.finite() {
         return;
@@ -133,7 +133,7 @@ pub(super) fn other_paths(search: &mut Search, balanced: &Balanced) {
 struct Paths<'a> {
     search: &'a mut Search,
     balanced: &'a Balanced,
-    /// Of [`Search::spent`].
+    /// Limit of [`Search::spent`].
     limit: usize,
 }
 
@@ -142,7 +142,7 @@ impl Paths<'_> {
         self.search.spent() >= self.limit
     }
 
-    /// Runs a path; `true` where there is nothing more to do.
+    /// Runs a path; `true` if the search is over.
     fn done(&mut self, mut tableau: Tableau) -> bool {
         let n = self.balanced.free.len();
         let left = self.limit.saturating_sub(self.search.spent());

@@ -3,14 +3,15 @@ use super::restart::Balanced;
 use crate::solver::lemke::Search;
 use microlp::{ComparisonOp, OptimizationDirection, Problem, Variable};
 
-/// Largest problem whose complementary bases are searched. Planted solutions of random real `M` were
-/// found in 900 nodes at most for n = 30, in 1800 for n = 40; of `M_ij` in −1, 0, 1 in 5400 there.
+/// Largest problem for the search of complementary bases. Planted solutions of random real `M` took
+/// at most 900 nodes for n = 30 and 1800 for n = 40; with `M_ij` in −1, 0, 1 it was 5400 for n =
+/// 40.
 const MAX_ROWS: usize = 40;
 
 /// Most nodes of the tree: some two seconds for n = 40.
 const MAX_NODES: usize = 2000;
 
-/// Which of a pair is set to 0.
+/// The variable of a pair that is set to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Side {
     Either,
@@ -20,13 +21,13 @@ enum Side {
 
 /// The fourth of the fallbacks of `solve_lcp`: depth first through the complementary bases.
 ///
-/// A node has some `z_i` and some `w_i` set to 0, and is left where no `z, w ≥ 0` remains. Otherwise
-/// the least sum of the rest tells where a solution may lie: it is offered, and the pair that is
+/// A node has some `z_i` and some `w_i` set to 0, and is left if no `z, w ≥ 0` remains. Otherwise
+/// the least sum of the others gives a candidate solution: it is offered, and the pair that is
 /// farthest from complementary is set next, its smaller part first.
 ///
 /// # Returns
-/// Whether the tree was searched to its end and every linear programme solved: if there is no
-/// solution yet, there is none but for round-off.
+/// Whether the tree was searched to its end and every linear programme solved: if no solution was
+/// found, there is none except by round-off.
 pub(super) fn enumerate(search: &mut Search, balanced: &Balanced) -> bool {
     let n = balanced.free.len();
     if n > MAX_ROWS || !balanced.finite() {
@@ -51,7 +52,7 @@ pub(super) fn enumerate(search: &mut Search, balanced: &Balanced) -> bool {
                 }
                 let gap = |i: &usize| z[*i].min(w[*i]);
                 let next = undecided.max_by(|i, j| gap(i).total_cmp(&gap(j)));
-                // the last is the first to be taken
+                // the last is visited first
                 next.map(|next| match z[next] > w[next] {
                     true => (next, [Side::Z, Side::W]),
                     false => (next, [Side::W, Side::Z]),

@@ -3,7 +3,7 @@ use super::{BOX2D_MISSING, Box2dSettings};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{ModelError, StepError};
 
-/// No Box2D: the feature `box2d` is off.
+/// Placeholder without values: the feature `box2d` is off.
 #[derive(Debug)]
 pub enum Box2d {}
 
@@ -18,7 +18,7 @@ impl Box2d {
         Err(ModelError::Unsupported(BOX2D_MISSING.to_owned()))
     }
 
-    /// Never called, as there is none.
+    /// Never called, as [`Box2d`] has no values.
     ///
     /// # Errors
     /// None.

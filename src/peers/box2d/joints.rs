@@ -1,4 +1,4 @@
-use super::world::{lacks, narrow, told};
+use super::world::{box2d_error, lacks, narrow};
 use crate::dynamics::ModelError;
 use crate::rapier::engine::prelude::*;
 use boxdd::{
@@ -7,13 +7,14 @@ use boxdd::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// Gain per mass [1/s] from which a motor of rapier holds its speed in any step, as Box2D's does.
+/// Gain per mass [1/s] above which a rapier motor keeps its speed in any step, as Box2D's motors
+/// do.
 const HOLDS: f64 = 1e6;
 
-/// Joins two bodies of Box2D as rapier's joint joins two of its own.
+/// Adds a rapier joint to Box2D.
 ///
 /// # Errors
-/// [`ModelError::Unsupported`] for what Box2D has not.
+/// [`ModelError::Unsupported`] for joints that Box2D does not have.
 pub(super) fn add(
     world: &mut World,
     ids: [BodyId; 2],
@@ -38,7 +39,7 @@ pub(super) fn add(
         let base = base.with_local_frames(frames[0], frames[1]);
         Ok(base.with_collide_connected(joint.contacts_enabled))
     };
-    let base = base().map_err(told(name))?;
+    let base = base().map_err(box2d_error(name))?;
     let along = |axis: JointAxis| -> Result<Along, ModelError> {
         let motor = match joint.motor(axis) {
             Some(motor) if motor.stiffness != 0.0 || f64::from(motor.damping) < HOLDS => {
@@ -95,7 +96,7 @@ pub(super) fn add(
             world.create_wheel_joint(&def)
         }
         (locked, c) if locked == free && c == linear => {
-            // a spring of no stiffness leaves the length free between its limits
+            // a spring of zero stiffness leaves the length free between its limits
             let mut def = DistanceJointDef::new(base).enable_spring(true).hertz(0.0);
             if let Some(limits) = joint.limits(JointAxis::LinX) {
                 let [low, high] = [limits.min, limits.max].map(narrow);
@@ -113,14 +114,14 @@ pub(super) fn add(
         }
         _ => return refuse("joints of such axes"),
     };
-    made.map(drop).map_err(told(name))
+    made.map(drop).map_err(box2d_error(name))
 }
 
 /// Limits, and largest force and speed of a motor, along the free axis of a joint.
 type Along = (Option<[f32; 2]>, Option<(f32, f32)>);
 
-/// Frequency \[Hz\] and damping ratio of a spring between two centres of mass, where alone its
-/// stiffness k gives `2πf = √(k/m)` with one reduced mass m; damping c is `2ζ√(k m)`.
+/// Frequency \[Hz\] and damping ratio of a spring between two centres of mass. Alone, its stiffness
+/// k gives `2πf = √(k/m)` with the reduced mass m; the damping c is `2ζ√(k m)`.
 fn spring(joint: &GenericJoint, bodies: [&RigidBody; 2], motor: &JointMotor) -> Option<(f32, f32)> {
     let frames = [&joint.local_frame1, &joint.local_frame2];
     let centred = |(body, frame): (&RigidBody, &&Pose)| {

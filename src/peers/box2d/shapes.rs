@@ -1,4 +1,4 @@
-use super::world::{lacks, narrow, told, widened};
+use super::world::{box2d_error, lacks, narrow, widened};
 use crate::dynamics::ModelError;
 use crate::rapier::SurfaceLaw;
 use crate::rapier::engine::prelude::*;
@@ -7,19 +7,19 @@ use boxdd::{
     BodyId, ChainDef, Filter, MixerId, ShapeDef, ShapeId, SurfaceMaterial, Transform, World, shapes,
 };
 
-/// Corners of a polygon, at most.
+/// Largest number of corners of a polygon.
 const CORNERS: usize = 8;
 
-/// The rules that combine two coefficients, where Box2D's own would not do.
+/// The rules that combine two coefficients, if Box2D's own rules do not suffice.
 pub(super) struct Rules {
     friction: bool,
     restitution: bool,
 }
 
 impl Rules {
-    /// A world of one coefficient and rapier's default rule needs none: the mean, the root of the
-    /// product and the larger of two equal numbers are that number. It then runs without the
-    /// callback, which costs time in every contact.
+    /// A world of one coefficient and rapier's default rule needs no callback: the mean, the root
+    /// of the product and the larger of two equal numbers are that number. Without the callback
+    /// contacts take less time.
     pub fn of(world: &PhysicsWorld) -> Rules {
         let mixed = |number: fn(&Collider) -> Real,
                      rule: fn(&Collider) -> CoefficientCombineRule| {
@@ -56,17 +56,17 @@ impl Rules {
         let id = |kind: u8| MixerId::from_bytes([kind; 32]);
         if self.friction {
             let set = world.set_friction_callback(id(1), mix(0));
-            set.map_err(told("friction"))?;
+            set.map_err(box2d_error("friction"))?;
         }
         if self.restitution {
             let set = world.set_restitution_callback(id(2), mix(3));
-            set.map_err(told("restitution"))?;
+            set.map_err(box2d_error("restitution"))?;
         }
         Ok(())
     }
 }
 
-/// In the order of their numbers, three bits of which are in the material's number: those of
+/// In the order of their numbers. The material number contains three bits of them: those of
 /// friction, then those of restitution.
 const RULES: [CoefficientCombineRule; 6] = [
     CoefficientCombineRule::Average,
@@ -87,10 +87,10 @@ pub(super) fn friction(pair: [&Collider; 2]) -> f64 {
 /// Adds a collider to a body.
 ///
 /// # Returns
-/// The shapes it became: of a polyline one an edge.
+/// The shapes it became: for a polyline, one per edge.
 ///
 /// # Errors
-/// [`ModelError::Unsupported`] for what Box2D has not.
+/// [`ModelError::Unsupported`] for shapes and properties that Box2D does not have.
 pub(super) fn add(
     world: &mut World,
     body: BodyId,
@@ -105,7 +105,7 @@ pub(super) fn add(
         (collider.is_sensor(), "sensors without contact"),
         (!collider.is_enabled(), "disabled colliders"),
         (collider.contact_skin() != 0.0, "contact skin"),
-        // belts are the one hook of a scene, and known by their law
+        // belts are the only hooks of a scene, and their law identifies them
         (!hooks.is_empty() && law.speed == 0.0, "hooks"),
         (
             collider.solver_groups() != InteractionGroups::all()
@@ -122,11 +122,11 @@ pub(super) fn add(
         Ok(SurfaceMaterial::new()
             .with_friction(narrow(collider.friction()))?
             .with_restitution(narrow(collider.restitution()))?
-            // along Box2D's tangent, which is ours the other way round
+            // along Box2D's tangent, opposite to ours
             .with_tangent_speed(-law.speed as f32)?
             .with_user_material_id(rules))
     };
-    let material = material().map_err(told(name))?;
+    let material = material().map_err(box2d_error(name))?;
     let filter = Filter {
         category_bits: groups.memberships.bits().into(),
         mask_bits: groups.filter.bits().into(),
@@ -138,15 +138,15 @@ pub(super) fn add(
     {
         let points = corners(line, collider);
         let points = points.ok_or_else(|| lacks(&format!("edges in such an order ({name})")))?;
-        return chain(world, body, points, material, filter).map_err(told(name));
+        return chain(world, body, points, material, filter).map_err(box2d_error(name));
     }
     let define = || {
-        // the density gives the extents that sweeps need, its mass is replaced
+        // the density gives the extents for sweeps; the mass is replaced later
         let def = ShapeDef::builder().density(1.0);
         def.material(material).filter(filter).build()
     };
-    let def = define().map_err(told(name))?;
-    let mut copy = world.body(body).map_err(told(name))?;
+    let def = define().map_err(box2d_error(name))?;
+    let mut copy = world.body(body).map_err(box2d_error(name))?;
     match shape {
         TypedShape::Polyline(line) => {
             let edge = |edge| solid(&mut copy, &def, collider, TypedShape::Segment(&edge), name);
@@ -207,11 +207,11 @@ fn solid(
             return Err(lacks(&format!("shapes of kind {kind} ({name})")));
         }
     };
-    made.map_err(told(name))
+    made.map_err(box2d_error(name))
 }
 
-/// The points of a polyline in the body's frame, and whether it is closed; `None` where its edges
-/// do not follow one another.
+/// The points of a polyline in the body's frame, and whether it is closed; `None` if its edges are
+/// not consecutive.
 fn corners(line: &Polyline, collider: &Collider) -> Option<(Vec<boxdd::Vec2>, bool)> {
     let (edges, n) = (line.indices(), line.vertices().len() as u32);
     let follow = |(k, edge): (usize, &[u32; 2])| *edge == [k as u32, (k as u32 + 1) % n];
@@ -221,7 +221,7 @@ fn corners(line: &Polyline, collider: &Collider) -> Option<(Vec<boxdd::Vec2>, bo
     whole.then(|| (points.collect(), closed))
 }
 
-/// One-sided edges, the solid on the left of their direction for Box2D as well.
+/// One-sided edges, the solid on the left of their direction, in Box2D as well.
 fn chain(
     world: &mut World,
     body: BodyId,
@@ -230,7 +230,8 @@ fn chain(
     filter: Filter,
 ) -> boxdd::Result<Vec<ShapeId>> {
     if let (false, [a, b, ..]) = (closed, &points.clone()[..]) {
-        // the first and the last point of an open chain only guide what slides over its end
+        // the first and the last point of an open chain only guide contacts that slide over its
+        // ends
         points.insert(0, boxdd::Vec2::new(2.0 * a.x - b.x, 2.0 * a.y - b.y));
         let [.., c, d] = &points[..] else {
             return Ok(Vec::new());

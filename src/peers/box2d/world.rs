@@ -10,16 +10,16 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::fmt::Display;
 use std::time::Instant;
 
-/// A copy of a rapier world that Box2D steps, see [`Box2dSettings`].
+/// A copy of a rapier world in Box2D, see [`Box2dSettings`].
 pub struct Box2d {
     world: World,
-    /// All bodies that can move, in rapier's order.
+    /// All movable bodies, in rapier's order.
     moving: Vec<(RigidBodyHandle, BodyId)>,
     surfaces: FxHashMap<ShapeId, Face>,
     substeps: i32,
 }
 
-/// What a shape of Box2D is in the rapier world.
+/// The rapier collider of a Box2D shape.
 struct Face {
     collider: ColliderHandle,
     /// Edge of a polyline, else 0.
@@ -27,14 +27,14 @@ struct Face {
 }
 
 impl Box2d {
-    /// Copies the world as it is now.
+    /// Copies the present state of the world.
     ///
     /// # Arguments
-    /// - `names`: what errors call bodies; without any they go by their numbers.
+    /// - `names`: names of bodies for errors; other bodies are named by their numbers.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for what Box2D has not, named; [`ModelError::Invalid`] for
-    /// numbers that it cannot take.
+    /// [`ModelError::Unsupported`] names what Box2D does not have; [`ModelError::Invalid`] for
+    /// numbers that it does not accept.
     pub fn copy(
         simulation: &Simulation,
         settings: &Box2dSettings,
@@ -44,21 +44,21 @@ impl Box2d {
         let called = |handle: &RigidBodyHandle| match names.get(handle) {
             Some(name) => (*name).clone(),
             None if names.is_empty() => handle.into_raw_parts().0.to_string(),
-            // what a scene has not named is the ground that joints are fixed to
+            // a body without a name is the ground of joints
             None => "world".to_owned(),
         };
         let rapier = &simulation.world;
         if rapier.multibody_joints.multibodies().next().is_some() {
             return Err(lacks("multibody joints"));
         }
-        let foundation = Foundation::initialize_default().map_err(told("start"))?;
+        let foundation = Foundation::initialize_default().map_err(box2d_error("start"))?;
         let builder = foundation
             .world_builder()
             .gravity([narrow(rapier.gravity.x), narrow(rapier.gravity.y)])
             .contact_hertz(settings.contact_frequency as f32)
             .enable_sleep(false);
         let define = || foundation.create_world(builder.build()?);
-        let mut world = define().map_err(told("world"))?;
+        let mut world = define().map_err(box2d_error("world"))?;
         if rapier.colliders.iter().any(|(_, c)| c.parent().is_none()) {
             return Err(lacks("colliders without a body"));
         }
@@ -89,7 +89,7 @@ impl Box2d {
                 });
                 surfaces.extend(faces);
             }
-            set_motion(&mut world, id, body).map_err(told(&name))?;
+            set_motion(&mut world, id, body).map_err(box2d_error(&name))?;
             if !body.is_fixed() {
                 moving.push((handle, id));
             }
@@ -116,24 +116,25 @@ impl Box2d {
         })
     }
 
-    /// One step of Box2D, its poses and velocities written into the rapier world.
+    /// One step of Box2D; writes its poses and velocities into the rapier world.
     ///
-    /// Only Box2D's own step counts in [`Simulation::peer_seconds`]. Contacts carry the normal
-    /// impulse of the whole step; of friction Box2D keeps that of the last substep alone, and the
-    /// whole step is taken to have had the same share of the normal impulse. Slip is `Δt γ_T` at
-    /// the end of the step. Gaps and places, which Box2D finds at its start, are carried to the end
-    /// with the bodies, along the normal n of the start:
+    /// [`Simulation::peer_seconds`] counts only Box2D's own step. Contacts have the normal impulse
+    /// of the whole step. Box2D keeps the friction impulse of the last substep only; the whole step
+    /// is assumed to have the same ratio to the normal impulse. Slip is `Δt γ_T` at the end of the
+    /// step. Box2D finds gaps and positions at the start of the step; they move with the bodies to
+    /// its end, along the normal n of the start:
     /// ```text
     /// gap = separation + n·(Δc_B − Δc_A)                                          (1)
     /// ```
-    /// Δc the way in the step of the contact point with each body; of what is round about a core, and
-    /// may turn without its gap changing, of the core. The place is half way between where it came with the one and
-    /// the other, and so off by half of what the one slid along the other. Bodies with a contact whose normal is no unit vector, which Box2D makes of
-    /// plain polylines at times, cannot be read: what touches them tells of their contacts where it
-    /// can, and [`StepRecord::unread`] counts them.
+    /// where Δc is the motion in the step of the contact point with each body; for a round shape,
+    /// which may rotate without a change of its gap, the motion of its core. The position is half
+    /// way between the two moved points, and so off by half of the slip. Box2D at times gives a
+    /// contact of a plain polyline a normal that is no unit vector. The contacts of such a body
+    /// cannot be read, except from the other body's side, and [`StepRecord::unread`] counts the
+    /// bodies.
     ///
     /// # Errors
-    /// [`StepError::Model`] where Box2D fails, or a body has left the rapier world.
+    /// [`StepError::Model`] if Box2D fails, or a body was removed from the rapier world.
     pub fn step(&mut self, simulation: &mut Simulation) -> Result<StepRecord, StepError> {
         let rapier = &mut simulation.world;
         let dt = widen(rapier.integration_parameters.dt);
@@ -148,16 +149,16 @@ impl Box2d {
         simulation.peer_seconds = clock.elapsed().as_secs_f64();
         simulation.peer_time += dt;
         done.and_then(|done| done.into_result().map(drop))
-            .map_err(told("step"))?;
+            .map_err(box2d_error("step"))?;
         for &(handle, id) in &self.moving {
             let body = rapier.bodies.get_mut(handle).ok_or_else(|| {
                 ModelError::Invalid("a body that Box2D steps is not in the world".to_owned())
             })?;
-            read_motion(&mut self.world, id, body).map_err(told("pose"))?;
+            read_motion(&mut self.world, id, body).map_err(box2d_error("pose"))?;
         }
         let mut record = peer::record(rapier, simulation.peer_time, dt, before);
         self.contacts(rapier, &starts, &mut record)
-            .map_err(told("contacts"))?;
+            .map_err(box2d_error("contacts"))?;
         Ok(record)
     }
 
@@ -186,7 +187,7 @@ impl Box2d {
                 };
                 let colliders = [a.collider, b.collider];
                 let parents = colliders.map(|c| rapier.colliders[c].parent());
-                // both bodies tell of a contact: the first that could be read has the word
+                // both bodies list a contact: take it from the first that could be read
                 let first = parents
                     .into_iter()
                     .flatten()
@@ -235,12 +236,12 @@ impl Box2d {
     }
 }
 
-/// Centre of mass and rotation of every body that can move, at the start of a step.
+/// Centre of mass and rotation of every movable body at the start of a step.
 type Starts = FxHashMap<RigidBodyHandle, (Vector, Rotation)>;
 
-/// What a body did in a step.
+/// Motion of a body in a step.
 struct Moves {
-    /// Centre of mass at the start, and its way.
+    /// Centre of mass at the start, and its displacement.
     start: Vector,
     shift: Vector,
     turn: Rotation,
@@ -258,13 +259,13 @@ impl Moves {
         })
     }
 
-    /// The way of the point at `arm` from the centre of mass at the start.
+    /// The displacement of the point at `arm` from the centre of mass at the start.
     fn way(&self, arm: Vector) -> Vector {
         self.shift + self.turn * arm - arm
     }
 }
 
-/// What Box2D counts arms from: it keeps no centre of mass of a body that impulses do not move.
+/// The origin of arms in Box2D: it stores no centre of mass for bodies that impulses do not move.
 fn centre(body: &RigidBody) -> Vector {
     match body.is_dynamic() {
         true => body.center_of_mass(),
@@ -272,14 +273,16 @@ fn centre(body: &RigidBody) -> Vector {
     }
 }
 
-/// A body without shapes where `body` is.
+/// A body without shapes at the pose of `body`.
 fn body_like(world: &mut World, body: &RigidBody, name: &str) -> Result<BodyId, ModelError> {
     let kind = match body.body_type() {
         RigidBodyType::Dynamic => BodyType::Dynamic,
         RigidBodyType::Fixed => BodyType::Static,
         RigidBodyType::KinematicVelocityBased => BodyType::Kinematic,
         RigidBodyType::KinematicPositionBased => {
-            return Err(lacks(&format!("bodies that are told their poses ({name})")));
+            return Err(lacks(&format!(
+                "bodies that are box2d_error their poses ({name})"
+            )));
         }
         RigidBodyType::SoftFrame => return Err(lacks(&format!("soft bodies ({name})"))),
     };
@@ -306,10 +309,10 @@ fn body_like(world: &mut World, body: &RigidBody, name: &str) -> Result<BodyId, 
         .angular_damping(narrow(body.angular_damping()))
         .bullet(body.is_ccd_enabled());
     let made = builder.build().and_then(|body| world.create_body(body));
-    made.map_err(told(name))
+    made.map_err(box2d_error(name))
 }
 
-/// Mass and velocity of `body`, in place of what its shapes made of them.
+/// Sets mass and velocity of `body`, in place of those that its shapes gave.
 fn set_motion(world: &mut World, id: BodyId, body: &RigidBody) -> boxdd::Result<()> {
     let mut copy = world.body(id)?;
     if body.is_dynamic() {
@@ -350,7 +353,7 @@ pub(super) fn narrow(x: Real) -> f32 {
     f64::from(x) as f32
 }
 
-/// As rapier has it.
+/// In rapier's precision.
 pub(super) fn widened(x: f32) -> Real {
     f64::from(x) as Real
 }
@@ -363,7 +366,7 @@ pub(super) fn lacks(what: &str) -> ModelError {
     ModelError::Unsupported(format!("Box2D has no {what}"))
 }
 
-/// What Box2D says of `what`.
-pub(super) fn told<E: Display>(what: &str) -> impl FnOnce(E) -> ModelError + '_ {
+/// A Box2D error about `what`.
+pub(super) fn box2d_error<E: Display>(what: &str) -> impl FnOnce(E) -> ModelError + '_ {
     move |error| ModelError::Invalid(format!("Box2D, {what}: {error}"))
 }

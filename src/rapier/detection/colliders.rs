@@ -1,4 +1,4 @@
-//! What is known of every collider, kept while the user does not change it.
+//! Collider properties, stored until the user changes them.
 
 use super::super::bodies::Bodies;
 use super::super::changes::ColliderWatch;
@@ -11,17 +11,17 @@ use crate::contact::Vec2;
 use crate::dynamics::{ModelError, NormalLaw, Pose64};
 use rustc_hash::FxHashMap;
 
-/// What every look at a pair asks of a collider: its leaves hold a copy.
+/// The properties that the narrow phase reads of every pair; the leaves have a copy.
 #[derive(Clone, Copy)]
 pub(super) struct Surface {
     pub handle: ColliderHandle,
-    /// Larger extent \[m\], skin not counted.
+    /// Larger extent \[m\], without the skin.
     pub size: f64,
     friction: f64,
     restitution: f64,
     rules: [CoefficientCombineRule; 2],
-    /// No sensor, no groups, no hooks, no law of its own: with another such one it touches unless
-    /// both bodies cannot move.
+    /// No sensor, groups, hooks or surface law. Two plain colliders touch unless neither body can
+    /// move.
     pub plain: bool,
 }
 
@@ -60,7 +60,7 @@ impl Surface {
     }
 }
 
-/// A collider's facts in `f64`.
+/// Properties of a collider in `f64`.
 pub(super) struct Known {
     pub surface: Surface,
     parent: Option<RigidBodyHandle>,
@@ -69,7 +69,7 @@ pub(super) struct Known {
     hooks: ActiveHooks,
     events: ActiveEvents,
     sensor: bool,
-    /// In the body's frame.
+    /// Pose in the body's frame.
     pub local: Pose64,
     pub pieces: Vec<Piece>,
     pub law: SurfaceLaw,
@@ -123,14 +123,14 @@ impl Known {
         self.events
     }
 
-    /// Whether these two may touch by their groups and the kinds of their bodies, in rapier's
-    /// order of questions; a sensor's contacts are none.
+    /// Whether two colliders may touch by their groups and the kinds of their bodies, in rapier's
+    /// order of tests. Sensors do not count as touching.
     pub fn may_meet(&self, other: &Known, kinds: [RigidBodyType; 2]) -> bool {
         let types = [self.types, other.types];
         types.iter().any(|t| t.test(kinds[0], kinds[1])) && self.groups[0].test(other.groups[0])
     }
 
-    /// Whether contacts of these two carry loads, rather than being told of only.
+    /// Whether contacts of two colliders are solved, rather than reported as events only.
     pub fn may_push(&self, other: &Known) -> bool {
         self.groups[1].test(other.groups[1])
     }
@@ -170,11 +170,11 @@ fn combine(c1: f64, c2: f64, rule: CoefficientCombineRule) -> f64 {
 #[derive(Default)]
 pub(super) struct Colliders {
     list: Vec<Option<Known>>,
-    /// What rapier's collider cannot say; set by the user.
+    /// Properties that rapier's collider cannot store; set by the user.
     pub surfaces: FxHashMap<ColliderHandle, SurfaceLaw>,
-    /// Whether one of them was set since they were last looked at.
+    /// Whether a surface law was set since the last check.
     unchecked: bool,
-    /// Slots that hold another collider, or another shape, than at the last call.
+    /// Slots whose collider or shape is not the one of the last call.
     pub changed: Vec<u32>,
 }
 
@@ -199,11 +199,11 @@ impl Colliders {
         }
     }
 
-    /// Takes over what `watch` has noticed since the last call; `all` where bodies may have been
-    /// switched too.
+    /// Reads the changes that `watch` has found since the last call; `all` reads all colliders, for
+    /// when bodies may have been disabled too.
     ///
     /// # Errors
-    /// [`ModelError`] for a surface law that is not finite; nothing is taken over then.
+    /// [`ModelError`] for a surface law that is not finite; nothing is read then.
     pub fn refresh(
         &mut self,
         world: &PhysicsWorld,
@@ -248,7 +248,8 @@ impl Colliders {
         Ok(())
     }
 
-    /// Farthest point of every body's colliders from its centre of mass: bounds their speed.
+    /// Distance of the farthest collider point from each body's centre of mass: bounds point
+    /// speeds.
     pub fn measure_bodies(&self, bodies: &mut Bodies) {
         bodies
             .list
@@ -296,7 +297,7 @@ fn validate_law(handle: ColliderHandle, law: &SurfaceLaw) -> Result<(), ModelErr
     Ok(())
 }
 
-/// Whether a collider is switched on, and its body too.
+/// Whether a collider and its body are enabled.
 fn runs(collider: &Collider, world: &PhysicsWorld) -> bool {
     let body = collider.parent().map(|h| world.bodies.get(h));
     collider.is_enabled() && body.is_none_or(|b| b.is_some_and(|b| b.is_enabled()))

@@ -1,12 +1,12 @@
-//! The reference drive: every part with every other.
+//! The reference drive: every part against every other.
 
 use super::{Detector, shapes};
 
 impl Detector {
-    /// Notes all pairs of parts whose boxes are within the reach of each other.
+    /// Adds all pairs of parts whose boxes are within reach of each other.
     pub(super) fn try_all(&mut self) {
         self.pairs.rows.clear();
-        // no two reach farther, see `Span::reach`
+        // no two parts reach farther, see `Span::reach`
         let reach = 1.1 * self.span.prediction;
         let leaves = &self.leaves;
         let boxes = leaves.list.iter().enumerate();

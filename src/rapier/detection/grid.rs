@@ -1,21 +1,22 @@
-//! Which parts come near each other: boxes with a margin in a grid.
+//! The broad phase: fat bounding boxes in a hierarchical grid.
 //!
-//! A part's box is looked at only when it may have left its fat one: every body carries the length
-//! of the way that any of its points can have gone, and a fat box says up to which length it
-//! holds. Fat boxes lie in square cells by their lower corner, on the level whose cells are no wider
-//! than the box, by less than twice; a new one asks the cells around it on all levels.
+//! Every leaf has a bound of the distance that its points have travelled, and its fat box is valid
+//! up to a limit of that distance. The grid looks at a leaf's box only when the limit is passed. A
+//! fat box lies in the square cell of its lower corner, on the level whose cells are at most as
+//! wide as the box and more than half as wide. A new box looks into the cells around it on all
+//! levels.
 //!
-//! Cells have no memory of their own: what lies in them hangs in lists, at least as many as there are
-//! boxes, to which cells are dealt out by a hash of their place.
+//! A cell has no storage of its own. A hash of its position assigns it to one of the lists, of
+//! which there are at least as many as boxes.
 //!
-//! Two boxes that overlap and did before are a pair that is known: nobody is told of it.
+//! The grid does not report a pair again that overlapped before and still does.
 //!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §7.2 (hierarchical grids).
 
 /// Low x, low y, high x, high y \[m\].
 type Box4 = [f64; 4];
 
-/// A box that overlaps none.
+/// A box that overlaps no other.
 const NOWHERE: Box4 = [
     f64::INFINITY,
     f64::INFINITY,
@@ -24,24 +25,24 @@ const NOWHERE: Box4 = [
 ];
 
 fn overlap(a: &Box4, b: &Box4) -> bool {
-    // not one by one: which of them fails is anybody's guess
+    // all four comparisons at once: a branch per comparison would be mispredicted
     (a[0] <= b[2]) & (b[0] <= a[2]) & (a[1] <= b[3]) & (b[1] <= a[3])
 }
 
-/// Its level's cells are `2^level` \[m\] wide.
+/// The cells of a level are `2^level` \[m\] wide.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cell {
     level: i32,
     at: [i64; 2],
 }
 
-/// Cells in a line of a level that have names of their own; farther ones share theirs, and a look
-/// at so many at once goes over all leaves instead.
+/// Cells in a row of a level that have different hash names; cells farther away share names. A
+/// query over that many cells visits all leaves instead.
 const NAMED: i64 = 1 << 26;
 
-/// Nothing coarser or finer is told apart: keeps the widths of cells and their inverses normal
-/// numbers. Of the coarsest level, whose boxes may be of any size, cells say nothing; a half-plane
-/// that turns has such a box.
+/// Bounds of the levels, so that cell widths and their inverses are normal numbers. Boxes on the
+/// coarsest level may have any size, and queries test all of them; a half-plane that rotates has
+/// such a box.
 const LEVELS: i32 = 1000;
 
 /// No leaf.
@@ -66,11 +67,12 @@ fn extent(fat: &Box4) -> f64 {
     (fat[2] - fat[0]).max(fat[3] - fat[1])
 }
 
-/// Number of the cell of a coordinate. Exact, so that it never falls while the coordinate grows.
+/// Number of the cell of a coordinate. Exact, so that it never decreases as the coordinate grows.
 fn number(x: f64, level: i32) -> i64 {
     let inverse = f64::from_bits(((1023 - level) as u64) << 52);
     let scaled = x * inverse;
-    // not `floor`, which is a call where the processor is not known to have it
+    // a cast instead of `floor`, which is a library call on processors without a rounding
+    // instruction
     let whole = scaled as i64;
     whole.saturating_sub(i64::from(whole as f64 > scaled))
 }
@@ -78,14 +80,14 @@ fn number(x: f64, level: i32) -> i64 {
 #[derive(Clone, Copy)]
 struct Node {
     fat: Box4,
-    /// Its cell's.
+    /// Hash name of its cell.
     name: u64,
-    /// Others in the same list.
+    /// Next leaf in the same list.
     next: u32,
     before: u32,
-    /// Its place among those of its level.
+    /// Index of the leaf in the list of its level.
     rank: u32,
-    /// The way \[m\] up to which its fat box holds it; none is placed at −∞.
+    /// Travelled distance \[m\] up to which the fat box is valid; −∞ for a leaf without a box.
     limit: f64,
 }
 
@@ -101,7 +103,7 @@ const EMPTY: Node = Node {
 /// A level in use.
 struct Level {
     level: i32,
-    /// Of the widest box that it has held \[m\].
+    /// Size of the widest box so far on this level \[m\].
     extent: f64,
     list: Vec<u32>,
 }
@@ -112,9 +114,9 @@ pub(super) struct Grid {
     /// The first leaf of each list.
     lists: Vec<u32>,
     levels: Vec<Level>,
-    /// Leaves of this call whose fat boxes are new, with the former ones.
+    /// Leaves whose fat boxes are new in this call, with their former boxes.
     changed: Vec<(u32, Box4)>,
-    /// Whether a leaf is among them.
+    /// Whether each leaf is in `changed`.
     moved: Vec<bool>,
 }
 
@@ -139,7 +141,7 @@ impl Grid {
             self.lists.resize(2 * count.next_power_of_two(), NONE);
             let placed = |k: &u32| self.nodes[*k as usize].limit != f64::NEG_INFINITY;
             for leaf in (0..count as u32).filter(placed).collect::<Vec<_>>() {
-                self.hang(leaf);
+                self.push_front(leaf);
             }
         }
     }
@@ -151,7 +153,7 @@ impl Grid {
     }
 
     /// Puts a leaf at the head of the list of its cell.
-    fn hang(&mut self, leaf: u32) {
+    fn push_front(&mut self, leaf: u32) {
         let list = self.list(self.nodes[leaf as usize].name);
         let first = std::mem::replace(&mut self.lists[list], leaf);
         if let Some(next) = self.nodes.get_mut(first as usize) {
@@ -161,15 +163,15 @@ impl Grid {
         (node.before, node.next) = (NONE, first);
     }
 
-    /// Whether a leaf that has gone the way `way` and looks `growth` \[m\] ahead is still within
-    /// its fat box.
-    pub fn holds(&self, leaf: usize, way: f64, growth: f64) -> bool {
-        way + growth <= self.nodes[leaf].limit
+    /// Whether a leaf that has travelled `travel` \[m\] and looks `growth` \[m\] ahead is still
+    /// within its fat box.
+    pub fn holds(&self, leaf: usize, travel: f64, growth: f64) -> bool {
+        travel + growth <= self.nodes[leaf].limit
     }
 
-    /// Sees to it that the fat box of `leaf` holds `tight` grown by `growth`; `ahead` \[m\] is
-    /// where it moves in the next steps. Once a call.
-    pub fn place(&mut self, leaf: usize, tight: Box4, way: f64, growth: f64, ahead: [f64; 2]) {
+    /// Gives `leaf` a fat box that contains `tight` grown by `growth`. `ahead` \[m\] is its motion
+    /// in the next steps. Call it at most once a call.
+    pub fn place(&mut self, leaf: usize, tight: Box4, travel: f64, growth: f64, ahead: [f64; 2]) {
         let node = &mut self.nodes[leaf];
         let old = node.fat;
         let slack = (tight[0] - old[0])
@@ -177,20 +179,20 @@ impl Grid {
             .min(old[2] - tight[2])
             .min(old[3] - tight[3]);
         if slack >= growth {
-            node.limit = way + slack;
+            node.limit = travel + slack;
             return;
         }
         let size = (tight[2] - tight[0]).max(tight[3] - tight[1]);
         let margin = growth + 0.08 * size.min(1e3);
-        // room for the rounding of boxes and gaps
+        // margin for the rounding of boxes and gaps
         let far = tight.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let grown = margin + 1e-12 * far;
-        // finite, as an infinite box would overlap even the one that is nowhere
+        // finite, as an infinite box would overlap even `NOWHERE`
         let low = |k: usize| (tight[k] - grown + ahead[k].min(0.0)).max(f64::MIN);
         let high = |k: usize| (tight[k + 2] + grown + ahead[k].max(0.0)).min(f64::MAX);
         let fat = [low(0), low(1), high(0), high(1)];
         let new = node.limit == f64::NEG_INFINITY;
-        (node.fat, node.limit) = (fat, way + margin);
+        (node.fat, node.limit) = (fat, travel + margin);
         self.moved[leaf] = true;
         self.changed.push((leaf as u32, old));
         let cell = Cell::of(&fat);
@@ -212,7 +214,7 @@ impl Grid {
         let node = &mut self.nodes[leaf as usize];
         node.name = cell.name();
         let extent = extent(&node.fat);
-        self.hang(leaf);
+        self.push_front(leaf);
         let rank = match self.level(cell) {
             Some(level) => {
                 level.extent = level.extent.max(extent);
@@ -231,7 +233,7 @@ impl Grid {
         self.nodes[leaf as usize].rank = rank as u32;
     }
 
-    /// Takes a leaf out of its cell.
+    /// Removes a leaf from its cell.
     fn unlink(&mut self, leaf: u32, cell: Cell) {
         let Node {
             next, before, rank, ..
@@ -258,7 +260,7 @@ impl Grid {
         }
     }
 
-    /// Whether the fat box of a leaf is of this call.
+    /// Whether the fat box of a leaf is new in this call.
     pub fn moved(&self, leaf: u32) -> bool {
         self.moved[leaf as usize]
     }
@@ -271,7 +273,7 @@ impl Grid {
     /// Calls `found` once for every pair of leaves whose fat boxes overlap now and did not before
     /// this call.
     pub fn pairs(&self, mut found: impl FnMut(u32, u32)) {
-        // former boxes of leaves that moved
+        // former boxes of the leaves that moved
         let mut former = vec![];
         if self.changed.len() > 1 {
             former.resize(self.nodes.len(), NOWHERE);
@@ -305,7 +307,7 @@ impl Grid {
             list,
         } in &self.levels
         {
-            // a box that reaches into a cell begins at most its extent before, which is rounded
+            // a box that reaches into a cell begins at most the rounded extent before it
             let range = |k: usize| {
                 let back = (1.0 + 1e-12) * extent + 1e-12 * room[k].abs();
                 (number(room[k] - back, *level), number(room[k + 2], *level))
@@ -326,7 +328,7 @@ impl Grid {
                     let name = cell.name();
                     let mut b = self.lists[self.list(name)];
                     while let Some(node) = self.nodes.get(b as usize) {
-                        // another cell may share the list, and be asked as well
+                        // leaves of another cell may be in the same list
                         if node.name == name {
                             ask(b, node);
                         }
@@ -352,15 +354,15 @@ mod tests {
         }
     }
 
-    /// Boxes of six sizes, a thousandfold apart, that jump, go and come: those told of and not
-    /// parted since are those that overlap, and none is told of while it is known.
+    /// Boxes of six sizes up to a factor of 1000 apart jump, go and come. The pairs reported and
+    /// not parted since are the pairs that overlap, and no pair is reported twice.
     #[test]
     fn tells_of_every_pair_that_has_come_to_overlap_once() {
         const COUNT: u32 = 300;
         let mut random = series();
         let mut grid = Grid::default();
         let mut known: BTreeSet<[u32; 2]> = BTreeSet::new();
-        let (mut told, mut overlapping) = (0, 0);
+        let (mut reported, mut overlapping) = (0, 0);
         for call in 0..60 {
             if call % 7 == 3 {
                 let there = grid.nodes.len() as u32;
@@ -369,7 +371,7 @@ mod tests {
                     known.retain(|pair| !pair.contains(&leaf));
                 }
             }
-            // more and more, so that lists are dealt out anew
+            // a growing count, so that the lists are rebuilt
             let count = (20 * call + 20).min(COUNT);
             grid.begin(count as usize);
             for leaf in 0..count as usize {
@@ -381,7 +383,7 @@ mod tests {
                 }
             }
             grid.pairs(|a, b| {
-                told += 1;
+                reported += 1;
                 assert!(known.insert([a.min(b), a.max(b)]), "{a} {b} is known");
             });
             known.retain(|[a, b]| grid.overlap(*a, *b));
@@ -390,7 +392,10 @@ mod tests {
             overlapping += all.len();
             assert!(known == all, "call {call}");
         }
-        assert!(told > 5_000 && overlapping > 20_000, "{told} {overlapping}");
+        assert!(
+            reported > 5_000 && overlapping > 20_000,
+            "{reported} {overlapping}"
+        );
         let leaves: usize = grid.levels.iter().map(|level| level.list.len()).sum();
         assert_eq!(leaves, COUNT as usize);
     }
@@ -403,19 +408,19 @@ mod tests {
             grid.place(0, [-1e15, -1e15, 1e15, 1e15], 0.0, growth, [0.0; 2]);
             grid.place(1, [3.0, 3.0, 4.0, 4.0], 0.0, 0.1, [0.0; 2]);
             grid.place(2, [-9.0, 3.0, -8.0, 4.0], 0.0, growth, [0.0; 2]);
-            let mut told = BTreeSet::new();
-            grid.pairs(|a, b| assert!(told.insert([a.min(b), a.max(b)])));
-            assert_eq!(told.len(), 3, "{growth}");
-            // who comes later is met as well
+            let mut reported = BTreeSet::new();
+            grid.pairs(|a, b| assert!(reported.insert([a.min(b), a.max(b)])));
+            assert_eq!(reported.len(), 3, "{growth}");
+            // a leaf that comes later is found as well
             grid.begin(4);
             grid.place(3, [30.0, 3.0, 31.0, 4.0], 0.0, 0.1, [0.0; 2]);
-            grid.pairs(|a, b| assert!(told.insert([a.min(b), a.max(b)])));
-            assert_eq!(told.len(), 5, "{growth}");
+            grid.pairs(|a, b| assert!(reported.insert([a.min(b), a.max(b)])));
+            assert_eq!(reported.len(), 5, "{growth}");
         }
     }
 
-    /// Cells that are so many apart that they share a name, and with it a list: who lies in one of
-    /// them is told of once, and only to its neighbour.
+    /// Cells so far apart that they share a name, and with it a list: a leaf in one of them is
+    /// reported once, and only to its neighbour.
     #[test]
     fn cells_of_one_name_are_no_neighbours() {
         let far = NAMED as f64;
@@ -428,14 +433,15 @@ mod tests {
         }
         let name = |leaf: usize| grid.nodes[leaf].name;
         assert!((0..32).all(|k| name(3 * k) == name(3 * k + 1)));
-        let mut told = Vec::new();
-        grid.pairs(|a, b| told.push([a.min(b), a.max(b)]));
-        told.sort_unstable();
+        let mut reported = Vec::new();
+        grid.pairs(|a, b| reported.push([a.min(b), a.max(b)]));
+        reported.sort_unstable();
         let neighbours: Vec<_> = (0..32).map(|k| [3 * k, 3 * k + 2]).collect();
-        assert_eq!(told, neighbours);
+        assert_eq!(reported, neighbours);
     }
 
-    /// Cells are halves open, their numbers exact, and what has no number has a cell all the same.
+    /// Cells are half-open, their numbers exact, and a coordinate without a number has a cell as
+    /// well.
     #[test]
     fn numbers_of_cells_grow_with_the_coordinate() {
         assert_eq!(
@@ -448,7 +454,7 @@ mod tests {
         let wide = Cell::of(&[0.0, 0.0, 1e308, 1.0]);
         assert_eq!(wide.level, LEVELS);
         assert_eq!(Cell::of(&[3.0, 3.0, 3.0, 3.0]).level, -LEVELS);
-        // exactly a power of two wide belongs to that level
+        // a box of exactly a power of two is on that level
         assert_eq!(Cell::of(&[0.0, 0.0, 2.0, 1.0]).level, 1);
         assert_eq!(Cell::of(&[0.0, 0.0, 1.9, 1.0]).level, 0);
     }

@@ -1,8 +1,9 @@
-//! The user's hooks: rapier's `PhysicsHooks`, asked about our contacts.
+//! The user's hooks: rapier's `PhysicsHooks`, called for our contacts.
 //!
-//! A hook sees the world at the poses of the start of the step, the contacts at the middle of it,
-//! where they are solved. Where impacts are located in time it is asked again for each. What it
-//! writes on a pair is kept while the pair has contacts, and shown to it once more without any.
+//! A hook sees the world at the poses of the start of the step, and the contacts at the midpoint,
+//! where they are solved. Where the time of impact is computed, the hook is called again for each
+//! impact. The value that a hook stores on a pair lasts while the pair has contacts, and the hook
+//! sees it once more when there are none.
 
 use super::super::engine::geometry::{
     ContactManifold, ContactManifoldData, SolverContact, SolverContacts, SolverFlags,
@@ -17,7 +18,7 @@ use crate::dynamics::{NormalLaw, Pose64};
 use crate::rapier::parry::query::TrackedContact;
 use crate::rapier::parry::shape::PackedFeatureId;
 
-/// Who is asked, and about which world.
+/// The user's hooks and the world that they see.
 #[derive(Clone, Copy)]
 pub(in crate::rapier) struct Hooks<'a> {
     pub hooks: &'a dyn PhysicsHooks,
@@ -38,24 +39,24 @@ impl Hooks<'_> {
 
     /// Whether the user's filter lets two colliders push each other.
     pub(super) fn lets_push(&self, known: [&Known; 2]) -> bool {
-        let asked = known[0].hooks() | known[1].hooks();
-        !asked.contains(ActiveHooks::FILTER_CONTACT_PAIRS)
+        let active = known[0].hooks() | known[1].hooks();
+        !active.contains(ActiveHooks::FILTER_CONTACT_PAIRS)
             || self
                 .hooks
                 .filter_contact_pair(&self.pair(known))
                 .is_some_and(|flags| flags.contains(SolverFlags::COMPUTE_RIGID_IMPULSES))
     }
 
-    /// Whether the user's filter wants to know of two colliders that cross.
+    /// Whether the user's filter wants intersection events of two colliders.
     pub(super) fn lets_cross(&self, known: [&Known; 2]) -> bool {
-        let asked = known[0].hooks() | known[1].hooks();
-        !asked.contains(ActiveHooks::FILTER_INTERSECTION_PAIR)
+        let active = known[0].hooks() | known[1].hooks();
+        !active.contains(ActiveHooks::FILTER_INTERSECTION_PAIR)
             || self.hooks.filter_intersection_pair(&self.pair(known))
     }
 
-    /// Lets the user change the contacts of two parts. `mark` is what the user wrote on this pair.
+    /// Lets the user modify the contacts of two parts. `mark` is the user's value of this pair.
     ///
-    /// Returns what is left of them, each with the speed \[m/s\] that the user gives its surface.
+    /// Returns the remaining contacts, each with the surface speed \[m/s\] that the user sets.
     pub(super) fn modify(
         &self,
         known: [&Known; 2],
@@ -103,10 +104,10 @@ impl Hooks<'_> {
             });
         }
         let NormalLaw::Rigid { restitution } = setting.law else {
-            // a compliant surface has no restitution to change
+            // a compliant surface has no restitution to modify
             return touches.iter().map(|t| (*t, 0.0)).collect();
         };
-        let (mut seen_normal, given) = (manifold.data.normal, manifold.data.normal);
+        let (mut seen_normal, original) = (manifold.data.normal, manifold.data.normal);
         let (mut friction, mut bounce) = (setting.friction as Real, restitution as Real);
         let mut context = ContactModificationContext {
             bodies: &self.world.bodies,
@@ -133,7 +134,7 @@ impl Hooks<'_> {
                 restitution: widen(bounce).clamp(0.0, 1.0),
             };
         }
-        let normal = match seen_normal == given {
+        let normal = match seen_normal == original {
             true => None,
             false => Vec2::new(seen_normal.x.into(), seen_normal.y.into()).try_normalize(0.0),
         };
@@ -142,7 +143,7 @@ impl Hooks<'_> {
             .iter()
             .filter_map(|contact| {
                 let mut touch = *touches.get(contact.contact_indices()[0] as usize)?;
-                // what the user left alone keeps its digits
+                // a contact that the user did not change keeps all its digits
                 if contact.dist != touch.gap as Real {
                     touch.gap = widen(contact.dist);
                 }

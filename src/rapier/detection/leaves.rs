@@ -1,4 +1,4 @@
-//! All parts of all colliders, numbered, and how far each has gone.
+//! All parts of all colliders, numbered, and the distance that each has travelled.
 
 use super::super::bodies::Bodies;
 use super::super::joints::OUTSIDE;
@@ -8,23 +8,24 @@ use super::shapes;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
-/// One part of a collider: what every look at a pair asks, and no more, to be close in memory.
+/// One part of a collider, with only what the narrow phase reads of every pair, to be close in
+/// memory.
 pub(super) struct Leaf {
-    /// Where it is.
+    /// Present pose.
     pub pose: Pose64,
     pub part: Part,
-    /// Of its collider.
+    /// Surface of its collider.
     pub surface: Surface,
-    /// Index of the collider, and of the part in it.
+    /// Index of the collider, and number of the part in it.
     pub slot: u32,
     pub sub: u32,
-    /// Whether it is the only part of its collider.
+    /// Whether this is the only part of its collider.
     pub lone: bool,
     /// Number of the body in this step.
     pub body: u32,
 }
 
-/// What a part is called, close together in memory.
+/// Index of the collider and number of the part, close together in memory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Name {
     /// See [`Leaf`].
@@ -33,25 +34,25 @@ pub(super) struct Name {
     pub body: u32,
 }
 
-/// How a part is fixed to its body.
-struct Seat {
-    /// In the body's frame, or the world's where it has no body.
+/// How a part is attached to its body.
+struct Attachment {
+    /// Pose in the body's frame, or the world's for a collider without a body.
     local: Pose64,
     /// Farthest point from the origin of that frame \[m\].
     radius: f64,
-    /// A circle round the part \[m\], in the same frame.
+    /// A bounding circle of the part \[m\], in the same frame.
     circle: (Vec2, f64),
-    /// Where the body was when the part was last moved.
+    /// Pose of the body when the part was last moved.
     old: Pose64,
 }
 
-/// What tells most pairs apart, close together in memory.
+/// The data that rejects most pairs, close together in memory.
 #[derive(Clone, Copy)]
 pub(super) struct Near {
-    /// Centre and radius of a circle round the part, as far as it reaches in this step \[m\].
+    /// Centre and radius of a circle around the part and its reach in this step \[m\].
     center: Vec2,
     radius: f64,
-    /// The way it has gone and its share of the reach \[m\].
+    /// Travelled distance plus the part's share of the reach \[m\].
     pub reached: f64,
 }
 
@@ -71,19 +72,19 @@ impl Near {
     }
 }
 
-/// The parts, under numbers that last as long as their colliders.
+/// All parts. A number stays valid as long as its collider exists.
 #[derive(Default)]
 pub(super) struct Leaves {
     pub list: Vec<Option<Leaf>>,
-    /// Of each leaf.
+    /// Per leaf.
     pub names: Vec<Name>,
-    /// Of each leaf, a bound of the way \[m\] that any of its points has gone so far.
-    pub way: Vec<f64>,
-    /// Of each leaf, once [`Leaves::reach`] was called for it.
+    /// Per leaf, a bound of the distance \[m\] that any of its points has travelled so far.
+    pub travel: Vec<f64>,
+    /// Per leaf; valid after [`Leaves::reach`].
     pub near: Vec<Near>,
-    seats: Vec<Seat>,
+    attachments: Vec<Attachment>,
     free: Vec<u32>,
-    /// Of each collider, its leaves.
+    /// Per collider, its leaves.
     of_slot: Vec<Vec<u32>>,
 }
 
@@ -95,7 +96,7 @@ impl Leaves {
         }
     }
 
-    /// Drops the leaves of a collider and says which they were.
+    /// Removes the leaves of a collider and returns their numbers.
     pub fn remove(&mut self, slot: u32) -> Vec<u32> {
         let gone = match self.of_slot.get_mut(slot as usize) {
             Some(leaves) => std::mem::take(leaves),
@@ -120,7 +121,7 @@ impl Leaves {
             let local = known.local.compose(&piece.local);
             let body = colliders.body(slot, bodies);
             let old = self.body_pose(body, bodies);
-            let seat = Seat {
+            let attachment = Attachment {
                 radius: shapes::radius(&piece.part, &local),
                 circle: shapes::circle(&piece.part, &local),
                 local,
@@ -140,20 +141,21 @@ impl Leaves {
                 sub: piece.sub,
                 body,
             };
-            let near = Near::at(old.apply(seat.circle.0));
+            let near = Near::at(old.apply(attachment.circle.0));
             let id = match self.free.pop() {
                 Some(id) => {
                     let k = id as usize;
-                    (self.list[k], self.way[k], self.seats[k]) = (Some(leaf), 0.0, seat);
+                    (self.list[k], self.travel[k], self.attachments[k]) =
+                        (Some(leaf), 0.0, attachment);
                     (self.names[k], self.near[k]) = (name, near);
                     id
                 }
                 None => {
                     self.list.push(Some(leaf));
-                    self.way.push(0.0);
+                    self.travel.push(0.0);
                     self.names.push(name);
                     self.near.push(near);
-                    self.seats.push(seat);
+                    self.attachments.push(attachment);
                     self.list.len() as u32 - 1
                 }
             };
@@ -168,7 +170,7 @@ impl Leaves {
         }
     }
 
-    /// Takes over a law that the user gave a collider.
+    /// Copies a new surface law of a collider to its leaves.
     pub fn resurface(&mut self, slot: u32, colliders: &Colliders) {
         let (Some(known), Some(own)) = (colliders.get(slot), self.of_slot.get(slot as usize))
         else {
@@ -181,7 +183,7 @@ impl Leaves {
         }
     }
 
-    /// Takes over the numbers of the bodies after some came or went.
+    /// Updates the body numbers after bodies came or went.
     pub fn renumber(&mut self, colliders: &Colliders, bodies: &Bodies) {
         for (leaf, name) in self.list.iter_mut().zip(&mut self.names) {
             if let Some(leaf) = leaf {
@@ -191,40 +193,40 @@ impl Leaves {
         }
     }
 
-    /// Moves every leaf to where its body is.
+    /// Moves every leaf to the pose of its body.
     pub fn follow(&mut self, bodies: &Bodies) {
         for k in 0..self.list.len() {
             self.follow_one(k, bodies);
         }
     }
 
-    /// Notes how far \[m\] a leaf reaches in this step.
+    /// Stores how far \[m\] a leaf reaches in this step.
     pub fn reach(&mut self, k: usize, share: f64) {
         let near = &mut self.near[k];
-        near.reached = self.way[k] + share;
-        // with room for the rounding of circles and gaps
+        near.reached = self.travel[k] + share;
+        // with a margin for the rounding of circles and gaps
         let rounding = 1e-9 * share + 1e-12 * near.center.amax();
-        near.radius = (1.0 + 1e-12) * self.seats[k].circle.1 + share + rounding;
+        near.radius = (1.0 + 1e-12) * self.attachments[k].circle.1 + share + rounding;
     }
 
-    /// Moves a leaf to where its body is, if there is such a leaf.
+    /// Moves a leaf, if it exists, to the pose of its body.
     ///
-    /// No point of a part can have gone farther than `|Δp| + R |Δ(cos, sin)|`, its chord.
+    /// A point of the part travels at most `|Δp| + R |Δ(cos, sin)|`, its chord.
     #[inline]
     pub fn follow_one(&mut self, k: usize, bodies: &Bodies) -> Option<&Leaf> {
         let leaf = self.list[k].as_mut()?;
         if leaf.body != OUTSIDE {
             let now = &bodies.list[leaf.body as usize].pose;
-            let seat = &mut self.seats[k];
-            let old = &seat.old;
+            let attachment = &mut self.attachments[k];
+            let old = &attachment.old;
             if now != old {
                 let turned = Vec2::new(now.cos - old.cos, now.sin - old.sin).norm();
-                let gone = (now.translation - old.translation).norm() + seat.radius * turned;
-                // a rounding of it, so that sums of roundings stay a bound
-                self.way[k] += gone * (1.0 + 1e-12);
-                leaf.pose = now.compose(&seat.local);
-                self.near[k].center = now.apply(seat.circle.0);
-                seat.old = *now;
+                let gone = (now.translation - old.translation).norm() + attachment.radius * turned;
+                // a margin, so that the rounded sum stays a bound
+                self.travel[k] += gone * (1.0 + 1e-12);
+                leaf.pose = now.compose(&attachment.local);
+                self.near[k].center = now.apply(attachment.circle.0);
+                attachment.old = *now;
             }
         }
         Some(leaf)

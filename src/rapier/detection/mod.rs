@@ -1,15 +1,15 @@
-//! Contacts from a rapier world.
+//! Contact detection in a rapier world.
 //!
-//! Two drives, tested to find the same contacts. [`DetectionDrive::Tree`]: every part of a collider
-//! is a leaf in a grid of fat boxes; pairs of leaves whose boxes overlap are kept sorted, and one is
-//! looked at again only when its two sides can have come close. [`DetectionDrive::Exhaustive`]
-//! remembers nothing and tries every part with every other. Gaps come from `f64` kernels (1e-15 m;
-//! 1e-13 m a kilometre from the origin); of shapes without one (voxels, shapes of the user's own)
-//! from parry, at relative poses formed in `f64` and never from a manifold that is kept (3e-7 m for
-//! 1 m shapes).
+//! There are two drives, tested to find the same contacts. [`DetectionDrive::Tree`] puts every part
+//! of a collider as a leaf into a grid of fat bounding boxes. It stores the pairs of leaves whose
+//! fat boxes overlap, sorted, and runs the narrow phase on a pair only when its two sides may have
+//! come close. [`DetectionDrive::Exhaustive`] stores nothing and tests every part against every
+//! other. Gaps come from `f64` kernels (accurate to 1e-15 m; 1e-13 m a kilometre from the origin).
+//! Shapes without a kernel (voxels, user-defined shapes) use parry, at relative poses computed in
+//! `f64` and never from a recycled manifold (accurate to 3e-7 m for 1 m shapes).
 //!
-//! rapier's own broad and narrow phase take no part: they would cost as much as rapier's step, and
-//! keep manifolds while a pair moves by up to a millimetre.
+//! rapier's own broad and narrow phase are not used: they would cost as much as rapier's step, and
+//! they recycle manifolds while a pair moves by up to a millimetre.
 
 mod colliders;
 mod exhaustive;
@@ -31,40 +31,40 @@ use colliders::Colliders;
 use grid::Grid;
 pub(super) use hooks::Hooks;
 use leaves::Leaves;
-pub(super) use pairs::Told;
+pub(super) use pairs::EventContact;
 use pairs::{Apart, Finder, Pairs, apart};
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 use span::Span;
 
-/// Who finds the pairs of colliders that come near each other.
+/// How detection finds the pairs of colliders that are near each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectionDrive {
-    /// A grid of boxes and what was learnt in the steps before.
+    /// A grid of boxes that reuses the results of the steps before.
     #[default]
     Tree,
-    /// Nobody: every part is tried with every other. The reference, at a cost that grows with the
-    /// square of the number of parts.
+    /// Tests every part against every other. The reference, at a cost that grows with the square of
+    /// the number of parts.
     Exhaustive,
 }
 
-/// What rapier's collider cannot say about a surface.
+/// Properties of a surface that rapier's collider cannot store.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
-    /// rigidity and restitution. Two compliant surfaces act in series. With
-    /// `one_point_per_segment` both are per metre of the segment that the other shape covers: a
-    /// Winkler foundation. A ball covers all of it.
+    /// rigidity and restitution. Two compliant surfaces act in series. With `one_point_per_segment`
+    /// both are per metre of the segment that the other shape covers: a Winkler foundation. A ball
+    /// covers the whole segment.
     pub compliance: Option<(f64, f64)>,
-    /// Speed of the surface along itself \[m/s\], positive counter-clockwise round the collider:
-    /// a belt whose top runs to −x has a positive one.
+    /// Tangential speed of the surface \[m/s\], positive counter-clockwise round the collider: a
+    /// belt whose top runs to −x has a positive speed.
     pub speed: f64,
-    /// Keep only the deepest point a segment of this polyline: its segments are cells.
+    /// Keeps only the deepest point per segment of this polyline: its segments are cells.
     pub one_point_per_segment: bool,
 }
 
-/// What detection remembers from step to step.
+/// State that detection keeps from step to step.
 #[derive(Default)]
 pub(super) struct Detector {
     drive: DetectionDrive,
@@ -73,11 +73,11 @@ pub(super) struct Detector {
     grid: Grid,
     pairs: Pairs,
     apart: Apart,
-    /// Of the bodies' numbers that the leaves hold.
+    /// Numbering of the bodies that the leaves refer to.
     numbering: Option<u64>,
-    /// Of the last full pass.
+    /// Span of the last full pass.
     span: Span,
-    /// Of each body, in this step.
+    /// Per body, in this step.
     present: Vec<Present>,
 }
 
@@ -104,10 +104,11 @@ impl Detector {
         self.colliders.surfaces.remove(&collider);
     }
 
-    /// Finds all contacts at the present poses; `acceleration` \[m/s²\] bounds that of any body.
+    /// Finds all contacts at the present poses. `acceleration` \[m/s²\] bounds the acceleration of
+    /// every body.
     ///
     /// # Errors
-    /// [`ModelError`] for colliders that use what is not supported.
+    /// [`ModelError`] for colliders that use unsupported features.
     pub fn detect(
         &mut self,
         hooks: Hooks,
@@ -117,7 +118,7 @@ impl Detector {
         out: &mut Detection,
     ) -> Result<(), ModelError> {
         let world = hooks.world;
-        self.take_over(world, bodies)?;
+        self.sync(world, bodies)?;
         self.present.clear();
         let all = 0..bodies.list.len() as u32;
         self.present.extend(all.map(|k| Present::of(bodies, k)));
@@ -148,7 +149,7 @@ impl Detector {
         }
     }
 
-    /// Contacts of pairs that [`Detector::detect`] has found before, at the present poses.
+    /// Contacts, at the present poses, of pairs that [`Detector::detect`] has found before.
     pub fn detect_pairs(
         &mut self,
         hooks: Hooks,
@@ -162,7 +163,7 @@ impl Detector {
             let body = self.colliders.body(slot, bodies);
             if body != OUTSIDE {
                 let known = &mut self.present[body as usize];
-                // whoever was fast has driven others in this step, though something has stopped it
+                // a body that was fast has driven others in this step, even if it is slow now
                 *known = Present {
                     fast: known.fast,
                     ..Present::of(bodies, body)
@@ -176,14 +177,14 @@ impl Detector {
     }
 
     /// Pairs of colliders, one of them a sensor, that overlap at the present poses.
-    pub fn crossings(&mut self, hooks: Hooks, bodies: &Bodies) -> Vec<[ColliderHandle; 2]> {
+    pub fn intersections(&mut self, hooks: Hooks, bodies: &Bodies) -> Vec<[ColliderHandle; 2]> {
         if !self.colliders.any_sensor() {
             return Vec::new();
         }
         self.leaves.follow(bodies);
         let mut pairs = std::mem::take(&mut self.pairs);
         let finder = self.finder(hooks, self.span);
-        let found = pairs.crossings(&finder);
+        let found = pairs.intersections(&finder);
         self.pairs = pairs;
         found
     }
@@ -197,15 +198,15 @@ impl Detector {
         self.pairs.restore_marks(marks);
     }
 
-    /// Contacts that are not solved but that a handler wants to hear of, with their gap \[m\].
-    pub fn told(&self) -> &[Told] {
-        self.pairs.told()
+    /// Contacts that are not solved but for which a handler wants events, with their gap \[m\].
+    pub fn event_contacts(&self) -> &[EventContact] {
+        self.pairs.event_contacts()
     }
 
-    /// Takes over what the user changed about colliders and bodies.
-    fn take_over(&mut self, world: &PhysicsWorld, bodies: &mut Bodies) -> Result<(), ModelError> {
+    /// Reads what the user changed about colliders and bodies.
+    fn sync(&mut self, world: &PhysicsWorld, bodies: &mut Bodies) -> Result<(), ModelError> {
         let renumbered = self.numbering != Some(bodies.numbering);
-        let told = self.colliders.refresh(world, &mut bodies.watch, renumbered);
+        let refreshed = self.colliders.refresh(world, &mut bodies.watch, renumbered);
         let mut gone = FxHashSet::default();
         for k in 0..self.colliders.changed.len() {
             let slot = self.colliders.changed[k];
@@ -214,7 +215,7 @@ impl Detector {
                 gone.insert(leaf);
             }
         }
-        // before numbers are used again
+        // before the numbers of removed leaves are used again
         if !gone.is_empty() {
             self.pairs.forget(&gone, &self.leaves);
         }
@@ -229,10 +230,10 @@ impl Detector {
             self.colliders.measure_bodies(bodies);
         }
         self.grid.begin(self.leaves.list.len());
-        told
+        refreshed
     }
 
-    /// Looks as far as `span` in this step.
+    /// Sets how far detection looks ahead in this step.
     fn look_ahead(&mut self, span: Span) {
         self.span = span;
         for body in &mut self.present {
@@ -240,7 +241,7 @@ impl Detector {
         }
     }
 
-    /// Moves all leaves, and finds all pairs that the span lets meet.
+    /// Moves all leaves and finds all pairs within the reach of the span.
     fn find_pairs(&mut self, bodies: &Bodies) {
         match self.drive {
             DetectionDrive::Tree => self.find_near(bodies),
@@ -251,7 +252,7 @@ impl Detector {
         }
     }
 
-    /// Whether no fast body meets, or is joined to, a slow one that it could drive.
+    /// Whether no fast body can meet, or is joined to, a slow one that it could push.
     fn fast_are_alone(&mut self, hooks: Hooks, bodies: &Bodies) -> bool {
         let side = |handle| bodies.index_of(handle).unwrap_or(OUTSIDE);
         let mut joints = hooks.world.impulse_joints.iter();
@@ -265,12 +266,12 @@ impl Detector {
         alone
     }
 
-    /// Whether one of two bodies is fast, and the other slow and not firm.
+    /// Whether one of two bodies is fast, and the other slow and movable.
     fn drives(&self, a: u32, b: u32) -> bool {
         let [a, b] = [a, b].map(|body| present(&self.present, body));
         let slow = if a.fast { b } else { a };
-        // who sleeps can be woken
-        a.fast != b.fast && (!slow.firm || slow.asleep)
+        // a sleeping body can wake
+        a.fast != b.fast && (!slow.immovable || slow.asleep)
     }
 
     /// Moves all leaves, and brings the grid and the pairs up to date.
@@ -282,15 +283,15 @@ impl Detector {
             };
             let body = leaf.body;
             let growth = span.growth(present(&self.present, body), leaf.surface.size);
-            let way = leaves.way[k];
+            let travel = leaves.travel[k];
             leaves.reach(k, growth);
-            if self.grid.holds(k, way, growth) {
+            if self.grid.holds(k, travel, growth) {
                 continue;
             }
             let leaf = leaves.get(k as u32);
             let tight = shapes::extent(&leaf.part, &leaf.pose);
             let ahead = span.ahead(bodies, body);
-            self.grid.place(k, tight, way, growth, ahead);
+            self.grid.place(k, tight, travel, growth, ahead);
         }
         let (rows, leaves) = (&mut self.pairs.rows, &self.leaves);
         self.grid.pairs(|a, b| rows.add(a, b, &leaves.names));
@@ -298,32 +299,32 @@ impl Detector {
     }
 }
 
-/// What a look at a pair asks of a body, close together in memory.
+/// The properties of a body that the narrow phase reads, close together in memory.
 #[derive(Debug, Clone, Copy)]
 struct Present {
-    /// Bound of the speed of any of its points \[m/s\].
+    /// Bound of the speed of all its points \[m/s\].
     speed: f64,
     /// Centre of mass \[m\], and the largest coordinate of its frame's origin \[m\].
     center: Vec2,
     coordinate: f64,
     kind: RigidBodyType,
     asleep: bool,
-    /// Nothing can push it.
-    firm: bool,
-    /// Nothing about it can change in this step.
+    /// No contact can push the body.
+    immovable: bool,
+    /// The body neither moves nor can be pushed in this step.
     still: bool,
     /// See [`Span`].
     fast: bool,
 }
 
-/// The world outside of all bodies.
+/// Stands for colliders without a body.
 static OUTER: Present = Present {
     speed: 0.0,
     center: Vec2::new(0.0, 0.0),
     coordinate: 0.0,
     kind: RigidBodyType::Fixed,
     asleep: false,
-    firm: true,
+    immovable: true,
     still: true,
     fast: false,
 };
@@ -337,7 +338,7 @@ impl Present {
             coordinate: shadow.pose.translation.amax(),
             kind: shadow.kind,
             asleep: shadow.group != 0,
-            firm: bodies.inverse_mass[k as usize] == Vec3::zeros(),
+            immovable: bodies.inverse_mass[k as usize] == Vec3::zeros(),
             still: bodies.still(k),
             fast: false,
         }
@@ -345,6 +346,6 @@ impl Present {
 }
 
 fn present(list: &[Present], body: u32) -> &Present {
-    // no body has the number of the world outside
+    // the number outside of the model belongs to no body
     list.get(body as usize).unwrap_or(&OUTER)
 }

@@ -1,4 +1,4 @@
-//! The narrow phase: pairs of parts, and the contacts of those that are near.
+//! The narrow phase: pairs of parts, and the contacts of pairs that are near.
 
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
@@ -17,36 +17,37 @@ use crate::rapier::parry::query::{
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// All pairs of parts, and what looking at them leaves behind.
+/// All pairs of parts, and the buffers of the narrow phase.
 #[derive(Default)]
 pub(super) struct Pairs {
     pub rows: Rows,
     scratch: Scratch,
 }
 
-/// A contact that is not solved: its groups or a hook forbid it to push, or nothing in it can move.
+/// A contact that only makes events: its groups or a hook forbid it to push, or neither body can
+/// move.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::rapier) struct Told {
+pub(in crate::rapier) struct EventContact {
     pub colliders: [ColliderHandle; 2],
-    /// \[m\]
+    /// Gap \[m\].
     pub gap: f64,
 }
 
-/// What a look at a pair writes beside the contacts.
+/// Output of the narrow phase besides the contacts.
 #[derive(Default)]
 struct Scratch {
-    told: Vec<Told>,
+    event_contacts: Vec<EventContact>,
     touches: Vec<Touch>,
     marks: Marks,
 }
 
-/// What the user's hook wrote on pairs of parts, by [`Row::order`]. It lasts while they have
-/// contacts, and is shown once more when they have none: not for as long as boxes overlap, which
-/// depends on what was looked at before.
+/// Values that the user's hook stored on pairs of parts, by [`Row::order`]. A value lasts while the
+/// pair has contacts, and the hook sees it once more when the pair has none. It does not last as
+/// long as the boxes overlap, as that depends on earlier queries.
 #[derive(Default)]
 struct Marks {
     now: FxHashMap<[u32; 4], u32>,
-    /// Those of the last pass, in a pass over all pairs.
+    /// The values of the last pass, during a pass over all pairs.
     past: FxHashMap<[u32; 4], u32>,
 }
 
@@ -73,13 +74,13 @@ impl Pairs {
         });
     }
 
-    /// See [`super::Detector::told`].
-    pub fn told(&self) -> &[Told] {
-        &self.scratch.told
+    /// See [`super::Detector::event_contacts`].
+    pub fn event_contacts(&self) -> &[EventContact] {
+        &self.scratch.event_contacts
     }
 
-    /// See [`super::Detector::crossings`].
-    pub fn crossings(&mut self, finder: &Finder) -> Vec<[ColliderHandle; 2]> {
+    /// See [`super::Detector::intersections`].
+    pub fn intersections(&mut self, finder: &Finder) -> Vec<[ColliderHandle; 2]> {
         let mut found: Vec<[ColliderHandle; 2]> = Vec::new();
         for row in self.rows.iter() {
             let sides = row.leaves.map(|leaf| finder.leaves.get(leaf));
@@ -99,13 +100,13 @@ impl Pairs {
         found
     }
 
-    /// Contacts of all pairs; those whose boxes parted are dropped.
+    /// Contacts of all pairs; drops pairs whose boxes no longer overlap.
     pub fn all(&mut self, finder: &Finder, grid: Option<&Grid>, out: &mut Detection) {
         let scratch = &mut self.scratch;
         let mut group = Group::default();
-        scratch.told.clear();
+        scratch.event_contacts.clear();
         scratch.marks.past = std::mem::take(&mut scratch.marks.now);
-        // a pair with a mark is shown to the hook once more when it has no contacts
+        // a pair with a stored value goes to the hook once more when it has no contacts
         let marked = !scratch.marks.past.is_empty();
         let near = &finder.leaves.near;
         let any_asleep = finder.present.iter().any(|body| body.asleep);
@@ -128,28 +129,28 @@ impl Pairs {
                     return Some(budget);
                 }
             }
-            let way = &finder.leaves.way;
+            let travel = &finder.leaves.travel;
             match finder.contacts([a, b], &mut group, scratch, out) {
-                Some(bound) => Some(way[a as usize] + way[b as usize] + bound),
+                Some(bound) => Some(travel[a as usize] + travel[b as usize] + bound),
                 None => Some(budget),
             }
         });
         scratch.marks.past.clear();
     }
 
-    /// Whether all pairs of parts of two bodies that `asked` says yes of are out of reach.
-    pub fn none_meet(&mut self, finder: &Finder, asked: impl Fn(u32, u32) -> bool) -> bool {
+    /// Whether all pairs of parts of two `relevant` bodies are out of reach.
+    pub fn none_meet(&mut self, finder: &Finder, relevant: impl Fn(u32, u32) -> bool) -> bool {
         let (leaves, found) = (finder.leaves, &mut self.scratch.touches);
         self.rows.iter().all(|row| {
             let [a, b] = row.leaves.map(|leaf| leaf as usize);
-            !asked(leaves.names[a].body, leaves.names[b].body)
+            !relevant(leaves.names[a].body, leaves.names[b].body)
                 || leaves.near[a].apart(&leaves.near[b])
                 || finder.out_of_reach(row.leaves, found)
         })
     }
 
-    /// What the user's hook wrote on pairs of parts: indices of colliders, numbers of parts, mark;
-    /// sorted.
+    /// Values that the user's hook stored on pairs of parts, sorted: indices of colliders, numbers
+    /// of parts, value.
     pub fn marks(&self) -> Vec<([u32; 4], u32)> {
         let marks = self.scratch.marks.now.iter();
         let mut marks: Vec<_> = marks.map(|(order, mark)| (*order, *mark)).collect();
@@ -161,7 +162,7 @@ impl Pairs {
         self.scratch.marks.now = marks.iter().copied().collect();
     }
 
-    /// Contacts of some pairs of colliders, sorted as those of [`Pairs::all`].
+    /// Contacts of some pairs of colliders, sorted as by [`Pairs::all`].
     pub fn some(&mut self, finder: &Finder, pairs: &[[u32; 2]], out: &mut Detection) {
         let mut sorted = pairs.to_vec();
         sorted.sort_unstable();
@@ -176,7 +177,8 @@ impl Pairs {
     }
 }
 
-/// Where the contacts of the present pair of colliders start, if either has several parts.
+/// Start of the contacts of the present pair of colliders in the output, if either has several
+/// parts.
 #[derive(Default)]
 struct Group {
     slots: [u32; 2],
@@ -196,7 +198,7 @@ impl Group {
     }
 }
 
-/// Pairs of bodies between which a joint switches contacts off, smaller number first.
+/// Pairs of bodies whose joint disables contacts between them, smaller number first.
 pub(super) type Apart = FxHashSet<[u32; 2]>;
 
 pub(super) fn apart(world: &PhysicsWorld, bodies: &Bodies, out: &mut Apart) {
@@ -213,20 +215,20 @@ pub(super) fn apart(world: &PhysicsWorld, bodies: &Bodies, out: &mut Apart) {
     }
 }
 
-/// On what terms two parts meet.
+/// How the narrow phase treats a pair of parts.
 #[derive(Default)]
 struct Terms {
-    /// They do not push each other; a handler is told of it.
-    told: bool,
-    /// A hook changes their contacts.
+    /// The parts do not push each other; a handler gets events.
+    events_only: bool,
+    /// A hook modifies their contacts.
     modified: bool,
-    /// One point a segment is kept.
+    /// Only the deepest point per segment stays.
     deepest: bool,
-    /// A surface has a law of its own.
+    /// A surface has a [`SurfaceLaw`].
     own_law: bool,
 }
 
-/// What a look at a pair needs to know.
+/// Everything that the narrow phase reads.
 pub(super) struct Finder<'a> {
     pub colliders: &'a Colliders,
     pub leaves: &'a Leaves,
@@ -237,9 +239,9 @@ pub(super) struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// Adds the contacts of a pair; `group` is of the pairs before.
+    /// Adds the contacts of a pair; `group` is the state of the pairs before.
     ///
-    /// Returns a lower bound of the gap \[m\]; `None` if none was asked for.
+    /// Returns a lower bound of the gap \[m\]; `None` if no kernel was called.
     fn contacts(
         &self,
         leaves: [u32; 2],
@@ -253,10 +255,10 @@ impl Finder<'_> {
         let moving = bodies
             .iter()
             .any(|body| body.kind == RigidBodyType::Dynamic);
-        let held = bodies.iter().all(|body| body.firm && !body.asleep);
+        let immovable = bodies.iter().all(|body| body.immovable && !body.asleep);
         let sizes = sides.map(|leaf| leaf.surface.size);
         let reach = self.span.reach(bodies, sizes);
-        if !(plain && moving && !held) {
+        if !(plain && moving && !immovable) {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
         }
@@ -274,7 +276,7 @@ impl Finder<'_> {
         bound
     }
 
-    /// Whether two parts are surely too far apart to meet in this step, on whatever terms.
+    /// Whether two parts are certainly too far apart to meet in this step, whatever their terms.
     fn out_of_reach(&self, leaves: [u32; 2], found: &mut Vec<Touch>) -> bool {
         let sides = leaves.map(|leaf| self.leaves.get(leaf));
         let bodies = sides.map(|leaf| self.present(leaf));
@@ -283,7 +285,7 @@ impl Finder<'_> {
         found.clear();
         match touches(&one.pose, &one.part, &two.pose, &two.part, reach, found) {
             Some(_) => found.is_empty(),
-            // whose gap is parry's to tell
+            // only parry knows the gap of this pair
             None => {
                 let [a, b] = sides.map(|leaf| shapes::extent(&leaf.part, &leaf.pose));
                 (0..2).any(|k| a[k] > b[k + 2] + reach || b[k] > a[k + 2] + reach)
@@ -291,7 +293,7 @@ impl Finder<'_> {
         }
     }
 
-    /// [`Finder::contacts`] of two parts on any terms, by any means.
+    /// [`Finder::contacts`] without the fast path: all terms, all shapes.
     #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn contacts_on(
@@ -315,9 +317,9 @@ impl Finder<'_> {
             reach,
             found,
         ) {
-            if terms.told {
+            if terms.events_only {
                 let least = found.iter().map(|t| t.gap).reduce(f64::min);
-                scratch.told.extend(least.map(|gap| Told {
+                scratch.event_contacts.extend(least.map(|gap| EventContact {
                     colliders: sides.map(|leaf| leaf.surface.handle),
                     gap,
                 }));
@@ -352,30 +354,31 @@ impl Finder<'_> {
             }
             return Some(bound);
         }
-        if terms.told {
+        if terms.events_only {
             return None;
         }
-        // hooks that change contacts need one of our kernels: a shape of the user's own has none
+        // only shapes with a kernel support hooks that modify contacts; user-defined shapes have
+        // none
         let setting = self.setting(sides, terms, None);
         self.ask_parry(sides, setting, reach, group, terms.deepest, out);
         Some(f64::NEG_INFINITY)
     }
 
-    /// On what terms two parts meet that are not both plain; `None` if they do not.
+    /// The terms of two parts of which one is not plain; `None` if they do not meet.
     fn terms(&self, sides: [&Leaf; 2]) -> Option<Terms> {
         let known = self.known(sides)?;
         if !self.may_touch(sides, known) {
             return None;
         }
-        let told = !self.may_push(sides, known);
+        let events_only = !self.may_push(sides, known);
         let heard = known[0].events() | known[1].events();
-        if told && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
+        if events_only && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
             return None;
         }
-        let asked = known[0].hooks() | known[1].hooks();
+        let hooks = known[0].hooks() | known[1].hooks();
         Some(Terms {
-            told,
-            modified: asked.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
+            events_only,
+            modified: hooks.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
             deepest: known.iter().any(|k| k.law.one_point_per_segment),
             own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
         })
@@ -390,7 +393,7 @@ impl Finder<'_> {
         present(self.present, leaf.body)
     }
 
-    /// Whether neither side can change and one sleeps: its contacts are kept for it.
+    /// Whether neither side can change and one sleeps: the contacts of that side are stored.
     fn asleep(&self, leaves: [u32; 2]) -> bool {
         let sides = leaves.map(|leaf| self.present(self.leaves.get(leaf)));
         sides.iter().any(|b| b.asleep) && sides.iter().all(|b| b.still)
@@ -400,7 +403,7 @@ impl Finder<'_> {
         sides.map(|leaf| self.present(leaf).kind)
     }
 
-    /// Whether two colliders may touch at all: rapier's questions in rapier's order.
+    /// Whether two colliders may touch at all: rapier's tests in rapier's order.
     fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         let [a, b] = sides.map(|leaf| leaf.body);
         !(known[0].is_sensor() || known[1].is_sensor())
@@ -408,19 +411,19 @@ impl Finder<'_> {
             && known[0].may_meet(known[1], self.kinds(sides))
     }
 
-    /// Whether they may push each other.
+    /// Whether two colliders may push each other.
     fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        // who sleeps can be woken
+        // a sleeping body can wake
         let still = |leaf: &Leaf| {
             let body = self.present(leaf);
-            body.firm && !body.asleep
+            body.immovable && !body.asleep
         };
         !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
             && self.hooks.lets_push(known)
     }
 
-    /// Whether one may be told that it is in the other.
+    /// Whether two colliders may make an intersection event.
     fn may_cross(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
         known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
     }
@@ -441,8 +444,8 @@ impl Finder<'_> {
         }
     }
 
-    /// How much of a segment, across the contact's normal, lies on the other part \[m\]; `None` where
-    /// they meet in one point, as with a ball.
+    /// Length of a segment, across the contact's normal, that lies on the other part \[m\]; `None`
+    /// for one-point contacts, as with a ball.
     fn covered(
         &self,
         poses: [&Pose64; 2],
@@ -457,7 +460,7 @@ impl Finder<'_> {
         let [_] = found else {
             return width(found);
         };
-        // the other end is farther than the reach
+        // the other end is beyond the reach
         let mut both = Vec::with_capacity(2);
         let far = reach + sides[0].surface.size.max(sides[1].surface.size);
         let [one, two] = sides.map(|leaf| &leaf.part);
@@ -465,7 +468,7 @@ impl Finder<'_> {
         width(&both)
     }
 
-    /// What all contacts of two parts share that have no law of their own.
+    /// The settings that all contacts of two parts without surface laws share.
     fn plain_setting(&self, sides: [&Leaf; 2]) -> Pair {
         let [one, two] = sides.map(|leaf| &leaf.surface);
         Pair {
@@ -493,7 +496,7 @@ impl Finder<'_> {
         };
         let setting = Pair {
             law: known[0].combined_law(known[1]),
-            // on side 1 the surface runs along +t, on side 2 along −t
+            // on side 1 the surface moves along +t, on side 2 along −t
             belt: -known[0].law.speed - known[1].law.speed,
             ..setting
         };
@@ -521,7 +524,7 @@ impl Finder<'_> {
             let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
             if let Some(&deepest) = deepest {
                 found.clear();
-                // one point a segment: its feature must not flicker between the two ends
+                // one point per segment: its feature must not flicker between the two ends
                 found.push(Touch {
                     feature: 0,
                     ..deepest
@@ -563,7 +566,7 @@ impl Finder<'_> {
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
         let from = group.start(sides, out);
         let mut manifolds: Vec<ContactManifold> = Vec::new();
-        // what parry cannot do is no contact in rapier either
+        // a pair that parry does not support has no contact in rapier either
         let _ = DefaultQueryDispatcher.contact_manifolds(
             &relative(&poses[0], &poses[1]).to_rapier(),
             &*shapes[0],

@@ -1,4 +1,4 @@
-//! From what touches to contact points: rows, keys, laws.
+//! Builds contact points from geometry: rows, keys, laws.
 
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
@@ -8,12 +8,12 @@ use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
 use crate::rapier::parry::query::TrackedContact;
 
-/// What all contacts of a pair of colliders share.
+/// The data that all contacts of a pair of colliders share.
 #[derive(Clone, Copy)]
 pub(super) struct Pair {
     pub numbers: [u32; 2],
     pub surfaces: [u32; 2],
-    /// Names the two colliders for good: another one may take the number of one that is gone.
+    /// Identifies the two colliders for good: a new collider may reuse the number of a removed one.
     pub key: u64,
     pub law: NormalLaw,
     pub friction: f64,
@@ -22,7 +22,7 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// The law of a foundation over `length` \[m\] of surface.
+    /// The contact law of a foundation over `length` \[m\] of surface.
     pub fn over(mut self, length: f64) -> Pair {
         if let NormalLaw::ViscoElastic { stiffness, damping } = &mut self.law {
             *stiffness *= length;
@@ -42,15 +42,16 @@ impl Pair {
     ) -> ContactPoint {
         let n = touch.normal;
         let t = Vec2::new(-n.y, n.x);
-        let movable = sides.map(|body| !body.firm);
-        // across an open gap both impulses act half way, to keep the angular momentum of the two;
-        // where only one body feels them, on its own surface, to give friction its right lever
+        let movable = sides.map(|body| !body.immovable);
+        // Across an open gap both impulses act half way, to conserve the angular momentum of the
+        // two bodies. If only one body moves, the impulse acts on its own surface, to give friction
+        // the right lever arm.
         let p = match movable {
             [true, false] => touch.point - 0.5 * touch.gap * n,
             [false, true] => touch.point + 0.5 * touch.gap * n,
             _ => touch.point,
         };
-        // a body's largest coordinate, and its rows; not in a loop, which would keep them in memory
+        // both sides without a loop, which would keep the arrays in memory
         let rows = |side: usize, sign: f64| {
             if self.numbers[side] == NO_BODY {
                 return (0.0, [Vec3::zeros(); 2]);
@@ -62,7 +63,7 @@ impl Pair {
         let ((far1, rows1), (far2, rows2)) = (rows(0, -1.0), rows(1, 1.0));
         let jacobian = [rows1, rows2];
         let coordinate = p.amax().max(far1).max(far2);
-        // what detection cannot resolve: see `stepping_scheme.md`, "dead band"
+        // resolution of detection: see `stepping_scheme.md`, "dead band"
         let (relative, ulp) = if exact || cfg!(feature = "f64") {
             (1e-12, f64::EPSILON)
         } else {
@@ -91,7 +92,7 @@ impl Pair {
     }
 }
 
-/// Points of a manifold as touches, nearer than `reach`.
+/// Points of a parry manifold as touches, nearer than `reach`.
 pub(super) fn parry_points(
     manifold: &ContactManifold,
     poses: &[Pose64; 2],
@@ -128,7 +129,7 @@ pub(super) fn parry_points(
             .points
             .iter()
             .min_by(|a, b| a.dist.total_cmp(&b.dist));
-        // one point a segment: its feature must not flicker between the two ends
+        // one point per segment: its feature must not flicker between the two ends
         deepest.iter().for_each(|p| give(p, [0, 0]));
     } else {
         for p in &manifold.points {
@@ -137,7 +138,8 @@ pub(super) fn parry_points(
     }
 }
 
-/// Two segments of a polyline report their common end twice.
+/// Whether a touch repeats a known contact: two segments of a polyline both report their common
+/// end.
 pub(super) fn same_place(known: &ContactPoint, touch: &Touch, size: f64) -> bool {
     (known.position - touch.point).norm() < 1e-4 * size && known.normal.dot(&touch.normal) > 0.9999
 }

@@ -7,14 +7,14 @@ use rustc_hash::FxHashSet;
 /// Two parts whose fat boxes overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row {
-    /// That of the lower collider first, as in rapier.
+    /// The leaf of the lower collider first, as in rapier.
     pub leaves: [u32; 2],
-    /// Way \[m\] of the two together below which they are too far apart to look at.
+    /// Travelled distance \[m\] of the two together below which they are out of reach.
     pub budget: f64,
 }
 
-/// Sorts pairs of parts by colliders, then parts, which must not depend on history; and tells any
-/// two apart, as leaves come last.
+/// Sort key of pairs of parts: colliders, then parts, which do not depend on history. The leaves
+/// come last and make keys unique.
 type Key = [u64; 3];
 
 impl Row {
@@ -33,7 +33,7 @@ impl Row {
             .map(|(high, low)| u64::from(high) << 32 | u64::from(low))
     }
 
-    /// Indices of both colliders, then numbers of both parts: what a pair is called between steps.
+    /// Indices of both colliders, then numbers of both parts: identifies a pair between steps.
     pub fn order(leaves: [u32; 2], names: &[Name]) -> [u32; 4] {
         let [one, two] = leaves.map(|leaf| &names[leaf as usize]);
         [one.slot, two.slot, one.sub, two.sub]
@@ -44,12 +44,12 @@ impl Row {
 #[derive(Default)]
 pub(super) struct Rows {
     list: Vec<Row>,
-    /// Those that came since rows were sorted.
+    /// Pairs added since the last sort.
     fresh: Vec<Key>,
 }
 
 impl Rows {
-    /// Notes that two leaves are near, unless they can never meet.
+    /// Adds a pair of near leaves, unless they can never meet.
     pub fn add(&mut self, a: u32, b: u32, names: &[Name]) {
         let (one, two) = (&names[a as usize], &names[b as usize]);
         if one.slot == two.slot || one.body == two.body && one.body != OUTSIDE {
@@ -63,8 +63,8 @@ impl Rows {
         self.fresh.push(row.key(names));
     }
 
-    /// Puts what was added in its place. Of two that are the same pair one stays: boxes may part
-    /// and meet again before their row is looked at.
+    /// Merges the added pairs into the sorted list. Drops duplicates: boxes may part and meet again
+    /// before their row is visited.
     pub fn sort(&mut self, names: &[Name]) {
         let (rows, fresh) = (&mut self.list, &mut self.fresh);
         fresh.sort_unstable();
@@ -93,7 +93,7 @@ impl Rows {
         self.fresh.clear();
     }
 
-    /// Drops all pairs of these leaves, each of which `dropped` is told.
+    /// Removes all pairs of these leaves, and calls `dropped` for each.
     pub fn forget(&mut self, gone: &FxHashSet<u32>, mut dropped: impl FnMut([u32; 2])) {
         self.list.retain(|row| {
             let stays = row.leaves.iter().all(|leaf| !gone.contains(leaf));
@@ -108,12 +108,12 @@ impl Rows {
         self.list.iter()
     }
 
-    /// Goes over all pairs in their order: `look` is given the leaves and the budget of each, and
-    /// gives the budget back, or none for a pair that is to be dropped.
+    /// Visits all pairs in their order. `look` receives the leaves and the budget of a pair and
+    /// returns its new budget, or `None` to drop the pair.
     pub fn retain(&mut self, mut look: impl FnMut([u32; 2], f64) -> Option<f64>) {
         let mut kept = 0;
         for k in 0..self.list.len() {
-            // by value: a row that is written in halves and read as a whole waits for its halves
+            // by value: reading a row as a whole just after writing its halves would stall
             let Row { leaves, budget } = self.list[k];
             if let Some(budget) = look(leaves, budget) {
                 self.list[kept] = Row { leaves, budget };
@@ -123,7 +123,7 @@ impl Rows {
         self.list.truncate(kept);
     }
 
-    /// The pairs of two colliders.
+    /// The pairs of parts of two colliders.
     pub fn between(&self, slots: [u32; 2], names: &[Name]) -> impl Iterator<Item = &Row> {
         let of = move |row: &Row| row.leaves.map(|leaf| names[leaf as usize].slot);
         let start = self.list.partition_point(|row| of(row) < slots);
@@ -133,8 +133,7 @@ impl Rows {
     }
 }
 
-/// How many rows come before a key. The answer is looked for near the front, where memory is
-/// read anyway.
+/// Number of rows before a key. A galloping search from the front, where memory is read anyway.
 fn below(rows: &[Row], key: &Key, names: &[Name]) -> usize {
     let before = |row: &Row| row.key(names) < *key;
     let mut step = 1;
@@ -149,8 +148,7 @@ fn below(rows: &[Row], key: &Key, names: &[Name]) -> usize {
 mod tests {
     use super::*;
 
-    /// What was added comes in its place, wherever that is, and once; who was there keeps what is
-    /// known of it.
+    /// New pairs are merged at their place, once; a pair that was there keeps its budget.
     #[test]
     fn new_rows_are_merged_and_none_stands_twice() {
         let mut rows = Rows::default();

@@ -1,4 +1,4 @@
-//! rapier's shapes as parts with closed-form gaps.
+//! Splits rapier's shapes into parts with closed-form gaps.
 
 use super::super::engine::prelude::*;
 use super::super::kernels::{Core, Edge, Part, Polygon, corners};
@@ -13,17 +13,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 #[derive(Clone)]
 pub(super) struct Piece {
     pub part: Part,
-    /// In the collider's frame.
+    /// Pose in the collider's frame.
     pub local: Pose64,
-    /// Which segment, triangle or sub-shape it is.
+    /// Number of the segment, triangle or sub-shape.
     pub sub: u32,
 }
 
 /// The parts of a shape.
 ///
 /// Segments of polylines and height fields know their neighbours, see [`Edge`]. A triangle mesh
-/// is met at its outline, as an oriented polyline is: the borders between its triangles are no
-/// surface. A mesh that has no outline is met triangle by triangle. `skin` \[m\] is added all round.
+/// collides with its outline, like an oriented polyline: the borders between its triangles are no
+/// surface. A mesh without an outline collides triangle by triangle. `skin` \[m\] is added all
+/// round.
 pub(super) fn pieces(shape: &SharedShape, skin: f64) -> Vec<Piece> {
     let mut out = Vec::new();
     add(shape, skin, Pose64::new(Vec2::zeros(), 0.0), &mut out);
@@ -60,7 +61,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
         }
         TypedShape::Capsule(c) => match alone(c.segment.a, c.segment.b) {
             Some(core) => one(Some(core), widen(c.radius)),
-            // without length it is a ball
+            // a capsule without length is a ball
             None => {
                 let at = local.compose(&Pose64::new(vec2(c.segment.a), 0.0));
                 let core = Core::Ball(widen(c.radius));
@@ -93,7 +94,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
             surface(ends.enumerate(), one_sided, skin, local, out);
         }
         TypedShape::HeightField(field) => {
-            // parry computes the two ends of a joint apart, an ulp from each other
+            // parry computes the common end of two segments twice, one ulp apart
             let mut last = Vec2::repeat(f64::INFINITY);
             let ends = field.segments().map(|s| {
                 let [mut a, b] = [vec2(s.a), vec2(s.b)];
@@ -130,12 +131,12 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
     }
 }
 
-/// A point as a key; −0 is 0.
+/// A point as a key; −0 counts as 0.
 fn place(p: Vec2) -> [u64; 2] {
     [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits()]
 }
 
-/// Segments, numbered, that are neighbours where exactly two of them meet.
+/// Numbers the segments, and makes two of them neighbours where exactly two meet.
 fn surface(
     segments: impl Iterator<Item = (usize, [Vec2; 2])>,
     one_sided: bool,
@@ -177,8 +178,8 @@ fn surface(
 }
 
 /// The sides of triangles that no other triangle shares, solid on their left, numbered three to a
-/// triangle; `None` where triangles overlap, or meet along part of a side: such a side has solid
-/// on both, and is no border.
+/// triangle. `None` where triangles overlap, or meet along part of a side: such a side has solid on
+/// both sides and is no border.
 fn outline(mesh: &TriMesh) -> Option<Vec<(usize, [Vec2; 2])>> {
     let triangles: Vec<[Vec2; 3]> = mesh
         .triangles()
@@ -213,10 +214,10 @@ fn outline(mesh: &TriMesh) -> Option<Vec<(usize, [Vec2; 2])>> {
     conforms.then_some(sides)
 }
 
-/// Single precision of a coordinate, with what a corner computed twice may differ by.
+/// Relative rounding of single precision between two computations of one corner.
 const ROUNDING: f64 = 1e-6;
 
-/// Share of a segment that lies in a triangle (counter-clockwise) or within `slack` \[m\] of it.
+/// Fraction of a segment that lies in a triangle (counter-clockwise) or within `slack` \[m\] of it.
 fn share_inside(triangle: &[Vec2; 3], [a, b]: [Vec2; 2], slack: f64) -> f64 {
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     for k in 0..3 {
@@ -260,14 +261,14 @@ pub(super) fn extent(part: &Part, pose: &Pose64) -> [f64; 4] {
         Core::Other(shape) => {
             let aabb = shape.compute_aabb(&pose.to_rapier());
             let wide = |v: Vector| Vec2::new(f64::from(v.x), f64::from(v.y));
-            // what rounding the pose has moved it by
+            // covers the rounding of the pose
             let slack = 1e-6 * (1.0 + at.amax());
             grown(wide(aabb.mins), wide(aabb.maxs), part.rounding + slack)
         }
     }
 }
 
-/// Border of what a half-plane fills \[m\]: its area is still finite in single precision.
+/// Border of the box of a half-plane \[m\]: its area is still finite in single precision.
 const FAR: f64 = 1e15;
 
 /// Farthest point of a part from the origin of the frame given by `pose` \[m\].
@@ -282,7 +283,7 @@ pub(super) fn radius(part: &Part, pose: &Pose64) -> f64 {
             Core::Box(h) => far(&corners(*h)),
             Core::Polygon(polygon) => far(&polygon.points),
             Core::Edge(edge) => far(&edge.ends),
-            // turning, it sweeps everything
+            // a half-plane that rotates sweeps everything
             Core::HalfPlane(_) => FAR,
             Core::Other(shape) => {
                 let sphere = shape.compute_local_bounding_sphere();
@@ -292,8 +293,8 @@ pub(super) fn radius(part: &Part, pose: &Pose64) -> f64 {
         }
 }
 
-/// A circle round a part in the frame given by `pose`: centre and radius \[m\]. Infinite round what
-/// has no end or no exact gap.
+/// A bounding circle of a part in the frame given by `pose`: centre and radius \[m\]. The radius is
+/// infinite for unbounded parts and parts without an exact gap.
 pub(super) fn circle(part: &Part, pose: &Pose64) -> (Vec2, f64) {
     let round = |points: &[Vec2]| {
         let (low, high) = points
@@ -315,7 +316,7 @@ pub(super) fn circle(part: &Part, pose: &Pose64) -> (Vec2, f64) {
     (pose.apply(center), radius + part.rounding)
 }
 
-/// A shape of parry's that fills a part without its rounding.
+/// A shape of parry for the core of a part, without its rounding.
 pub(super) fn for_parry(core: &Core) -> SharedShape {
     let v = |p: Vec2| Vector::new(p.x as Real, p.y as Real);
     match core {

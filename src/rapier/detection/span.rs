@@ -4,27 +4,27 @@ use super::super::bodies::Bodies;
 use super::super::joints::OUTSIDE;
 use super::Present;
 
-/// Of bodies so many times slower than the fastest one is asked whether they meet any faster one.
+/// Bodies are slow if they are this factor slower than the fastest one.
 const SLOWER: f64 = 16.0;
-/// At most one body in so many is fast, or they are hardly ever alone.
+/// At most one body in so many is fast; if more are, they rarely stay apart from the others.
 const FEW: usize = 8;
 
-/// How far things can come in a step.
+/// How far bodies can move in a step.
 ///
-/// A body goes as far as its own speed carries it, and as far as what hits it drives it: in one step
-/// that can be the fastest body of all, through a row of others. A few fast bodies that meet no slow
-/// one in this step ([`Span::fast`]) drive only each other: a ball that is shot past a pile does not
-/// make all of the pile look as far ahead as it flies.
+/// A body moves as far as its own speed takes it, and as far as a collision drives it: within one
+/// step that can be the speed of the fastest body of all, through a chain of others. A few fast
+/// bodies that meet no slow one in this step ([`Span::fast`]) drive only each other: one fast
+/// projectile does not make the whole pile look ahead as far as it flies.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Span {
     dt: f64,
-    /// By acceleration alone \[m\].
+    /// Distance by acceleration alone \[m\].
     drop: f64,
-    /// Of the fastest two together \[m\].
+    /// Prediction distance of the two fastest bodies \[m\].
     pub prediction: f64,
-    /// Of the fastest two of the slow \[m\].
-    calm: f64,
-    /// Speed \[m/s\] above which a body is none of the slow.
+    /// Prediction distance of the two fastest slow bodies \[m\].
+    slow_prediction: f64,
+    /// Speed \[m/s\] above which a body is fast.
     fast: f64,
 }
 
@@ -38,17 +38,17 @@ impl Span {
             dt,
             drop,
             prediction: prediction(fastest),
-            calm: prediction(fastest),
+            slow_prediction: prediction(fastest),
             fast: f64::INFINITY,
         };
         let fast = fastest / SLOWER;
         let few = bodies.len() / FEW;
-        // what falls for a step alone gets as far
+        // a body that falls freely for a step gets as far
         let pays = fast * dt > drop && speeds().filter(|speed| *speed > fast).count() <= few;
         let slowest = || speeds().filter(|speed| *speed <= fast).fold(0.0, f64::max);
         match pays {
             true => Span {
-                calm: prediction(slowest()),
+                slow_prediction: prediction(slowest()),
                 fast,
                 ..whole
             },
@@ -56,20 +56,20 @@ impl Span {
         }
     }
 
-    /// Whether some bodies are fast and the others are not.
+    /// Whether there are both fast and slow bodies.
     pub fn is_split(&self) -> bool {
         self.fast < f64::INFINITY
     }
 
-    /// Of another part of the step.
+    /// The span of another part of the step.
     pub fn over(self, dt: f64) -> Span {
         Span { dt, ..self }
     }
 
-    /// As if all were fast.
+    /// The span with all bodies counted as fast.
     pub fn whole(self) -> Span {
         Span {
-            calm: self.prediction,
+            slow_prediction: self.prediction,
             fast: f64::INFINITY,
             ..self
         }
@@ -79,29 +79,29 @@ impl Span {
         speed > self.fast
     }
 
-    /// How near two surfaces must be to matter \[m\]: what these two can do in a step, or what a
-    /// neighbour can do to them. `sizes` \[m\] are theirs.
+    /// How near two surfaces must be to matter \[m\]: bounds the motion of the two in a step, and
+    /// the motion that a neighbour can drive. `sizes` \[m\] are the sizes of the parts.
     pub fn reach(&self, bodies: [&Present; 2], sizes: [f64; 2]) -> f64 {
         let [one, two] = bodies;
         let own = 1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop;
         let driven = match one.fast || two.fast {
             true => self.prediction,
-            false => self.calm,
+            false => self.slow_prediction,
         };
         own.max(driven.min(sizes[0].min(sizes[1])))
     }
 
-    /// One side's share of it: two of them are no less than the reach.
+    /// The share of one side: two shares are no less than the reach.
     pub fn growth(&self, body: &Present, size: f64) -> f64 {
         let own = 1.1 * body.speed * self.dt + self.drop;
-        // a fast one's share is all of it, whatever meets it
+        // the share of a fast body is the whole reach, whatever it meets
         own.max(match body.fast {
             true => self.prediction.min(size),
-            false => 0.5 * self.calm.min(size),
+            false => 0.5 * self.slow_prediction.min(size),
         })
     }
 
-    /// Where a body goes in the next steps \[m\].
+    /// Motion of a body in the next steps \[m\].
     pub fn ahead(&self, bodies: &Bodies, body: u32) -> [f64; 2] {
         if body == OUTSIDE {
             return [0.0; 2];
@@ -121,7 +121,8 @@ mod tests {
         speeds.into_iter().map(body).collect()
     }
 
-    /// One in eight may be fast; more are not told from the rest, nor one that only falls.
+    /// One body in eight may be fast. More bodies do not split the span, nor does one that only
+    /// falls.
     #[test]
     fn few_fast_bodies_are_told_from_the_slow() {
         let slow = || std::iter::repeat_n(1.0, 14);
@@ -136,7 +137,7 @@ mod tests {
         assert!(!split(vec![], 10.0));
     }
 
-    /// Grids find every pair only if two parts grown by their shares overlap within the reach.
+    /// The grid finds every pair only if two parts grown by their shares overlap within the reach.
     #[test]
     fn two_shares_are_no_less_than_the_reach() {
         let speeds = [0.0, 0.1, 1.0, 2.9, 3.2, 20.0, 48.0];

@@ -1,10 +1,11 @@
-//! Two boxes, the most frequent pair of all.
+//! Two boxes, the most frequent pair.
 
 use super::{Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
-/// Separating-axis reference face, incident face clipped to it: at most two points.
+/// Chooses a reference face by separating axes and clips the incident face to it: at most two
+/// points.
 ///
 /// Returns the largest separation along a face normal \[m\], a lower bound of the distance; beyond
 /// `reach` nothing is added.
@@ -31,7 +32,7 @@ pub(super) fn box_box(
     if bound > reach {
         return bound;
     }
-    // a tie belongs to shape 1, so that stacked boxes keep their reference face
+    // a tie goes to shape 1, so that stacked boxes keep their reference face
     let slack = 1e-6 * h1.x.min(h1.y).min(h2.x).min(h2.y);
     let flipped = s2 > s1 + slack;
     let (base, other, pose, at, turn, apart) = if flipped {
@@ -39,7 +40,7 @@ pub(super) fn box_box(
     } else {
         (h1, h2, pose1, there, (c, s), apart1)
     };
-    // the face of the base that looks at the other's centre, as (sign, axis)
+    // the face of the base that faces the other's centre, as (sign, axis)
     let along_x = apart.x >= apart.y;
     let side = if along_x { at.x } else { at.y };
     let sign = 1f64.copysign(side);
@@ -54,7 +55,7 @@ pub(super) fn box_box(
         Vec2::new(0.0, sign)
     };
     let tangent = Vec2::new(-normal.y, normal.x);
-    // the other's face that looks most against the normal: its two corners, counter-clockwise
+    // the incident face, most opposed to the normal: its two corners, counter-clockwise
     let (oc, os) = turn;
     let m = Vec2::new(oc * normal.x + os * normal.y, oc * normal.y - os * normal.x);
     let corners = if m.x.abs() > m.y.abs() {
@@ -87,7 +88,7 @@ pub(super) fn box_box(
             b = cut(a, b, da, db);
         }
     }
-    // features are numbered along the reference face, so they persist while it does
+    // features are numbered along the reference face, so they persist while that face does
     let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
     if flipped {
         points.reverse();

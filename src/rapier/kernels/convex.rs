@@ -1,7 +1,7 @@
-//! Gaps of convex polygons, rounded ones too, in `f64`.
+//! Gaps of convex polygons, sharp and rounded, in `f64`.
 //!
-//! parry's own (GJK, then EPA, in `f32`) now and then takes a wrong face for two polygons that just
-//! touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
+//! parry's algorithm (GJK, then EPA, in `f32`) now and then chooses a wrong face for two polygons
+//! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
 use super::edges::{Edge, half_turn};
 use super::{Touch, relative};
@@ -11,15 +11,15 @@ use crate::dynamics::Pose64;
 /// A convex polygon in the frame of its part \[m\].
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::rapier) struct Polygon {
-    /// Counter-clockwise.
+    /// Corners, counter-clockwise.
     pub points: Box<[Vec2]>,
-    /// Outward, of the face from each point to the next.
+    /// Outward normals of the face from each point to the next.
     pub normals: Box<[Vec2]>,
     pub center: Vec2,
 }
 
 impl Polygon {
-    /// From its corners in either sense; `None` for fewer than three that span an area.
+    /// From its corners in either orientation; `None` if they span no area.
     pub fn new(mut points: Vec<Vec2>) -> Option<Polygon> {
         points.dedup();
         if points.len() > 1 && points.first() == points.last() {
@@ -54,7 +54,7 @@ impl Polygon {
     }
 }
 
-/// What the algorithm sees of a polygon, a box or a segment; of the last both sides.
+/// The view of a polygon, box or segment for the algorithm; a segment has a face on both sides.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub points: &'a [Vec2],
@@ -72,7 +72,7 @@ impl<'a> From<&'a Polygon> for View<'a> {
 impl<'a> From<&'a Edge> for View<'a> {
     fn from(edge: &'a Edge) -> Self {
         let [a, b] = edge.ends;
-        // of a one-sided segment with a solid behind it as deep as it is long
+        // a one-sided segment has solid behind it, as deep as it is long
         let depth = f64::from(u8::from(edge.one_sided)) * 0.5 * (b - a).norm();
         View {
             points: &edge.ends,
@@ -88,15 +88,16 @@ impl View<'_> {
         self.points[(k + 1) % self.points.len()]
     }
 
-    /// Where face `k` starts and ends; a segment's left face runs the other way.
+    /// Start and end of face `k`; a segment's left face runs the other way.
     fn face(&self, k: usize) -> [Vec2; 2] {
         [self.points[k], self.next(k)]
     }
 
-    /// At the start and the end of face `k`: how much of its width a depth under it takes, length by
-    /// depth. What has sunk in belongs to the face it is nearer to, the bisector parts them.
+    /// Slope at the start and the end of face `k`: the width of the face that a unit of depth under
+    /// it takes. A penetrating point belongs to the face that it is nearer to; the bisector
+    /// separates two faces.
     ///
-    /// Zero where the faces of both shapes are compared, and the pair is met at the best of all.
+    /// Zero where the algorithm compares the faces of both shapes and takes the best of all.
     fn ridges(&self, k: usize, other: &View) -> [f64; 2] {
         match (self.edge, other.edge) {
             (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| edge.ridge(end, k)),
@@ -118,19 +119,19 @@ impl View<'_> {
 
 /// Separations of a shape from the faces of another.
 struct Separation {
-    /// Largest of all \[m\]: a lower bound of the distance.
+    /// Largest separation \[m\]: a lower bound of the distance.
     any: f64,
-    /// Largest along a direction that a contact may take, and its face.
+    /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
 }
 
-/// `seen` is the other's pose in the frame of `base`.
+/// `seen` is the pose of `other` in the frame of `base`.
 fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2]) -> Separation {
     let mut found = Separation {
         any: f64::NEG_INFINITY,
         best: None,
     };
-    // behind a one-sided segment there is a solid, not a gap
+    // behind a one-sided segment there is solid, not a gap
     let faces = match base.edge {
         Some(edge) if edge.one_sided => 1,
         _ => base.normals.len(),
@@ -152,7 +153,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         let looks = base.edge.is_none() || sides[0] == Some(k);
         let met = match (other.edge, sides[1]) {
             (Some(edge), Some(face)) => {
-                // square on its face, whichever of the two corners rounding made the nearer
+                // parallel faces, whichever of the two corners rounding made the nearer
                 m.dot(&edge.normals[face]) <= -1.0 + 1e-12 || edge.admits(nearest, -m)
             }
             (Some(_), None) => false,
@@ -167,7 +168,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
 
 /// The nearest features of two cores that do not overlap.
 enum Nearest {
-    /// Corners, by their number in either shape.
+    /// Corners, by their numbers in the two shapes.
     Corners([usize; 2], f64),
     /// A face of the first (0) or second shape (1).
     Face(usize, usize, f64),
@@ -217,13 +218,13 @@ fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
     splits(first, second, seen) && splits(second, first, back)
 }
 
-/// Separating-axis reference face, incident face clipped to it: at most two points. Rounded cores
-/// that are apart meet at their nearest features instead.
+/// Chooses a reference face by separating axes and clips the incident face to it: at most two
+/// points. Rounded cores that are apart touch at their nearest features instead.
 ///
 /// # Arguments
-/// - `rounding`: what is added all round each shape \[m\].
+/// - `rounding`: radius added all round each shape \[m\].
 ///
-/// Returns a lower bound of the gap \[m\], or of the motion until there may be one.
+/// Returns a lower bound of the gap \[m\], or of the motion before there may be a contact.
 ///
 /// Sources: Ericson, *Real-Time Collision Detection* (2005), §5.5; Catto, GDC 2007.
 pub(super) fn convex_convex(
@@ -237,7 +238,7 @@ pub(super) fn convex_convex(
     let both = rounding[0] + rounding[1];
     let seen = relative(poses[0], poses[1]);
     let back = relative(poses[1], poses[0]);
-    // on which side of a segment the other lies
+    // the side of a segment on which the other shape lies
     let mut sides = [None, None];
     for (i, (view, pose)) in [(first, &seen), (second, &back)].into_iter().enumerate() {
         if let Some(edge) = view.edge {
@@ -269,7 +270,7 @@ pub(super) fn convex_convex(
                 return distance - both;
             }
             Nearest::Face(turn, k, distance) => {
-                // a solid behind a one-sided face is in it, not beyond it
+                // the solid behind a one-sided face is in it, not beyond it
                 let sunk = |edge: &Edge| edge.one_sided && k == 1 && sides[turn] == Some(0);
                 let k = match views[turn].edge {
                     Some(edge) if sunk(edge) => 0,
@@ -280,7 +281,7 @@ pub(super) fn convex_convex(
             }
         }
     }
-    // a tie belongs to shape 1, so that resting polygons keep their reference face
+    // a tie goes to shape 1, so that resting polygons keep their reference face
     let slack = 1e-6 * size(first).min(size(second));
     let (flipped, k) = match (chosen, of1.best, of2.best) {
         (Some(chosen), ..) => chosen,
@@ -298,7 +299,7 @@ pub(super) fn convex_convex(
     let tangent = Vec2::new(-normal.y, normal.x);
     let [start, end] = base.face(k);
     let extent = normal.dot(&start);
-    // incident face: the one that looks most against the normal
+    // incident face: the one most opposed to the normal
     let against = Vec2::new(
         seen.cos * normal.x + seen.sin * normal.y,
         seen.cos * normal.y - seen.sin * normal.x,
@@ -313,7 +314,7 @@ pub(super) fn convex_convex(
         let p = seen.apply(q);
         (tangent.dot(&p), normal.dot(&p) - extent)
     });
-    // within the face's width and, of what has sunk into a ridge, on this face's side of it
+    // within the face's width, and for a penetrating ridge on this face's side of the bisector
     let limits = [(-1.0, tangent.dot(&start)), (1.0, tangent.dot(&end))];
     let ridges = base.ridges(k, other);
     for (side, limit, slope) in [
@@ -336,7 +337,7 @@ pub(super) fn convex_convex(
             b = cut(a, b, da / (da - db));
         }
     }
-    // features are numbered along the reference face, so they persist while it does
+    // features are numbered along the reference face, so they persist while that face does
     let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
     if flipped {
         points.reverse();
@@ -392,7 +393,7 @@ fn corner_touch(
     });
 }
 
-/// The point of a polygon nearest to a ball's centre; from inside, out by the nearest face.
+/// The point of a polygon nearest to a ball's centre; from inside, the nearest face.
 pub(super) fn polygon_ball(
     pose: &Pose64,
     polygon: &Polygon,
@@ -415,7 +416,7 @@ pub(super) fn polygon_ball(
             .map(|k| nearest_on_edge(view.face(k), c))
             .min_by(|p, q| (c - p).norm_squared().total_cmp(&(c - q).norm_squared()));
         let away = c - nearest.unwrap_or(c);
-        // on the face itself its normal stands
+        // for a centre on the face, the normal of the face
         if away.norm() > 0.0 {
             (normal, distance) = (away.normalize(), away.norm());
         }
@@ -461,7 +462,8 @@ mod tests {
         sharp(Core::Polygon(Polygon::new(points).unwrap().into()))
     }
 
-    /// A rectangle is a box, against every other shape and in either order.
+    /// A polygon of four corners has the gaps of a box, against every other shape and in either
+    /// order.
     #[test]
     fn a_polygon_of_four_corners_is_a_box() {
         let half = Vec2::new(0.3, 0.2);
@@ -476,7 +478,8 @@ mod tests {
             found
         };
         let mut met = 0;
-        // 0 is left out: square on, faces tie, and the two count them from different ones
+        // 0 is left out: for parallel faces there is a tie, and the two count faces from different
+        // ones
         for k in 1..200 {
             // around each other, apart and overlapping, at all angles
             let (turn, way) = (0.37 * f64::from(k), 0.61 * f64::from(k));
@@ -509,7 +512,7 @@ mod tests {
         assert!(met > 1000, "{met}");
     }
 
-    /// Two voussoirs that share a joint touch at its two ends, wherever they stand.
+    /// Two voussoirs that share a joint touch at its two ends, at any pose.
     #[test]
     fn voussoirs_touch_at_both_ends_of_their_joint() {
         let beta = 0.1f64;

@@ -1,12 +1,12 @@
-//! Segments of polylines: which directions a contact with one may take.
+//! Segments of polylines: the directions that a contact with a segment may take.
 //!
-//! Two segments that meet are one surface. A point near their common corner belongs to the one
-//! that is nearer, and to the corner itself only within the wedge between the two normals: where
-//! the surface is flat or hollow that wedge is empty, and nothing stumbles over the joint (the
-//! "ghost collisions" of rapier's issues 669 and 643). Every direction outside is refused, as the
-//! neighbour has a nearer point.
+//! Two segments that meet are one surface. A point near their common corner belongs to the nearer
+//! segment, and to the corner itself only within the wedge between the two normals. Where the
+//! surface is flat or concave that wedge is empty, and no contact catches on the corner (the "ghost
+//! collisions" of rapier's issues 669 and 643). All directions outside of the wedge are refused, as
+//! the neighbour has a nearer point.
 //!
-//! Inside the solid it is the bisector of two segments that parts them, see [`Edge::ridge`].
+//! Inside the solid the bisector of two segments separates them, see [`Edge::ridge`].
 //!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §5.1 (Voronoi regions of features).
 
@@ -14,22 +14,22 @@ use super::Touch;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
-/// A segment with what its neighbours leave to it, in the frame of its collider \[m\].
+/// A segment with the data of its neighbours, in the frame of its collider \[m\].
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::rapier) struct Edge {
     pub ends: [Vec2; 2],
-    /// On the right of its direction, and its opposite.
+    /// The normal on the right of its direction, and the opposite one.
     pub normals: [Vec2; 2],
-    /// Where the neighbour leads from each end, as a unit vector.
+    /// Direction of the neighbour from each end, as a unit vector.
     pub neighbours: [Option<Vec2>; 2],
-    /// Whether contacts at a corner are reported by this segment rather than by the neighbour.
+    /// Whether this segment, rather than the neighbour, reports contacts at each corner.
     pub owns: [bool; 2],
-    /// Solid behind, on the left: met from the right only.
+    /// Solid behind, on the left: contacts on the right only.
     pub one_sided: bool,
 }
 
 impl Edge {
-    /// A segment by itself, from `a` to `b`; `None` if it has no length.
+    /// A segment without neighbours, from `a` to `b`; `None` if it has no length.
     pub fn new(a: Vec2, b: Vec2, one_sided: bool) -> Option<Edge> {
         let along = (b - a).try_normalize(0.0).filter(|t| t.x.is_finite())?;
         let normal = Vec2::new(along.y, -along.x);
@@ -42,8 +42,8 @@ impl Edge {
         })
     }
 
-    /// The face (0 right, 1 left) on whose side a shape centred at `center` lies, with its
-    /// distance from the line \[m\]; `None` behind a one-sided segment.
+    /// The face (0 right, 1 left) on the side of a shape centred at `center`, and the distance of
+    /// the centre from the line \[m\]; `None` behind a one-sided segment.
     pub fn side(&self, center: Vec2) -> (Option<usize>, f64) {
         let height = self.normals[0].dot(&(center - self.ends[0]));
         match (height >= 0.0, self.one_sided) {
@@ -53,8 +53,8 @@ impl Edge {
         }
     }
 
-    /// How much of the segment at corner `end` a depth under `face` takes, length by depth: up to
-    /// the bisector with the neighbour. Zero at a flat or hollow corner.
+    /// Slope at corner `end` under `face`: the length of the segment that a unit of depth takes, up
+    /// to the bisector with the neighbour. Zero at a flat or concave corner.
     pub fn ridge(&self, end: usize, face: usize) -> f64 {
         let Some(leads) = self.neighbours[end] else {
             return 0.0;
@@ -63,7 +63,7 @@ impl Edge {
         half_turn(-leads.dot(&self.normals[face]), leads.dot(&outward))
     }
 
-    /// Whether corner `end` may be met along `direction`.
+    /// Whether a contact at corner `end` may have this direction.
     pub fn admits(&self, end: usize, direction: Vec2) -> bool {
         if self.one_sided && direction.dot(&self.normals[0]) < 0.0 {
             return false;
@@ -74,14 +74,14 @@ impl Edge {
     }
 }
 
-/// `tan(δ/2)` of a turn by δ; zero for one to the other side.
+/// `tan(δ/2)` of a turn by δ; zero for a turn to the other side.
 pub(super) fn half_turn(sin: f64, cos: f64) -> f64 {
-    // folded back on itself it is as good as closed
+    // a surface folded back on itself counts as nearly closed
     sin.max(0.0) / (1.0 + cos.max(-1.0 + 1e-12))
 }
 
-/// The point of a segment nearest to a ball's centre; none where a neighbour is nearer, or from
-/// behind. Returns a lower bound of the gap, or of the way to where there may be one \[m\].
+/// The point of a segment nearest to a ball's centre; none if a neighbour is nearer, or from
+/// behind. Returns a lower bound of the gap, or of the motion before there may be a contact \[m\].
 pub(super) fn edge_ball(
     pose: &Pose64,
     edge: &Edge,
@@ -97,7 +97,8 @@ pub(super) fn edge_ball(
         return reach + height;
     };
     let [a, b] = edge.ends;
-    // both segments of a corner ask the same question of it, so that one of them answers
+    // both segments of a corner compute the same test, so that exactly one of them reports the
+    // corner
     let beyond = [(c - a).dot(&(b - a)) <= 0.0, (c - b).dot(&(a - b)) <= 0.0];
     let both = radius + rounding;
     let (normal, distance, feature) = if let Some(end) = beyond.iter().position(|&far| far) {

@@ -1,4 +1,4 @@
-//! Gaps in `f64`, exact to round-off, where parry's are to 1e-7 of the size.
+//! Gaps in `f64`, exact to round-off; parry's are accurate to 1e-7 of the size.
 //!
 //! A collider is a set of [`Part`]s: a ball, a box, a convex polygon, a segment of a polyline or a
 //! half-plane, each with a rounding (that of capsules and round shapes, and the contact skin).
@@ -27,11 +27,11 @@ pub(super) enum Core {
     Edge(Arc<Edge>),
     /// Outward normal of a half-plane whose border runs through the origin.
     HalfPlane(Vec2),
-    /// What has no kernel here and is left to parry.
+    /// A shape without a kernel here, left to parry.
     Other(SharedShape),
 }
 
-/// A core and what is added all round it \[m\].
+/// A core and the radius added all round it \[m\].
 #[derive(Clone)]
 pub(super) struct Part {
     pub core: Core,
@@ -42,7 +42,7 @@ pub(super) struct Part {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
     pub normal: Vec2,
-    /// Halfway between the two surfaces.
+    /// Midpoint between the two surfaces.
     pub point: Vec2,
     pub gap: f64,
     pub feature: u32,
@@ -69,8 +69,8 @@ pub(super) fn relative(base: &Pose64, other: &Pose64) -> Pose64 {
 
 /// Adds the contacts of part 1 with part 2 that are nearer than `reach` \[m\], at most two.
 ///
-/// Returns a lower bound \[m\] of the gap: unless the two move by more than it exceeds `reach`, no
-/// contact can appear. `None` for parts that have no kernel.
+/// Returns a lower bound \[m\] of the gap: no contact can appear unless the two move by more than
+/// the excess of this bound over `reach`. `None` for parts without a kernel.
 pub(super) fn touches(
     pose1: &Pose64,
     part1: &Part,
@@ -128,7 +128,7 @@ fn keep(touch: Touch, reach: f64, out: &mut Vec<Touch>) -> f64 {
     touch.gap
 }
 
-/// The corners and faces of a core that has some; `run` is not called for others.
+/// Calls `run` with the corners and faces of a core, if it has any.
 fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
     match core {
         Core::Polygon(polygon) => run(View::from(polygon.as_ref())),
@@ -143,7 +143,7 @@ fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
     }
 }
 
-/// Counter-clockwise, the face of each with the next in the order +x, +y, −x, −y.
+/// Corners, counter-clockwise; the faces between each and the next are +x, +y, −x, −y.
 pub(super) fn corners(h: Vec2) -> [Vec2; 4] {
     [
         Vec2::new(h.x, -h.y),
@@ -156,7 +156,7 @@ pub(super) fn corners(h: Vec2) -> [Vec2; 4] {
 fn ball_ball(pose1: &Pose64, r1: f64, pose2: &Pose64, r2: f64) -> Touch {
     let d = pose2.translation - pose1.translation;
     let distance = d.norm();
-    // concentric balls have no normal of their own: push upwards, by rule
+    // concentric balls have no normal: the rule is to push upwards
     let normal = if distance > 0.0 {
         d / distance
     } else {
@@ -171,7 +171,7 @@ fn ball_ball(pose1: &Pose64, r1: f64, pose2: &Pose64, r2: f64) -> Touch {
     }
 }
 
-/// A part that is no ball with one.
+/// A part that is no ball, with a ball.
 fn with_ball(
     pose: &Pose64,
     part: &Part,
@@ -211,7 +211,7 @@ fn box_ball(pose: &Pose64, half: Vec2, rounding: f64, center: Vec2, radius: f64)
     let (normal, separation) = if distance > 0.0 {
         (d / distance, distance)
     } else {
-        // the centre lies inside: out by the nearest face
+        // the centre lies inside: take the nearest face
         let depth = half - c.abs();
         let axis = if depth.x < depth.y {
             Vec2::x()
@@ -230,7 +230,7 @@ fn box_ball(pose: &Pose64, half: Vec2, rounding: f64, center: Vec2, radius: f64)
     }
 }
 
-/// A half-plane with the face that looks at it most.
+/// A half-plane, with the face most opposed to its normal.
 fn plane(
     pose: &Pose64,
     n: Vec2,
@@ -312,7 +312,7 @@ pub(super) mod tests {
             let down = gaps(high, s2, low, s1);
             assert_eq!(up.len(), down.len());
             assert!(!up.is_empty());
-            // the two orders may number the two ends the other way round
+            // the two orders may number the two ends differently
             let sorted = |mut found: Vec<Touch>| {
                 found.sort_by(|a, b| a.gap.total_cmp(&b.gap));
                 found

@@ -18,13 +18,14 @@ use reduction::{Form, Rows};
 
 /// Lemke's complementary pivoting on the contact problem as an LCP: an oracle and a fallback.
 ///
-/// Bilateral rows are eliminated by a Schur complement. The LCP of size 3n (Glocker & Studer) is
-/// tried first; if the judge does not certify it, the one of size 4n (Stewart & Trinkle, Anitescu
-/// & Potra), whose matrix is copositive for every μ ≥ 0: but for round-off it is solved whenever
-/// `b` lies in the range of `Wᵀ` (static surfaces, one restitution for all). If neither is
-/// certified, the better of the two is returned (or zeros, if they are worse still).
+/// Bilateral constraints are eliminated by a Schur complement. The LCP of size 3n (Glocker &
+/// Studer) is tried first. If its residual does not certify it, the LCP of size 4n follows (Stewart
+/// & Trinkle, Anitescu & Potra), whose matrix is copositive for every μ ≥ 0: except for round-off
+/// it is solved whenever `b` lies in the range of `Wᵀ` (static surfaces, one restitution for all).
+/// If neither is certified, the better of the two is returned (or zeros, if both are worse than
+/// zeros).
 ///
-/// The method has no use for a warm start: `impulses` on entry is ignored. Where impulses are not
+/// The method cannot use a warm start: it ignores `impulses` on entry. Where impulses are not
 /// unique it returns a basic solution, with many contacts at 0.
 ///
 /// # Source
@@ -41,7 +42,7 @@ pub struct Lemke {
 impl Default for Lemke {
     fn default() -> Self {
         Lemke {
-            // the second form is what follows a ray of the first
+            // the second form is the fallback after a ray of the first
             options: LcpOptions {
                 fallbacks: false,
                 ..LcpOptions::default()
@@ -52,7 +53,7 @@ impl Default for Lemke {
 }
 
 impl Lemke {
-    /// Impulses and pivots of one form; `None` where the data overflow.
+    /// Impulses and pivots of one form; `None` if the data overflow.
     fn attempt(&self, rows: &Rows, form: Form) -> Option<(Vec<Vec2>, usize)> {
         let lcp = rows.complementarity(form);
         let solution = first_path(&lcp.matrix, &lcp.q, &self.options).ok()?;
@@ -128,7 +129,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Which laws a random problem holds.
+    /// The laws of a random problem.
     #[derive(Clone, Copy, PartialEq, Debug)]
     enum Mix {
         Frictional,
@@ -241,7 +242,7 @@ pub(crate) mod tests {
                     pivots += taken;
                 }
                 assert!(solved * 100 >= total * 95, "{mix:?} {form:?}: {solved}");
-                // an oracle that needs hundreds of pivots on 5 to 20 blocks has lost its way
+                // an oracle that needs hundreds of pivots on 5 to 20 blocks is broken
                 assert!(pivots < 50 * total, "{mix:?} {form:?}: {pivots}");
             }
         }
@@ -284,8 +285,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// 4 rows on 3 coordinates: shares are not unique, the wrench is. Momentum: ΣP_N = 1 N s;
-    /// sticking takes ΣP_T = −(−0.1), sliding μ ΣP_N.
+    /// 4 rows on 3 coordinates: the impulse distribution is not unique, the wrench is. Momentum:
+    /// ΣP_N = 1 N s; sticking takes ΣP_T = −(−0.1), sliding μ ΣP_N.
     #[test]
     fn box_on_floor_gets_the_right_wrench_in_a_pinned_number_of_pivots() {
         for (slide, friction) in [(0.1, 0.1), (3.0, 0.5)] {
@@ -314,8 +315,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// A block of unit mass on a motor: the bound an engine calls infinite costs no digits, a
-    /// short one saturates, one of no width is a given impulse.
+    /// A block of unit mass on a motor: a bound that an engine uses as infinite costs no digits, a
+    /// short one saturates, an interval of zero width gives its impulse.
     #[test]
     fn bounds_far_near_and_closed() {
         let far = f64::from(f32::MAX);
@@ -373,8 +374,8 @@ pub(crate) mod tests {
         assert!(!report.solved() && report.pivots == 0 && warm[0] == Vec2::zeros());
     }
 
-    /// Heavy or light, the box is solved; where numbers overflow the answer stays finite. Not beyond
-    /// 1e±150: the judge squares impulses.
+    /// Heavy or light, the box is solved; where numbers overflow the result stays finite. Not
+    /// beyond 1e±150: the residual squares impulses.
     #[test]
     fn extreme_masses_neither_panic_nor_give_nan() {
         for (factor, representable) in [(1e-100, true), (1e100, true), (1e308, false)] {

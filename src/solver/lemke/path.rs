@@ -2,13 +2,13 @@ use super::pivot::{PathEnd, Tableau};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// What a solve of a linear complementarity problem may spend, and when it counts as solved.
+/// Limits and tolerances of a solve of a linear complementarity problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LcpOptions {
-    /// Smallest pivot taken, once the mean of `|M_ii|` is scaled to 1; no unit.
+    /// Smallest accepted pivot, after scaling the mean of `|M_ii|` to 1; no unit.
     pub pivot_tolerance: f64,
-    /// Most pivots of the first path, and of all that follow a ray together, singular starts among
-    /// them; the method is exponential in the worst case.
+    /// Most pivots of the first path, and of all paths after a ray together, singular starts
+    /// included; the method is exponential in the worst case.
     pub max_pivots: usize,
     /// Solved means [`LcpSolution::residual`] ≤ this; no unit.
     pub tolerance: f64,
@@ -33,7 +33,7 @@ pub enum LcpStatus {
     /// The residual of the returned `z` is within the tolerance.
     Solved,
     /// A secondary ray, and no fallback found a solution or a proof that there is none. If `M` is
-    /// copositive-plus, there is none.
+    /// copositive-plus, there is no solution.
     Ray,
     /// There is no `z ≥ 0` with `M z + q ≥ 0`: [`LcpSolution::certificate`] proves it.
     Infeasible,
@@ -43,7 +43,7 @@ pub enum LcpStatus {
     Inaccurate,
 }
 
-/// The best point that was found; always finite, `z ≥ 0`.
+/// The best point found; always finite, `z ≥ 0`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LcpSolution {
     /// `z`.
@@ -53,12 +53,12 @@ pub struct LcpSolution {
     pub status: LcpStatus,
     /// Pivots of all paths.
     pub pivots: usize,
-    /// Paths of pivots that were followed.
+    /// Number of paths.
     pub paths: usize,
-    /// Linear programmes that were solved: the proof and the nodes of the tree.
+    /// Number of linear programmes: the proof and the nodes of the tree.
     pub programmes: usize,
     /// With [`LcpStatus::Ray`]: whether the tree was searched to its end. Then there is no solution
-    /// but for round-off, of which this is no proof.
+    /// except by round-off, but this is no proof.
     pub exhausted: bool,
     /// `max_i |min(m z_i, w_i)| / max(max_i(−q_i), m max_i z_i)`, no unit, with `m` the mean of
     /// `|M_ii|`; 0 where `q ≥ 0`.
@@ -68,7 +68,7 @@ pub struct LcpSolution {
     pub certificate: Option<DVector<f64>>,
 }
 
-/// What is wrong with a linear complementarity problem.
+/// Errors of a linear complementarity problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum LcpError {
     /// The matrix is not square, or `q` has another length.
@@ -80,7 +80,7 @@ pub enum LcpError {
         columns: usize,
         free: usize,
     },
-    /// Row `row` of the matrix or of `q` holds NaN or infinity.
+    /// Row `row` of the matrix or of `q` has NaN or infinity.
     #[error("complementarity problem: row {row} holds a number that is not finite")]
     NonFinite { row: usize },
 }
@@ -123,7 +123,7 @@ pub(crate) fn first_path(
     if let Some(row) = (0..n).find(|i| !finite(i)) {
         return Err(LcpError::NonFinite { row });
     }
-    // Not max |q|: one long bound in q must not hide the rows that drive the path.
+    // Not max |q|: one long bound in q must not hide the rows that determine the path.
     let depth = q.iter().fold(0.0f64, |depth, &x| depth.max(-x));
     if depth == 0.0 {
         let mut search = Search::new(DMatrix::zeros(0, 0), DVector::zeros(0), *options);
@@ -216,12 +216,12 @@ impl Search {
         self.pivots + self.refused
     }
 
-    /// Runs a path of the problem as it stands here and offers its end.
+    /// Runs a path of the unscaled problem and offers its end.
     fn follow(&mut self, mut tableau: Tableau, max_pivots: usize) -> PathEnd {
         let end = tableau.run(max_pivots);
         self.pivots += tableau.pivots;
         self.paths += 1;
-        // where the path ends elsewhere, its last point is no worse than another
+        // where the path ends otherwise, its last point is no worse than another
         self.best = Candidate::new(&self.matrix, &self.free, tableau.z());
         if end == PathEnd::Complementary {
             self.offer_basis(&tableau.support());
@@ -273,12 +273,12 @@ pub(crate) fn mean_diagonal(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Numbers beyond the largest are taken as that.
+/// Replaces numbers beyond the largest finite one by it.
 fn representable(x: f64) -> f64 {
     x.clamp(-f64::MAX, f64::MAX)
 }
 
-/// A point judged from the scaled data alone.
+/// A point with its residual, from the scaled data alone.
 struct Candidate {
     z: DVector<f64>,
     w: DVector<f64>,
@@ -289,7 +289,7 @@ impl Candidate {
     fn new(matrix: &DMatrix<f64>, free: &DVector<f64>, mut z: DVector<f64>) -> Self {
         z.apply(|x| *x = x.max(0.0));
         let mut w = (matrix * &z + free).map(representable);
-        // w may overflow where a bound is infinite but for its writing; NaN comes of z
+        // w may overflow for a bound that is practically infinite; NaN comes from z
         if z.iter().any(|x| !x.is_finite()) || w.iter().any(|x| x.is_nan()) {
             z.fill(0.0);
             w.copy_from(free);

@@ -9,7 +9,7 @@ pub(crate) enum PathEnd {
     Limit,
 }
 
-/// Where a variable stands in the tableau.
+/// The place of a variable in the tableau.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Place {
     Row(usize),
@@ -17,7 +17,7 @@ enum Place {
 }
 
 /// Two ratios closer than this, relative to the larger of themselves and 1, tie. Far above the
-/// round-off of a few hundred pivots, far below the judge's tolerance.
+/// round-off of a few hundred pivots, far below the tolerance of the residual.
 const TIE: f64 = 1e-12;
 
 /// Dictionary of `w − M z − d z₀ = q`: only columns of nonbasic variables are stored.
@@ -92,7 +92,7 @@ impl Tableau {
     pub(crate) fn swap(&mut self, block: &[usize]) -> bool {
         let n = self.n;
         for &z in block {
-            // the row still held by a w of the block with the largest pivot
+            // the row of a w of the block that is still basic, with the largest pivot
             let rows = block.iter().filter_map(|&w| match self.place[w] {
                 Place::Row(row) => Some(row),
                 Place::Column(_) => None,
@@ -150,7 +150,7 @@ impl Tableau {
             if left == self.artificial() {
                 return PathEnd::Complementary;
             }
-            // the complement of what left is always nonbasic
+            // the complement of the variable that left is always nonbasic
             let entering = if left < n { left + n } else { left - n };
             let Place::Column(next) = self.place[entering] else {
                 return PathEnd::Ray;
@@ -205,7 +205,8 @@ impl Tableau {
         candidates.first().copied().unwrap_or(0)
     }
 
-    /// Swaps the basic variable of `row` with the nonbasic one of `column`; returns what left.
+    /// Swaps the basic variable of `row` with the nonbasic one of `column`; returns the former
+    /// basic one.
     fn exchange(&mut self, row: usize, column: usize) -> usize {
         let width = self.n + 2;
         let (before, rest) = self.cells.split_at_mut(row * width);
@@ -236,7 +237,7 @@ impl Tableau {
         left
     }
 
-    /// Where `z_i` of the problem stands.
+    /// The place of `z_i` of the problem.
     fn place_of_z(&self, i: usize) -> Place {
         self.place[if self.swapped[i] { i } else { self.n + i }]
     }

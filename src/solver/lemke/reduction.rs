@@ -1,20 +1,20 @@
 use crate::contact::{ContactProblem, Law, Vec2};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// Which complementarity form friction takes.
+/// The complementarity form of friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
-    /// 3 numbers a frictional contact: Glocker & Studer (2005).
+    /// 3 numbers per frictional contact: Glocker & Studer (2005).
     Three,
-    /// 4 numbers a frictional contact: Stewart & Trinkle (1996), Anitescu & Potra (1997).
+    /// 4 numbers per frictional contact: Stewart & Trinkle (1996), Anitescu & Potra (1997).
     Four,
 }
 
-/// Eigenvalues of the bilateral block below this share of the largest count as redundant rows.
-/// The rows have unit mean diagonal, so round-off is near 1e-16 times their number.
+/// Eigenvalues of the bilateral block below this ratio to the largest count as redundant rows. The
+/// rows have unit mean diagonal, so round-off is near 1e-16 times their number.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// The rows of a contact problem in scaled units, with the bilateral ones eliminated.
+/// The rows of a contact problem in scaled units, with the bilateral constraints eliminated.
 ///
 /// Every block is scaled so that its diagonal has mean 1, `P = d P̃`, `ξ̃ = d ξ`,
 /// `d² = 2 / (tr G_ii + R_i)` for two rows, `1 / (G_ii + R_i)` for one: one factor a block keeps μ.
@@ -25,8 +25,8 @@ const RANK_TOLERANCE: f64 = 1e-12;
 /// ```
 ///
 /// `G` is positive semidefinite, so `G_BF` lies in the range of `G_BB` and the pseudo-inverse is
-/// exact; redundant pins take the least impulses, and pins that contradict each other are left
-/// to the judge.
+/// exact. Redundant pins get the least impulses. For pins that contradict each other the residual
+/// tells that there is no solution.
 pub(super) struct Rows<'a> {
     problem: &'a ContactProblem,
     scale: Vec<f64>,
@@ -43,7 +43,7 @@ pub(super) struct Rows<'a> {
 
 /// One complementary pair `0 ≤ z ⟂ w ≥ 0`.
 struct Pair {
-    /// Impulse rows that z moves, `P = P₀ + S z`: (row, coefficient).
+    /// Impulse rows that depend on z, `P = P₀ + S z`: (row, coefficient).
     impulse: Vec<(usize, f64)>,
     /// Velocity row in w, and its sign; none for a bound.
     velocity: Option<(usize, f64)>,
@@ -53,7 +53,7 @@ struct Pair {
     constant: f64,
 }
 
-/// `M` and `q`, and the way back from `z` to impulses.
+/// `M` and `q`, and the map from `z` to impulses.
 pub(super) struct Lcp {
     pub matrix: DMatrix<f64>,
     pub q: DVector<f64>,
@@ -113,7 +113,7 @@ impl<'a> Rows<'a> {
         !self.bilateral.is_empty()
     }
 
-    /// The complementarity problem of the rows that stay.
+    /// The complementarity problem of the remaining rows.
     ///
     /// A contact gives `0 ≤ P_N ⟂ ξ_N ≥ 0`. Friction and bounds share two patterns. Between
     /// limits that z moves (form of 3, `P_T = a − μ P_N`):
@@ -248,7 +248,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Bounds of a bounded row in scaled impulses; a bound that overflows is none.
+/// Bounds of a bounded row in scaled impulses; a bound that overflows counts as infinite.
 fn bounds(law: &Law, scale: f64) -> (f64, f64) {
     match law {
         Law::Bounded { lower, upper, .. } => (lower / scale, upper / scale),
@@ -271,7 +271,8 @@ fn bound(others: Vec<(usize, f64)>, constant: f64) -> Pair {
     }
 }
 
-/// Removes what round-off leaves outside the law's set. Not `clamp`, which panics on an overflow.
+/// Projects impulses that round-off left outside of the law's set. Not `clamp`, which panics on an
+/// overflow.
 fn clip(law: &Law, p: Vec2) -> Vec2 {
     match *law {
         Law::Contact { friction, .. } => {
@@ -283,8 +284,8 @@ fn clip(law: &Law, p: Vec2) -> Vec2 {
     }
 }
 
-/// Moore-Penrose inverse of a symmetric positive semidefinite matrix; 0 where that fails, which
-/// the judge then sees.
+/// Moore-Penrose inverse of a symmetric positive semidefinite matrix; 0 if the computation fails,
+/// which the residual then shows.
 fn pseudo_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
     if matrix.is_empty() {
         return matrix;
