@@ -279,7 +279,7 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["bowl", "--engine", "rapier"], "only moreau steps it"),
         (
             &["thresher", "--engine", "rapier"],
-            "ours alone steps its contacts",
+            "only moreau steps its contacts",
         ),
         (&["thresher-study", "--time", "1"], "--time"),
         (
