@@ -98,8 +98,9 @@ fn a_quick_chart_is_whole_and_every_point_runs_again_by_its_command() {
         _ => true,
     }));
     assert!(
-        c.out
-            .contains("note: tower: no closed form: trajectories against our own run")
+        c.out.contains(
+            "note: tower: no closed form: trajectories are compared with moreau's own run"
+        )
     );
 
     // pictures from the file alone, with labels and fronts and without a NaN
