@@ -23,7 +23,7 @@ const STABILITY: [&str; 8] = [
 const QUICK: [&str; 4] = ["sliding-block", "bouncing-ball", "beam", "tower"];
 
 /// Names of the scenes that a chart runs by default: all with a closed form, in the order of the
-/// catalogue, then [`STABILITY`]; a quick chart runs four scenes.
+/// catalogue, then some that test stability; a quick chart runs four scenes.
 ///
 /// # Errors
 /// Those of [`scene::scenes`].
