@@ -10,16 +10,16 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub(super) struct AtlasArgs {
-    /// Entries to run, by name or as paths to TOML files [default: all].
+    /// Entries to run, by name or as paths of TOML files [default: all].
     #[arg(value_name = "ENTRY")]
     entries: Vec<String>,
-    /// The cheap rungs of each entry only.
+    /// Run only the cheap rungs of each entry.
     #[arg(long)]
     quick: bool,
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "out/atlas")]
     out: PathBuf,
-    /// No progress bar, no tables.
+    /// Print no progress bar and no tables.
     #[arg(long)]
     quiet: bool,
     /// Print summary.json in place of tables.
@@ -40,7 +40,7 @@ pub(super) fn list() -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// What the atlas adds to its summary.
+/// The part of `summary.json` that only `atlas` writes.
 #[derive(Serialize)]
 struct Found<'a> {
     quick: bool,
@@ -51,7 +51,7 @@ struct Found<'a> {
     warnings: &'a [String],
 }
 
-/// Rungs of an engine by verdict.
+/// Number of rungs of an engine by verdict.
 #[derive(Serialize)]
 struct Counts {
     engine: String,
@@ -76,7 +76,7 @@ impl Counts {
 
 const PICTURE: &str = "atlas.svg";
 
-/// Runs the atlas with every engine, writes the results, and draws them.
+/// Runs the atlas with every engine, writes the results and draws them.
 pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
     let atlas = Atlas::new(&args.entries, args.quick, crate::thresher::read_rung)?;
     let folder = OutputFolder::create(&args.out)?;

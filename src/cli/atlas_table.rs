@@ -1,15 +1,15 @@
-//! The atlas as a person reads it, from the rows of `results.csv` alone.
+//! The table of the atlas for the terminal, made from the rows of `results.csv` alone.
 
 use crate::experiment::{Atlas, Engine};
 use crate::report::{Align, ResultRow, Table, number};
 
-/// How many rungs an engine passed, failed, left unsolved and could not run.
+/// Number of rungs that an engine passed, failed, left unsolved and could not run.
 pub(super) struct Share {
     pub engine: String,
     pub counts: [usize; 4],
 }
 
-/// A rung that ours did not pass, and why, if that is known.
+/// A rung that our engine did not pass, with the known cause.
 #[derive(serde::Serialize)]
 pub(super) struct Broken<'a> {
     pub entry: String,
@@ -19,7 +19,7 @@ pub(super) struct Broken<'a> {
     pub why: &'a str,
 }
 
-/// One row a rung and engine: the first of each.
+/// The first row of each rung and engine.
 fn verdicts(rows: &[ResultRow]) -> Vec<&ResultRow> {
     let same = |a: &ResultRow, b: &ResultRow| {
         a.scene == b.scene && a.rung == b.rung && a.engine == b.engine
@@ -33,7 +33,7 @@ fn verdicts(rows: &[ResultRow]) -> Vec<&ResultRow> {
     firsts
 }
 
-/// Of every engine, in the order of the rows.
+/// The counts of every engine, in the order of the rows.
 pub(super) fn shares(rows: &[ResultRow]) -> Vec<Share> {
     let mut shares: Vec<Share> = Vec::new();
     for row in verdicts(rows) {
@@ -56,7 +56,7 @@ pub(super) fn shares(rows: &[ResultRow]) -> Vec<Share> {
     shares
 }
 
-/// Rungs that ours failed or left unsolved.
+/// Rungs that our engine failed or left unsolved.
 pub(super) fn explanations<'a>(atlas: &'a Atlas, rows: &[ResultRow]) -> Vec<Broken<'a>> {
     let ours = Engine::Moreau.name();
     let broken = verdicts(rows)
@@ -76,7 +76,8 @@ pub(super) fn explanations<'a>(atlas: &'a Atlas, rows: &[ResultRow]) -> Vec<Brok
         .collect()
 }
 
-/// A line a rung, a column an engine; the counts; why ours fails where it does.
+/// One line for each rung with a column for each engine, then the counts, then the causes of our
+/// failures.
 pub(super) fn table(atlas: &Atlas, rows: &[ResultRow]) -> String {
     let shares = shares(rows);
     let mut head = vec![("entry", Align::Left), ("rung", Align::Left)];
@@ -119,7 +120,7 @@ pub(super) fn table(atlas: &Atlas, rows: &[ResultRow]) -> String {
     out
 }
 
-/// A pass in its word; a failure in capitals, with the measure that broke first.
+/// The mode of a pass; for a failure the verdict in capitals, the mode and the first broken measure.
 fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
     let verdict = match row.verdict.as_str() {
         "pass" => return row.mode.clone(),
@@ -132,7 +133,7 @@ fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
     let broken = own
         .filter(|r| limit(r).is_some_and(|limit| r.value.is_nan() || r.value > limit))
         .map(|r| match r.value.is_nan() {
-            // of what never came there is no figure
+            // a NaN has no figure to show
             true => String::new(),
             false => format!(" ({} {} {})", r.measure, number(r.value, 2), r.unit),
         })
@@ -141,7 +142,7 @@ fn cell(row: &ResultRow, rows: &[ResultRow]) -> String {
     format!("{verdict} {}{broken}", row.mode)
 }
 
-/// The most that the row's value may be.
+/// The limit of the row's value.
 fn limit(row: &ResultRow) -> Option<f64> {
     row.reference.strip_prefix("at most ")?.parse().ok()
 }

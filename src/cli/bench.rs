@@ -13,27 +13,28 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
-    /// Scenes of the catalogue, or paths to TOML files, to measure the throughput of [default: a
-    /// tower, a large pyramid, a drum, and two of bounded height that grow].
+    /// Scenes of the catalogue, or paths of TOML files, to measure [default: tower, drum,
+    /// large-pyramid, and many-pyramids and wall in several sizes].
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     #[command(flatten)]
     pub flags: Flags,
-    /// Who else steps every scene: rapier, rapier-stiff, and box2d where it is built in, with commas
-    /// between.
+    /// Peers that step every scene as well: rapier, rapier-stiff, or box2d if it is built in,
+    /// separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "rapier",
           value_parser = Engine::named, conflicts_with = "solvers")]
     pub against: Vec<Engine>,
-    /// Steps before any is timed [default: 60, of the drum 1000; quick: 5, of the drum 300].
+    /// Number of steps before the timed steps [default: 60, for the drum 1000; with --quick 5, for
+    /// the drum 300].
     #[arg(long, value_name = "N", conflicts_with = "solvers")]
     pub settle: Option<u32>,
-    /// The smallest sizes only, and 10 timed steps.
+    /// Run only the smallest size of each scene, with 10 timed steps.
     #[arg(long, conflicts_with_all = ["solvers", "scenes"])]
     pub quick: bool,
-    /// Every impulse solver on every problem of a folder: performance profile, CSV and SVG.
+    /// Run every impulse solver on every problem of a folder, and draw the performance profile.
     #[arg(long)]
     solvers: bool,
-    /// Folder of contact problems, JSON or .dat, as `run --dump-problems` writes them.
+    /// Folder of contact problems (.json or .dat), as `run --dump-problems` writes them.
     #[arg(
         long,
         value_name = "DIR",
@@ -41,7 +42,8 @@ pub(super) struct BenchArgs {
         requires = "solvers"
     )]
     problems: PathBuf,
-    /// Timings of each solver on each problem, interleaved; times are medians.
+    /// Number of timings of each solver on each problem; they are interleaved and times are their
+    /// medians.
     #[arg(long, value_name = "N", default_value_t = 3, requires = "solvers",
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
@@ -49,20 +51,20 @@ pub(super) struct BenchArgs {
 
 const PICTURE: &str = "performance-profile.svg";
 
-/// Measures all solvers, writes the results, and draws the profile from them.
+/// Measures the scenes, or with `--solvers` all solvers; writes and draws the results.
 pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     if !args.solvers {
         return bench_scenes(args);
     }
     let flags = &args.flags;
     refuse_idle(flags)?;
-    let asked = flags.tolerance.as_deref().unwrap_or("1e-8");
+    let typed = flags.tolerance.as_deref().unwrap_or("1e-8");
     let tolerance =
-        tolerance(asked).map_err(|why| RunError::Unfit(format!("--tolerance {asked}: {why}")))?;
+        tolerance(typed).map_err(|why| RunError::Unfit(format!("--tolerance {typed}: {why}")))?;
     if let Some(scene) = args.scenes.first() {
         return Err(RunError::Unfit(format!(
-            "bench --solvers: takes no scene ({scene}) but a folder of problem files, --problems \
-             DIR; `run {scene} --dump-problems DIR` writes one"
+            "bench --solvers: takes no scene ({scene}) but a folder of problem files: --problems \
+             DIR; `run {scene} --dump-problems DIR` writes such a folder"
         )));
     }
     let target = flags.out.clone();
@@ -111,7 +113,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// Refuses what was set for steps.
+/// Refuses flags that have no effect on stored problems.
 fn refuse_idle(flags: &Flags) -> Result<(), RunError> {
     let run = effect::Run::of_problems("bench --solvers", effect::Subject::Problems);
     let keys = flags.of_keys().into_iter();
@@ -130,9 +132,9 @@ fn refuse_idle(flags: &Flags) -> Result<(), RunError> {
     run.refuse(flags, &typed.chain(flags.of_runs()).collect::<Vec<_>>())
 }
 
-/// The contact problems of a folder in the order of their names, and what to say about them.
+/// The contact problems of a folder, sorted by name, and notes about them.
 ///
-/// A problem is named after its file, without the extension where that is enough to tell it.
+/// A problem is named after its file, without the extension if that name is unique in the folder.
 fn collection(folder: &Path) -> Result<(Vec<NamedProblem>, Vec<String>), RunError> {
     let unfit = |what: &str| {
         RunError::Unfit(format!(
@@ -174,18 +176,18 @@ fn collection(folder: &Path) -> Result<(Vec<NamedProblem>, Vec<String>), RunErro
     if problems.is_empty() {
         return Err(unfit(match lcps {
             0 => "no problem files",
-            _ => "holds plain LCPs only, which no solver but lemke solves",
+            _ => "holds plain LCPs only, which only lemke solves",
         }));
     }
     if lcps > 0 {
         notes.push(format!(
-            "{lcps} plain LCPs left out: no solver but lemke solves them"
+            "{lcps} plain LCPs left out: only lemke solves them"
         ));
     }
     Ok((problems, notes))
 }
 
-/// Files with the extension of a problem file, sorted; not those in folders of the folder.
+/// Files with the extension of a problem file, sorted; without those of subfolders.
 fn problem_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -206,7 +208,7 @@ fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReportError + '_ {
     }
 }
 
-/// What a bench of solvers adds to its summary.
+/// The part of `summary.json` that only `bench --solvers` writes.
 #[derive(Serialize)]
 struct Found<'a> {
     settings: Settings,
@@ -224,7 +226,7 @@ struct Settings {
     repeats: usize,
 }
 
-/// Every solver over some of the problems.
+/// Scores of every solver on some of the problems.
 #[derive(Serialize)]
 struct Scores {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! Throughput of scenes: how long a step takes, what it is spent on, and how good it is.
+//! Throughput of scenes: time of a step and its parts, and quality of the step.
 
 use super::bench::BenchArgs;
 use super::{Outcome, effect, summary};
@@ -7,13 +7,12 @@ use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, qua
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What is set for a size, as `--set` takes it.
+/// Changes of the scene that make a size, as `--set` takes them.
 type Size = &'static [&'static str];
 
-/// Scenes measured by default, the steps in which each settles and those of a quick bench, and its
-/// sizes as `--set` takes them; a quick bench takes the first size of each. The grains of the drum
-/// must land first. Pyramids on floors are islands of their own; the
-/// wall is one island of ten courses, whatever its length.
+/// Scenes measured by default: name, steps before the timed ones (in full and with `--quick`), and
+/// sizes. `--quick` takes the first size of each. The drum needs more steps because its grains must
+/// land first. Each pyramid is an island; the wall is one island of ten courses at every length.
 const LADDERS: [(&str, [u32; 2], &[Size]); 5] = [
     ("tower", SETTLE, &[&["repeat.box.count=[1,100]"]]),
     ("drum", [1000, 300], &[&[]]),
@@ -52,7 +51,7 @@ const LADDERS: [(&str, [u32; 2], &[Size]); 5] = [
     ("large-pyramid", SETTLE, &[&[]]),
 ];
 
-/// Steps before any is timed, and timed ones; the second numbers are a quick bench's.
+/// Steps before the timed ones, and timed steps; in full and with `--quick`.
 const SETTLE: [u32; 2] = [60, 5];
 const STEPS: [u32; 2] = [60, 10];
 
@@ -63,7 +62,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let mut engines = vec![Engine::Moreau];
     if args.against.contains(&Engine::Moreau) {
         return Err(RunError::Unfit(
-            "--against moreau: has no effect: ours is always measured".to_owned(),
+            "--against moreau: has no effect: moreau is always measured".to_owned(),
         ));
     }
     for &engine in &args.against {
@@ -92,9 +91,9 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let progress = Progress::new("bench", count as u64, flags.quiet);
     let (mut measured, mut notes) = (Vec::new(), Vec::new());
     for work in &works {
-        let (rows, told) = throughput.run(work, &progress)?;
+        let (rows, more) = throughput.run(work, &progress)?;
         measured.extend(rows);
-        notes.extend(told);
+        notes.extend(more);
     }
     drop(progress);
     measured.extend(growth(&measured));
@@ -121,7 +120,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// What a bench of scenes adds to its summary.
+/// The part of `summary.json` that only a bench of scenes writes.
 #[derive(Serialize)]
 struct Found<'a> {
     settings: Settings<'a>,
@@ -136,16 +135,16 @@ struct Settings<'a> {
     settle: Vec<usize>,
 }
 
-/// What is to be measured: all input is read before anything runs.
+/// The scenes to measure; reads all input before anything runs.
 fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
     let one = |name: &str, settle: u32, size: &[&str]| -> Result<Workload, RunError> {
         let mut flags = args.flags.clone();
-        // the size first, so that what the user sets has the last word
+        // the size comes first, so that changes of the user override it
         flags.before = size.iter().map(|s| (*s).to_owned()).collect();
         let (scene, machine) = flags.load_on_one_thread(name)?;
         if machine.is_some() {
             return Err(RunError::Unfit(format!(
-                "scene {}: a wear scene is stepped in load cycles, `run` says what they cost",
+                "scene {}: a wear scene is stepped in load cycles; `run` reports their time",
                 scene.name
             )));
         }
@@ -177,7 +176,7 @@ fn workloads(args: &BenchArgs) -> Result<Vec<Workload>, RunError> {
     Ok(works)
 }
 
-/// One line a scene, size and engine.
+/// One line for each scene, size and engine.
 fn table(rows: &[ResultRow]) -> String {
     let mut table = Table::new([
         ("scene", Align::Left),

@@ -1,8 +1,8 @@
-//! The performance of the solvers as a person reads it.
+//! The tables of `bench --solvers` for the terminal.
 
 use crate::report::{Align, Performance, Score, Table, number};
 
-/// Sizes of problems, in blocks, that are told apart: least and most.
+/// Size classes of problems: least and largest number of blocks.
 pub(super) const CLASSES: [(usize, usize); 5] =
     [(0, 1), (2, 4), (5, 20), (21, 100), (101, usize::MAX)];
 
@@ -15,7 +15,8 @@ pub(super) fn class_name(class: &(usize, usize)) -> String {
     }
 }
 
-/// All solvers over all problems; then by size, with the cheapest, which is what `auto` is chosen by.
+/// A table of all solvers on all problems, then one by size with the cheapest solver of each size:
+/// the choice of `auto` is made by it.
 pub(super) fn tables(performance: &Performance) -> String {
     let count = performance.problems();
     let mut table = Table::new([
@@ -65,7 +66,7 @@ pub(super) fn tables(performance: &Performance) -> String {
     }
     let none = match performance.unsolved() {
         0 => String::new(),
-        n => format!("{n} of {count} problems are solved by none\n"),
+        n => format!("no solver solves {n} of {count} problems\n"),
     };
     let spread = performance.spread().map_or(String::new(), |spread| {
         format!(
@@ -74,9 +75,10 @@ pub(super) fn tables(performance: &Performance) -> String {
         )
     });
     format!(
-        "{table}ratio: time over that of the fastest solver of the same problem, not solved being \
-         infinite;\nwork: of the problems solved{spread}\n{none}\nsolved, and median ratio, by size; \
-         cheapest: the least median ratio but for auto's\n{sizes}"
+        "{table}ratio: time divided by that of the fastest solver on the same problem, infinite if \
+         not solved;\nsweeps, factorisations and pivots: sums over the solved problems{spread}\n\
+         {none}\nproblems solved, and median ratio, by size; cheapest: the solver of least median \
+         ratio, without auto\n{sizes}"
     )
 }
 
@@ -85,7 +87,7 @@ fn ratio(score: &Score) -> String {
     ratio.map_or("-".to_owned(), |ratio| number(ratio, 3))
 }
 
-/// The solver that `auto`, which hands over to the others, had best hand over to.
+/// The solver of least median ratio among those that `auto` can choose from.
 fn cheapest(scores: &[Score]) -> Option<&Score> {
     let own = scores.iter().filter(|s| s.solver != "auto");
     let ranked = own.filter_map(|s| Some((s.median_ratio?, s)));

@@ -15,43 +15,44 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Machines, which a whole chart shows last.
+/// The machines, which a full chart shows last.
 const MACHINES: [&str; 2] = ["thresher-study", "thresher"];
 
-/// Tolerances of ours beside the default one, and solvers beside `auto`.
+/// Tolerances and solvers that our engine runs besides the defaults.
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-10];
 const SOLVERS: [&str; 2] = ["nsgs", "direct"];
 
 #[derive(Args)]
 pub(super) struct ChartArgs {
-    /// Scenes of the catalogue, or paths to TOML files [default: all with a closed form, and
-    /// those of stability].
+    /// Scenes of the catalogue, or paths of TOML files [default: all scenes with a closed form, and
+    /// some that test stability].
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
     #[command(flatten)]
     flags: Flags,
-    /// Four scenes, three step lengths, one run of each point and the peers' presets alone.
+    /// Run four scenes, three step lengths, one run of each point, and the peers' presets only.
     #[arg(long)]
     quick: bool,
-    /// Runs of each point, interleaved; times are medians [default: 3, quick: 1].
+    /// Number of runs of each point; the runs are interleaved and times are their medians
+    /// [default: 3, with --quick 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: Option<u32>,
-    /// A single point of each scene: moreau, rapier, rapier-stiff, or box2d where it is built in,
-    /// at the step, scheme, solver and tolerance of the other flags.
+    /// Run a single point of each scene: moreau, rapier, rapier-stiff, or box2d if it is built in,
+    /// with the step length, scheme, solver and tolerance of the other flags.
     #[arg(long, value_name = "NAME", value_parser = Engine::named)]
     engine: Option<Engine>,
-    /// The peer's settings at the point, in place of its preset; box2d takes no PGS.
+    /// Settings of the peer at the point, in place of its preset; box2d takes HZ,SUBSTEPS only.
     #[arg(long, value_name = "HZ,SUBSTEPS,PGS", requires = "engine")]
     soft: Option<String>,
-    /// Draw again what results.csv of an earlier chart holds, and run nothing.
+    /// Draw the results.csv of an earlier chart again, and run nothing.
     #[arg(long, value_name = "FILE",
           conflicts_with_all = ["scenes", "quick", "repeats", "engine", "dt", "time", "steps", "set",
                                 "scheme", "events", "solver", "tolerance", "threads"])]
     from: Option<PathBuf>,
 }
 
-/// `--soft`: frequency \[Hz\], substeps, and of rapier sweeps; those of the engine where it is not
-/// given.
+/// The peer's settings from `--soft`: frequency \[Hz\], substeps, and for rapier sweeps. Returns the
+/// engine's preset without `--soft`.
 fn soft(args: &ChartArgs, engine: Engine) -> Result<Option<Baseline>, RunError> {
     let (Some(text), Some(preset)) = (&args.soft, engine.baseline()) else {
         return Ok(engine.baseline());
@@ -70,7 +71,7 @@ fn soft(args: &ChartArgs, engine: Engine) -> Result<Option<Baseline>, RunError> 
     let wrong = || {
         let engine = engine.name();
         RunError::Unfit(format!(
-            "--soft {text}: of --engine {engine} must be {form}, each above 0"
+            "--soft {text}: must be {form} for --engine {engine}, each above 0"
         ))
     };
     found.map(Some).ok_or_else(wrong)
@@ -128,7 +129,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     for (k, work) in works.iter().enumerate() {
         if works[..k].iter().any(|w| w.scene.name == work.scene.name) {
             return Err(RunError::Unfit(format!(
-                "scene {}: named twice, and a chart holds each once",
+                "scene {}: named twice; a chart holds each scene once",
                 work.scene.name
             )));
         }
@@ -154,7 +155,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     show(args, folder, &rows, notes)
 }
 
-/// Refuses what was set and has no effect on any of the scenes.
+/// Refuses keys and flags that have no effect on any of the scenes.
 fn refuse_idle(args: &ChartArgs, works: &[Work]) -> Result<(), RunError> {
     let flags = &args.flags;
     let mut typed = flags.of_runs();
@@ -170,7 +171,7 @@ fn refuse_idle(args: &ChartArgs, works: &[Work]) -> Result<(), RunError> {
     }
     let mut refused: Option<Vec<(String, String)>> = None;
     for work in works {
-        // a point of its own has its step from flags, and the reference from `--set`
+        // a single point takes its step from flags, and its reference takes it from `--set`
         if args.engine.is_none() {
             flags.refuse_twice(&work.scene)?;
         }
@@ -191,9 +192,9 @@ fn refuse_idle(args: &ChartArgs, works: &[Work]) -> Result<(), RunError> {
     }
 }
 
-/// A scene and its points.
+/// A scene and the points of its chart.
 struct Work {
-    /// As the user named it.
+    /// The name or path as the user typed it.
     name: String,
     scene: Scene,
     machine: Option<Machine>,
@@ -205,7 +206,7 @@ struct Work {
 impl Work {
     fn new(args: &ChartArgs, name: &str) -> Result<Work, RunError> {
         let flags = &args.flags;
-        // the step of a single point is no other base of the ladder, which its reference follows
+        // the step flags set the step of a single point, not the ladder that its reference follows
         let base = match args.engine {
             None => flags.clone(),
             Some(_) => Flags {
@@ -224,16 +225,16 @@ impl Work {
         if let Some(steps) = flags.steps {
             scene.step.time = f64::from(steps) * scene.step.dt;
         }
-        let given = |flag: &Option<String>| flag.is_some() || args.quick;
+        let fixed = |flag: &Option<String>| flag.is_some() || args.quick;
         let comparison = Comparison {
             schemes: schemes(flags, &scene),
             ladder: !args.quick,
             sweep: !args.quick,
-            tolerances: match given(&flags.tolerance) {
+            tolerances: match fixed(&flags.tolerance) {
                 true => Vec::new(),
                 false => TOLERANCES.to_vec(),
             },
-            solvers: match given(&flags.solver) {
+            solvers: match fixed(&flags.solver) {
                 true => Vec::new(),
                 false => SOLVERS.map(str::to_owned).to_vec(),
             },
@@ -261,7 +262,7 @@ impl Work {
         })
     }
 
-    /// Rows, and notes that name the scene.
+    /// Runs all points. Returns the rows, and notes that name the scene.
     fn run(&self, args: &ChartArgs) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
         let (scene, settings) = (&self.scene, self.settings.clone());
         let repeats = args.repeats.unwrap_or(if args.quick { 1 } else { 3 }) as usize;
@@ -286,7 +287,7 @@ impl Work {
         Ok((results.rows, named.collect()))
     }
 
-    /// The run in which keys and flags are to have an effect on `engines`.
+    /// The run of `engines` whose keys and flags are checked for their effect.
     fn as_run<'a>(&'a self, args: &ChartArgs, engines: &'a [Engine]) -> effect::Run<'a> {
         let flags = &args.flags;
         effect::Run {
@@ -335,14 +336,14 @@ impl Work {
         if args.quick {
             words.push("--quick".to_owned());
         }
-        // of a reference of our own the step is the base
+        // a self-converged reference depends on the scene's step
         if let (None, Some(dt)) = (args.engine, &flags.dt) {
             words.push(format!("--set step.dt={dt}"));
         }
         if flags.steps.is_some() || flags.time.is_some() {
             words.push(format!("--time {}", self.scene.step.time));
         }
-        // the command of a point takes nothing that has no effect on it
+        // the command must not contain a change that has no effect on this point
         let engines = [setting.engine];
         let run = self.as_run(args, &engines);
         let idle = run.without_effect(flags, &[]);
@@ -362,7 +363,8 @@ impl Work {
     }
 }
 
-/// A wear scene's cycle sets its own time, and no peer gives its contact law or its slip.
+/// Refuses flags that do not apply to a wear scene: its load cycle sets the time, and no peer has
+/// its contact law or computes slip.
 fn refuse(args: &ChartArgs, scene: &Scene) -> Result<(), RunError> {
     let peer = args.engine.filter(|e| *e != Engine::Moreau);
     let flag = match peer {
@@ -372,13 +374,12 @@ fn refuse(args: &ChartArgs, scene: &Scene) -> Result<(), RunError> {
         None => return Ok(()),
     };
     Err(RunError::Unfit(format!(
-        "{flag}: has no place in the chart of wear scene {}: ours alone steps its contacts, for one \
-         load cycle",
+        "{flag}: does not apply to wear scene {}: only moreau steps its contacts, for one load cycle",
         scene.name
     )))
 }
 
-/// Without the points of a peer that stand there already under another name.
+/// Removes points of a peer that repeat another point under a different name.
 fn once(settings: Vec<Setting>) -> Vec<Setting> {
     let mut kept: Vec<Setting> = Vec::new();
     for setting in settings {
@@ -390,7 +391,7 @@ fn once(settings: Vec<Setting>) -> Vec<Setting> {
     kept
 }
 
-/// As a shell reads it: in single quotes where it is no plain word.
+/// Quotes `text` for a shell, in single quotes if it is not a plain word.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,".contains(c);
     match !text.is_empty() && text.chars().all(plain) {
@@ -399,7 +400,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// What a chart adds to its summary.
+/// The part of `summary.json` that only `chart` writes.
 #[derive(Serialize)]
 struct Found<'a> {
     rows: usize,
@@ -410,7 +411,7 @@ struct Found<'a> {
     warnings: &'a [String],
 }
 
-/// Draws and counts what `rows` hold.
+/// Draws `rows`, counts the dominated points and writes the summary.
 fn show(
     args: &ChartArgs,
     folder: OutputFolder,
@@ -446,7 +447,7 @@ fn files(target: &Path, pictures: usize) -> String {
     )
 }
 
-/// A picture for each scene that has something to show; gives their names.
+/// Draws a picture for each scene with values to show; returns the file names.
 fn draw(folder: &OutputFolder, rows: &[ResultRow]) -> Result<Vec<String>, RunError> {
     let mut written = Vec::new();
     for of_scene in rows.chunk_by(|a, b| a.scene == b.scene) {

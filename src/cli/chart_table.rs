@@ -1,8 +1,8 @@
-//! Who is dominated where, as a person reads it.
+//! The table of dominated points for the terminal.
 
 use crate::report::{Align, Cause, Domination, DominationRow, Table, number};
 
-/// One line a scene and measure, the sum below, and the causes of what is left.
+/// One line for each scene and measure, then the totals, then the causes of undominated points.
 pub(super) fn table(domination: &Domination) -> String {
     let mut table = Table::new([
         ("scene", Align::Left),
@@ -11,7 +11,7 @@ pub(super) fn table(domination: &Domination) -> String {
         ("dominated", Align::Right),
         ("strictly", Align::Right),
         ("failed", Align::Right),
-        ("ours failed", Align::Right),
+        ("moreau failed", Align::Right),
     ]);
     for pair in &domination.pairs {
         table.push(line(pair));
@@ -20,20 +20,20 @@ pub(super) fn table(domination: &Domination) -> String {
     let percent = |part: usize| number(100.0 * part as f64 / peers.max(1) as f64, 3);
     let mut text = table.to_string();
     if peers == 0 {
-        text.push_str("no point of a peer\n");
+        text.push_str("no points of peers\n");
         return text;
     }
     text.push_str(&format!(
-        "of {peers} points of peers {dominated} are dominated: {} % ({} % without the spread of \
-         times)\n",
+        "{dominated} of {peers} points of peers are dominated: {} % ({} % without counting the \
+         spread of times)\n",
         percent(dominated),
         percent(strictly)
     ));
     for (cause, words) in Cause::ALL.into_iter().zip([
-        "more accurate than any point of ours",
-        "as accurate as one of ours, and faster than every one",
-        "at its accuracy faster than ours, where others of ours are as fast",
-        "no point of ours was solved",
+        "more accurate than every point of moreau",
+        "faster than every point of moreau, one of which is as accurate",
+        "faster than points of moreau of the same accuracy; less accurate points are as fast",
+        "where no point of moreau was solved",
     ]) {
         let of = domination.undominated.iter();
         let count = of.filter(|u| u.cause == cause.word()).count();

@@ -7,7 +7,7 @@ use crate::report::{
 use crate::scene::{Scene, Scheme};
 use serde::Serialize;
 
-/// What a comparison adds to its summary.
+/// The part of `summary.json` that only `compare` writes.
 #[derive(Serialize)]
 struct Found<'a> {
     rows: usize,
@@ -21,11 +21,11 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     let (mut scene, machine) = args.common.load()?;
     if machine.is_some() {
         return Err(RunError::Unfit(format!(
-            "scene {}: a wear scene is not compared with rapier, which gives no slip; use `run`",
+            "scene {}: a wear scene is not compared with rapier, which computes no slip; use `run`",
             scene.name
         )));
     }
-    // every step length of the comparison covers the same time
+    // every step length covers the same time
     if let Some(steps) = args.common.flags.steps {
         scene.step.time = f64::from(steps) * scene.step.dt;
     }
@@ -82,7 +82,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// Refuses what was set and has no effect on any of the points.
+/// Refuses keys and flags that have no effect on any of the points.
 fn refuse_idle(args: &CompareArgs, scene: &Scene, settings: &[Setting]) -> Result<(), RunError> {
     let flags = &args.common.flags;
     let mut typed = flags.of_runs();
@@ -99,7 +99,7 @@ fn refuse_idle(args: &CompareArgs, scene: &Scene, settings: &[Setting]) -> Resul
     run.refuse(flags, &typed)
 }
 
-/// Leaves out the settings of engines that have not what the scene is made of: a sentence for each.
+/// Removes the settings of engines that cannot step the scene; returns a sentence for each engine.
 pub(super) fn leave_out(scene: &Scene, settings: &mut Vec<Setting>) -> Vec<String> {
     let used = |e: &&(&str, Engine)| settings.iter().any(|s| s.engine == e.1);
     let engines = Engine::ALL.iter().filter(used).map(|(_, engine)| *engine);
@@ -110,7 +110,7 @@ pub(super) fn leave_out(scene: &Scene, settings: &mut Vec<Setting>) -> Vec<Strin
     unfit.into_iter().map(|(_, error)| words(error)).collect()
 }
 
-/// What flags ask for, else the scene's own scheme first and then the others.
+/// The scheme that the flags set; without such flags the scene's scheme and then the others.
 pub(super) fn schemes(flags: &Flags, scene: &Scene) -> Vec<(Scheme, bool)> {
     let own = (scene.step.scheme, scene.step.events);
     if flags.scheme.is_some() || flags.events {
@@ -125,7 +125,7 @@ pub(super) fn schemes(flags: &Flags, scene: &Scene) -> Vec<(Scheme, bool)> {
     std::iter::once(own).chain(others).collect()
 }
 
-/// Writes the pictures that have something to show, and gives their names.
+/// Draws the pictures with values to show; returns their file names.
 fn draw(
     folder: &OutputFolder,
     rows: &[ResultRow],

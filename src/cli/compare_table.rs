@@ -1,10 +1,10 @@
-//! The comparison as a person reads it, from the rows of `results.csv` alone.
+//! The table of a comparison for the terminal, made from the rows of `results.csv` alone.
 
 use crate::experiment::Setting;
 use crate::report::{Align, ResultRow, Table, number, quantity, step_length};
 
-/// One line a measure; a column for each of `columns`, and one for the best of all points of the
-/// engine `swept`, whose settings follow below.
+/// One line for each measure; one column for each of `columns` and one for the best point of the
+/// engine `swept`. The settings of the best points follow below the table.
 pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> String {
     let of = |setting: &Setting, measure: &str| {
         let label = setting.label();
@@ -24,13 +24,13 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
     let mut table = Table::new(head);
     let mut below = String::new();
     for (measure, unit) in measures(rows) {
-        // as the axes of the charts have it
+        // the axes of the charts use the same sign
         let unit = if unit == "1" { "-" } else { unit };
         let mut cells = vec![format!("{measure} [{unit}]")];
         for setting in columns {
             let row = of(setting, measure);
             cells.push(row.map_or("-".to_owned(), |r| match r.mode.as_str() {
-                // in a word what NaN would not say
+                // the mode says why the value is NaN
                 mode if r.value.is_nan() && !mode.is_empty() => mode.to_owned(),
                 _ if r.verdict == "unsolved" => format!("{} (unsolved)", number(r.value, 3)),
                 _ => number(r.value, 3),
@@ -41,10 +41,10 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
             let mut same = rows
                 .iter()
                 .filter(|r| r.engine == swept && r.measure == measure);
-            // where all are equal there is no best
+            // if all values are equal, no point is best
             if !same.all(|r| r.value == best.value) {
                 below.push_str(&format!(
-                    "  {measure}: dt {}, {}, {} a simulated second\n",
+                    "  {measure}: dt {}, {}, {} per simulated second\n",
                     step_length(best.dt_s),
                     best.setting,
                     time(best)
@@ -63,15 +63,12 @@ pub(super) fn table(rows: &[ResultRow], columns: &[Setting], swept: &str) -> Str
     );
     table.push(cells);
     if !below.is_empty() {
-        below.insert_str(
-            0,
-            &format!("{swept}, best of all its points in each measure:\n"),
-        );
+        below.insert_str(0, &format!("{swept}, its best point for each measure:\n"));
     }
     format!("{table}{below}")
 }
 
-/// Names and units, in the order of the rows.
+/// Names and units of all measures, in the order of the rows.
 fn measures(rows: &[ResultRow]) -> Vec<(&str, &str)> {
     let mut measures: Vec<(&str, &str)> = Vec::new();
     for row in rows {

@@ -5,7 +5,8 @@ use crate::report::OutputFolder;
 use crate::scene::Built;
 use std::path::PathBuf;
 
-/// `--dump-problems`: the contact problems of every N-th step, a file each, with the impulses found.
+/// Writes for `--dump-problems`: each contact problem of every N-th step, with its impulses, to a
+/// file.
 pub(super) struct Dump {
     folder: OutputFolder,
     every: usize,
@@ -14,7 +15,7 @@ pub(super) struct Dump {
 }
 
 impl Dump {
-    /// `None` unless asked for.
+    /// `None` without `--dump-problems`.
     ///
     /// # Errors
     /// Those of [`OutputFolder::create`].
@@ -30,7 +31,7 @@ impl Dump {
         }))
     }
 
-    /// Takes in one step.
+    /// Writes the problems of one step if it is an N-th one.
     pub fn add(&mut self, built: &Built) -> Result<(), RunError> {
         self.step += 1;
         if !self.step.is_multiple_of(self.every) {
@@ -52,7 +53,7 @@ impl Dump {
         Ok(())
     }
 
-    /// Puts the files in place; returns their number and the folder.
+    /// Moves the files to their final folder; returns their number and the folder.
     pub fn finish(self) -> Result<(usize, PathBuf), RunError> {
         Ok((self.count, self.folder.commit()?))
     }

@@ -1,9 +1,9 @@
-//! Which keys and flags have an effect in which run: one table. What the user set and has none is
-//! refused, with what it would need.
+//! One table of which keys and flags have an effect in which run. A key or flag without effect is
+//! refused; the error says what it would need.
 //!
-//! A key written in the scene file is meant for every engine, scheme and reading that the file may
-//! be run with. It is refused only where the file itself leaves it without effect. What is typed,
-//! as a flag or with `--set`, is meant for this run, and is refused where this run has no use for it.
+//! A key of the scene file applies to every engine, scheme and reading that the file may be run
+//! with. It is refused only if the file itself leaves it without effect. A flag or a `--set` applies
+//! to this run alone, and is refused if it has no effect in this run.
 
 use super::Flags;
 use crate::experiment::{Engine, RunError};
@@ -17,40 +17,40 @@ use Need::{
 /// What a key or flag needs to have an effect.
 #[derive(Clone, Copy, PartialEq)]
 enum Need {
-    /// Ours among the engines that step.
+    /// Our engine is among those that step.
     Ours,
-    /// A peer among them.
+    /// A peer is among the engines that step.
     Peer,
-    /// A scene that is stepped for a given time, no load cycles of a machine.
+    /// A scene that is stepped for a given time, not load cycles of a machine.
     Bodies,
-    /// A time of the run that nothing else sets.
+    /// No other flag sets the duration of the run.
     Time,
-    /// Bodies that may stand apart: threads share out what does not touch.
+    /// The scene may have several islands, which threads can solve in parallel.
     Islands,
-    /// Bodies that come together and part.
+    /// Contacts that open and close.
     Landings,
-    /// A contact that returns something.
+    /// A contact with a restitution above 0.
     Restitution,
-    /// Ours in the scheme `staggered`.
+    /// Our engine runs in the scheme `staggered`.
     Staggered,
-    /// Gravity from `[gravity]`.
+    /// The scene takes its gravity from `gravity`.
     Gravity,
-    /// Steps of which every N-th can be kept.
+    /// The run writes rows of steps.
     Redrawn,
     /// The torque-balanced reading of the study.
     Balanced,
-    /// The same with cells that share the load by their overlap.
+    /// The torque-balanced reading with a load distribution by overlap (Winkler).
     Winkler,
-    /// Cycles of the machine.
+    /// Load cycles of the whole machine.
     LongLife,
-    /// A contact problem, no linear complementarity problem.
+    /// A contact problem, not a linear complementarity problem.
     Contacts,
-    /// Text on the terminal.
+    /// The command prints tables to the terminal.
     Tables,
 }
 
-/// Keys of scene files and flags, and what each needs to have an effect. Flags that stand for a key
-/// are under the key; what has an effect in every run that takes it is not listed.
+/// What each key of scene files and each flag needs to have an effect. A flag that sets a key is
+/// listed under the key. Keys and flags that always have an effect are not listed.
 const TABLE: &[(&str, &[Need])] = &[
     ("step.time", &[Time]),
     ("step.scheme", &[Ours]),
@@ -83,13 +83,13 @@ const TABLE: &[(&str, &[Need])] = &[
     ("--quiet", &[Tables]),
 ];
 
-/// Flags that act where nothing is stepped but stored problems are solved.
+/// Keys and flags that have an effect on stored problems, where nothing is stepped.
 const OF_PROBLEMS: [&str; 3] = ["step.tolerance", "--shares", "--quiet"];
 
-/// What is run.
+/// The input of a run.
 #[derive(Clone, Copy)]
 pub(super) enum Subject<'a> {
-    /// A scene, and its machine if it has one.
+    /// A scene and its machine, if it has one.
     Scene(&'a Scene, Option<&'a Machine>),
     /// Stored contact problems.
     Problems,
@@ -97,25 +97,25 @@ pub(super) enum Subject<'a> {
     Lcp,
 }
 
-/// A run in which keys and flags are to have an effect.
+/// A run whose keys and flags are checked for their effect.
 #[derive(Clone, Copy)]
 pub(super) struct Run<'a> {
     pub command: &'static str,
     pub subject: Subject<'a>,
-    /// Who steps.
+    /// The engines that step.
     pub engines: &'a [Engine],
-    /// Whether ours steps a reference as well, with the keys of the scene.
+    /// Whether our engine also runs a reference solution, with the keys of the scene.
     pub reference: bool,
-    /// Whether `--steps` says how long.
+    /// Whether `--steps` sets the duration.
     pub steps: bool,
-    /// Whether ours steps in the scene's scheme alone.
+    /// Whether our engine runs in the scene's scheme only.
     pub one_scheme: bool,
-    /// Whether tables or a bar go to the terminal unless it is to be quiet.
+    /// Whether the command prints tables or a progress bar without `--quiet`.
     pub tables: bool,
 }
 
 impl<'a> Run<'a> {
-    /// `command` on `scene`, by our own engine unless said otherwise.
+    /// `command` on `scene`, by default with our engine.
     pub fn new(
         command: &'static str,
         scene: &'a Scene,
@@ -146,10 +146,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Refuses what was set and has no effect.
+    /// Refuses the first key or flag without effect.
     ///
     /// # Arguments
-    /// - `typed`: flags that stand for no key, with their values as typed.
+    /// - `typed`: flags that set no key, with their values as typed.
     ///
     /// # Errors
     /// [`RunError::Unfit`].
@@ -160,7 +160,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What was set and has no effect, flags before keys of the scene, and why.
+    /// All flags and keys without effect, flags first, each with the reason.
     pub fn without_effect(&self, flags: &Flags, typed: &[(&str, String)]) -> Vec<(String, String)> {
         let of_flags = typed.iter().filter_map(|(flag, value)| {
             let words = format!("{flag} {value}").trim_end().to_owned();
@@ -179,12 +179,12 @@ impl<'a> Run<'a> {
         of_flags.chain(of_keys).collect()
     }
 
-    /// Why a key or flag has no effect; `None` where it has one.
+    /// Why a key or flag has no effect; `None` if it has one.
     pub fn idle(&self, name: &str) -> Option<String> {
         self.lacks(name, |_| true)
     }
 
-    /// The same of a key in the file, which is meant for more runs than this one.
+    /// Why a key of the file has no effect in any run of the file; `None` if it may have one.
     fn idle_in_file(&self, key: &str) -> Option<String> {
         self.lacks(key, |need| {
             matches!(need, Landings | Restitution | Gravity | Bodies | LongLife)
@@ -192,6 +192,7 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// The reason of the first unmet need of `name`, among the needs for which `counts` holds.
     fn lacks(&self, name: &str, counts: impl Fn(Need) -> bool) -> Option<String> {
         if !matches!(self.subject, Subject::Scene(..)) && !OF_PROBLEMS.contains(&name) {
             let what = format!("in `{}`: nothing is stepped", self.command);
@@ -223,7 +224,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// What the run lacks of a need, as the end of "has no effect".
+    /// Why the run does not meet a need, to follow "has no effect"; `None` if it meets the need.
     fn lacking(&self, need: Need) -> Option<String> {
         let (lacks, why) = match need {
             Ours => {
@@ -237,10 +238,10 @@ impl<'a> Run<'a> {
                 let why = format!("on scene {name} without a peer that steps it");
                 (!peer, why)
             }
-            Time if self.steps => (true, "beside --steps, which says how long".to_owned()),
+            Time if self.steps => (true, "with --steps, which sets the duration".to_owned()),
             Time if self.command == "bench" => {
-                let how = "--steps N times that many steps, --settle N goes before";
-                (true, format!("in a bench; {how}"))
+                let how = "--steps N sets the timed steps, --settle N those before";
+                (true, format!("in bench; {how}"))
             }
             Staggered => {
                 let moreau = |scene: &Scene| scene.step.scheme == Scheme::Moreau;
@@ -254,7 +255,7 @@ impl<'a> Run<'a> {
             }
             Tables => (
                 !self.tables,
-                "beside --json, which prints nothing else".to_owned(),
+                "with --json, which prints only JSON".to_owned(),
             ),
             _ => {
                 return self
@@ -266,7 +267,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What a scene lacks of a need, as the end of "has no effect".
+/// Why a scene does not meet a need, to follow "has no effect"; `None` if it meets the need.
 fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<String> {
     let parameters = match machine {
         Some(Machine::Study(setup)) => Some(&setup.parameters),
@@ -290,10 +291,7 @@ fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<St
             study || scene.linear.is_some(),
             "on scene {scene}: all of it is one island",
         ),
-        Landings => (
-            study,
-            "on a [study]: its one rotor is in contact all the time",
-        ),
+        Landings => (study, "on a [study]: its one rotor is always in contact"),
         Restitution => (
             !rebounds(scene),
             "on scene {scene}: no contact of it has a restitution above 0",
@@ -301,7 +299,7 @@ fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<St
         Gravity => (study, "on a [study], whose gravity is the standard one"),
         Balanced => (
             reading == Some(Reading::Literal),
-            "on study.reading = \"literal\", which follows no life; it needs \"torque-balanced\"",
+            "with study.reading = \"literal\", which computes no life; it needs \"torque-balanced\"",
         ),
         Winkler => (
             shares.is_some_and(|shares| shares != Shares::Winkler),
@@ -309,21 +307,21 @@ fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<St
         ),
         LongLife => (
             study,
-            "on a [study], whose cycles are all alike; it needs a [thresher]",
+            "on a [study], whose cycles are all equal; it needs a [thresher]",
         ),
         _ => (false, ""),
     };
     lacks.then(|| why.replace("{scene}", &scene.name))
 }
 
-/// Whether a contact returns anything.
+/// Whether any contact has a restitution above 0.
 fn rebounds(scene: &Scene) -> bool {
     let linear = scene.linear.iter().flat_map(|block| &block.contact);
     linear.into_iter().any(|contact| contact.restitution > 0.0)
         || scene.materials.iter().any(|m| m.restitution > 0.0)
 }
 
-/// Whether ours alone takes what a change such as `step.solver="nsgs"` sets.
+/// Whether only our engine uses the key of a change such as `step.solver="nsgs"`.
 pub(super) fn ours_alone(change: &str) -> bool {
     let key = change.split('=').next().unwrap_or_default();
     TABLE

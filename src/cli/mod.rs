@@ -1,4 +1,4 @@
-//! The program: parse, call, print.
+//! The command-line program: it parses the arguments, calls the library and prints the results.
 
 mod atlas;
 mod atlas_table;
@@ -28,21 +28,21 @@ use std::process::ExitCode;
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
-  1  wrong input, or a file cannot be read or written: nothing is left half-written
-  2  run, solve and atlas: done and written, but something of ours is not solved, or fails a rung
-     of the atlas; compare, chart and bench list such points and end with 0";
+  1  wrong input, or a file cannot be read or written; no half-written file is left
+  2  run, solve and atlas: the results are written, but moreau left something unsolved or failed a
+     rung of the atlas; compare, chart and bench list such points and exit with 0";
 const EXIT_RUN: &str = "\
-Exit codes: 0 done; 1 wrong input, or a file cannot be read or written; 2 done and written, but
-islands of contacts were left unsolved: the summary counts them.";
+Exit codes: 0 done; 1 wrong input, or a file cannot be read or written; 2 the results are written,
+but some islands were not solved to the tolerance: the summary counts them.";
 const EXIT_SOLVE: &str = "\
 Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not solved to the
 tolerance.";
 const EXIT_ATLAS: &str = "\
-Exit codes: 0 ours passes every rung; 1 wrong input, or a file cannot be read or written; 2 done and
-written, but ours fails a rung or leaves one unsolved. Some rungs are known to fail, in the whole
-atlas and with --quick: each is listed beneath the table with its cause.";
+Exit codes: 0 moreau passes every rung; 1 wrong input, or a file cannot be read or written; 2 the
+results are written, but moreau fails a rung or leaves one unsolved. Some rungs are known to fail,
+with and without --quick: the lines below the table name the cause of each.";
 const EXIT_TABLES: &str = "\
-Exit codes: 0 done, points that failed or are unsolved being listed; 1 wrong input, or a file cannot
+Exit codes: 0 done; points that failed or are unsolved are listed; 1 wrong input, or a file cannot
 be read or written.";
 
 /// Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
@@ -57,44 +57,45 @@ struct Cli {
 enum Command {
     /// List the scenes that come with the program.
     Scenes {
-        /// Those of the failure atlas, which run as atlas/ENTRY:RUNG.
+        /// List the scenes of the failure atlas in place of the catalogue; they run as
+        /// atlas/ENTRY:RUNG.
         #[arg(long)]
         atlas: bool,
-        /// List the keys of scene files in place of the scenes: what each allows and means.
+        /// List the keys of scene files in place of the scenes, with their meaning and range.
         #[arg(long, conflicts_with = "atlas")]
         keys: bool,
     },
-    /// Simulate a scene; wear it if the scene has any.
+    /// Simulate a scene, and its wear if it has any.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
-    /// Step a scene with our solver and with its peers', and set accuracy against speed.
+    /// Simulate one scene with moreau and with its peers, and compare accuracy and speed.
     #[command(after_help = EXIT_TABLES)]
     Compare(CompareArgs),
-    /// Accuracy against speed over many scenes: diagrams, and who is dominated where.
+    /// Chart accuracy against speed over many scenes, and list which points are dominated.
     #[command(after_help = EXIT_TABLES)]
     Chart(chart::ChartArgs),
-    /// Run the failure atlas: where each engine breaks, rung by rung.
+    /// Run the failure atlas: scenes of growing difficulty that show where each engine fails.
     #[command(after_help = EXIT_ATLAS)]
     Atlas(atlas::AtlasArgs),
-    /// How long a step takes and what it is worth; or all impulse solvers on stored problems.
+    /// Measure time and quality of the steps of scenes, or of all impulse solvers on stored problems.
     #[command(after_help = EXIT_TABLES)]
     Bench(bench::BenchArgs),
-    /// Solve a stored contact problem or LCP again.
+    /// Solve a stored contact problem or linear complementarity problem (LCP).
     #[command(after_help = EXIT_SOLVE)]
     Solve(solve::SolveArgs),
 }
 
-/// What every command with one scene takes.
+/// Arguments of every command that takes one scene.
 #[derive(Args, Clone)]
 struct Common {
-    /// A scene of the catalogue (see `moreau2d scenes`), a path to a TOML file, or a rung of the
-    /// atlas as atlas/ENTRY:RUNG or FILE.toml:RUNG.
+    /// Name of a scene of the catalogue (see `moreau2d scenes`), path of a TOML file, or a rung of
+    /// the atlas as atlas/ENTRY:RUNG or FILE.toml:RUNG.
     scene: String,
     #[command(flatten)]
     flags: Flags,
 }
 
-/// Flags that every command with scenes takes.
+/// Flags of every command that takes scenes.
 #[derive(Args, Clone, Default)]
 struct Flags {
     /// Folder for the results [default: out/NAME].
@@ -103,7 +104,7 @@ struct Flags {
     /// Step length [s].
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     dt: Option<String>,
-    /// Simulated time [s]; of a wear scene the contact time of one load cycle.
+    /// Simulated time [s]; for a wear scene, the contact time of one load cycle.
     #[arg(
         long,
         value_name = "S",
@@ -111,16 +112,16 @@ struct Flags {
         conflicts_with = "steps"
     )]
     time: Option<String>,
-    /// Number of steps, in place of a time.
+    /// Number of steps, in place of --time.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     steps: Option<u32>,
-    /// Change any key of the scene; repeatable.
+    /// Change a key of the scene; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     set: Vec<String>,
     /// Time-stepping scheme: staggered or moreau.
     #[arg(long, value_name = "NAME")]
     scheme: Option<String>,
-    /// Locate impacts in time inside the steps.
+    /// Locate the time of each impact within its step.
     #[arg(long)]
     events: bool,
     /// Impulse solver: auto, enumeration, nsgs, direct, lemke or prox.
@@ -131,17 +132,17 @@ struct Flags {
     tolerance: Option<String>,
     #[arg(long, value_name = "N", value_delimiter = ',',
           value_parser = clap::value_parser!(u32).range(1..=MOST_THREADS as i64),
-          help = format!("Threads of ours, 1 to {MOST_THREADS}, over which islands are shared out; \
-                          nothing but the time depends on it. Of bench several, with commas between \
-                          [default: 1]"))]
+          help = format!("Threads on which moreau solves islands, 1 to {MOST_THREADS}; results do \
+                          not depend on the number. bench takes several numbers, separated by \
+                          commas [default: 1]"))]
     threads: Vec<u32>,
-    /// No progress bar, no tables.
+    /// Print no progress bar and no tables.
     #[arg(long)]
     quiet: bool,
     /// Print summary.json in place of tables.
     #[arg(long)]
     json: bool,
-    /// Changes of the scene before those of the user.
+    /// Changes of the scene that the program applies before those of the user.
     #[arg(skip)]
     before: Vec<String>,
 }
@@ -150,17 +151,17 @@ struct Flags {
 struct RunArgs {
     #[command(flatten)]
     common: Common,
-    /// Who steps: moreau, rapier, rapier-stiff, or box2d where it is built in.
+    /// Engine that steps the scene: moreau, rapier, rapier-stiff, or box2d if it is built in.
     #[arg(long, value_name = "NAME", default_value = "moreau", value_parser = Engine::named)]
     engine: Engine,
-    /// Keep every N-th step in bodies.csv, contacts.csv and steps.csv [default: 1, more where the
-    /// files would hold over 100 000 body rows].
+    /// Write every N-th step to bodies.csv, contacts.csv and steps.csv [default: 1, or more if
+    /// bodies.csv would exceed 100 000 rows].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
-    /// Write the contact problems of the run to this folder, a JSON file each.
+    /// Write each contact problem of the run to this folder, as a JSON file.
     #[arg(long, value_name = "DIR")]
     dump_problems: Option<PathBuf>,
-    /// Write those of every N-th step only.
+    /// Write the contact problems of every N-th step only.
     #[arg(long, value_name = "N", requires = "dump_problems",
           value_parser = clap::value_parser!(u32).range(1..))]
     dump_every: Option<u32>,
@@ -170,28 +171,28 @@ struct RunArgs {
 struct CompareArgs {
     #[command(flatten)]
     common: Common,
-    /// Runs of each point, interleaved; times are medians.
+    /// Number of runs of each point; the runs are interleaved and times are their medians.
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
-    /// Six step lengths in place of three, and pictures of error and energy against them:
-    /// 1/30 to 1/1000 s, or twice to a sixteenth of a scene's step that is not 1/60 s.
+    /// Run six step lengths in place of three, and draw error and energy against step length. The
+    /// lengths are 1/30 to 1/1000 s, or 2 to 1/16 times the scene's step if that is not 1/60 s.
     #[arg(long)]
     ladder: bool,
-    /// rapier in its default and its stiff preset only, and Box2D in its default, without the sweep
-    /// of their settings: for scenes that take long.
+    /// Run the peers with their presets only (rapier: default and stiff, Box2D: default), without
+    /// the sweep of their settings: for scenes that take long.
     #[arg(long)]
     no_sweep: bool,
 }
 
 impl Flags {
-    /// What goes to the terminal.
+    /// What the command prints to the terminal.
     fn say(&self) -> summary::Say {
         summary::Say::of(self.json, self.quiet)
     }
 
-    /// The scene `name` with all flags applied, and its machine if it has one; warnings about it go
-    /// to standard error.
+    /// Loads the scene `name` with all flags applied, and its machine if it has one. Prints warnings
+    /// about the scene to standard error.
     fn load(&self, name: &str) -> Result<(Scene, Option<Machine>), RunError> {
         let (mut scene, machine) = self.load_on_one_thread(name)?;
         scene.step.threads = match self.threads[..] {
@@ -199,14 +200,14 @@ impl Flags {
             [one] => one as usize,
             _ => {
                 return Err(RunError::Unfit(
-                    "--threads: several numbers are for `bench` alone".to_owned(),
+                    "--threads: only `bench` takes several numbers".to_owned(),
                 ));
             }
         };
         Ok((scene, machine))
     }
 
-    /// The same without `--threads`.
+    /// As [`Flags::load`], without `--threads`.
     fn load_on_one_thread(&self, name: &str) -> Result<(Scene, Option<Machine>), SceneError> {
         let typed = self.of_keys();
         let changes = typed.iter().map(|(change, _)| change);
@@ -228,7 +229,7 @@ impl Flags {
         Ok((scene, machine))
     }
 
-    /// Flags that stand for a key of the scene: the change that they make, and how they were typed.
+    /// For each flag that sets a key of the scene: the change `KEY=VALUE`, and the flag as typed.
     fn of_keys(&self) -> Vec<(String, String)> {
         let mut typed = Vec::new();
         for (flag, value) in [
@@ -253,7 +254,7 @@ impl Flags {
         typed
     }
 
-    /// The flags that stand for no key, with their values: those that may be without effect.
+    /// Flags that set no key of the scene but may have no effect in a run, with their values.
     fn of_runs(&self) -> Vec<(&'static str, String)> {
         let mut typed = Vec::new();
         if let Some(steps) = self.steps {
@@ -266,7 +267,7 @@ impl Flags {
         typed
     }
 
-    /// How a change of the scene was typed; `None` for what stands in the file.
+    /// The flag, as typed, that made a change of the scene; `None` for a key of the file.
     fn typed(&self, origin: &Origin) -> Option<String> {
         let Origin::Flag(flag) = origin else {
             return None;
@@ -276,7 +277,7 @@ impl Flags {
         Some(found.map_or(format!("--set {flag}"), |(_, words)| words))
     }
 
-    /// Refuses a change that a later one undoes.
+    /// Refuses a change that a later one overwrites.
     fn refuse_twice(&self, scene: &Scene) -> Result<(), RunError> {
         let words = |flag: &str| self.typed(&Origin::Flag(flag.to_owned()));
         let mine = scene.changes.get(self.before.len()..).unwrap_or(&[]);
@@ -329,14 +330,15 @@ impl Common {
 /// Runs the program.
 ///
 /// # Returns
-/// 0 done; 1 bad input or I/O, with nothing half-written; 2 it ran, but something is unsolved.
+/// 0 done; 1 wrong input or an I/O error, no half-written file is left; 2 done, but something is
+/// unsolved.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // help and version are no errors
+            // clap reports help and version as errors for standard output
             let code = u8::from(error.use_stderr());
-            // a closed pipe leaves nobody to tell
+            // printing fails only if the pipe is closed
             let _ = error.print();
             return ExitCode::from(code);
         }
@@ -392,13 +394,13 @@ fn list_scenes() -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// Prints to standard error; nobody to read it is no fault.
+/// Prints to standard error; ignores a closed pipe.
 fn print_err(text: &str) {
     use std::io::Write;
     let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
-/// Prints to standard output; a closed pipe (`| head`) ends quietly.
+/// Prints to standard output; ignores a closed pipe (`| head`).
 fn print_out(text: &str) {
     use std::io::Write;
     let _ = std::io::stdout().write_all(text.as_bytes());

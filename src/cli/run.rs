@@ -9,10 +9,10 @@ use crate::thresher::Machine;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Most body rows that a run keeps unless `--every` says otherwise.
+/// Most rows of `bodies.csv` that a run writes without `--every`.
 const BODY_ROWS: usize = 100_000;
 
-/// What a run adds to its summary.
+/// The part of `summary.json` that only `run` writes.
 #[derive(Serialize)]
 struct Found<'a> {
     totals: Value,
@@ -20,7 +20,7 @@ struct Found<'a> {
     warnings: &'a [String],
 }
 
-/// The head of the summary: a peer has settings of its own.
+/// The head of the summary; for a peer, with the peer's settings in place of ours.
 fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
     let mut head = summary::header("run", scene);
     if let Some(of_scene) = &mut head.scene {
@@ -96,7 +96,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
             out.push_str(&measure_table(&found));
         }
         if every > 1 {
-            out.push_str(&format!("one step in {every} is kept in the CSV files\n"));
+            out.push_str(&format!("the CSV files hold one step in {every}\n"));
         }
         if let Some((count, folder)) = dumped {
             let folder = folder.display();
@@ -112,14 +112,14 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// A note where the scene has a closed form and nothing was held against it.
+/// A note for a scene with a closed form to which no result could be compared.
 fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
     let why = "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
                its catalogue scene, and for what a longer run would show";
     (scene.reference.is_some() && found.is_empty()).then(|| why.to_owned())
 }
 
-/// Refuses what was set and has no effect in this run.
+/// Refuses keys and flags that have no effect in this run.
 fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Result<(), RunError> {
     let flags = &args.common.flags;
     let mut typed = flags.of_runs();
@@ -138,18 +138,19 @@ fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Resu
     run.refuse(flags, &typed)
 }
 
+/// Refuses any engine but ours for a wear scene.
 fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
     match args.engine {
         Engine::Moreau => Ok(()),
         other => Err(RunError::Unfit(format!(
-            "--engine {}: scene {} wears, and only moreau gives the impulses that wear needs",
+            "--engine {}: scene {} wears, and only moreau computes the impulses and the slip that wear needs",
             other.name(),
             scene.name
         ))),
     }
 }
 
-/// All bodies in the scene's order.
+/// The states of all bodies, in the scene's order.
 fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
     let state = |k| {
         let (pose, u) = engine.state(built, k)?;
@@ -160,10 +161,10 @@ fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
 
 fn measure_table(found: &[Measure]) -> String {
     let mut table = Table::new([
-        ("against the closed form", Align::Left),
+        ("compared with the closed form", Align::Left),
         ("computed", Align::Right),
         ("exact", Align::Right),
-        ("error, relative where it has no unit", Align::Right),
+        ("error (relative if without unit)", Align::Right),
     ]);
     for m in found {
         let unit = if m.unit == "1" { "" } else { m.unit };

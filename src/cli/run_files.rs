@@ -3,10 +3,10 @@ use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::report::{BodyRow, ContactRow, CsvFile, OutputFolder, ReportError, StepRow};
 
-/// A body's number in the record, its pose and velocity.
+/// Number of a body in the record, its pose and its velocity.
 pub(super) type BodyState = (u32, Pose64, Vec3);
 
-/// `bodies.csv`, `contacts.csv` and `steps.csv`, every N-th step of a run.
+/// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`.
 pub(super) struct RunFiles {
     bodies: CsvFile<BodyRow>,
     contacts: CsvFile<ContactRow>,
@@ -26,7 +26,7 @@ impl RunFiles {
         })
     }
 
-    /// Rows of all bodies at `time` \[s\].
+    /// Writes a row for each body at `time` \[s\].
     pub fn add_bodies(
         &mut self,
         time: f64,
@@ -47,7 +47,7 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Takes in one step, if it is one of those kept.
+    /// Writes one step if it is an N-th one.
     pub fn add<I: IntoIterator<Item = BodyState>>(
         &mut self,
         record: &StepRecord,

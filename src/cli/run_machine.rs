@@ -6,13 +6,13 @@ use crate::scene::Scene;
 use crate::thresher::{Machine, Setup, Study, Thresher, run_study, run_threshing};
 use serde_json::{Value, json};
 
-/// Steps between the rows kept of the first measured revolution: 1.6 degrees of turning.
+/// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
 const EVERY: usize = 20;
 
-/// The folder of a run, and what was found: for the summary, for a person, and in numbers.
+/// Results of a machine: output folder, part of the summary, text for the terminal, and totals.
 type Found = (OutputFolder, Value, String, Totals);
 
-/// Runs the machine of a scene and writes what comes of it.
+/// Runs the machine of a scene and writes its results.
 pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Outcome, RunError> {
     let (folder, mut found, text, totals) = match machine {
         Machine::Study(setup) => study(args, scene, setup)?,

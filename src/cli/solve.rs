@@ -15,20 +15,20 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub(super) struct SolveArgs {
-    /// A problem file: JSON or .dat text, told apart by content.
+    /// Problem file, JSON or .dat text; the content decides which.
     file: PathBuf,
-    /// Impulse solver: auto, enumeration, nsgs, direct, lemke or prox; an LCP is solved by lemke.
+    /// Impulse solver: auto, enumeration, nsgs, direct, lemke or prox; always lemke for an LCP.
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = known_solver)]
     solver: String,
     /// Relative residual at which the problem counts as solved, 1e-15 to 1e-2.
     #[arg(long, value_name = "R", default_value = "1e-8", value_parser = tolerance,
           allow_hyphen_values = true)]
     tolerance: f64,
-    /// How impulses that are not unique share a load out: found (as the solver left them) or
-    /// minimum-norm [default: found].
+    /// Which impulses to return if they are not unique: found (those of the solver) or minimum-norm
+    /// (those of least norm) [default: found].
     #[arg(long, value_name = "NAME", value_parser = shares)]
     shares: Option<Shares>,
-    /// Write the result to this JSON file.
+    /// Write the result to this file, as JSON.
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
     /// Print the result as JSON in place of the description.
@@ -39,8 +39,8 @@ pub(super) struct SolveArgs {
     quiet: bool,
 }
 
-/// Multiplications that Lemke's method may spend, some ten seconds: its path can be exponential. As
-/// many again after a ray.
+/// Limit of Lemke's method in multiplications, some ten seconds: its path can be exponential. The
+/// same limit applies again after a ray.
 const LCP_WORK: f64 = 2e10;
 
 fn known_solver(name: &str) -> Result<String, String> {
@@ -57,7 +57,7 @@ fn shares(name: &str) -> Result<Shares, String> {
         .ok_or_else(|| format!("unknown{}", Hint::new(name, all.map(Shares::name))))
 }
 
-/// The JSON that is written.
+/// The result as JSON.
 #[derive(Serialize)]
 struct Written<'a> {
     #[serde(flatten)]
@@ -109,14 +109,14 @@ struct LcpWork {
     programmes: usize,
 }
 
-/// What came of a problem: the JSON that is written, the text for a person, and whether it is solved.
+/// A result: as JSON, as text for the terminal, and whether the problem is solved.
 struct Solved {
     result: Found,
     text: String,
     solved: bool,
 }
 
-/// Reads a problem, solves it, lets the judge judge it.
+/// Reads a problem, solves it and judges the solution by its residual.
 pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     let path = &args.file;
     let of_file = |source| RunError::Problem {
@@ -133,7 +133,7 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
         && a == b
     {
         return Err(RunError::Unfit(format!(
-            "--out {}: is the problem itself, not replaced by its result",
+            "--out {}: is the problem file itself; a result does not overwrite its problem",
             out.display()
         )));
     }
@@ -180,7 +180,7 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// Refuses flags without effect on the problem.
+/// Refuses flags that have no effect on the problem.
 fn refuse_idle(args: &SolveArgs, problem: &StoredProblem) -> Result<(), RunError> {
     let subject = match problem {
         StoredProblem::Contact { .. } => effect::Subject::Problems,
@@ -227,7 +227,7 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
     );
     if !solved && sweeps + factorisations + pivots == 0 {
         text.push_str(&format!(
-            "{} does not take a problem of this size: nothing was tried\n",
+            "{} does not accept problems of this size: nothing was tried\n",
             args.solver
         ));
     }
@@ -270,24 +270,26 @@ fn contact(args: &SolveArgs, problem: &ContactProblem, stored: Option<&[Vec2]>) 
     }
 }
 
-/// What of a solution is not determined, in words.
-fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
+/// Describes which parts of a solution are not unique.
+fn uniqueness(unique: &Uniqueness, shares: Shares, least: bool) -> String {
     let mut text = match unique.self_stress {
         Some(0) => "the impulses are unique while no contact changes its status\n".to_owned(),
         Some(k) => format!(
-            "the impulses are not unique: {k} independent ways to share the load; {}\n",
-            match (asked, least) {
-                (Shares::Found, _) => "as the solver found them (--shares minimum-norm: the least)",
-                (Shares::MinimumNorm, true) => "the least ones",
-                (Shares::MinimumNorm, false) => "none less were found",
+            "the impulses are not unique: {k} independent ways to distribute the load; {}\n",
+            match (shares, least) {
+                (Shares::Found, _) => {
+                    "those of the solver (--shares minimum-norm gives those of least norm)"
+                }
+                (Shares::MinimumNorm, true) => "those of least norm",
+                (Shares::MinimumNorm, false) => "none of smaller norm were found",
             }
         ),
         None => format!(
-            "too many closed rows to tell whether the impulses are unique{}\n",
-            match (asked, least) {
+            "too many closed rows to decide whether the impulses are unique{}\n",
+            match (shares, least) {
                 (Shares::Found, _) => "",
-                (Shares::MinimumNorm, true) => "; the least ones",
-                (Shares::MinimumNorm, false) => "; none less were found",
+                (Shares::MinimumNorm, true) => "; those of least norm",
+                (Shares::MinimumNorm, false) => "; none of smaller norm were found",
             }
         ),
     };
@@ -295,8 +297,8 @@ fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
         let list: Vec<String> = unique.steep.iter().take(5).map(usize::to_string).collect();
         let more = if unique.steep.len() > 5 { ", ..." } else { "" };
         text.push_str(&format!(
-            "more than one motion may be right: friction is at Painleve's limit or above it in \
-             {} contacts (from 0: {}{more})\n",
+            "the motion may not be unique: friction reaches Painleve's limit in {} contacts \
+             (counted from 0: {}{more})\n",
             unique.steep.len(),
             list.join(", "),
         ));
@@ -304,7 +306,7 @@ fn uniqueness(unique: &Uniqueness, asked: Shares, least: bool) -> String {
     text
 }
 
-/// How many blocks of which law.
+/// Number of blocks of each law, as text.
 fn blocks(problem: &ContactProblem) -> String {
     let count = |of: fn(&Law) -> bool, one: &str| {
         let n = problem.laws.iter().filter(|law| of(law)).count();
@@ -316,7 +318,7 @@ fn blocks(problem: &ContactProblem) -> String {
         |law| matches!(law, Law::Bounded { .. }),
         "bounded row",
     ));
-    // contacts are told even where there are none
+    // the number of contacts is always shown, other numbers only above 0
     let mut first = true;
     parts.retain(|part| std::mem::take(&mut first) || !part.starts_with("0 "));
     parts.join(", ")
@@ -334,7 +336,7 @@ fn lcp(
         tolerance: args.tolerance,
         ..LcpOptions::default()
     };
-    // large problems keep the method's own limit, small ones may take an exponential path
+    // large problems use the default limit of the method; small ones may follow an exponential path
     options.max_pivots = options.max_pivots.max((LCP_WORK / pivot) as usize);
     let found = solve_lcp(matrix, q, &options).map_err(|e| FileError::Content(e.to_string()))?;
     let residual = complementarity_residual(matrix, q, &found.z);
@@ -342,11 +344,11 @@ fn lcp(
         LcpStatus::Solved if residual > args.tolerance => LcpStatus::Inaccurate,
         end => end,
     };
-    let (status, told) = in_words(end, found.exhausted);
+    let (status, explanation) = in_words(end, found.exhausted);
     let mut text = format!(
         "LCP of size {n}\nsolver lemke: {status}; {} pivots, {} paths, {} linear programmes\n\
          complementarity residual max |min(m z, w)| / max(max(-q), m max z) = {}, m the mean of \
-         |M_ii|; tolerance {:e}\n{told}",
+         |M_ii|; tolerance {:e}\n{explanation}",
         found.pivots,
         found.paths,
         found.programmes,
@@ -381,14 +383,14 @@ fn lcp(
     })
 }
 
-/// The word of the JSON, and what a person is told beside it.
+/// A status as the JSON spells it, and its explanation for the terminal.
 fn in_words(end: LcpStatus, exhausted: bool) -> (&'static str, &'static str) {
     match end {
         LcpStatus::Solved => ("solved", ""),
         LcpStatus::Ray if exhausted => (
             "ray",
             "not solved: every path ended on a ray and a search through all complementary bases \
-             found nothing; but for round-off there is no solution\n",
+             found no solution; apart from round-off there is none\n",
         ),
         LcpStatus::Ray => (
             "ray",
@@ -402,16 +404,16 @@ fn in_words(end: LcpStatus, exhausted: bool) -> (&'static str, &'static str) {
         ),
         LcpStatus::PivotLimit => (
             "pivot-limit",
-            "not solved: the pivots allowed ran out; the method is exponential at worst\n",
+            "not solved: the method reached its limit of pivots; its path can be exponential\n",
         ),
         LcpStatus::Inaccurate => (
             "inaccurate",
-            "not solved: round-off leaves the basis found above the tolerance\n",
+            "not solved: round-off keeps the residual of the basis found above the tolerance\n",
         ),
     }
 }
 
-/// A single file, written whole or not at all.
+/// A single output file, written completely or not at all.
 struct Target {
     folder: OutputFolder,
     name: String,

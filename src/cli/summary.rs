@@ -1,4 +1,4 @@
-//! `summary.json`, and the lines of it that go to the terminal.
+//! Writes `summary.json` and prints its main figures to the terminal.
 
 use super::print_out;
 use crate::experiment::{Engine, Totals};
@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
-/// What goes to the terminal.
+/// What a command prints to the terminal.
 #[derive(Clone, Copy)]
 pub(super) enum Say {
     Tables,
@@ -19,7 +19,7 @@ pub(super) enum Say {
 }
 
 impl Say {
-    /// `--json` before `--quiet`.
+    /// `--json` overrides `--quiet`.
     pub fn of(json: bool, quiet: bool) -> Say {
         match (json, quiet) {
             (true, _) => Say::Summary,
@@ -29,8 +29,8 @@ impl Say {
     }
 }
 
-/// Writes `summary.json`, puts the folder in its place, and tells what was found: `tables` is given
-/// that place.
+/// Writes `summary.json`, moves the folder to its final path, and prints the results. `tables` makes
+/// the text from that path.
 pub(super) fn close(
     folder: OutputFolder,
     head: impl Serialize,
@@ -48,7 +48,7 @@ pub(super) fn close(
     Ok(())
 }
 
-/// Lines that say what else there is to know.
+/// One line for each note.
 pub(super) fn noted<N: AsRef<str>>(notes: &[N]) -> String {
     let lines = notes
         .iter()
@@ -56,7 +56,7 @@ pub(super) fn noted<N: AsRef<str>>(notes: &[N]) -> String {
     lines.collect()
 }
 
-/// Writes `results.csv` and reads it back: what is shown and drawn comes from the file.
+/// Writes `results.csv` and reads it back: tables and charts show the content of the file.
 pub(super) fn written(
     folder: &OutputFolder,
     rows: &[ResultRow],
@@ -65,7 +65,7 @@ pub(super) fn written(
     written_rows(folder)
 }
 
-/// What every summary begins with: who wrote it, and of a scene what was run.
+/// The head of every summary: program, version, command, and the scene if there is one.
 #[derive(Serialize)]
 pub(super) struct Head<'a> {
     program: &'static str,
@@ -84,7 +84,7 @@ pub(super) struct OfScene<'a> {
     pub warnings: Vec<String>,
 }
 
-/// What a peer has not is null.
+/// Settings of the run; a setting that a peer does not have is null.
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     dt_s: f64,
@@ -95,7 +95,7 @@ pub(super) struct Settings<'a> {
     pub run: Option<OfRun>,
 }
 
-/// What ours alone goes by.
+/// Settings that only our engine has.
 #[derive(Serialize, Default)]
 pub(super) struct Ours<'a> {
     scheme: Option<&'a str>,
@@ -108,18 +108,18 @@ pub(super) struct Ours<'a> {
     threads: Option<usize>,
 }
 
-/// What `run` adds.
+/// Settings that only `run` writes.
 #[derive(Serialize)]
 pub(super) struct OfRun {
     pub model: &'static str,
     pub engine: &'static str,
     pub every: usize,
-    /// Of a peer.
+    /// Solver settings of a peer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub setting: Option<String>,
 }
 
-/// The head of a command on no scene, or on several.
+/// The head for a command without a scene or with several.
 pub(super) fn program(command: &str) -> Head<'_> {
     Head {
         program: "moreau2d",
@@ -129,7 +129,7 @@ pub(super) fn program(command: &str) -> Head<'_> {
     }
 }
 
-/// The head of a command on one scene.
+/// The head for a command on one scene.
 pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
     let step = &scene.step;
     let settings = Settings {
@@ -159,12 +159,12 @@ pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
     }
 }
 
-/// As JSON: strings, lists and numbers always have a form, NaN and the infinities as null.
+/// Converts `value` to JSON; NaN and infinities become null.
 pub(super) fn json(value: impl Serialize) -> Value {
     serde_json::to_value(value).unwrap_or_default()
 }
 
-/// Both objects in one; of a key in both the second's value.
+/// Merges both objects; `more` overwrites keys that both have.
 fn merged(mut summary: Value, more: Value) -> Value {
     if let (Value::Object(summary), Value::Object(more)) = (&mut summary, more) {
         summary.extend(more);
@@ -172,7 +172,7 @@ fn merged(mut summary: Value, more: Value) -> Value {
     summary
 }
 
-/// What a peer does not tell is null.
+/// The totals as JSON; figures that a peer does not report are null.
 pub(super) fn totals(t: &Totals) -> Value {
     const OF_OURS: [&str; 11] = [
         "sweeps",
@@ -194,10 +194,10 @@ pub(super) fn totals(t: &Totals) -> Value {
     totals
 }
 
-/// Steps, solver work and quality, for a person.
+/// Steps, solver work and quality as text for the terminal.
 ///
 /// # Arguments
-/// - `located`: whether all impacts were to be located in time, not only those of swept bodies.
+/// - `located`: whether `step.events` is on; else only impacts of swept bodies (CCD) are located.
 pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     let mut text = format!(
         "{} steps, {} simulated, {} contacts at most; {} per step\n",
@@ -208,7 +208,7 @@ pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     );
     if engine != Engine::Moreau {
         text.push_str(&format!(
-            "penetration {} m; of residuals, solver work and energy balance {} tells nothing\n",
+            "penetration {} m; {} reports no residuals, solver work or energy balance\n",
             number(t.penetration, 2),
             engine.peer().unwrap_or_default()
         ));
@@ -223,7 +223,7 @@ pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
         number(t.residual_velocity, 2),
     ));
     text.push_str(&format!(
-        "penetration {} m, {} m where impacts were noticed; energy balance closes to {} J\n",
+        "penetration {} m, {} m when impacts were detected; largest error of the energy balance {} J\n",
         number(t.penetration, 2),
         number(t.penetration_impact, 2),
         number(t.imbalance, 2),
@@ -231,21 +231,19 @@ pub(super) fn describe(t: &Totals, engine: Engine, located: bool) -> String {
     if t.events > 0 {
         let why = match located {
             true => "",
-            false => {
-                " without --events: of bodies that are swept (CCD) so that they pass through nothing"
-            }
+            false => " without --events: those of bodies with continuous collision detection (CCD)",
         };
         text.push_str(&format!("{} impacts located in time{why}\n", t.events));
     }
     text
 }
 
-/// What a reader of the results must know.
+/// Warnings about the results.
 pub(super) fn warnings(t: &Totals) -> Vec<String> {
     let mut out = Vec::new();
     if t.unread > 0 {
         out.push(format!(
-            "contacts of {} bodies, summed over all steps, could not be read: some of them are missing",
+            "contacts of {} bodies, summed over all steps, could not be read: some contacts are missing",
             t.unread
         ));
     }
@@ -260,39 +258,39 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.redundant_steps > 0 {
         out.push(format!(
-            "in {} steps more contacts carry load than there are coordinates: the shares of \
+            "in {} steps more contacts carry load than there are coordinates: the impulses of \
              single contacts are not unique",
             t.redundant_steps
         ));
     }
     if t.capped > 0 {
         out.push(format!(
-            "restitution was capped {} times so that impacts add no energy",
+            "restitution was reduced {} times so that impacts add no energy",
             t.capped
         ));
     }
     if t.relaxed > 0 {
         out.push(format!(
             "{} times the contacts of an island contradicted each other or no rigid impulses were found: \
-             it was not pushed out, or gave way",
+             penetrations were not corrected, or the contacts were regularised",
             t.relaxed
         ));
     }
     if t.joints_capped > 0 {
         out.push(format!(
-            "{} times joints closed their gaps by less than asked, or they would have put energy \
-             in: the step is long for how fast bodies turn; widest gap {} m",
+            "{} times joints closed only part of their gaps, because closing them would have added \
+             energy: the step is long for how fast bodies turn; widest gap {} m",
             t.joints_capped,
             number(t.joint_gap, 2)
         ));
     }
     if t.recovering > 0 {
         out.push(format!(
-            "{} pairs that started overlapped are overlapped still",
+            "{} pairs of bodies that overlapped at the start still overlap",
             t.recovering
         ));
     }
-    // round-off of the cap is no news
+    // smaller gains are round-off of the energy bound
     if t.impact_gain > 1e-9 * t.kinetic_most {
         out.push(format!(
             "impacts added {} J of energy: impact_law = \"capped\" would not",
@@ -302,7 +300,7 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     out
 }
 
-/// Writes `summary.json` and gives its text; `more` adds to the header, its warnings to those there.
+/// Writes `summary.json` and returns its text: `head` and `more` merged, with the warnings of both.
 pub(super) fn write(
     folder: &OutputFolder,
     head: impl Serialize,

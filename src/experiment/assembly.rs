@@ -1,25 +1,26 @@
-//! The blocks of a scene as an assembly whose equilibrium can be asked for: no time stepping.
+//! Makes an assembly of rigid blocks from a scene and checks its equilibrium, without time stepping.
 
 use super::equilibrium::{EquilibriumError, Joint, Load, stands};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use crate::scene::{Body, JointKind, Mass, Scene, Shape};
 
-/// How far apart \[m\] a corner and an edge may be to touch, over the largest block's size.
+/// Largest distance of a corner and an edge that touch, relative to the size of the largest block.
 const TOUCH: f64 = 1e-9;
 
-/// A convex body: its corners in the world \[m\], counter-clockwise, and its number among the loads.
+/// A convex body: its corners in the world \[m\], counter-clockwise, and the index of its load.
 struct Block {
     corners: Vec<Vec2>,
     load: Option<usize>,
     material: usize,
 }
 
-/// Whether the boxes and convex polygons of a scene can stand as they start, see [`stands`].
+/// Whether the boxes and convex polygons of a scene can stand in their initial positions, see
+/// [`stands`].
 ///
-/// Two bodies press on each other wherever a corner of one is on an edge of the other that all of
-/// it lies beyond; a revolute joint pushes any way. Motions play no part, and bodies of other shapes
-/// are not there.
+/// Two bodies touch at every corner of one that lies on an edge of the other, if the whole body lies
+/// beyond that edge. A revolute joint transmits forces in all directions. Velocities and bodies of
+/// other shapes are ignored.
 ///
 /// # Errors
 /// Those of [`stands`].
@@ -82,7 +83,7 @@ pub fn can_stand(scene: &Scene) -> Result<bool, EquilibriumError> {
     stands(&loads, &joints)
 }
 
-/// Corners in the world \[m\], counter-clockwise, area [m²] and its centre.
+/// Corners in the world \[m\], counter-clockwise, area [m²] and its centroid.
 fn outline(body: &Body) -> Option<(Vec<Vec2>, f64, Vec2)> {
     let points: Vec<[f64; 2]> = match &body.shape {
         Shape::Box { width, height } => {
@@ -139,10 +140,11 @@ fn touching(a: &Block, b: &Block, friction: f64, near: f64) -> Vec<Joint> {
     joints
 }
 
-/// Where an assembly comes to stand, between `falls` and `holds`, to 1e-7 of their distance.
+/// The parameter value at which an assembly begins to stand, by bisection between `falls` and
+/// `holds`, to 1e-7 of their distance.
 ///
 /// # Arguments
-/// - `holds`: where it stands; `falls`: where it does not. The larger may be either.
+/// - `holds`: a value at which it stands; `falls`: one at which it does not. Either may be larger.
 ///
 /// # Errors
 /// Those of `stands`.

@@ -11,7 +11,7 @@ pub enum Baseline {
 }
 
 impl Baseline {
-    /// Takes them in a world that has not been stepped.
+    /// Applies the settings to a world that has not been stepped.
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a world that is not rapier's; those of
@@ -24,8 +24,7 @@ impl Baseline {
         Ok(())
     }
 
-    /// Sweeps over all contacts in a step, those of Box2D without its second ones, which do not
-    /// push.
+    /// Sweeps over all contacts in a step; for Box2D without its relaxation sweeps, which use no bias.
     pub fn sweeps(&self) -> usize {
         match self {
             Baseline::Rapier(settings) => settings.substeps * settings.iterations,
@@ -34,7 +33,7 @@ impl Baseline {
     }
 }
 
-/// Every setting, as tables and charts spell it.
+/// Prints all settings, as tables and charts show them.
 impl fmt::Display for Baseline {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -5,11 +5,11 @@ use crate::report::{Progress, ResultRow};
 use crate::solver::ImpulseSolver;
 use std::time::Instant;
 
-/// Solves that are shorter are repeated inside one timing until it lasts as long \[s\]: a clock
-/// resolves some 1e-8 s, and the shortest solves take 1e-7 s.
+/// Least duration of a timing \[s\]; shorter solves are repeated until they fill it. A clock resolves
+/// some 1e-8 s, and the shortest solves take 1e-7 s.
 const SHORTEST: f64 = 1e-3;
 
-/// A contact problem and what to call it.
+/// A contact problem and its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedProblem {
     pub name: String,
@@ -23,7 +23,7 @@ struct Point<'a> {
     ended: Option<Ended>,
 }
 
-/// How its first solve ended, and the time of a solve in each repeat \[s\].
+/// Result of the first solve, and the time of a solve in each repeat \[s\].
 struct Ended {
     solved: bool,
     residual: f64,
@@ -36,24 +36,25 @@ struct Ended {
 /// Solves every problem with every solver of [`SOLVERS`], from zero impulses, and times it.
 ///
 /// Repeats are interleaved: every solver solves every problem once before any solves it again, so
-/// that a machine that slows down slows all of them. Each repeat takes a new solver object. Where
-/// its first solve takes 1 ms or more, that is the time; where less, the object, with buffers and
-/// caches now warm, solves again and again from zero until 1 ms is filled, the first solve not
-/// counted. One that fails fails again: it is timed once, by its first solve. All but the times is
-/// deterministic.
+/// that a slowdown of the computer affects all of them. Each repeat uses a new solver object. If its
+/// first solve takes 1 ms or more, that is the time. If it takes less, the object, whose buffers and
+/// caches are now warm, repeats the solve from zero until 1 ms is filled; the first solve does not
+/// count. A solver that fails on a problem would fail again, so its first solve is its only timing.
+/// All but the times is deterministic.
 ///
 /// # Arguments
 /// - `tolerance`: relative, see [`crate::contact::Residual::certified`].
 /// - `repeats`: timings of each point, 1 at least.
-/// - `progress`: advanced once a timing.
+/// - `progress`: advanced once for each timing.
 ///
 /// # Returns
 /// For every problem (`scene`) and solver a row each of `solve-time` \[s\], the median of the
-/// repeats, with half their range over it in `spread`; `residual`, the smallest tolerance
-/// at which the judge certifies the impulses ([`Residual::merit`](crate::contact::Residual::merit)); `sweeps`, `factorisations`, `pivots` of one solve; and `blocks`, the size of the
-/// problem. The verdict is `pass` where the judge ([`natural_map`]) certifies the impulses, else
-/// `unsolved`, with mode `untried` where the solver did not take a problem of this size. Nothing is
-/// stepped: `dt_s` is 0 and there is no simulated time.
+/// repeats, with half their range over it in `spread`; `residual`, the smallest tolerance at which
+/// [`natural_map`] certifies the impulses
+/// ([`Residual::merit`](crate::contact::Residual::merit)); `sweeps`, `factorisations`, `pivots` of
+/// one solve; and `blocks`, the size of the problem. The verdict is `pass` if [`natural_map`]
+/// certifies the impulses, else `unsolved`, with mode `untried` if the solver does not accept
+/// problems of this size. Nothing is stepped: `dt_s` is 0 and there is no simulated time.
 pub fn bench_solvers(
     problems: &[NamedProblem],
     tolerance: f64,
@@ -151,7 +152,7 @@ impl Point<'_> {
     }
 }
 
-/// Seconds that a solve takes, of as many as fill [`SHORTEST`].
+/// Mean time of a solve \[s\] over as many solves as fill [`SHORTEST`].
 fn warm_time(
     solver: &mut dyn ImpulseSolver,
     problem: &ContactProblem,
@@ -166,7 +167,7 @@ fn warm_time(
             solver.solve(problem, impulses, tolerance);
         }
         let elapsed = start.elapsed().as_secs_f64();
-        // a clock that stands still must not hold the program
+        // the bound on the count ends the loop even if the clock does not advance
         if elapsed >= SHORTEST || count > 1 << 20 {
             return elapsed / f64::from(count);
         }
@@ -198,8 +199,8 @@ mod tests {
         }
     }
 
-    /// Six rows for every solver on every problem, in order; enumeration does not take 40 contacts,
-    /// and the judge's word, not the solver's, is the verdict.
+    /// Six rows for every solver on every problem, in order. Enumeration does not accept 40
+    /// contacts. The residual, not the solver's report, decides the verdict.
     #[test]
     fn every_solver_has_its_rows_on_every_problem() {
         let problems = [row_of_masses(1), row_of_masses(40)];

@@ -6,8 +6,8 @@ use super::simulate::RunError;
 use crate::report::{Progress, step_length};
 use crate::scene::{self, Scene, SceneError};
 
-/// Scenes without a closed form that a chart takes by default: whatever stands, hangs or rolls and
-/// is cheap enough for a ladder of steps down to 1/4000 s.
+/// Scenes without a closed form that a chart runs by default: they stand, hang or roll, and are
+/// cheap enough for step lengths down to 1/4000 s.
 const STABILITY: [&str; 8] = [
     "tower",
     "heavy-top",
@@ -19,11 +19,11 @@ const STABILITY: [&str; 8] = [
     "chain",
 ];
 
-/// Of a quick chart: a stop, an impact, a verdict, and a stack without a closed form.
+/// Scenes of a quick chart: a stop, an impact, static forces, and a stack without a closed form.
 const QUICK: [&str; 4] = ["sliding-block", "bouncing-ball", "beam", "tower"];
 
-/// Names of the scenes that a chart takes by default: all with a closed form, in the order of the
-/// catalogue, then those of stability; a quick one takes four.
+/// Names of the scenes that a chart runs by default: all with a closed form, in the order of the
+/// catalogue, then some that test stability; a quick chart runs four scenes.
 ///
 /// # Errors
 /// Those of [`scene::scenes`].
@@ -41,20 +41,20 @@ pub fn charted_scenes(quick: bool) -> Result<Vec<String>, SceneError> {
     Ok(names)
 }
 
-/// What one scene's chart runs.
+/// The points of one scene's chart.
 #[derive(Debug, Clone)]
 pub struct ChartPlan<'a> {
     pub scene: &'a Scene,
     pub settings: Vec<Setting>,
     pub repeats: usize,
-    /// Step and period of a reference of our own, see [`Comparison::finest_and_period`]; `None`
-    /// where the scene has a closed form.
+    /// Step and period of a self-converged reference, see [`Comparison::finest_and_period`]; `None`
+    /// if the scene has a closed form.
     reference: Option<(f64, f64)>,
 }
 
 impl<'a> ChartPlan<'a> {
-    /// `settings` of `scene`, against its closed form or a reference of our own that is finer
-    /// than the finest step of `comparison`.
+    /// Compares `settings` of `scene` with its closed form, or with a self-converged reference that
+    /// is finer than the finest step of `comparison`.
     pub fn new(
         scene: &'a Scene,
         comparison: &Comparison,
@@ -70,7 +70,7 @@ impl<'a> ChartPlan<'a> {
         }
     }
 
-    /// Steps of all its runs, for a progress bar.
+    /// Number of steps of all runs, for a progress bar.
     pub fn steps(&self) -> usize {
         let each: usize = self.settings.iter().map(|s| step_count(&s.step)).sum();
         let reference = self
@@ -79,11 +79,11 @@ impl<'a> ChartPlan<'a> {
         each * self.repeats + reference
     }
 
-    /// Runs it.
+    /// Runs all points.
     ///
     /// # Returns
-    /// The rows of [`run_settings`]. Of a scene without a closed form the notes say what it is compared
-    /// with instead, or that nothing can be.
+    /// The rows of [`run_settings`]. For a scene without a closed form, the notes say what it is
+    /// compared with instead, or that no comparison is possible.
     ///
     /// # Errors
     /// Those of [`run_settings`].
@@ -97,18 +97,18 @@ impl<'a> ChartPlan<'a> {
             match SelfReference::converge(self.scene, finest, period, progress) {
                 Ok(Some(found)) => {
                     notes.push(format!(
-                        "no closed form: trajectories against our own run, {}, by steps of {steps}; \
-                         nothing is told below that",
+                        "no closed form: trajectories are compared with moreau's own run, {}, by \
+                         steps of {steps}; smaller errors cannot be measured",
                         found.describe()
                     ));
                     reference = Some(found);
                 }
                 Ok(None) => notes.push(format!(
-                    "no closed form, and our own runs at steps of {steps} do not converge: no \
+                    "no closed form, and moreau's runs at steps of {steps} do not converge: no \
                      trajectory is compared"
                 )),
                 Err(RunError::Step(error)) => notes.push(format!(
-                    "no closed form, and our own reference fails ({error}): no trajectory is \
+                    "no closed form, and moreau's reference run fails ({error}): no trajectory is \
                      compared"
                 )),
                 Err(error) => return Err(error),

@@ -4,8 +4,8 @@ use super::simulate::Engine;
 use crate::peers::{BaselineSettings, Box2dSettings};
 use crate::scene::{Scheme, Step};
 
-/// The sweep of a peer's settings: every combination, at the scene's step and at a quarter of it.
-/// Box2D has no iterations.
+/// The sweep of a peer's settings runs every combination, at the scene's step and at a quarter of
+/// it. Box2D has no iterations.
 const FREQUENCIES: [f64; 4] = [30.0, 120.0, 500.0, 2000.0];
 const SUBSTEPS: [usize; 2] = [4, 40];
 const ITERATIONS: [usize; 2] = [1, 4];
@@ -13,10 +13,10 @@ const ITERATIONS: [usize; 2] = [1, 4];
 /// Steps per second of the ladder where the scene's step is 1/60 s.
 const LADDER: [f64; 6] = [30.0, 60.0, 125.0, 250.0, 500.0, 1000.0];
 
-/// Step lengths \[s\] of a comparison round `dt`, falling, and the place of `dt` among them.
+/// Step lengths \[s\] of a comparison around `dt`, in falling order, and the index of `dt`.
 ///
-/// Without a ladder `dt`, its half and its quarter. The ladder is 1/30, 1/60, 1/125, 1/250, 1/500
-/// and 1/1000 s where `dt` is 1/60 s within 1 %, else 2, 1, 1/2, 1/4, 1/8 and 1/16 times `dt`.
+/// Without a ladder: `dt`, its half and its quarter. The ladder is 1/30, 1/60, 1/125, 1/250, 1/500
+/// and 1/1000 s if `dt` is 1/60 s within 1 %, else 2, 1, 1/2, 1/4, 1/8 and 1/16 times `dt`.
 fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
     if !ladder {
         return (vec![dt, dt / 2.0, dt / 4.0], 0);
@@ -30,30 +30,28 @@ fn step_lengths(dt: f64, ladder: bool) -> (Vec<f64>, usize) {
     (lengths, 1)
 }
 
-/// What a comparison runs.
+/// The points that a comparison runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison {
-    /// Ours runs in each of these, with and without event location.
+    /// Schemes of our engine, each with or without event location.
     pub schemes: Vec<(Scheme, bool)>,
-    /// The ladder of six step lengths in place of three.
+    /// Whether to run the ladder of six step lengths in place of three.
     pub ladder: bool,
-    /// The sweep of the peers' settings beside their presets.
+    /// Whether to run the sweep of the peers' settings besides their presets.
     pub sweep: bool,
-    /// Ours, in the first of the schemes and at the scene's step, at these tolerances as well, and
-    /// with these solvers.
+    /// Further tolerances and solvers of our engine, in the first scheme and at the scene's step.
     pub tolerances: Vec<f64>,
     pub solvers: Vec<String>,
 }
 
 impl Comparison {
-    /// The points: ours in each scheme, rapier's default and its stiff preset, and Box2D where it
-    /// is built in, at every step length; then the sweep of frequency, substeps and iterations at
-    /// two step lengths, rapier's under the name of the stiff engine. A peer's accuracy is bounded
-    /// by all of them together, so that a single preset alone is no fair peer.
+    /// The points. First, at every step length: our engine in each scheme, rapier's default and stiff
+    /// presets, and Box2D if it is built in. Then the sweep of frequency, substeps and iterations at
+    /// two step lengths, rapier's under the name of the stiff engine: all these settings together
+    /// bound a peer's accuracy, so that a single preset would not be a fair comparison.
     ///
     /// # Arguments
-    /// - `step`: of the scene: the step length to compare round, the simulated time, and of ours
-    ///   solver and tolerance.
+    /// - `step`: the step of the scene: step length, simulated time, and our solver and tolerance.
     pub fn settings(&self, step: &Step) -> Vec<Setting> {
         let (lengths, base) = step_lengths(step.dt, self.ladder);
         let ours = self.schemes.iter().map(|&(scheme, events)| {
@@ -89,7 +87,7 @@ impl Comparison {
         settings
     }
 
-    /// Ours with one thing changed.
+    /// Our engine with one setting changed.
     fn variants(&self, step: &Step) -> Vec<Setting> {
         let Some(&(scheme, events)) = self.schemes.first() else {
             return Vec::new();
@@ -112,8 +110,8 @@ impl Comparison {
         tolerances.chain(solvers).collect()
     }
 
-    /// The finest step length of a comparison round `dt`, and a time that holds whole numbers of
-    /// every one of them \[s\].
+    /// The finest step length of a comparison around `dt`, and a time that is a multiple of every
+    /// step length \[s\].
     pub fn finest_and_period(&self, dt: f64) -> (f64, f64) {
         let (lengths, _) = step_lengths(dt, self.ladder);
         let finest = lengths[lengths.len() - 1];
@@ -149,7 +147,7 @@ fn sweep(dt: f64) -> Vec<(Engine, Baseline)> {
         let most = Box2dSettings::highest(substeps, dt);
         let mut lower = 0.0;
         for contact_frequency in FREQUENCIES {
-            // above its highest frequency all are the same
+            // Box2D limits the frequency: settings above the limit are the same
             if lower < most {
                 let settings = Box2dSettings {
                     contact_frequency,

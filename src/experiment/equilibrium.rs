@@ -1,4 +1,5 @@
-//! Whether an assembly of rigid blocks can stand: a linear programme, no time stepping.
+//! Decides whether an assembly of rigid blocks can stand, by a linear programme without time
+//! stepping.
 
 use crate::contact::Vec2;
 use microlp::{ComparisonOp, LinearExpr, OptimizationDirection, Problem, SolveOptions, Variable};
@@ -11,7 +12,7 @@ pub struct Load {
     pub at: Vec2,
 }
 
-/// A point at which two blocks can press on each other.
+/// A point at which two blocks touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
     /// The two blocks, as in the list of loads; `None` is the ground.
@@ -24,7 +25,7 @@ pub struct Joint {
     pub friction: f64,
 }
 
-/// Why there is no verdict.
+/// Why the equilibrium could not be decided.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum EquilibriumError {
     /// A joint names a block that has no load.
@@ -43,28 +44,28 @@ pub enum EquilibriumError {
 /// a force `N n + T t` on the second block of each joint and its reverse on the first,
 /// `|T| ≤ μ N`, so that with every load the sum of forces and of moments vanishes.
 ///
-/// Solved as `max λ ≤ 1` under `Σ contact + λ load = 0`, which always has the solution 0: the
-/// answer is 1 or, as cones have no size, 0. Contacts along an edge are those at its two ends.
+/// Solves `max λ ≤ 1` subject to `Σ contact + λ load = 0`, which always has the solution 0. The
+/// maximum is 1 or 0, because cones can be scaled. An edge contact is modelled by its two ends.
 ///
-/// It is what a static state *may* be. Where friction is involved a state that could stand may
-/// still fall (friction is not associated: sliding does not dilate), but none that cannot stands.
+/// The condition is necessary. With friction, an assembly that satisfies it may still fall, because
+/// friction is not associated (sliding does not dilate); an assembly that violates it cannot stand.
 ///
 /// # Arguments
-/// - `loads`: one a block, its weight at its centre of mass, as a rule.
+/// - `loads`: one for each block, as a rule its weight at its centre of mass.
 /// - `joints`: see [`Joint`].
 ///
 /// # Returns
 /// `true` if it can stand; sharp to 1e-6 of the loads.
 ///
 /// # Errors
-/// [`EquilibriumError::Body`]; [`EquilibriumError::Programme`] if the programme's numbers defeat
-/// the solver.
+/// [`EquilibriumError::Body`]; [`EquilibriumError::Programme`] if the solver of the linear programme
+/// fails.
 ///
 /// # Source
 /// Livesley, *Limit analysis of structures formed from rigid blocks*, Int. J. Numer. Methods Eng.
 /// 12 (1978).
 pub fn stands(loads: &[Load], joints: &[Joint]) -> Result<bool, EquilibriumError> {
-    // units in which loads and lengths are of size one
+    // scale loads and lengths to size one
     let force = loads.iter().map(|l| l.force.norm()).fold(0.0, f64::max);
     if force == 0.0 {
         return Ok(true);
@@ -85,7 +86,7 @@ pub fn stands(loads: &[Load], joints: &[Joint]) -> Result<bool, EquilibriumError
     }
     let mut programme = Problem::new(OptimizationDirection::Maximize);
     let factor = programme.add_var(1.0, (0.0, 1.0));
-    // moments are about each load's own point, where it has none
+    // moments are about the point of each load, so that the load itself has no moment
     let mut rows: Vec<[LinearExpr; 3]> = loads
         .iter()
         .map(|load| {
@@ -125,7 +126,7 @@ pub fn stands(loads: &[Load], joints: &[Joint]) -> Result<bool, EquilibriumError
     Ok(solution.objective() > 0.5)
 }
 
-/// The edges of a friction cone, one if it is a half line.
+/// The slopes of the edges of a friction cone; one if the cone is a half line.
 fn edges(friction: f64) -> impl Iterator<Item = f64> {
     let second = (friction > 0.0).then_some(-friction);
     [friction].into_iter().chain(second)

@@ -3,18 +3,18 @@ use crate::contact::Vec2;
 use crate::scene::JointKind;
 use crate::scene::{Built, Scene};
 
-/// The joints of a scene that hold two points together, judged by the poses alone: the same
-/// measure for every engine.
+/// The joints of a scene that hold two points together. Their gaps follow from the poses alone: the
+/// same measure for every engine.
 pub(super) struct Pins(Vec<Pin>);
 
-/// Bodies, `None` the world, and the point of each in its own frame \[m\].
+/// The two bodies (`None` is the world) and the anchor of each in its own frame \[m\].
 struct Pin {
     bodies: [Option<usize>; 2],
     anchors: [Vec2; 2],
 }
 
 impl Pins {
-    /// Revolute and fixed joints; `None` where there are none.
+    /// The revolute and fixed joints of a scene; `None` if there are none.
     pub(super) fn of(scene: &Scene) -> Option<Pins> {
         let holds = |kind| matches!(kind, JointKind::Revolute | JointKind::Fixed);
         let joints = scene.joints.iter().filter(|j| holds(j.kind));
@@ -27,7 +27,7 @@ impl Pins {
         (!pins.is_empty()).then_some(Pins(pins))
     }
 
-    /// Widest gap between the two points of a joint \[m\]; NaN where a body is nowhere.
+    /// Widest gap between the two anchors of a joint \[m\]; NaN if a body has no pose.
     pub(super) fn gap(&self, built: &Built, engine: Engine) -> f64 {
         let place = |body: Option<usize>, anchor: Vec2| match body {
             None => anchor,

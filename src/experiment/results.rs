@@ -7,56 +7,60 @@ use crate::report::{Progress, ResultRow, step_length};
 use crate::scene::BodyKind;
 use crate::scene::{Built, Scene};
 
-/// Of the energy of a scene: the sum over its bodies and the steps of a run tells no less.
+/// Relative round-off of the energy of a scene, summed over its bodies and the steps of a run.
 const ROUND_OFF: f64 = 1e-12;
 
-/// What an experiment found.
+/// Results of an experiment.
 #[derive(Debug, Clone, Default)]
 pub struct Results {
-    /// One a measure and point, the points in their order.
+    /// One row for each point and measure, in the order of the points.
     pub rows: Vec<ResultRow>,
-    /// Engines with points that failed or that cannot run this scene, and the first reason.
+    /// One note for each engine with points that failed or were skipped, with the first reason.
     pub notes: Vec<String>,
 }
 
-/// A point under way.
+/// Result of a point.
 enum Point {
-    /// Totals and errors of the last repeat; wall time per simulated second of each.
+    /// Totals and errors of the last repeat; wall time per simulated second of each repeat.
     Measured(Box<Totals>, Vec<Measure>, Vec<f64>),
-    /// In a word, and in a sentence.
+    /// Mode of the failure, and its reason as a sentence.
     Failed(&'static str, String),
-    /// The engine cannot step such a scene at all.
+    /// The engine cannot step the scene; the reason.
     Unavailable(String),
 }
 
-/// Runs every setting on `scene` and measures: the engine under every comparison.
+/// Runs every setting on `scene` and measures it; every comparison uses this function.
 ///
-/// Repeats are interleaved: every point runs once before any runs again, so that a machine that
-/// slows down slows all of them. Only the steps are timed. All but the times is deterministic.
+/// Repeats are interleaved: every point runs once before any runs again, so that a slowdown of the
+/// computer affects all points. Only the steps are timed. All but the times is deterministic.
 ///
 /// # Arguments
-/// - `settings`: the points; `scene.step` plays no part.
+/// - `settings`: the points; `scene.step` is not used.
 /// - `repeats`: runs of each point, 1 at least.
-/// - `reference`: of a scene without a closed form, where there is one.
+/// - `reference`: the self-converged reference of a scene without a closed form, if there is one.
 /// - `progress`: advanced once a step.
 ///
 /// # Returns
-/// Rows for each point: the errors against the scene's closed form, or `trajectory` \[m\], the
-/// largest distance of a body from where `reference` has it; `penetration` \[m\], and for ours
-/// `penetration-impact`, the depth at which impacts were noticed; `joint-gap` \[m\] of joints that
-/// hold two points together; `energy-rise` \[J\], the most by which the energy exceeds its start
-/// (0 below 1e-12 of it), where nothing drives the scene, and for ours `energy-recovery`, what of
-/// it came from bodies that start overlapped and were lifted off each other, and from gaps of joints
-/// closed by position; for ours `residual` and
-/// `unsolved-islands`. `seconds_per_simulated_second` is the median of the repeats, `spread` half
-/// their range over it, empty for a single run. A point that fails in a step, or whose energy is
-/// no longer finite, has NaN in every measure and the verdict `fail`; one with islands that no
-/// solve certified has `unsolved`. A measure that others show and this one does not, such as the
-/// time of an event that never comes, is NaN, `fail` and `never`.
+/// Rows for each point:
+/// - the errors against the scene's closed form, or `trajectory` \[m\], the largest distance of a
+///   body from its position in `reference`;
+/// - `penetration` \[m\], and for our engine `penetration-impact` \[m\], the depth at which impacts
+///   were detected;
+/// - `joint-gap` \[m\] of joints that hold two points together;
+/// - `energy-rise` \[J\] if nothing drives the scene: the largest excess of the energy over its start
+///   (0 below 1e-12 of it). For our engine also `energy-recovery`, the part of it from separating
+///   bodies that overlap at the start and from closing gaps of joints by position;
+/// - for our engine `residual` and `unsolved-islands`.
+///
+/// `seconds_per_simulated_second` is the median of the repeats, `spread` half their range over it,
+/// empty for a single run. A point that fails in a step, or whose energy is no longer finite, has
+/// NaN in every measure and the verdict `fail`; one with islands that no solve certified has
+/// `unsolved`. A measure that other points have and this one does not, such as the time of an event
+/// that never happens, is NaN, `fail` and `never`.
 ///
 /// # Errors
-/// [`RunError::Step`] where the scene cannot be built. A failing point is a row, not an error;
-/// one that says [`RunError::Unfit`] is left out. Both are told in the notes.
+/// [`RunError::Step`] if the scene cannot be built. A point that fails is a row, not an error; a
+/// point with [`RunError::Unfit`] is left out. The notes list both.
 pub fn run_settings(
     scene: &Scene,
     settings: &[Setting],
@@ -82,7 +86,7 @@ pub fn run_settings(
     Ok(gather(scene, settings, points, &against))
 }
 
-/// Visits all of `points` once a repeat.
+/// Visits all `points` once for each repeat.
 pub(crate) fn interleave<P, E>(
     points: &mut [P],
     repeats: usize,
@@ -138,13 +142,13 @@ fn run(
         Ok(())
     });
     match outcome {
-        // NaN compares as nothing: maxima over the run would not show it
+        // comparisons with NaN are false, so that maxima over the run would not show it
         Ok(totals) if !totals.energy_end.is_finite() => Ok(Point::Failed(
             "explodes",
             "the energy is not finite".to_owned(),
         )),
         Ok(mut totals) => {
-            // by the poses, as for every engine; ours alone keeps a record of its own
+            // measured from the poses, as for every engine, in place of our own record
             totals.joint_gap = joint_gap;
             let mut found = measures(&scene, &samples);
             if let Some((reference, places)) = &places {
@@ -224,7 +228,7 @@ fn gather(
     results
 }
 
-/// One sentence for each engine and scheme with points that were left out or failed.
+/// One sentence for each engine and scheme with points that failed or were skipped.
 fn notes(settings: &[Setting], points: &[Option<Point>]) -> Vec<String> {
     let mut notes: Vec<(String, &str, usize, String)> = Vec::new();
     for (setting, point) in settings.iter().zip(points) {
@@ -252,7 +256,7 @@ fn notes(settings: &[Setting], points: &[Option<Point>]) -> Vec<String> {
     notes.into_iter().map(sentence).collect()
 }
 
-/// A measure's name, value, unit, and what it is measured against.
+/// Name, value, unit and reference of a measure.
 struct Figure<'a>(&'static str, f64, &'static str, &'a str);
 
 impl Figure<'_> {
@@ -267,9 +271,9 @@ impl Figure<'_> {
     }
 }
 
-/// What a scene has to show.
+/// The measures of a scene.
 struct Shown<'a> {
-    /// What its errors are against.
+    /// Reference of the errors.
     against: &'a str,
     pins: bool,
     driven: bool,
@@ -284,7 +288,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// All figures of a point; of a failed one, without totals, they are NaN.
+    /// All figures of a point; NaN for a failed point, which has no totals.
     fn figures(
         &self,
         engine: Engine,
@@ -297,7 +301,7 @@ impl<'a> Shown<'a> {
             .map(|m| Figure(m.name, m.error, m.unit, self.against))
             .collect();
         figures.push(Figure("penetration", of(|t| t.penetration), "m", "0"));
-        // a peer's counts every contact point at the end of a step, those in an impact too
+        // a peer's penetration includes contacts in an impact
         if engine == Engine::Moreau {
             let depth = of(|t| t.penetration_impact);
             figures.push(Figure("penetration-impact", depth, "m", "0"));
@@ -307,7 +311,7 @@ impl<'a> Shown<'a> {
         }
         if !self.driven {
             figures.push(Figure("energy-rise", of(energy_rise), "J", "0"));
-            // peers lift bodies off each other too, but do not say by how much
+            // peers separate overlapping bodies too, but do not report the energy
             if engine == Engine::Moreau {
                 let lifted = of(|t| t.work_recovery);
                 figures.push(Figure("energy-recovery", lifted, "J", "0"));
@@ -323,7 +327,7 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// Rise of the energy \[J\]; 0 where it is round-off of the energies that it is the difference of.
+/// Rise of the energy \[J\]; 0 if it is round-off of the energies of which it is the difference.
 fn energy_rise(totals: &Totals) -> f64 {
     let size = totals.energy_start.abs().max(totals.energy_end.abs());
     match totals.energy_rise <= ROUND_OFF * size.max(totals.kinetic_most) {
@@ -332,18 +336,18 @@ fn energy_rise(totals: &Totals) -> f64 {
     }
 }
 
-/// Whether something puts energy in, so that its rise is no error: a motor, a belt, a body that
-/// moves as it is told.
+/// Whether something supplies energy, so that a rise is no error: a motor, a belt, or a body of
+/// prescribed motion.
 fn driven(scene: &Scene) -> bool {
     let moves = |b: &crate::scene::Body| {
-        let told = b.kind == BodyKind::Kinematic
+        let prescribed = b.kind == BodyKind::Kinematic
             && (b.oscillation.is_some() || b.velocity != [0.0; 2] || b.spin != 0.0);
-        told || b.surface_velocity != 0.0
+        prescribed || b.surface_velocity != 0.0
     };
     scene.bodies.iter().any(moves) || scene.joints.iter().any(|j| j.motor.is_some())
 }
 
-/// A row of `setting` without a figure.
+/// A row of `setting` without a measure.
 pub(crate) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
     ResultRow {
         scene: scene.name.clone(),
@@ -366,7 +370,7 @@ pub(crate) fn row(scene: &Scene, setting: &Setting) -> ResultRow {
     }
 }
 
-/// Median, and half the range over it where there is a range.
+/// Median, and half the range over the median if there are several values.
 pub(crate) fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>) {
     times.sort_by(f64::total_cmp);
     let (Some(least), Some(most)) = (times.first(), times.last()) else {
@@ -412,7 +416,7 @@ mod tests {
         ))
     }
 
-    /// Failed points keep a row for every measure, skipped ones have none, and both are told.
+    /// Failed points have a row for every measure, skipped ones have none; the notes list both.
     #[test]
     fn failures_are_rows_and_skipped_points_are_notes() {
         let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n[[body]]\nname = \"b\"\ndisc = 1\n";

@@ -1,5 +1,5 @@
-//! A reference of our own for scenes that have no closed form: three step lengths, each half of
-//! the one before, as far as they converge.
+//! A self-converged reference for scenes without a closed form: our runs at three step lengths, each
+//! half of the one before, as far as they converge.
 
 use super::setting::step_count;
 use super::simulate::{Engine, RunError, advance};
@@ -7,45 +7,45 @@ use crate::contact::Vec2;
 use crate::report::{Progress, number};
 use crate::scene::{Built, Scene};
 
-/// Instants of a run that are compared, at most.
+/// Most instants of a run that are compared.
 const INSTANTS: usize = 40;
-/// A halved step must leave at most this share of the difference: 1/2 is order 1.
+/// Halving the step must reduce the difference to this share at most: 1/2 is order 1.
 const SHRINKS: f64 = 0.75;
 /// Differences below this share of the farthest coordinate are round-off of single precision.
 const ROUND_OFF: f64 = 1e-6;
-/// Beyond this share of the farthest coordinate a difference is no small one, convergent or not.
+/// A larger share of the farthest coordinate is too large a difference, convergent or not.
 const SMALL: f64 = 1e-3;
 
-/// Where the bodies of a scene are, converged over three step lengths.
+/// Positions of the bodies of a scene, converged over three step lengths.
 ///
-/// With `x₁, x₂, x₃` the places at steps Δt, Δt/2 and Δt/4, `d₁ = max |x₁ − x₂|` and
+/// With `x₁, x₂, x₃` the positions at steps Δt, Δt/2 and Δt/4, `d₁ = max |x₁ − x₂|` and
 /// `d₂ = max |x₂ − x₃|` over all bodies and all instants up to t,
 /// ```text
 /// d₂ ≤ 3/4 d₁  and  d₂ ≤ 1e-3 L,   or   d₂ ≤ 1e-6 L                          (1)
 /// ```
 /// holds up to the `horizon`; L is the farthest coordinate of a body, 1 m at least. x₃ is the
-/// reference and `d₂` at the horizon its error bar: below it nothing can be told.
+/// reference and `d₂` at the horizon its error bar: smaller errors cannot be measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfReference {
-    /// Instants up to the horizon \[s\], and the places of all bodies at each \[m\].
+    /// Instants up to the horizon \[s\], and the positions of all bodies at each \[m\].
     places: Places,
     /// d₂ at the horizon \[m\].
     pub error: f64,
-    /// \[s\]
+    /// Time up to which the runs agree \[s\].
     pub horizon: f64,
 }
 
-/// Places of all bodies at given instants.
+/// Positions of all bodies at some instants.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Places {
     instants: Vec<f64>,
     found: Vec<Vec<Vec2>>,
-    /// At the end of the last step.
+    /// Time and positions at the end of the last step.
     last: (f64, Vec<Vec2>),
 }
 
 impl Places {
-    /// Of a world that has not been stepped.
+    /// Starts with a world that has not been stepped.
     fn start(instants: &[f64], built: &Built, engine: Engine) -> Places {
         Places {
             instants: instants.to_vec(),
@@ -54,11 +54,10 @@ impl Places {
         }
     }
 
-    /// Takes in the end of a step, at `time` \[s\]; between the ends of steps places are on the
-    /// straight line.
+    /// Adds the end of a step at `time` \[s\]; positions within a step are interpolated linearly.
     pub(super) fn add(&mut self, time: f64, built: &Built, engine: Engine) {
         let now = places(built, engine);
-        // the sum of many steps is an instant up to round-off
+        // the sum of many steps meets an instant up to round-off only
         let reached = |t: f64| t <= time * (1.0 + 1e-9);
         while let Some(&t) = self.instants.get(self.found.len()).filter(|&&t| reached(t)) {
             let (before, then) = (self.last.0, &self.last.1);
@@ -69,8 +68,8 @@ impl Places {
         self.last = (time, now);
     }
 
-    /// Largest distance of a body at each instant that both have \[m\]; infinite where one is
-    /// nowhere.
+    /// Largest distance of a body at each instant that both have \[m\]; infinite if a position is not
+    /// finite.
     fn distances(&self, other: &Places) -> Vec<f64> {
         let far = |(a, b): (&Vec2, &Vec2)| {
             let distance = (a - b).norm();
@@ -101,18 +100,18 @@ fn places(built: &Built, engine: Engine) -> Vec<Vec2> {
 }
 
 impl SelfReference {
-    /// Converges our own run of `scene`, in its own scheme, at the steps `finest`, `finest/2` and
-    /// `finest/4` \[s\].
+    /// Runs `scene` with our engine, in the scene's scheme, at the steps `finest`, `finest/2` and
+    /// `finest/4` \[s\], and compares the three runs.
     ///
     /// # Arguments
-    /// - `period`: a time that holds whole numbers of every step that is to be compared \[s\].
-    /// - `progress`: advanced once a step.
+    /// - `period`: a time that is a multiple of every step length to be compared \[s\].
+    /// - `progress`: advanced once for each step.
     ///
     /// # Returns
-    /// `None` where not even the first instant converges: chaos, or steps that are too long.
+    /// `None` if not even the first instant converges: the motion is chaotic or the steps too long.
     ///
     /// # Errors
-    /// [`RunError::Step`] where the scene cannot be built or a step fails.
+    /// [`RunError::Step`] if the scene cannot be built or a step fails.
     pub fn converge(
         scene: &Scene,
         finest: f64,
@@ -169,13 +168,13 @@ impl SelfReference {
         })
     }
 
-    /// What a run of the same scene is sampled with.
+    /// Collects the positions of another run of the same scene, at the same instants.
     pub(super) fn sampler(&self, built: &Built, engine: Engine) -> Places {
         Places::start(&self.places.instants, built, engine)
     }
 
-    /// Largest distance of a body from the reference \[m\], no less than what the reference is
-    /// known to; NaN where the run is too short.
+    /// Largest distance of a body from the reference \[m\], at least the error bar of the reference;
+    /// NaN if the run is too short.
     pub(super) fn distance(&self, run: &Places) -> f64 {
         if run.found.len() < self.places.found.len() {
             return f64::NAN;
@@ -188,7 +187,7 @@ impl SelfReference {
         }
     }
 
-    /// As the column `reference` has it, the error bar behind `±`.
+    /// The text of the column `reference`, with the error bar after `±`.
     pub fn describe(&self) -> String {
         format!(
             "self-converged ±{:.1e} m until {} s",
@@ -234,7 +233,7 @@ mod tests {
         assert_eq!(instants(0.1, 0.2), [0.1]);
     }
 
-    /// Errors of order 1 up to 2 s, after which the finest run goes its own way.
+    /// Errors of order 1 up to 2 s; after that the finest run differs.
     #[test]
     fn the_horizon_ends_where_the_levels_part() {
         let instants = [1.0, 2.0, 3.0];
@@ -248,7 +247,7 @@ mod tests {
         let known = SelfReference::of(runs).unwrap();
         assert_eq!(known.horizon, 2.0);
         assert!((known.error - 0.5e-3).abs() < 1e-15);
-        // no claim below the error bar, none for a run that ends early, a NaN is no distance
+        // at least the error bar; NaN for a run that ends early and for a position that is NaN
         let same = places_of(&instants, level(0.25));
         assert_eq!(known.distance(&same), known.error);
         let off = places_of(&instants, |t| level(0.25)(t) + 0.1);

@@ -3,18 +3,18 @@ use super::simulate::Engine;
 use crate::scene::{ImpactLaw, Step};
 use crate::solver::Shares;
 
-/// One point of an experiment: who steps, how, and how finely.
+/// One point of an experiment: engine, step and settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     pub engine: Engine,
-    /// Step length and simulated time \[s\]; of ours scheme, solver, tolerance and threads as well.
+    /// Step length and simulated time \[s\]; for our engine also scheme, solver, tolerance, threads.
     pub step: Step,
-    /// A peer's solver settings where a peer steps.
+    /// The solver settings of a peer.
     pub baseline: Option<Baseline>,
 }
 
 impl Setting {
-    /// `engine` with its own preset.
+    /// `engine` with its preset.
     pub fn new(engine: Engine, step: &Step) -> Setting {
         Setting {
             engine,
@@ -23,14 +23,14 @@ impl Setting {
         }
     }
 
-    /// The same with steps of `dt` \[s\].
+    /// The same setting with steps of `dt` \[s\].
     pub fn with_dt(&self, dt: f64) -> Setting {
         let mut other = self.clone();
         other.step.dt = dt;
         other
     }
 
-    /// Engine and scheme, as tables head their columns.
+    /// Engine and scheme: the column title of tables.
     pub fn name(&self) -> String {
         let events = match self.engine {
             Engine::Moreau if self.step.events => "events",
@@ -40,9 +40,8 @@ impl Setting {
         words.join(" ").trim_end().to_owned()
     }
 
-    /// Everything that `results.csv` has no column of its own for, in parts separated by `", "`:
-    /// for ours the tolerance and what differs from the default, for a peer frequency, substeps
-    /// and what else it has.
+    /// All settings without a column of their own in `results.csv`, separated by `", "`: for our
+    /// engine the tolerance and what differs from the default, for a peer all its settings.
     pub fn label(&self) -> String {
         if let Some(settings) = &self.baseline {
             return settings.to_string();
@@ -63,7 +62,7 @@ impl Setting {
         label
     }
 
-    /// The scheme's name; empty where the engine has only its own.
+    /// The scheme's name; empty for a peer.
     pub fn scheme(&self) -> &'static str {
         match self.engine {
             Engine::Moreau => self.step.scheme.name(),
@@ -71,7 +70,7 @@ impl Setting {
         }
     }
 
-    /// The impulse solver's name; `soft` for a peer's.
+    /// The impulse solver's name; `soft` for a peer.
     pub fn solver(&self) -> &str {
         match self.engine {
             Engine::Moreau => &self.step.solver,
@@ -79,7 +78,7 @@ impl Setting {
         }
     }
 
-    /// Threads that step: one of a peer, built as it is here.
+    /// Number of threads that step; 1 for a peer, as it is built here.
     pub fn threads(&self) -> usize {
         match self.engine {
             Engine::Moreau => self.step.threads,
@@ -87,7 +86,7 @@ impl Setting {
         }
     }
 
-    /// Of the state that is stepped.
+    /// Precision of the state that is stepped.
     pub fn precision(&self) -> &'static str {
         match self.engine {
             Engine::Moreau => "f64",
@@ -97,7 +96,7 @@ impl Setting {
     }
 }
 
-/// Steps of `step.dt` that cover `step.time`.
+/// Number of steps of `step.dt` that cover `step.time`.
 pub fn step_count(step: &Step) -> usize {
     // a time that is a whole number of steps up to rounding is that many steps
     (step.time / step.dt * (1.0 - 1e-12)).ceil() as usize

@@ -11,15 +11,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Who steps the world.
+/// The engine that steps the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
     Moreau,
-    /// rapier's own solver as it comes.
+    /// rapier's own solver with its default settings.
     Rapier,
     /// rapier's own solver with stiff contacts, see [`BaselineSettings::STIFF`].
     RapierStiff,
-    /// Box2D v3 as it comes, with the feature `box2d`.
+    /// Box2D v3 with its default settings; needs the feature `box2d`.
     Box2d,
 }
 
@@ -36,8 +36,8 @@ impl Engine {
     /// The engine called `name`.
     ///
     /// # Errors
-    /// A sentence: which feature brings an engine that is not built in, or all names and the
-    /// nearest.
+    /// A sentence that names the feature of an engine that is not built in, or all known names with
+    /// the nearest.
     pub fn named(name: &str) -> Result<Engine, String> {
         if let Some((_, engine)) = Engine::ALL.iter().find(|(known, _)| *known == name) {
             return Ok(*engine);
@@ -66,7 +66,7 @@ impl Engine {
         }
     }
 
-    /// A peer's name, whatever its preset; ours has none.
+    /// The peer's name without its preset; `None` for our engine.
     pub fn peer(self) -> Option<&'static str> {
         match self {
             Engine::Moreau => None,
@@ -75,7 +75,7 @@ impl Engine {
         }
     }
 
-    /// A peer's solver settings where a peer steps.
+    /// The solver settings of a peer; `None` for our engine.
     pub fn baseline(self) -> Option<Baseline> {
         match self {
             Engine::Moreau => None,
@@ -85,13 +85,13 @@ impl Engine {
         }
     }
 
-    /// Whether it can step the scene at all: a peer only what is built on a rapier world, Box2D
-    /// what it can copy of one, for which the scene is built; before a run that builds it anyway
-    /// [`Engine::has_model`] and [`Engine::prepare`] tell the same.
+    /// Checks that the engine can step the scene. A peer steps only scenes built on a rapier world,
+    /// and Box2D only what it can copy of one: the check builds the scene for Box2D. A run that
+    /// builds the scene anyway can call [`Engine::has_model`] and [`Engine::prepare`] instead.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] with what the peer has not; [`RunError::Step`] if the scene cannot be
-    /// built.
+    /// [`RunError::Unfit`] with the feature that the peer lacks; [`RunError::Step`] if the scene
+    /// cannot be built.
     pub fn fits(self, scene: &Scene) -> Result<(), RunError> {
         self.has_model(scene)?;
         match self {
@@ -100,10 +100,10 @@ impl Engine {
         }
     }
 
-    /// Whether it steps what the scene is built on.
+    /// Checks that the engine can step the model of the scene.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] with what a peer has not.
+    /// [`RunError::Unfit`] with the feature that the peer lacks.
     pub fn has_model(self, scene: &Scene) -> Result<(), RunError> {
         let Some(peer) = self.peer() else {
             return Ok(());
@@ -120,10 +120,10 @@ impl Engine {
         )))
     }
 
-    /// Takes its settings in a world that has not been stepped.
+    /// Applies the engine's preset to a world that has not been stepped.
     ///
     /// # Errors
-    /// [`RunError::Unfit`] where the engine does not fit the world, see [`Engine::fits`].
+    /// [`RunError::Unfit`] if the engine cannot step the world, see [`Engine::fits`].
     pub fn prepare(self, built: &mut Built) -> Result<(), RunError> {
         match self.baseline() {
             Some(settings) => self.prepare_with(&settings, built),
@@ -131,7 +131,7 @@ impl Engine {
         }
     }
 
-    /// The same with other settings than its own.
+    /// Applies `settings` in place of the engine's preset.
     ///
     /// # Errors
     /// Those of [`Engine::prepare`].
@@ -144,7 +144,7 @@ impl Engine {
     /// One step.
     ///
     /// # Errors
-    /// [`StepError`]; rapier has none of its own, Box2D those of its start and step.
+    /// [`StepError`]; rapier returns none in its own step, Box2D those of its start and step.
     pub fn step(self, built: &mut Built) -> Result<StepRecord, StepError> {
         match self {
             Engine::Moreau => built.step(),
@@ -153,7 +153,7 @@ impl Engine {
         }
     }
 
-    /// One step, and its wall time \[s\]: of a peer without the record that is made of it here.
+    /// One step and its wall time \[s\]; for a peer without the time to make the record.
     ///
     /// # Errors
     /// Those of [`Engine::step`].
@@ -167,7 +167,7 @@ impl Engine {
         Ok((record, seconds))
     }
 
-    /// Pose and velocity of body `k` at the precision the engine has.
+    /// Pose and velocity of body `k` at the engine's precision.
     pub fn state(self, built: &Built, k: usize) -> Option<(Pose64, Vec3)> {
         match self {
             Engine::Moreau => built.state(k),
@@ -183,7 +183,7 @@ impl Engine {
     }
 }
 
-/// What can stop a run.
+/// An error that ends a run.
 #[derive(Debug, Error)]
 pub enum RunError {
     #[error(transparent)]
@@ -197,7 +197,7 @@ pub enum RunError {
     /// A problem file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Problem { path: PathBuf, source: FileError },
-    /// The scene does not hold what the command needs.
+    /// The scene or the arguments do not fit the command.
     #[error("{0}")]
     Unfit(String),
 }
@@ -205,7 +205,7 @@ pub enum RunError {
 /// Sums and worst values over a run; as JSON under the names of `summary.json`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Totals {
-    /// Whether every step kept account of all that is told here, see [`StepRecord::accounted`].
+    /// Whether every step recorded all these figures, see [`StepRecord::accounted`].
     #[serde(skip)]
     pub accounted: bool,
     pub steps: usize,
@@ -214,7 +214,7 @@ pub struct Totals {
     pub time: f64,
     pub contacts: usize,
     pub most_contacts: usize,
-    /// Bodies, summed over steps, whose contacts a peer could not tell.
+    /// Bodies, summed over steps, whose contacts could not be read from a peer.
     #[serde(rename = "bodies_with_unread_contacts")]
     pub unread: usize,
     pub sweeps: usize,
@@ -223,7 +223,7 @@ pub struct Totals {
     /// Islands that no solve certified, and steps in which there was one.
     pub unsolved_islands: usize,
     pub unsolved_steps: usize,
-    /// Steps with loads whose shares are not unique.
+    /// Steps with an impulse distribution that is not unique.
     pub redundant_steps: usize,
     #[serde(rename = "capped_islands")]
     pub capped: usize,
@@ -233,7 +233,7 @@ pub struct Totals {
     pub joints_capped: usize,
     /// Impacts located in time.
     pub events: usize,
-    /// Pairs still overlapped from the start, after the last step.
+    /// Pairs of bodies that overlapped at the start and still do after the last step.
     #[serde(rename = "still_recovering_pairs")]
     pub recovering: usize,
     /// Energy that impacts added \[J\].
@@ -250,7 +250,7 @@ pub struct Totals {
     pub penetration_impact: f64,
     #[serde(rename = "worst_joint_gap_m")]
     pub joint_gap: f64,
-    /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy it compares with.
+    /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy for comparison.
     #[serde(rename = "worst_imbalance_j")]
     pub imbalance: f64,
     #[serde(skip)]
@@ -273,7 +273,7 @@ pub struct Totals {
     pub work_joints: f64,
     #[serde(rename = "work_motors_j")]
     pub work_motors: f64,
-    /// What moves of positions alone gave \[J\], see [`crate::dynamics::record::StepEnergy`].
+    /// Energy from position corrections \[J\], see [`crate::dynamics::record::StepEnergy`].
     #[serde(rename = "work_recovery_j")]
     pub work_recovery: f64,
     #[serde(rename = "friction_work_j")]
@@ -284,7 +284,7 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Takes in one step.
+    /// Adds one step.
     pub fn add(&mut self, record: &StepRecord) {
         let energy = &record.energy;
         let total = energy.kinetic_end + energy.potential_end;
@@ -330,7 +330,7 @@ impl Totals {
     }
 }
 
-/// The larger of two; what is not known in one step is not known of the run.
+/// The larger of two; NaN once any value is NaN, because it is then unknown for the run.
 fn larger(worst: f64, value: f64) -> f64 {
     if worst.is_nan() || worst > value {
         worst
@@ -339,10 +339,10 @@ fn larger(worst: f64, value: f64) -> f64 {
     }
 }
 
-/// Prepares `built` for `engine`, steps it `steps` times, and shows every record to `observe`.
+/// Prepares `built` for `engine`, steps it `steps` times, and passes every record to `observe`.
 ///
 /// # Errors
-/// [`StepError`] of a step, or whatever `observe` returns; the steps before it stand.
+/// [`StepError`] of a step, or the error of `observe`; `built` keeps the steps before it.
 pub fn simulate(
     built: &mut Built,
     engine: Engine,
@@ -353,7 +353,7 @@ pub fn simulate(
     advance(built, engine, steps, observe)
 }
 
-/// As [`simulate`], of a world with its engine's settings already in it.
+/// As [`simulate`], for a world that already has its engine's settings.
 ///
 /// # Errors
 /// Those of [`simulate`].
@@ -365,7 +365,7 @@ pub fn advance(
 ) -> Result<Totals, RunError> {
     let mut totals = Totals::default();
     let state = |built: &Built, k: usize| engine.state(built, k);
-    // what overlaps before the first step is no fault of a step
+    // the first call records overlaps of the start, which are not errors of a step
     built.penetration(state);
     for _ in 0..steps {
         let (mut record, seconds) = engine.timed_step(built)?;

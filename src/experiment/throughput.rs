@@ -9,30 +9,30 @@ use crate::scene::{Built, Scene};
 #[derive(Debug, Clone)]
 pub struct Workload {
     pub scene: Scene,
-    /// What was set to get this size, empty for the scene as it is.
+    /// The changes that make this size; empty for the unchanged scene.
     pub rung: String,
-    /// Steps before any is timed.
+    /// Steps before the timed ones.
     pub settle: usize,
 }
 
-/// What a measurement of throughput runs.
+/// Engines, threads and steps of a throughput measurement.
 #[derive(Debug, Clone)]
 pub struct Throughput {
     pub engines: Vec<Engine>,
-    /// Numbers of threads that ours runs with, each in turn; a peer, built as it is here, has one.
+    /// Numbers of threads of our engine, each measured; a peer, as it is built here, has one thread.
     pub threads: Vec<usize>,
-    /// Steps that are timed, 1 at least.
+    /// Timed steps, 1 at least.
     pub steps: usize,
 }
 
-/// Steps that an engine takes in a turn: its world is then in the caches as it is when it runs alone.
+/// Steps that an engine takes in a turn, so that its world is in the CPU caches as in a run alone.
 const TURN: usize = 10;
 
-/// One engine in its own copy of the world.
+/// One engine with its own copy of the world.
 struct Point {
     setting: Setting,
     built: Built,
-    /// Of each step \[s\], and of ours its phases.
+    /// Time of each step \[s\], and for our engine the times of its phases.
     times: Vec<f64>,
     phases: Vec<Phases>,
     contacts: usize,
@@ -45,12 +45,12 @@ struct Point {
 }
 
 impl Throughput {
-    /// Steps of all engines in one workload, for a progress bar.
+    /// Number of steps of all engines in one workload, for a progress bar.
     pub fn count(&self, work: &Workload) -> usize {
         self.points().count() * (work.settle + self.steps)
     }
 
-    /// Engines, each with its number of threads.
+    /// The engines, each with its number of threads.
     fn points(&self) -> impl Iterator<Item = (Engine, usize)> + '_ {
         self.engines.iter().flat_map(|&engine| {
             let threads = match engine {
@@ -61,25 +61,29 @@ impl Throughput {
         })
     }
 
-    /// Times the steps of a workload, each engine in its own copy of the world.
+    /// Times the steps of a workload, each engine with its own copy of the world.
     ///
-    /// Engines take turns of ten steps, so that a machine that slows down slows all of them alike.
-    /// All but the times is deterministic.
+    /// Engines take turns of ten steps, so that a slowdown of the computer affects all of them. All
+    /// but the times is deterministic.
     ///
     /// # Returns
-    /// For each engine, of ours for each number of threads, `step-time` \[s\], the mean of the middle
-    /// half of the timed steps, with half their range over it in `spread`: steps come in kinds, such
-    /// as those that need no solve, and a median would be of one kind alone; `contacts`, the mean
-    /// number of a step;
-    /// `penetration` \[m\], the worst of the timed steps; and of ours in the same way the time of
-    /// each phase of a step ([`Phases`]), `residual` and `unsolved-islands`. Where contacts
-    /// are swept over and form one island, `contact-sweeps` a second, over the whole step for
-    /// a peer, over the solve for ours. An engine that fails in a step has the one row
-    /// `step-time`, NaN and `fail`; the notes say why.
+    /// For each engine, and for each number of threads of ours:
+    /// - `step-time` \[s\], the mean of the middle half of the timed steps, with half their range over
+    ///   it in `spread`. (Steps are of different kinds, some without a solve; a median would show one
+    ///   kind alone.)
+    /// - `contacts`, the mean number of a step;
+    /// - `penetration` \[m\], the worst of the timed steps;
+    /// - for our engine the time of each phase of a step ([`Phases`]), in the same way, `residual`
+    ///   and `unsolved-islands`;
+    /// - `contact-sweeps` per second, for a method that sweeps over the contacts: over the whole step
+    ///   for a peer, over the solve for our engine if all contacts form one island.
+    ///
+    /// An engine that fails in a step has only the row `step-time`, NaN and `fail`; the notes say
+    /// why.
     ///
     /// # Errors
-    /// [`RunError::Step`] where the scene cannot be built; [`RunError::Unfit`] where an engine
-    /// cannot step such a scene.
+    /// [`RunError::Step`] if the scene cannot be built; [`RunError::Unfit`] if an engine cannot step
+    /// the scene.
     pub fn run(
         &self,
         work: &Workload,
@@ -95,7 +99,7 @@ impl Throughput {
             if let Some(settings) = &setting.baseline {
                 engine.prepare_with(settings, &mut built)?;
             }
-            // what overlaps before the first step is no fault of a step
+            // the first call records overlaps of the start, which are not errors of a step
             built.penetration(|built, k| engine.state(built, k));
             points.push(Point::new(setting, built));
         }
@@ -228,7 +232,7 @@ impl Point {
     }
 }
 
-/// Mean of the middle half, and half its range over it.
+/// Mean of the middle half of `times`, and half the range of that half over its mean.
 fn middle(times: &mut [f64]) -> (f64, f64) {
     times.sort_by(f64::total_cmp);
     let half = &times[times.len() / 4..times.len() - times.len() / 4];
@@ -237,9 +241,9 @@ fn middle(times: &mut [f64]) -> (f64, f64) {
     (mean, if range > 0.0 { 0.5 * range / mean } else { 0.0 })
 }
 
-/// Exponent p of `time ∝ contacts^p` through several rungs, by least squares over logarithms, one
-/// row for each scene, engine and number of threads that has at least two; its `rung` names the smallest and the
-/// largest number of contacts.
+/// Exponent p of `time ∝ contacts^p` over the sizes of a scene, by least squares over logarithms.
+/// One row for each scene, engine and number of threads with at least two sizes; its `rung` names
+/// the smallest and the largest number of contacts.
 pub fn growth(rows: &[ResultRow]) -> Vec<ResultRow> {
     fn engine(r: &ResultRow) -> (&str, &str, usize) {
         (&r.scene, &r.engine, r.threads)

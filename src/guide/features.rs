@@ -1,10 +1,10 @@
-//! What of rapier2d is here, and the test that says so.
+//! Which features of rapier2d are supported, with the test of each.
 //!
-//! "As rapier" means: set up with rapier's own builders and setters, at any time, and taken over by
-//! the next step. What is not there is refused by name with a
-//! [`StepError`](crate::dynamics::StepError), and the world stands as it did before. Tests are
-//! named by file and function, `cargo test --release FILE::FUNCTION` runs one; a test of its
-//! own checks that each exists.
+//! "As rapier" means: you set it with rapier's own builders and setters at any time, and the next step
+//! uses it. A step refuses an unsupported feature by name with a
+//! [`StepError`](crate::dynamics::StepError) and leaves the world unchanged. Tests are named by file
+//! and function, `cargo test --release FILE::FUNCTION` runs one; a further test checks that each
+//! exists.
 //!
 //! # Bodies
 //! | rapier2d | here | tests |

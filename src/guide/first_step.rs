@@ -32,8 +32,8 @@
 //!
 //! [`engine`](crate::rapier::engine) is rapier2d itself, or rapier2d-f64 with the feature `f64`. A
 //! program with its own `rapier2d` dependency of the same version can use that name just as well.
-//! Keep one pipeline per world for as long as the world lives: it remembers the `f64` poses, the
-//! last step's impulses and who sleeps ([`MoreauPipeline::state`] saves it). Events and hooks go to
+//! Use one pipeline per world for as long as the world lives: it stores the `f64` poses, the last
+//! step's impulses and the sleeping bodies ([`MoreauPipeline::state`] saves it). Events and hooks go to
 //! [`MoreauPipeline::step_with_events`].
 //!
 //! # Reading the record
@@ -82,15 +82,15 @@
 //!
 //! # What "certified" means
 //! Bodies that touch form islands; the impulses of an island solve one contact problem,
-//! [`crate::contact`]. Whoever found them, one function judges them from the problem and the impulses
+//! [`crate::contact`]. For every solver, one function judges them from the problem and the impulses
 //! alone: the natural map, [`natural_map`](crate::contact::natural_map), is zero exactly where they
 //! solve it. `record.residual` is the worst island's, without unit, `record.residual_velocity` in
 //! m/s. An island counts as solved where the first is at most `StepperSettings::tolerance` (1e-8) and
 //! the second that share of the island's own velocities, or round-off. `record.unsolved` counts
-//! the others. **Look at it**: an unsolved island is no error, its best impulses are used, and only
-//! this number tells. `record.redundant` counts islands in which a load can be shared out in many
-//! ways (a box on more than one point): motion is the same for all of them, single impulses are one
-//! choice; [`Shares::MinimumNorm`](crate::solver::Shares) makes it the least.
+//! the others. **Check it**: an unsolved island is not an error, the step uses its best impulses, and
+//! only this number shows it. `record.redundant` counts islands whose impulse distribution is not
+//! unique (a box on more than one point): the motion is the same for all distributions;
+//! [`Shares::MinimumNorm`](crate::solver::Shares) chooses the one of least norm.
 //!
 //! # Where it differs from rapier, and why
 //! rapier's contacts are damped springs, solved in a fixed number of sweeps: stacks sink, and how
@@ -136,16 +136,16 @@
 //! - **Stacks, arches, wedges** stand where they were built, at mass ratios to 1e6.
 //! - **Friction** is Coulomb's cone exactly: a box on a slope of less than its friction angle does
 //!   not creep, `slip` is exactly 0.
-//! - **Restitution** is Newton's law per contact, capped per island where several impacts together
-//!   would add energy ([`ImpactLaw`](crate::dynamics::ImpactLaw)). An impact is noticed at the step
-//!   in which it happens, up to a step late; with `events` at its instant.
+//! - **Restitution** is Newton's law per contact, bounded per island where several impacts together
+//!   would add energy ([`ImpactLaw`](crate::dynamics::ImpactLaw)). An impact is detected up to a step
+//!   late; with `events` at its instant.
 //! - **Joints** hold rigidly, at order 2 in the step length.
 //! - **Damping** is exact in free motion.
 //! - **Overlaps** at the start are moved apart by position alone, without a launch.
 //! - **Cost**: what stands or holds together costs one to five times rapier's default step (a
 //!   pyramid of 5050 boxes 4.3). Hundreds of bodies that tumble in one heap, and a pile while it is
 //!   hit, cost ten to some hundred times, single steps up to a second, and now and then an island
-//!   stays unsolved; of more than 500 contacts it gives way a little then, and counts as relaxed too.
+//!   stays unsolved; one of more than 500 contacts is then regularised, and counts as relaxed too.
 //! - Chaotic scenes (a heap that falls) part ways after a few impacts, as two runs of rapier with
 //!   different step lengths do.
 //!
@@ -236,8 +236,7 @@
 //! # Errors
 //! A step returns [`StepError`](crate::dynamics::StepError) for what cannot be stepped: a number
 //! that is not finite, a body without mass, a feature that is not there. It names the body,
-//! collider or joint, and the world then stands as it did before the step. Nothing is skipped in
-//! silence.
+//! collider or joint, and leaves the world as it was before the step. Nothing is skipped silently.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -255,9 +254,9 @@
 //!
 //! # rapier's queries
 //! Our steps do not keep rapier's query tree and contact graph up to date. Before `world.cast_ray`
-//! or `world.contact_pairs()` call [`MoreauPipeline::refresh_queries`]. So does whoever moves a body
-//! with rapier's `KinematicCharacterController`: it asks that tree, and walks through what it has not
-//! heard of.
+//! or `world.contact_pairs()` call [`MoreauPipeline::refresh_queries`]. Call it also before you move a
+//! body with rapier's `KinematicCharacterController`, which uses that tree and walks through bodies
+//! that are missing in it.
 //!
 //! [`MoreauPipeline::step`]: crate::rapier::MoreauPipeline::step
 //! [`MoreauPipeline::step_by`]: crate::rapier::MoreauPipeline::step_by

@@ -1,13 +1,13 @@
-//! Guides: how to step a world of one's own, build a scene, bring a solver, and what of rapier2d is
-//! there. Documentation alone; every example is compiled and run.
+//! Guides: how to step your own world, build a scene and write a solver, and which features of rapier2d
+//! are supported. Documentation only; every example is compiled and run.
 //!
 //! | guide | for |
 //! |---|---|
-//! | [`first_step`] | those who have a rapier2d world and call `world.step()` |
-//! | [`own_scene`] | those who build a machine: outlines, motors, belts, soft surfaces, wear |
-//! | [`own_solver`] | those who compare impulse solvers or write one |
+//! | [`first_step`] | users who have a rapier2d world and call `world.step()` |
+//! | [`own_scene`] | users who build a machine: outlines, motors, belts, soft surfaces, wear |
+//! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
-//! | [`features`] | what of rapier2d is there, what is not, and the test that says so |
+//! | [`features`] | which features of rapier2d are supported, with the test of each |
 //!
 //! Scene files are described in [`crate::scene`], the comparison with rapier in
 //! [`crate::experiment`].

@@ -1,4 +1,4 @@
-//! A scene of one's own: a small threshing machine, built step by step.
+//! Your own scene: a small threshing machine, built step by step.
 //!
 //! A drum with teeth turns above a concave and drags grains through the gap; a belt feeds it; the
 //! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
@@ -46,7 +46,7 @@
 //! world.insert(RigidBodyBuilder::fixed(), concave());
 //! let grain = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, -0.2));
 //! let (grain, _) = world.insert(grain, ColliderBuilder::ball(0.01));
-//! // who sleeps is in no record
+//! // sleeping bodies are in no record
 //! let settings = MoreauSettings { stay_awake: true, ..MoreauSettings::default() };
 //! let mut pipeline = MoreauPipeline::new(settings)?;
 //! let mut touched = 0;

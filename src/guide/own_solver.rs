@@ -1,4 +1,4 @@
-//! An impulse solver of one's own: written, judged, compared with `auto`, and used in a step.
+//! Your own impulse solver: write it, judge it, compare it with `auto`, and use it in a step.
 //!
 //! # The problem
 //! A solver is given a [`ContactProblem`] and returns one pair (n, t) of impulses a block. The
@@ -96,17 +96,16 @@
 //! # Ok::<(), moreau2d::contact::ContactError>(())
 //! ```
 //!
-//! # What is asked of a solver
-//! - **Let the judge speak.** [`SolveReport::judged`] sets the status from the problem and the
-//!   impulses. The stepper judges what a solver of one's own returns once more, whatever it
-//!   reports.
-//! - Impulses returned are finite whenever the problem is, the best met rather than the last.
-//! - The start is a hint: zeros, or the last step's impulses. One that is not finite is no start.
+//! # Requirements on a solver
+//! - **The residual decides.** [`SolveReport::judged`] sets the status from the problem and the
+//!   impulses. The stepper checks the impulses of your solver again, whatever it reports.
+//! - Return finite impulses whenever the problem is finite: the best found, not the last.
+//! - The start is a warm start: zeros, or the last step's impulses. Ignore one that is not finite.
 //! - Every [`Law`] can occur: a pin has two free rows, a bounded row one between its bounds, a
 //!   contact without friction has one row and a zero second number.
-//! - `G` is singular as soon as a box stands on two points of which each bears friction: a method
-//!   that inverts it must know. Problems without a solution exist (a disc driven between two
-//!   plates): give up within a budget.
+//! - `G` is singular as soon as a box stands on two points with friction: a method that inverts it
+//!   must handle this. Problems without a solution exist (a disc driven between two plates): stop
+//!   within a budget.
 //! - The same problem gives the same bytes: no clock, no unordered map.
 //!
 //! # In a step
@@ -144,7 +143,7 @@
 //!         if report.solved() {
 //!             return report;
 //!         }
-//!         // the work of both is told
+//!         // reports the work of both
 //!         self.direct.solve(problem, impulses, tolerance).after(&report)
 //!     }
 //! }

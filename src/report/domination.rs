@@ -1,4 +1,4 @@
-//! Which points of the peers ours leave no use for, from the rows of `results.csv` alone.
+//! Which points of the peers our points dominate, from the rows of `results.csv` alone.
 
 use super::csv_files::{DominationRow, ResultRow, UndominatedRow};
 
@@ -10,12 +10,11 @@ pub(super) const OURS: &str = "moreau";
 pub enum Cause {
     /// No point of ours is as accurate, however long it takes.
     Accuracy,
-    /// Some point of ours is as accurate, but every one of ours, at any accuracy, takes longer: a
-    /// step of ours costs more than the peer's whole way.
+    /// Some point of ours is as accurate, but every point of ours, at any accuracy, takes longer.
     Step,
-    /// Some point of ours is as accurate and others are as fast, none both.
+    /// Some points of ours are as accurate and others are as fast, but none is both.
     Time,
-    /// None of ours was measured.
+    /// No point of ours was measured.
     None,
 }
 
@@ -34,17 +33,16 @@ impl Cause {
     }
 }
 
-/// Peers' points under ours, measure by measure.
+/// The peers' points that ours dominate, measure by measure.
 ///
 /// A peer's point is dominated when at least one point of ours on the same scene, rung and
 /// measure has
 /// ```text
 /// value ≤ its value   and   t (1 − s) ≤ t' (1 + s')                          (1)
 /// ```
-/// t and s the time and spread of ours, t' and s' of the peer's; without repeats there is no
-/// spread. Points that failed take no part: a peer's is counted beside the others, one of ours
-/// dominates nothing, and neither does one of ours that is marked unsolved. Measures that no peer
-/// shows are left out.
+/// with time t and spread s of ours, t' and s' of the peer's; without repeats the spread is 0. Failed
+/// points of peers are counted separately. Failed or unsolved points of ours dominate nothing.
+/// Measures that no peer has are left out.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Domination {
     /// In the order of the rows.
@@ -152,8 +150,8 @@ impl Domination {
     }
 }
 
-/// The point of ours that comes nearest: the fastest that is as accurate, else the most accurate
-/// that is as fast, else the fastest.
+/// The nearest point of ours: the fastest that is as accurate, else the most accurate that is as
+/// fast, else the fastest.
 fn undominated(peer: &Point, ours: &[Point]) -> UndominatedRow {
     let least = |key: fn(&Point) -> (f64, f64), fits: &dyn Fn(&Point) -> bool| {
         let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
@@ -200,13 +198,13 @@ fn undominated(peer: &Point, ours: &[Point]) -> UndominatedRow {
         our_value: nearest.map(|o| o.value),
         our_seconds_per_simulated_second: nearest.map(|o| o.time),
         cause: cause.word().to_owned(),
-        // nothing is so many times 0
+        // no value is a multiple of 0
         ratio: ratio.filter(|r| r.is_finite()),
     }
 }
 
-/// The rows of one scene in which sides meet: of the measures that a peer shows, or all of them
-/// where no peer does.
+/// The rows of one scene that compare both sides: those of measures that a peer has, or all rows if no
+/// peer has any.
 pub fn shared(rows: &[ResultRow]) -> Vec<ResultRow> {
     let peers: Vec<&ResultRow> = rows.iter().filter(|r| r.engine != OURS).collect();
     let shown = |r: &&ResultRow| peers.is_empty() || peers.iter().any(|p| p.measure == r.measure);

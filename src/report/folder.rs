@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use super::ReportError;
 
-/// An output folder that is written whole or not at all.
+/// An output folder that is written completely or not at all.
 ///
 /// Files go to a hidden staging folder on the same file system: inside the target where that
 /// exists, else inside its deepest existing ancestor. [`OutputFolder::commit`] moves them into
@@ -21,7 +21,7 @@ pub struct OutputFolder {
 impl OutputFolder {
     /// Prepares to write to `target`, which need not exist, and neither need its parents.
     ///
-    /// Made before a long run, this finds at once that the folder cannot be written.
+    /// Called before a long run, it finds early that the folder cannot be written.
     ///
     /// # Errors
     /// `ReportError::NotAFolder` where a file stands in the way; `ReportError::Io` where the
@@ -40,17 +40,17 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// Where the output will stand after the commit.
+    /// Path of the output after the commit.
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Where to write the file `name` (a file name, no folders) until the commit.
+    /// Path of the file `name` (a file name without folders) before the commit.
     pub fn path(&self, name: &str) -> PathBuf {
         self.files().join(name)
     }
 
-    /// Where the file `name` will stand after the commit: what errors call it.
+    /// Path of the file `name` after the commit; errors name this path.
     pub fn place(&self, name: &str) -> PathBuf {
         self.target.join(name)
     }

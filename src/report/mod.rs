@@ -1,7 +1,7 @@
-//! What leaves the program: CSV files, SVG charts, terminal tables, and the folder they go to.
+//! Output of the program: CSV files, SVG charts, terminal tables, and the output folder.
 //!
-//! Everything here is drawn and written from records and rows alone. Files hold SI units at full
-//! precision; millimetres and hours appear in charts and tables only.
+//! All output is made from records and rows alone. Files hold SI units at full precision;
+//! millimetres and hours appear in charts and tables only.
 
 mod atlas_matrix;
 mod axis;
@@ -43,7 +43,7 @@ pub use table::{Align, Table, number, plus_minus, quantity, step_length};
 
 use std::path::{Path, PathBuf};
 
-/// What can go wrong between a result and its file.
+/// Errors of writing and drawing results.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A file or folder cannot be read or written.
@@ -52,13 +52,13 @@ pub enum ReportError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// A folder is asked for where something else stands.
+    /// The path of a folder exists and is not a folder.
     #[error("{}: exists and is not a folder", path.display())]
     NotAFolder { path: PathBuf },
     /// A file would replace a folder of the same name.
     #[error("{}: is a folder, not replaced by a file", path.display())]
     IsAFolder { path: PathBuf },
-    /// A CSV file does not hold the rows asked for.
+    /// A CSV file does not hold the expected rows.
     #[error("{}: {source}", path.display())]
     Csv { path: PathBuf, source: csv::Error },
     /// A CSV file has another header.
@@ -86,7 +86,7 @@ impl ReportError {
         }
     }
 
-    /// I/O trouble inside the csv crate is I/O trouble to the user.
+    /// An I/O error inside the csv crate becomes `ReportError::Io`.
     fn csv(path: &Path) -> impl FnOnce(csv::Error) -> Self + '_ {
         move |error| {
             let path = path.to_path_buf();

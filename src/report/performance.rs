@@ -1,4 +1,4 @@
-//! Solvers against each other on a collection of problems, from the rows of `results.csv` alone.
+//! Comparison of solvers on a collection of problems, from the rows of `results.csv` alone.
 
 use super::axis::Axis;
 use super::chart::{Chart, Dash, HLine, Series, Style};

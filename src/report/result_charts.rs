@@ -7,9 +7,9 @@ use super::domination::{OURS, front};
 use super::order::observed_order;
 use super::table::{number, step_length};
 
-/// Errors, relative or in SI units, in which a step length cannot show.
+/// Errors, relative or in SI units, below which only round-off is left.
 const ROUND_OFF: f64 = 1e-12;
-/// Standard error of an order from which it says nothing.
+/// Standard error above which an order is not reported.
 const UNCLEAR: f64 = 0.4;
 /// Of the palette: black.
 const FRONT: usize = 6;
@@ -88,7 +88,7 @@ pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
     charts
 }
 
-/// What was left unsolved tells nothing of its setting, however small its error may be.
+/// An unsolved point is not drawn, however small its error.
 fn solved(row: &&ResultRow) -> bool {
     row.verdict != "unsolved"
 }
@@ -341,8 +341,8 @@ fn own_solver<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Option<&'a str> {
         .then_some(row.solver.as_str())
 }
 
-/// What tells a point from others of its kind, value and word.
-fn told_apart<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<(&'a str, &'a str)> {
+/// The settings that distinguish a point from others of its kind, as value and word.
+fn distinguishing<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<(&'a str, &'a str)> {
     let parts = own_parts(row, rows).into_iter().map(value_and_word);
     let mut all: Vec<(&str, &str)> = parts.filter(|(_, word)| !word.is_empty()).collect();
     all.extend(own_solver(row, rows).map(|solver| (solver, "solver")));
@@ -359,7 +359,7 @@ fn own_parts<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
     row.setting.split(", ").filter(|p| !common(p)).collect()
 }
 
-/// As [`told_apart`], in the words of the setting.
+/// As [`distinguishing`], in the words of the setting.
 fn apart_words<'a>(row: &'a ResultRow, rows: &[ResultRow]) -> Vec<&'a str> {
     let parts = own_parts(row, rows).into_iter();
     let mut all: Vec<&str> = parts
@@ -429,14 +429,16 @@ fn settings(rows: &[ResultRow]) -> String {
 /// The step and what else tells a point of a sweep, in the order that [`single_name`] explains.
 fn point_text(row: &ResultRow, rows: &[ResultRow]) -> String {
     let step = step_length(row.dt_s);
-    let values = told_apart(row, rows).into_iter().map(|(value, _)| value);
+    let values = distinguishing(row, rows)
+        .into_iter()
+        .map(|(value, _)| value);
     let all: Vec<&str> = [step.as_str()].into_iter().chain(values).collect();
     all.join(" · ")
 }
 
 /// Legend of single points: what the parts of their labels are.
 fn single_name(row: &ResultRow, rows: &[ResultRow]) -> String {
-    let words = told_apart(row, rows).into_iter().map(|(_, word)| word);
+    let words = distinguishing(row, rows).into_iter().map(|(_, word)| word);
     let explained: Vec<&str> = ["step"].into_iter().chain(words).collect();
     format!("{}: {}", kind(row, rows), explained.join(" · "))
 }

@@ -4,8 +4,8 @@ use super::table::{number, step_length};
 /// Half of the range of a time over its median from which it is told to scatter.
 const SCATTERS: f64 = 0.1;
 
-/// What a reader of times must know of their repeats, in a sentence: how many points differ by more
-/// than ± 10 % between them, and which does most. `None` without repeats, or where none does.
+/// A note about the scatter of times: how many points differ by more than ± 10 % between repeats, and
+/// which differs most. `None` without repeats or without such points.
 ///
 /// # Arguments
 /// - `rows`: `spread` of a point stands in all of its rows, which stand together.

@@ -10,11 +10,11 @@
 //! `slow = true` keeps it out of `atlas --quick`.
 //!
 //! # How to add an entry
-//! Write a file like this one. `moreau2d atlas FILE.toml` runs it with every engine. To have it come
-//! with the program, put it into `scenes/atlas/` and its name into the list in `src/scene/atlas.rs`.
+//! Write a file like this one. `moreau2d atlas FILE.toml` runs it with every engine. To embed it in the
+//! program, put it into `scenes/atlas/` and add its name to the list in `src/scene/atlas.rs`.
 //!
 //! ```toml
-//! # The scene: the blocks of any scene file. Or none, and `base = "tower"` below.
+//! # The scene: the blocks of any scene file; or none of them, and `base = "tower"` below.
 //! body = [
 //!   { name = "floor", kind = "fixed", box = [40, 2], position = [0, -1] },
 //!   { name = "box", box = [1, 1], position = [0, 0.5] },
@@ -35,16 +35,15 @@
 //!   { name = "10", with.height = 10 },
 //!   { name = "50", set.repeat.0.count = [1, 50], with.height = 50 },
 //! ]
-//! # What ours is known to fail, and why: printed beneath the table.
+//! # Known failures of our engine with their cause: printed beneath the table.
 //! [[atlas.fails]]
 //! rungs = ["50"]
 //! why = "a sentence with figures"
 //! ```
 //!
-//! [`AtlasBlock`] and what it holds tell every key. The measures are one table of names and functions
-//! of a run, in `src/experiment/atlas/measures.rs`: a new one is a line there. Geometry that is too
-//! long to write down is a value `{ generate = "NAME", ... }`: a few functions in
-//! `src/scene/generate.rs`.
+//! [`AtlasBlock`] and its fields document every key. The measures are one table of names and functions
+//! in `src/experiment/atlas/measures.rs`: a new measure is a line there. Geometry that is too long to
+//! write down is a value `{ generate = "NAME", ... }`, computed in `src/scene/generate.rs`.
 
 use super::catalogue;
 use super::document::{Document, Node, Segment, Value};
@@ -71,7 +70,7 @@ const EMBEDDED: &[(&str, &str)] = embedded! {
     "rush" "confined" "bridge" "ball-and-chain" "joint-grid"
 };
 
-/// What the names of rungs to be run start with.
+/// Prefix of the names of rungs.
 const PREFIX: &str = "atlas/";
 
 /// A scene of the atlas and its ladder.
@@ -87,7 +86,7 @@ pub struct AtlasEntry {
     changes: Vec<Node>,
 }
 
-/// `[atlas]`: what makes a scene file an entry of the atlas. All but `base` and `fails` is needed.
+/// `[atlas]`: the block that makes a scene file an entry. All keys but `base` and `fails` are required.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AtlasBlock {
@@ -97,11 +96,11 @@ pub struct AtlasBlock {
     pub passes: String,
     /// The catalogue scene that the rungs change; default the blocks of the file itself.
     base: Option<String>,
-    /// The first one judges the rungs that name none.
+    /// The first judge is the default of rungs.
     pub judges: Vec<AtlasJudge>,
     /// From easy to hard.
     pub rungs: Vec<AtlasRung>,
-    /// What ours is known not to pass.
+    /// Known failures of our engine.
     #[serde(default)]
     pub fails: Vec<AtlasFailure>,
 }
@@ -110,7 +109,7 @@ pub struct AtlasBlock {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AtlasJudge {
-    /// What rungs call it.
+    /// Name by which rungs refer to it.
     pub name: String,
     /// What a passed rung does, in a word: `mode` of the results. Default: the name.
     mode: Option<String>,
@@ -122,17 +121,17 @@ pub struct AtlasJudge {
 pub struct AtlasCheck {
     /// A name of the table of measures.
     pub measure: String,
-    /// What the results call it, default as the measure.
+    /// Name in the results; default the measure's.
     pub name: Option<String>,
-    /// The most that it may be; default: it is only stated.
+    /// Upper limit; default none: the value is only reported.
     pub limit: Option<f64>,
     /// Default: the measure's.
     pub unit: Option<String>,
     /// How a rung fails by it, in a word; default: the measure's.
     pub fails: Option<String>,
-    /// The same where what is measured never came; default: as `fails`.
+    /// Mode of the failure if the measured event never happened; default: as `fails`.
     pub never: Option<String>,
-    /// Whose measure it is, where it is one body's.
+    /// The body to measure, for a measure of one body.
     pub body: Option<String>,
     #[serde(flatten)]
     pub numbers: BTreeMap<String, f64>,
@@ -150,10 +149,10 @@ pub struct AtlasRung {
     /// Left out by `--quick`; default no.
     #[serde(default)]
     pub slow: bool,
-    /// Means nothing in single precision; default it does.
+    /// Whether it needs double precision; default false.
     #[serde(default)]
     pub double: bool,
-    /// Why engines other than ours cannot run it; default they can.
+    /// Why other engines than ours cannot run it; default: they can.
     pub only_ours: Option<String>,
     /// Numbers of the checks that differ from rung to rung.
     #[serde(default)]

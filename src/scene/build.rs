@@ -11,7 +11,7 @@ use crate::peers::{JointSpec, MassSpec, Motion, ShapeSpec, Simulation, Surface};
 use crate::rapier::{Pose64, SurfaceLaw};
 
 impl Step {
-    /// The stepper that `[step]` asks for.
+    /// The stepper with the settings of `[step]`.
     pub fn stepper(&self) -> StepperSettings {
         StepperSettings {
             scheme: self.scheme,
@@ -30,8 +30,8 @@ impl Scene {
     /// Builds the world of a scene of bodies and joints, or of a `[linear]` block.
     ///
     /// # Errors
-    /// [`StepError`] if rapier cannot hold what the file asks for; a scene that passed its checks
-    /// fails here only on shapes that `f32` cannot tell from degenerate ones.
+    /// [`StepError`] if rapier cannot represent the scene. A scene that passed its checks fails here
+    /// only for shapes that are degenerate in `f32`.
     pub fn build(&self) -> Result<Built, StepError> {
         let stepper = || MoreauStepper::with_solvers(self.step.stepper(), solver_by_name);
         let world = match (self.model(), &self.linear) {
@@ -166,7 +166,7 @@ fn motion(kind: BodyKind) -> Motion {
 /// rapier's shape.
 ///
 /// # Errors
-/// [`ModelError::Unsupported`] for those it has not.
+/// [`ModelError::Unsupported`] for shapes that rapier lacks.
 fn shape(shape: &Shape) -> Result<ShapeSpec, ModelError> {
     let points = |p: &[[f64; 2]]| p.iter().map(|&p| Vec2::from(p)).collect();
     Ok(match shape {
@@ -214,7 +214,7 @@ fn mass(body: &Body) -> Option<MassSpec> {
     })
 }
 
-/// Mass \[kg\] of a body for the damping of its contacts; a fixed one counts as the other's.
+/// Mass \[kg\] of a body for the damping of its contacts; a fixed body counts with the other's mass.
 pub(super) fn body_mass(body: &Body) -> f64 {
     match body.mass {
         Some(Mass::Given { mass, .. }) => mass,

@@ -159,7 +159,7 @@ pub fn load(name_or_path: &str, flags: &[String]) -> Result<Scene, SceneError> {
     Scene::of(find(name_or_path)?, flags)
 }
 
-/// Loads a scene that may hold a machine, as [`load`] does, by [`Scene::parse_machine`].
+/// As [`load`], for a scene that may hold a machine, see [`Scene::parse_machine`].
 ///
 /// # Errors
 /// Those of [`load`], and those of `check`.
@@ -171,8 +171,7 @@ pub fn load_machine<M: DeserializeOwned + Serialize>(
     Scene::with_machine(find(name_or_path)?, flags, check)
 }
 
-/// The text of a scene by its name in the catalogue, of a file, or of a rung of the atlas, in its
-/// parts.
+/// The parsed document of a catalogue scene, of a file, or of a rung of the atlas.
 fn find(name_or_path: &str) -> Result<Document, SceneError> {
     if let Some((entry, rung)) = atlas::split(name_or_path) {
         let entry = AtlasEntry::load(entry)?;
@@ -184,7 +183,7 @@ fn find(name_or_path: &str) -> Result<Document, SceneError> {
     if embedded.is_err() && file() {
         let document = Document::parse(name_or_path, &read(path)?)?;
         if document.root.entry("atlas").is_some() {
-            // an entry of the atlas: which rung is asked for
+            // an entry of the atlas needs a rung: the error lists its rungs
             let entry = AtlasEntry::load(name_or_path)?;
             return entry.document(entry.rung("")?);
         }
@@ -193,7 +192,7 @@ fn find(name_or_path: &str) -> Result<Document, SceneError> {
     embedded
 }
 
-/// The text of the catalogue scene `name`, in its parts.
+/// The parsed document of the catalogue scene `name`.
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`] with the nearest name.
@@ -209,13 +208,13 @@ pub(super) fn document(name: &str) -> Result<Document, SceneError> {
 /// The text of a scene file.
 ///
 /// # Errors
-/// [`SceneError::Read`]; [`SceneError::NoFile`] where a scene of the catalogue was meant.
+/// [`SceneError::Read`]; [`SceneError::NoFile`] if the path is the name of a catalogue scene.
 pub(super) fn read(path: &Path) -> Result<String, SceneError> {
     std::fs::read_to_string(path).map_err(|source| unread(path, source))
 }
 
-/// Why a file cannot be read; one that is not there and is called as a scene of the catalogue is,
-/// `tower.toml` or `scenes/tower.toml`, is taken for that.
+/// Why a file cannot be read. For a missing file such as `tower.toml` or `scenes/tower.toml` the error
+/// points to the catalogue scene of that name.
 fn unread(path: &Path, source: std::io::Error) -> SceneError {
     let name = path.to_string_lossy().into_owned();
     let stem = path.file_stem().map(|stem| stem.to_string_lossy());
@@ -231,7 +230,7 @@ fn unread(path: &Path, source: std::io::Error) -> SceneError {
     SceneError::Read { path: name, source }
 }
 
-/// What errors call an embedded scene.
+/// The file name of an embedded scene in errors.
 fn file_of(name: &str) -> String {
     format!("scenes/{name}.toml")
 }

@@ -1,7 +1,7 @@
-//! A TOML document whose every value knows where it was written.
+//! A TOML document that stores for every value where it was written.
 //!
-//! The document is kept after parsing, so that a range check made later still names the line,
-//! and a value set on the command line names its flag.
+//! The document outlives parsing, so that a later range check can name the line, or the flag of a
+//! value that was set on the command line.
 
 use super::error::{Origin, Place, SceneError};
 use toml::Spanned;
@@ -47,7 +47,7 @@ impl Node {
         }
     }
 
-    /// Takes `key` out: a table with it alone, or an empty one.
+    /// Removes `key` and returns it: a table with it alone, or an empty one.
     pub fn split_off(&mut self, key: &str) -> Node {
         let mut taken = Vec::new();
         if let Value::Table(entries) = &mut self.value {
@@ -72,7 +72,7 @@ impl Node {
         Some(value)
     }
 
-    /// The string that it is.
+    /// The value as a string, if it is one.
     pub fn text(&self) -> Option<&str> {
         match &self.value {
             Value::String(text) => Some(text),
@@ -86,16 +86,16 @@ impl Node {
     }
 }
 
-/// What tells an element of an array of tables from the others: a `name`, of a repeat the body
-/// that it is `of`, of a joint the two that it ties.
+/// What identifies an element of an array of tables: its `name`; for a repeat the body in `of`; for a
+/// joint its two bodies.
 pub(super) struct Traits {
     pub name: Option<String>,
     pub of: Option<String>,
     pub ties: Option<String>,
 }
 
-/// What the elements of an array of tables are called in paths of keys: by their name, else by what
-/// only that one has, a joint as `crank-rod`, else by their number from 0.
+/// Labels of the elements of an array of tables in paths of keys: the name; without one the trait that
+/// only this element has, for a joint `crank-rod`; otherwise the number from 0.
 pub(super) fn labels(all: &[Traits]) -> Vec<String> {
     type Trait = fn(&Traits) -> Option<&String>;
     let each: [Trait; 2] = [|t| t.of.as_ref(), |t| t.ties.as_ref()];
@@ -103,9 +103,9 @@ pub(super) fn labels(all: &[Traits]) -> Vec<String> {
         |found: &String, of: Trait| all.iter().filter(|t| of(t) == Some(found)).count() == 1;
     let label = |(index, traits): (usize, &Traits)| {
         let own = each.iter().filter_map(|&of| Some((of(traits)?, of)));
-        let told = own.into_iter().find(|(found, of)| alone(found, *of));
-        let told = traits.name.as_ref().or(told.map(|(found, _)| found));
-        told.map_or(index.to_string(), String::clone)
+        let unique = own.into_iter().find(|(found, of)| alone(found, *of));
+        let label = traits.name.as_ref().or(unique.map(|(found, _)| found));
+        label.map_or(index.to_string(), String::clone)
     };
     all.iter().enumerate().map(label).collect()
 }
@@ -135,7 +135,7 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Parses `text`; `file` is what errors call it.
+    /// Parses `text`; `file` is its name in errors.
     ///
     /// # Errors
     /// [`SceneError::Syntax`] with the line and the key before the fault.
@@ -162,7 +162,7 @@ impl Document {
         })
     }
 
-    /// The same document with the blocks `keys` alone.
+    /// The document with the blocks `keys` only.
     pub fn only(&self, keys: &[&str]) -> Document {
         let mut part = self.clone();
         if let Value::Table(entries) = &mut part.root.value {
@@ -183,9 +183,9 @@ impl Document {
             })
     }
 
-    /// Where the value at `path` was written; the nearest ancestor for one that was not.
+    /// The place of the value at `path`, or of its nearest ancestor if it was not written.
     ///
-    /// Elements of arrays of tables go by their [`labels`].
+    /// The path names elements of arrays of tables by their [`labels`].
     pub fn place(&self, path: &[Segment]) -> Box<Place> {
         let mut node = Some(&self.root);
         let mut origin = &self.root.origin;
@@ -227,7 +227,7 @@ impl Document {
 pub(super) fn flag_value(text: &str, origin: &Origin) -> Node {
     let document = format!("v = {text}");
     let parsed = DeTable::parse(&document).ok().and_then(|table| {
-        // A line break in the text could smuggle in further keys: then it is a string.
+        // a line break in the text could add further keys: such a text is a string
         let table = table.into_inner();
         (table.len() == 1).then(|| table.into_iter().next().map(|(_, value)| value))?
     });
@@ -309,7 +309,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The key on the line of `offset`, as far as broken TOML has one.
+    /// The key on the line of `offset`, as far as malformed TOML has one.
     fn key_at(&self, offset: usize) -> String {
         let (line, _) = self.before(offset);
         let text = self.text[self.starts[line]..].lines().next().unwrap_or("");

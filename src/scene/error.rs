@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, said with file, line, key, value, range and nearest name.
+//! Errors of a scene. They name file, line, key, value, range and nearest name.
 
 use std::fmt;
 use thiserror::Error;
@@ -10,11 +10,11 @@ pub enum Origin {
     Line { line: usize, column: usize },
     /// A change made to the file, `key=value`.
     Flag(String),
-    /// The same where it was typed in other words than `--set key=value`: as typed.
+    /// A change that was typed as another flag than `--set key=value`: the flag as typed.
     Typed(String),
 }
 
-/// A value's address: the file, where in it, and the dotted path of keys.
+/// The place of a value: file, line or flag, and the dotted path of keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     pub file: String,
@@ -37,10 +37,10 @@ impl fmt::Display for Place {
     }
 }
 
-/// The known names next to one that is not known.
+/// The known names nearest to an unknown one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hint {
-    /// The nearest known name, when one is near enough to be meant.
+    /// The nearest known name, if it is near enough.
     pub nearest: Option<String>,
     pub known: Vec<String>,
 }
@@ -48,8 +48,8 @@ pub struct Hint {
 impl Hint {
     /// Ranks `known` by Jaro-Winkler similarity to `name`.
     ///
-    /// A name counts as meant from a similarity of 0.7 on: one slip in a word of three letters
-    /// still reaches it (0.78), two unrelated words of the schema rarely do.
+    /// A name is near enough from a similarity of 0.7 on: a word of three letters with one wrong
+    /// letter reaches it (0.78), two unrelated words of the schema rarely do.
     pub fn new<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Self {
         let known: Vec<String> = known.into_iter().map(|k| k.as_ref().to_owned()).collect();
         let nearest = known
@@ -81,8 +81,8 @@ impl fmt::Display for Hint {
     }
 }
 
-/// Why a scene cannot be used. Every variant that has a [`Place`] names file, line (or flag) and
-/// path of keys.
+/// Why a scene cannot be used. Every variant with a [`Place`] names file, line (or flag) and path of
+/// keys.
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// Neither a name of the catalogue nor a file.

@@ -1,10 +1,10 @@
-//! From the checked file to a flat list of placed bodies.
+//! Expands the checked file to a flat list of placed bodies.
 
 use super::file::{BodyEntry, BodyKind, RepeatEntry};
 use super::joint::{JointEntry, JointKind};
 
-/// Every body to be placed: in the order of the file, a template replaced by its copies, repeat
-/// by repeat.
+/// All bodies of the scene, in the order of the file; the copies replace their template, repeat by
+/// repeat.
 ///
 /// The result depends on the file alone: random displacements come from SplitMix64 started at
 /// the repeat's seed, three draws a copy in the order of the copies, whichever are used.
@@ -61,7 +61,7 @@ pub(super) fn pins(bodies: &[BodyEntry], repeats: &[RepeatEntry]) -> Vec<JointEn
     joints
 }
 
-/// Ties `next` to `copy` at a point of the latter's frame.
+/// Joins `next` to `copy` at a point in the frame of `copy`.
 fn joint(copy: &BodyEntry, next: &BodyEntry, [x, y]: [f64; 2]) -> JointEntry {
     let (sin, cos) = copy.angle.sin_cos();
     JointEntry {
@@ -82,7 +82,7 @@ fn joint(copy: &BodyEntry, next: &BodyEntry, [x, y]: [f64; 2]) -> JointEntry {
     }
 }
 
-/// Number of copies that a repeat makes; 0 when it says neither `count` nor `ring`.
+/// Number of copies that a repeat makes; 0 if it has neither `count` nor `ring`.
 pub(super) fn copies(repeat: &RepeatEntry) -> u64 {
     if let Some(ring) = &repeat.ring {
         return u64::from(ring.count);

@@ -1,10 +1,10 @@
-//! Geometry that is computed: values of the atlas's files that are too long to be written down.
+//! Computed geometry: values of the atlas's files that are too long to write down.
 
 use super::document::{Node, Value, flag_value};
 use super::error::{Hint, Origin, Place, SceneError};
 use std::f64::consts::TAU;
 
-/// What is made, by its name, the numbers that it takes, and the TOML that it gives.
+/// The generators: name, the numbers that each takes, and the function that returns TOML.
 type Generator = (&'static str, &'static [&'static str], fn(&[f64]) -> String);
 
 const GENERATORS: [Generator; 8] = [
@@ -18,7 +18,7 @@ const GENERATORS: [Generator; 8] = [
     ("springs", &["side"], springs),
 ];
 
-/// The value that `{ generate = "NAME", ... }` stands for. A number of copies is cut to a million.
+/// The value of `{ generate = "NAME", ... }`. Numbers of copies are limited to a million.
 ///
 /// # Errors
 /// [`SceneError::UnknownName`] for an unknown generator, [`SceneError::UnknownKey`] for a number
@@ -62,7 +62,7 @@ pub(super) fn generate(file: &str, table: &Node, origin: &Origin) -> Result<Node
     Ok(flag_value(&make(&numbers), origin))
 }
 
-/// A TOML array of what `each` says of 0, 1, 2, ...
+/// A TOML array of the texts that `each` returns for 0, 1, 2, ...
 fn array(count: f64, each: impl FnMut(u32) -> String) -> String {
     let items: Vec<String> = (0..count.clamp(0.0, 1e6) as u32).map(each).collect();
     format!("[{}]", items.join(", "))

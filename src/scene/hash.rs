@@ -1,4 +1,4 @@
-//! A number that tells resolved scenes apart.
+//! A hash that distinguishes resolved scenes.
 
 use super::file::SceneFile;
 use super::machine::Whole;
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// FNV-1a, 64 bits (Fowler, Noll & Vo), over the JSON of the file without title and notes.
 ///
-/// Keys stand in the order of the structs and floats in their shortest exact form, so the number
+/// Keys are in the order of the structs and floats in their shortest exact form, so that the hash
 /// depends on the values alone, not on platform, key order or comments. Not cryptographic.
 pub(super) fn of<M: Serialize>(file: &SceneFile, machine: &M) -> u64 {
     let mut file = file.clone();

@@ -1,12 +1,12 @@
-//! `[[joint]]`: the schema of a joint, and what it is in a rapier world.
+//! `[[joint]]`: the schema of a joint, and the rapier joint that it makes.
 
 use crate::peers::{JointDrive, JointShape};
 use serde::{Deserialize, Serialize};
 
-/// What joints call the fixed ground.
+/// Name of the fixed ground in joints.
 pub const WORLD: &str = "world";
 
-/// What a joint leaves free.
+/// Kind of a joint, by the motion that it leaves free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum JointKind {
@@ -37,7 +37,7 @@ impl JointKind {
         }
     }
 
-    /// Whether it joins two points that are a distance apart, instead of one place.
+    /// Whether it acts along the distance of two points, instead of at one point.
     pub fn is_distance(self) -> bool {
         matches!(self, JointKind::Rope | JointKind::Spring)
     }
@@ -94,7 +94,7 @@ impl Motor {
         self.max_torque.or(self.max_force).unwrap_or(f64::INFINITY)
     }
 
-    /// As rapier's joint has it.
+    /// As rapier's joint expects it.
     pub(super) fn drive(&self) -> JointDrive {
         match self.stiffness {
             None => JointDrive::Motor {
@@ -111,13 +111,13 @@ impl Motor {
     }
 }
 
-/// A joint and the bodies it ties.
+/// A joint and the bodies that it connects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
     pub kind: JointKind,
     /// Indices into [`super::Scene::bodies`]; `None` is the world.
     pub bodies: [Option<usize>; 2],
-    /// A point of each body, in the world at the start \[m\]: one place but for ropes and springs.
+    /// A point of each body, in the world at the start \[m\]; the same point unless a rope or spring.
     pub at: [[f64; 2]; 2],
     /// Angle of the axis in the world at the start \[rad\].
     pub axis: f64,
@@ -131,7 +131,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// As rapier's joint has it.
+    /// As rapier's joint expects it.
     pub(super) fn shape(&self) -> JointShape {
         match self.kind {
             JointKind::Revolute => JointShape::Revolute,

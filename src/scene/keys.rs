@@ -1,8 +1,8 @@
-//! Every key of a scene file in one table: what is allowed, in which unit, and what it means.
+//! One table of all keys of a scene file: allowed values, unit and meaning.
 //!
-//! The ranges are wide enough for scenes from a millimetre to a hundred metres, on bodies far from
-//! the origin, and narrow enough that no product of a few numbers leaves `f64` or drowns in
-//! round-off. What concerns several keys at once is in `scene::check`.
+//! The ranges are wide enough for scenes from a millimetre to a hundred metres, with bodies far from
+//! the origin. They are narrow enough that no product of a few numbers overflows `f64` or is lost in
+//! round-off. `scene::check` checks what concerns several keys at once.
 
 use super::document::{Document, Node, Segment, Value};
 use super::error::{Hint, SceneError};
@@ -13,27 +13,27 @@ use std::fmt;
 /// A key of a scene file.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// Its blocks and its name, without the numbers and names of elements: `body.parts.disc`.
+    /// Path of blocks and name, without numbers or names of array elements: `body.parts.disc`.
     pub path: &'static str,
     pub allowed: Allowed,
-    /// Of the number, or of each number of an array; empty for none.
+    /// Unit of the number, or of each number of an array; empty for none.
     pub unit: &'static str,
-    /// What it means, and what it is where the file does not say it.
+    /// Meaning and default.
     pub meaning: &'static str,
 }
 
-/// What a key may hold. Of an array every element is meant.
+/// Allowed values of a key; for an array, of each element.
 #[derive(Debug, Clone, Copy)]
 pub enum Allowed {
-    /// Numbers from the first to the second.
+    /// Real numbers from the first to the second.
     Real(f64, f64),
-    /// The same for whole numbers.
+    /// Whole numbers from the first to the second.
     Whole(u32, u32),
-    /// What can stand in a path of keys, a file name and a CSV column.
+    /// A name that fits in a path of keys, a file name and a CSV column.
     Name,
     /// One line of text.
     Line,
-    /// Any text; names of bodies are among those whose check needs the whole file.
+    /// Any text; names of bodies and the like are checked against the whole file elsewhere.
     Text,
     /// One of these words.
     Word(&'static [&'static str]),
@@ -85,41 +85,41 @@ const GAIN: Allowed = Real(0.0, 1e15);
 const TORQUE: Allowed = Real(0.0, 1e12);
 const FRICTION: Allowed = Real(0.0, 1000.0);
 const MATRIX: Allowed = Real(-1e12, 1e12);
-/// Most bodies a scene may place: beyond it a slip of a zero in `count` would fill the memory.
+/// Most bodies that a scene may place: an extra zero in `count` must not fill the memory.
 pub(super) const MOST_BODIES: u32 = 100_000;
 
 /// All keys but those of the threshing machine and its study.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
-    key("scene.name", Name, "", "Names the output folder"),
+    key("scene.name", Name, "", "Name of the scene and of its output folder"),
     key("scene.title", Line, "", "What the scene shows"),
-    key("scene.notes", Text, "", "Anything a reader of the results must know; default none"),
+    key("scene.notes", Text, "", "Remarks for readers of the results; default none"),
 
     key("gravity.x", Real(-1e6, 1e6), "m/s²", "Component of gravity; default 0"),
     key("gravity.y", Real(-1e6, 1e6), "m/s²", "Component of gravity; default -9.81"),
     key("gravity.magnitude", Real(0.0, 1e6), "m/s²", "In place of x and y; default 9.81"),
-    key("gravity.angle", ANGLE, "rad", "From straight down, positive towards +x: an incline without inclined bodies; default 0"),
-    key("gravity.slope", Real(-1e6, 1e6), "", "Tangent of that angle, in its place"),
+    key("gravity.angle", ANGLE, "rad", "Angle of gravity from straight down, positive towards +x: tilts the scene without inclined bodies; default 0"),
+    key("gravity.slope", Real(-1e6, 1e6), "", "Tangent of the angle of gravity, in place of `angle`"),
 
     key("step.dt", Real(1e-9, 1.0), "s", "Step length; default 1/60"),
     key("step.time", Real(0.0, 1e9), "s", "Simulated time; default 10"),
     key("step.scheme", Word(&["staggered", "moreau"]), "", "Time-stepping scheme; default staggered"),
-    key("step.events", Flag, "", "Whether impacts are located in time inside the step; staggered only; default false"),
-    key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "What impacts return; default capped: Newton's law that never adds energy"),
-    key("step.recovery", Flag, "", "Whether bodies that start overlapped are moved apart; staggered only; default true"),
-    key("step.shares", Word(&["found", "minimum-norm"]), "", "How a load is shared out among redundant contacts; default found: as the solver finds it"),
+    key("step.events", Flag, "", "Whether the time of impacts is located within the step; staggered only; default false"),
+    key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "Impact law; default capped: Newton's law, bounded so that it never adds energy"),
+    key("step.recovery", Flag, "", "Whether bodies that overlap at the start are moved apart; staggered only; default true"),
+    key("step.shares", Word(&["found", "minimum-norm"]), "", "Impulse distribution over redundant contacts; default found: that of the solver; minimum-norm: that of least norm"),
     key("step.solver", Word(&SOLVERS), "", "Impulse solver; default auto"),
-    key("step.tolerance", Real(1e-15, 1e-2), "", "Relative natural-map residual asked of every solve; default 1e-8"),
+    key("step.tolerance", Real(1e-15, 1e-2), "", "Relative natural-map residual at which a solve counts as solved; default 1e-8"),
 
-    key("material.name", Name, "", "What bodies call it"),
+    key("material.name", Name, "", "Name by which bodies refer to the material"),
     key("material.friction", FRICTION, "", "Coulomb's coefficient; two materials combine by the mean; default 0.5"),
     key("material.restitution", Real(0.0, 1.0), "", "Newton's coefficient; default 0"),
-    key("material.stiffness", Real(1e-3, 1e15), "N/m", "Makes contacts compliant: of a contact point, Kelvin-Voigt; default rigid"),
-    key("material.damping", Real(0.0, 1e12), "N s/m", "Of a compliant contact point; default 0"),
-    key("material.damping_restitution", Real(1e-3, 1.0), "", "In place of damping: what a body's impact on a fixed compliant surface returns"),
+    key("material.stiffness", Real(1e-3, 1e15), "N/m", "Kelvin-Voigt stiffness of a contact point, which makes contacts compliant; default rigid"),
+    key("material.damping", Real(0.0, 1e12), "N s/m", "Damping of a compliant contact point; default 0"),
+    key("material.damping_restitution", Real(1e-3, 1.0), "", "In place of damping: the restitution of a body's impact on a fixed compliant surface"),
 
-    key("body.name", Name, "", "Unique; not `world`"),
-    key("body.kind", Word(&["dynamic", "fixed", "kinematic"]), "", "What moves it: forces, nothing, or its own constant velocity; default dynamic"),
+    key("body.name", Name, "", "Unique name; not `world`"),
+    key("body.kind", Word(&["dynamic", "fixed", "kinematic"]), "", "dynamic: moved by forces; fixed: at rest; kinematic: moves at its own constant velocity; default dynamic"),
     key("body.disc", SIZE, "m", "Shape: radius"),
     key("body.box", SIZE, "m", "Shape: [width, height]"),
     key("body.capsule", SIZE, "m", "Shape: [length between the centres of the round ends along the body's x axis, radius]"),
@@ -130,61 +130,61 @@ pub const KEYS: &[Key] = &[
     key("body.rod", SIZE, "m", "Shape: length of a thin rod along the body's x axis that touches with its two ends; makes the scene planar"),
     key("body.line", Flag, "", "Shape: true for the body's x axis without end, the solid below it; fixed or kinematic; makes the scene planar"),
     key("body.bowl", SIZE, "m", "Shape: radius of a circle touched from inside; fixed or kinematic; makes the scene planar"),
-    key("body.parts.disc", SIZE, "m", "Of a body of several shapes, which may overlap: as of a body"),
-    key("body.parts.box", SIZE, "m", "The same"),
-    key("body.parts.capsule", SIZE, "m", "The same"),
-    key("body.parts.polygon", POINT, "m", "The same"),
-    key("body.parts.position", PLACE, "m", "Of the part in the body's frame; default [0, 0]"),
-    key("body.parts.angle", ANGLE, "rad", "Of the part in the body's frame; default 0"),
-    key("body.density", Real(1e-9, 1e9), "kg/m²", "Mass per area of a slice one metre deep; default 1000 where there is no mass"),
-    key("body.mass", Real(1e-12, 1e12), "kg", "In place of density"),
-    key("body.inertia", Real(1e-18, 1e18), "kg m²", "About the centre of mass; default: that of the mass spread evenly"),
-    key("body.position", PLACE, "m", "Of the body's origin; default [0, 0]"),
-    key("body.angle", ANGLE, "rad", "Default 0"),
-    key("body.velocity", SPEED, "m/s", "At the start, of a kinematic body always; default [0, 0]"),
-    key("body.spin", SPEED, "rad/s", "The same for the angular velocity; default 0"),
+    key("body.parts.disc", SIZE, "m", "Part of a body of several shapes, which may overlap: as `body.disc`"),
+    key("body.parts.box", SIZE, "m", "Part: as `body.box`"),
+    key("body.parts.capsule", SIZE, "m", "Part: as `body.capsule`"),
+    key("body.parts.polygon", POINT, "m", "Part: as `body.polygon`"),
+    key("body.parts.position", PLACE, "m", "Position of the part in the body's frame; default [0, 0]"),
+    key("body.parts.angle", ANGLE, "rad", "Angle of the part in the body's frame; default 0"),
+    key("body.density", Real(1e-9, 1e9), "kg/m²", "Mass per area of a slice one metre deep; default 1000 if no mass is given"),
+    key("body.mass", Real(1e-12, 1e12), "kg", "Mass, in place of density"),
+    key("body.inertia", Real(1e-18, 1e18), "kg m²", "Moment of inertia about the centre of mass; default: that of evenly spread mass"),
+    key("body.position", PLACE, "m", "Position of the body's origin; default [0, 0]"),
+    key("body.angle", ANGLE, "rad", "Angle of the body; default 0"),
+    key("body.velocity", SPEED, "m/s", "Velocity at the start, constant for a kinematic body; default [0, 0]"),
+    key("body.spin", SPEED, "rad/s", "Angular velocity at the start, constant for a kinematic body; default 0"),
     key("body.material", Text, "", "Name of a `[[material]]`; default the first one"),
-    key("body.surface_velocity", SPEED, "m/s", "Of the surface along its own direction, as of a belt, positive counter-clockwise round the body; default 0"),
-    key("body.one_way", PLACE, "", "Direction of length 1 in the body's frame in which its surface pushes, within 0.1 rad; what comes from elsewhere passes through; default: it pushes all round"),
-    key("body.gravity_scale", Real(-1e3, 1e3), "", "Share of the weight that a dynamic body feels; default 1"),
+    key("body.surface_velocity", SPEED, "m/s", "Tangential velocity of the surface, as of a belt, positive counter-clockwise round the body; default 0"),
+    key("body.one_way", PLACE, "", "Unit vector in the body's frame: the surface pushes only in this direction, within 0.1 rad, and bodies from other sides pass through; default: it pushes in all directions"),
+    key("body.gravity_scale", Real(-1e3, 1e3), "", "Factor on the weight of a dynamic body; default 1"),
     key("body.linear_damping", Real(0.0, 1e9), "1/s", "Drag of a dynamic body, at most 1/dt; default 0"),
-    key("body.angular_damping", Real(0.0, 1e9), "1/s", "The same for its spin"),
-    key("body.oscillation.amplitude", PLACE, "m", "Of a kinematic body of a planar scene: A of a motion A sin(ω t) on top of its velocity"),
-    key("body.oscillation.angular_frequency", Real(1e-6, 1e6), "rad/s", "Its ω"),
-    key("body.touches", Text, "", "Names of the bodies that it may touch in a planar scene; default all"),
+    key("body.angular_damping", Real(0.0, 1e9), "1/s", "The same for the angular velocity"),
+    key("body.oscillation.amplitude", PLACE, "m", "Kinematic body of a planar scene: amplitude A of a motion A sin(ω t), added to its velocity"),
+    key("body.oscillation.angular_frequency", Real(1e-6, 1e6), "rad/s", "Angular frequency ω of the oscillation"),
+    key("body.touches", Text, "", "Names of the bodies that the body may touch in a planar scene; default all"),
 
-    key("joint.kind", Word(&["revolute", "prismatic", "fixed", "rope", "spring", "pin-slot"]), "", "What it leaves free: a turn about `at`, a slide along `axis`, nothing, up to a length, a distance with a spring, turn and slide"),
+    key("joint.kind", Word(&["revolute", "prismatic", "fixed", "rope", "spring", "pin-slot"]), "", "revolute: turns about `at`; prismatic: slides along `axis`; fixed: no relative motion; rope: distance of at most `length`; spring: spring between two points; pin-slot: turns and slides"),
     key("joint.bodies", Text, "", "Names of two bodies; one may be `world`"),
-    key("joint.at", PLACE, "m", "Its place in the world at the start; of all but ropes and springs"),
-    key("joint.anchors", POINT, "m", "Of a rope or spring: a point of each body, in the world at the start"),
-    key("joint.axis", PLACE, "", "Direction in the world at the start in which a prismatic or pin-slot joint slides; any length; default [1, 0]"),
-    key("joint.limits", PLACE, "m or rad", "Least and largest value of the free coordinate; default none"),
-    key("joint.length", Real(0.0, 1e9), "m", "Of a rope, of a spring at rest; default as at the start"),
-    key("joint.stiffness", GAIN, "N/m", "Of a spring"),
-    key("joint.damping", GAIN, "N s/m", "Of a spring; default 0"),
-    key("joint.contacts", Flag, "", "Whether the two bodies touch; default false"),
-    key("joint.motor.speed", SPEED, "rad/s or m/s", "Rate of the free coordinate that the motor holds"),
-    key("joint.motor.target", PLACE, "rad or m", "Value of it to which a motor with a stiffness pulls; default 0"),
-    key("joint.motor.stiffness", GAIN, "N m/rad or N/m", "In place of a speed"),
-    key("joint.motor.damping", GAIN, "N m s/rad or N s/m", "Beside a stiffness; default 0"),
-    key("joint.motor.max_torque", TORQUE, "N m", "Of a revolute joint; needed with a speed, else default none"),
-    key("joint.motor.max_force", TORQUE, "N", "The same of a prismatic or pin-slot joint"),
+    key("joint.at", PLACE, "m", "Position in the world at the start; for all kinds but rope and spring"),
+    key("joint.anchors", POINT, "m", "Rope or spring: a point of each body, in the world at the start"),
+    key("joint.axis", PLACE, "", "Direction in which a prismatic or pin-slot joint slides, in the world at the start; any length; default [1, 0]"),
+    key("joint.limits", PLACE, "m or rad", "Lower and upper limit of the free coordinate; default none"),
+    key("joint.length", Real(0.0, 1e9), "m", "Length of a rope, or rest length of a spring; default: the distance at the start"),
+    key("joint.stiffness", GAIN, "N/m", "Stiffness of a spring"),
+    key("joint.damping", GAIN, "N s/m", "Damping of a spring; default 0"),
+    key("joint.contacts", Flag, "", "Whether the two bodies can be in contact; default false"),
+    key("joint.motor.speed", SPEED, "rad/s or m/s", "Target rate of the free coordinate"),
+    key("joint.motor.target", PLACE, "rad or m", "Target value of the free coordinate, for a motor with a stiffness; default 0"),
+    key("joint.motor.stiffness", GAIN, "N m/rad or N/m", "Stiffness towards the target, in place of a speed"),
+    key("joint.motor.damping", GAIN, "N m s/rad or N s/m", "Damping of a motor with a stiffness; default 0"),
+    key("joint.motor.max_torque", TORQUE, "N m", "Largest torque at a revolute joint; required with a speed, else default none"),
+    key("joint.motor.max_force", TORQUE, "N", "Largest force at a prismatic or pin-slot joint; required with a speed, else default none"),
 
-    key("repeat.of", Text, "", "Name of the body that is copied; it is not placed itself"),
-    key("repeat.name", Name, "", "What copies are called: box[3,2], column 3 of row 2, from 0; default the body's name"),
-    key("repeat.count", Whole(1, u32::MAX), "", "Copies along each step, one to four numbers: [columns, rows, ...]"),
+    key("repeat.of", Text, "", "Name of the body to copy; the body itself is not placed"),
+    key("repeat.name", Name, "", "Name of the copies: box[3,2] is column 3 of row 2, counted from 0; default the body's name"),
+    key("repeat.count", Whole(1, u32::MAX), "", "Number of copies along each step, one to four numbers: [columns, rows, ...]"),
     key("repeat.step", POINT, "m", "One displacement for each number in count"),
     key("repeat.shrink", Whole(0, u32::MAX), "", "Each row has this many copies fewer and starts half as many columns later: 1 makes a pyramid; default 0"),
-    key("repeat.ring.centre", PLACE, "m", "Of a circle of copies, each turned with its place, in place of a grid"),
-    key("repeat.ring.radius", Real(0.0, 1e6), "m", "Of the circle"),
-    key("repeat.ring.count", Whole(1, MOST_BODIES), "", "Copies on it"),
-    key("repeat.ring.arc", ANGLE, "rad", "Where it starts and ends; default the whole circle"),
-    key("repeat.pin", PLACE, "m", "Ties each copy of a row or ring to the next by a revolute joint at this point of its own frame"),
+    key("repeat.ring.centre", PLACE, "m", "Centre of a circle of copies, in place of a grid; each copy is turned by its angle on the circle"),
+    key("repeat.ring.radius", Real(0.0, 1e6), "m", "Radius of the circle"),
+    key("repeat.ring.count", Whole(1, MOST_BODIES), "", "Number of copies on the circle"),
+    key("repeat.ring.arc", ANGLE, "rad", "Start and end angle of the copies; default the whole circle"),
+    key("repeat.pin", PLACE, "m", "Joins each copy of a row or ring to the next by a revolute joint at this point of its own frame"),
     key("repeat.pins", POINT, "m", "The same for a grid: one point for each number in count"),
-    key("repeat.fixed", Whole(0, u32::MAX), "", "Copies that are fixed where they are, by their numbers in the grid: [[0, 3], [9, 3]]"),
+    key("repeat.fixed", Whole(0, u32::MAX), "", "Copies that are fixed bodies, by their numbers in the grid: [[0, 3], [9, 3]]"),
     key("repeat.jitter", Real(0.0, 1e6), "m", "Largest random displacement along x and y; default 0"),
-    key("repeat.radius_spread", Real(0.0, 0.9), "", "Of discs: radii spread evenly over r (1 ± radius_spread); default 0"),
-    key("repeat.seed", Whole(0, u32::MAX), "", "Start of the random sequence; needed with jitter or radius_spread"),
+    key("repeat.radius_spread", Real(0.0, 0.9), "", "For discs: radii are drawn evenly from r (1 ± radius_spread); default 0"),
+    key("repeat.seed", Whole(0, u32::MAX), "", "Seed of the random numbers; required with jitter or radius_spread"),
 
     key("linear.coordinates", Text, "", "Names of one to three coordinates of M q'' + K q = f"),
     key("linear.mass", MATRIX, "", "M in rows, symmetric and positive definite"),
@@ -192,10 +192,10 @@ pub const KEYS: &[Key] = &[
     key("linear.load", MATRIX, "", "f, gravity included; default 0"),
     key("linear.position", MATRIX, "", "q at the start; default 0"),
     key("linear.velocity", MATRIX, "", "q' at the start; default 0"),
-    key("linear.contact.name", Name, "", "Unique"),
-    key("linear.contact.gap", MATRIX, "m", "Where all coordinates are 0"),
-    key("linear.contact.normal", MATRIX, "", "Levers of the gap's growth, one a coordinate"),
-    key("linear.contact.tangent", MATRIX, "", "Levers of sliding, one a coordinate; default 0"),
+    key("linear.contact.name", Name, "", "Unique name"),
+    key("linear.contact.gap", MATRIX, "m", "Gap at coordinates 0"),
+    key("linear.contact.normal", MATRIX, "", "Derivative of the gap by each coordinate"),
+    key("linear.contact.tangent", MATRIX, "", "Derivative of the sliding distance by each coordinate; default 0"),
     key("linear.contact.friction", FRICTION, "", "Coulomb's coefficient; default 0"),
     key("linear.contact.restitution", Real(0.0, 1.0), "", "Newton's coefficient; default 0"),
 
@@ -213,7 +213,7 @@ pub fn listing() -> String {
     std::iter::once(head.to_owned()).chain(rows).collect()
 }
 
-/// Holds every value of the document against its row.
+/// Checks every value of the document against its row.
 ///
 /// # Errors
 /// [`SceneError::OutOfRange`]; [`SceneError::UnknownName`] for a word that is none of those allowed.
@@ -259,7 +259,7 @@ impl Walk<'_> {
             }
             value => match KEYS.iter().find(|key| key.path == self.path) {
                 Some(key) => self.value(key, value),
-                // of a block that is checked elsewhere: the reader has refused unknown keys
+                // a key of a block that is checked elsewhere: the reader has refused unknown keys
                 None => Ok(()),
             },
         }

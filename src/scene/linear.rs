@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[linear]`: `M q̈ + K q = f` in one to three coordinates, with contacts of constant levers.
 ///
-/// Matrices are arrays of rows. Units follow from each coordinate's own (m or rad). Gravity is
-/// part of `load`. In `bodies.csv` each coordinate is a body that moves along x.
+/// Matrices are arrays of rows. Units follow from those of the coordinates (m or rad). Gravity is
+/// part of `load`. `bodies.csv` shows each coordinate as a body that moves along x.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinearBlock {
@@ -35,7 +35,7 @@ pub struct LinearContactEntry {
     pub name: String,
     /// Gap \[m\] where all coordinates are 0.
     pub gap: f64,
-    /// Levers of the gap's growth, and of sliding (default 0), one a coordinate.
+    /// Derivatives of the gap and of the sliding distance (default 0) by each coordinate.
     pub normal: Vec<f64>,
     pub tangent: Option<Vec<f64>>,
     /// Coulomb's coefficient, default 0.
@@ -50,7 +50,7 @@ impl LinearBlock {
     /// The model that the block describes.
     ///
     /// # Errors
-    /// Those of [`Linear::new`]; a block that passed its checks has none.
+    /// Those of [`Linear::new`]; they do not occur for a block that passed its checks.
     pub fn model(&self) -> Result<Linear, ModelError> {
         let [position, velocity] = self.start();
         Linear::new(self.system(), self.contacts(), position, velocity)

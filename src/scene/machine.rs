@@ -1,9 +1,9 @@
-//! A machine in a scene file: blocks that the scene keeps for a folder above it.
+//! A machine in a scene file: blocks that belong to a folder above this one.
 //!
-//! A machine makes its own bodies. The scene knows the names of its blocks, so that a misspelt one
-//! is told from an unknown one, and no more. Who owns them gives [`Scene::parse_machine`] a type to
-//! read them into and a function that checks them. Errors are the same as in the scene's own
-//! blocks, and keys of both can be set by `--set`.
+//! A machine makes its own bodies. This folder knows only the names of its blocks, to suggest the
+//! right name for a misspelt one. The owner of the blocks gives [`Scene::parse_machine`] a type to
+//! read them into and a function to check them. Errors are the same as in the scene's own blocks, and
+//! `--set` changes keys of both.
 //!
 //! [`Scene::parse_machine`]: super::Scene::parse_machine
 
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// Names of the blocks that may belong to a machine.
 const KEYS: [&str; 4] = ["tooth", "wear", "study", "thresher"];
 
-/// A block that is there, of which the scene reads nothing.
+/// A block that exists but is not read here.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct Kept {}
 
@@ -31,7 +31,7 @@ pub(super) fn read<M: DeserializeOwned>(document: &Document) -> Result<(SceneFil
     Ok((file, reader::read(&document.only(&KEYS))?))
 }
 
-/// The whole file as JSON, defaults filled in, the machine's blocks at their place.
+/// The whole file as JSON with defaults filled in, including the machine's blocks.
 #[derive(Serialize)]
 pub(super) struct Whole<'a, M> {
     #[serde(flatten)]
@@ -51,7 +51,7 @@ impl<'a, M> Whole<'a, M> {
     }
 }
 
-/// Stands for the machine of a scene that must have none.
+/// The machine type of a scene that must have no machine.
 #[derive(Deserialize, Serialize)]
 pub(super) struct NoMachine {
     tooth: Option<Kept>,

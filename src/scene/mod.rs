@@ -1,8 +1,8 @@
-//! Scenes: the file, its checks, the catalogue.
+//! Scenes: the scene file, its checks, and the catalogue.
 //!
-//! A scene file is TOML, in SI units and radians (degrees where a key ends in `_deg`). Short files
-//! are wanted: only what differs from the defaults. All keys are listed below, those of a machine in
-//! [`crate::thresher`], which reads its four blocks.
+//! A scene file is TOML, in SI units and radians (degrees if a key ends in `_deg`). It needs only
+//! the keys that differ from the defaults. All keys are listed below; [`crate::thresher`] lists the
+//! keys of the four blocks of a machine, which it reads.
 //!
 //! ```
 //! let scene = moreau2d::scene::Scene::parse(
@@ -71,8 +71,8 @@ use machine::NoMachine;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// A scene that was read, checked and expanded: every number is finite and in its range, every
-/// name resolved.
+/// A scene that was read, checked and expanded. Every number is finite and in its range, and every
+/// name is resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     pub name: String,
@@ -84,7 +84,7 @@ pub struct Scene {
     pub step: Step,
     /// At least one.
     pub materials: Vec<Material>,
-    /// Every body placed, repeats expanded, in a fixed order. Empty where a machine makes its own.
+    /// All bodies, repeats expanded, in a fixed order. Empty if a machine makes its own.
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
     /// A mechanism in place of bodies.
@@ -93,13 +93,13 @@ pub struct Scene {
     pub reference: Option<ClosedForm>,
     /// FNV-1a (64 bits) of the resolved file without title and notes, see [`Scene::parse`].
     pub hash: u64,
-    /// What the file and its flags set, save of bodies, joints and mechanisms.
+    /// The keys that the file and the flags set, without those of bodies, joints and mechanisms.
     pub written: Vec<Written>,
-    /// Each flag of [`Scene::parse`] with the whole path of the key that it sets.
+    /// Each flag of [`Scene::parse`] with the full path of the key that it sets.
     pub changes: Vec<(String, String)>,
 }
 
-/// A body and where it starts.
+/// A body and its initial state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Unique: the file's, or `name[column,row]` and `name[k]` of a copy.
@@ -118,11 +118,11 @@ pub struct Body {
     pub material: usize,
     /// [m/s], positive counter-clockwise round the body.
     pub surface_velocity: f64,
-    /// Direction in its frame in which its surface pushes; `None` all round.
+    /// The only direction in its frame in which its surface pushes; `None` for all directions.
     pub one_way: Option<[f64; 2]>,
     /// Whether its polyline touches from both sides.
     pub two_sided: bool,
-    /// Share of the weight it feels.
+    /// Factor on its weight.
     pub gravity_scale: f64,
     /// Drag on velocity and spin [1/s].
     pub damping: [f64; 2],
@@ -131,10 +131,10 @@ pub struct Body {
     pub touches: Option<Vec<usize>>,
 }
 
-/// What the bodies of a scene are built on: no more than it needs.
+/// The model on which a scene is built: the simplest that represents it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
-    /// A rapier world: any shape of the file but rods, lines and bowls.
+    /// A rapier world: all shapes except rods, lines and bowls.
     Rapier,
     /// [`crate::models::Planar`]: closed-form geometry in `f64`.
     Planar,
@@ -143,7 +143,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// The word of the summary.
+    /// The name in `summary.json`.
     pub fn word(self) -> &'static str {
         match self {
             Model::Rapier => "rapier",
@@ -170,13 +170,13 @@ pub enum Shape {
     Rod { length: f64 },
     /// The x axis without end, the solid below it.
     Line,
-    /// A circle \[m\] that is touched from inside.
+    /// A circle of this radius \[m\], touched from inside.
     Bowl { radius: f64 },
-    /// Several at once, none of them a compound or planar only.
+    /// Several shapes, none of them a compound, rod, line or bowl.
     Compound(Vec<Part>),
 }
 
-/// A shape at its place in the body's frame.
+/// A shape at a position and angle in the body's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     pub shape: Shape,
@@ -186,13 +186,13 @@ pub struct Part {
 }
 
 impl Shape {
-    /// Whether rapier has not the shape: its scene runs on [`Model::Planar`].
+    /// Whether rapier lacks the shape, so that its scene is built on [`Model::Planar`].
     pub fn planar_only(&self) -> bool {
         matches!(self, Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. })
     }
 }
 
-/// Where a body's inertia comes from.
+/// How mass and inertia of a body are given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mass {
     /// Mass per area [kg/m²].
@@ -206,8 +206,8 @@ impl Scene {
     /// Reads a scene from its text.
     ///
     /// # Arguments
-    /// - `file`: what errors call the text.
-    /// - `flags`: `key=value` changes, made in order before anything is checked. The key is a
+    /// - `file`: the file name for errors.
+    /// - `flags`: `key=value` changes, applied in order before the checks. The key is a
     ///   dotted path (`step.dt`, `body.ball.position.0`, `material.0.friction`: elements of
     ///   arrays of tables by name or by number from 0), or a bare key that only one block has
     ///   (`reading`). The value is TOML; what is not TOML is taken as a string.
@@ -215,7 +215,7 @@ impl Scene {
     /// # Returns
     /// The scene. Its `hash` is FNV-1a (Fowler, Noll & Vo; 64 bits) over the JSON of the file
     /// with flags applied and defaults filled in, title and notes left out: the same for files
-    /// that differ in comments, order of keys or stated defaults only. It tells runs apart; it is
+    /// that differ in comments, order of keys or stated defaults only. It distinguishes runs. It is
     /// not cryptographic, and it changes when a release adds a key.
     ///
     /// # Errors
@@ -231,13 +231,13 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Reads a scene that may hold a machine: `[tooth]`, `[wear]`, `[study]` and `[thresher]`
-    /// belong to whoever calls this. The scene knows these names and nothing else of them.
+    /// Reads a scene that may hold a machine. The caller defines the blocks `[tooth]`, `[wear]`,
+    /// `[study]` and `[thresher]`; this module only knows their names.
     ///
     /// # Arguments
     /// - `file`, `text`, `flags`: those of [`Scene::parse`].
-    /// - `check`: the ranges of the machine's values, called when all else is checked; it is given
-    ///   the top of the file.
+    /// - `check`: checks the ranges of the machine's values. It is called after all other checks,
+    ///   with the top of the file.
     /// - `M`: a struct of the four blocks in this order, each an `Option`.
     ///
     /// # Returns
@@ -272,7 +272,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// What the scene is built on.
+    /// The model on which the scene is built.
     pub fn model(&self) -> Model {
         if self.linear.is_some() {
             Model::Linear
@@ -326,7 +326,7 @@ fn resolve_body(
     materials: &[Material],
     document: &Document,
 ) -> Result<Body, SceneError> {
-    // The checks have seen to it that there is a shape and that the material's name is known.
+    // the checks ensure that there is a shape and that the material is known
     let shape = entry.shape().ok_or_else(|| SceneError::Missing {
         at: document.place(&[]),
         key: format!("a shape of body {}", entry.name),

@@ -1,4 +1,4 @@
-//! Worst penetration of a scene's bodies, from geometry alone: the same for every engine.
+//! Worst penetration of a scene's bodies, computed from geometry alone: the same for every engine.
 
 use super::outline::signed_area;
 use super::{Body, BodyKind, Joint, Shape};
@@ -6,23 +6,23 @@ use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Finds how deep bodies are in each other, in `f64` and by itself: no engine's contacts are read.
+/// Computes the penetration of bodies in `f64`, without using the contacts of any engine.
 ///
 /// Shapes are convex polygons, segments or points with a radius r around them. For cores apart by
 /// d the depth is `r₁ + r₂ − d`, for cores that overlap `r₁ + r₂` and the least overlap along the
 /// normal of an edge (Gottschalk, Lin & Manocha 1996, in the plane). An edge of a polyline counts
 /// as a slab on its solid side, as thick as the largest other body but no thicker than the solid.
 ///
-/// What passes through a one-way body is no penetration: such bodies are left out. What overlaps at the start is no fault of a step: a pair's depth counts beyond the least that
-/// it has had since.
+/// One-way bodies are left out, because other bodies may pass through them. An overlap of the start is
+/// not an error of a step: the depth of such a pair counts only beyond its least depth so far.
 pub(super) struct Overlaps {
     leaves: Vec<Leaf>,
-    /// Bodies that a joint ties do not touch, the smaller number first.
+    /// Pairs of bodies that a joint connects, which are left out; the smaller number first.
     tied: FxHashSet<(u32, u32)>,
     /// Least depth so far \[m\] of the pairs of leaves that overlapped at the start.
     least: FxHashMap<(u32, u32), f64>,
     started: bool,
-    /// Leaves by the left ends of their boxes, from the last time.
+    /// Leaves sorted by the left ends of their boxes, from the last call.
     order: Vec<u32>,
     /// Corners \[m\] in the world, and their box.
     placed: Vec<(Vec<Vec2>, [Vec2; 2])>,
@@ -74,11 +74,11 @@ impl Overlaps {
         }
     }
 
-    /// Worst penetration \[m\] with each body at its pose; the first call says what overlaps at the
+    /// Worst penetration \[m\] with each body at its pose; the first call records the overlaps of the
     /// start.
     pub fn worst(&mut self, pose: impl Fn(usize) -> Option<Pose64>) -> f64 {
         for (leaf, (corners, bounds)) in self.leaves.iter().zip(&mut self.placed) {
-            // a body that is gone overlaps nothing
+            // a removed body overlaps nothing
             let Some(pose) = pose(leaf.body as usize) else {
                 *bounds = [Vec2::repeat(f64::INFINITY); 2];
                 continue;
@@ -112,7 +112,7 @@ impl Overlaps {
         worst
     }
 
-    /// Depth \[m\] of a pair beyond what it is excused for.
+    /// Depth \[m\] of a pair beyond its initial overlap.
     fn excess(&mut self, i: u32, j: u32) -> f64 {
         let (a, b) = (&self.leaves[i as usize], &self.leaves[j as usize]);
         let pair = (a.body.min(b.body), a.body.max(b.body));
@@ -154,7 +154,7 @@ fn extent(shape: &Shape) -> f64 {
     }
 }
 
-/// The convex pieces of a shape that stands at `place` in its body.
+/// The convex pieces of a shape at `place` in its body.
 fn add(shape: &Shape, place: &Pose64, largest: f64, out: &mut Vec<Leaf>) {
     let mut leaf = |core: &[[f64; 2]], radius: f64| {
         let core = core.iter().map(|p| place.apply(Vec2::from(*p))).collect();
@@ -187,7 +187,7 @@ fn add(shape: &Shape, place: &Pose64, largest: f64, out: &mut Vec<Leaf>) {
                 add(&part.shape, &place, largest, out);
             }
         }
-        // scenes with these run on closed forms of their own
+        // scenes with these shapes use models with closed forms
         Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {}
     }
 }

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// The model of a scene whose every shape has closed-form gaps.
 ///
 /// # Errors
-/// [`ModelError`]; a scene that passed its checks has none.
+/// [`ModelError`]; it does not occur for a scene that passed its checks.
 pub(super) fn build(scene: &Scene) -> Result<Planar, ModelError> {
     let bodies = scene
         .bodies
@@ -28,7 +28,7 @@ pub(super) fn build(scene: &Scene) -> Result<Planar, ModelError> {
     Planar::new(gravity, bodies, pivots.collect(), &apart(&scene.bodies))
 }
 
-/// The shape, where it has closed-form gaps.
+/// The shape, if its gaps have a closed form.
 pub(super) fn shape(shape: &Shape) -> Option<PlanarShape> {
     Some(match *shape {
         Shape::Disc { radius } => PlanarShape::Disc { radius },
@@ -45,7 +45,7 @@ pub(super) fn shape(shape: &Shape) -> Option<PlanarShape> {
     })
 }
 
-/// Pairs that `touches` of either body leaves out.
+/// Pairs that `touches` of one of the two bodies excludes.
 fn apart(bodies: &[Body]) -> Vec<[usize; 2]> {
     let mut apart = Vec::new();
     for i in 0..bodies.len() {
@@ -58,7 +58,7 @@ fn apart(bodies: &[Body]) -> Vec<[usize; 2]> {
     apart
 }
 
-/// Whether neither body's `touches` leaves the other out.
+/// Whether `touches` of both bodies allows contact.
 pub(super) fn may_touch(bodies: &[Body], i: usize, j: usize) -> bool {
     let allows = |a: usize, b: usize| {
         let touches: Option<&Vec<usize>> = bodies[a].touches.as_ref();
@@ -67,7 +67,7 @@ pub(super) fn may_touch(bodies: &[Body], i: usize, j: usize) -> bool {
     allows(i, j) && allows(j, i)
 }
 
-/// Whether a joint ties the two.
+/// Whether a joint connects the two.
 pub(super) fn tied(joints: &[Joint], i: usize, j: usize) -> bool {
     joints
         .iter()
@@ -102,7 +102,7 @@ fn planar_body(scene: &Scene, body: &Body) -> Result<PlanarBody, ModelError> {
     })
 }
 
-/// Mass \[kg\] and moment of inertia [kg m²]: as given, or spread evenly over the shape.
+/// Mass \[kg\] and moment of inertia [kg m²]: as given, or of mass spread evenly over the shape.
 fn mass_and_inertia(mass: Mass, shape: &PlanarShape) -> (f64, f64) {
     // area [m²] and square of the radius of gyration [m²]
     let (area, gyration) = match *shape {

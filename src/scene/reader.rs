@@ -16,7 +16,7 @@ pub(super) fn read<'de, T: de::Deserialize<'de>>(document: &'de Document) -> Res
     T::deserialize(Reader(&document.root)).map_err(|fault| fault.located(document))
 }
 
-/// What serde found wrong, and the path to it, innermost segment first.
+/// An error of serde and its path, innermost segment first.
 #[derive(Debug)]
 struct Fault {
     path: Vec<Segment>,
@@ -128,7 +128,7 @@ impl de::Error for Fault {
     }
 }
 
-/// serde's word for what it wanted, in the words of a scene file.
+/// Translates what serde expected into the terms of a scene file.
 fn expected_in_words(expected: &str) -> String {
     match expected {
         "f64" => "a number".to_owned(),

@@ -1,9 +1,9 @@
-//! Whether a step is short enough for the fastest motion of a scene.
+//! Warns if the step is too long for the fastest motion of a scene.
 
 use super::{Body, BodyKind, Mass, Scene, Shape};
 use std::f64::consts::{PI, TAU};
 
-/// Steps a period of a motion needs before its curve is seen as one.
+/// Number of steps that a period needs to be resolved.
 const STEPS: f64 = 20.0;
 
 /// A motion of the scene and its period \[s\].
@@ -30,8 +30,8 @@ impl Motion {
 }
 
 impl Scene {
-    /// What is too fast for `step.dt`, in words with the step that would do: at most one warning
-    /// each for compliant contacts and spinning bodies, about the fastest of them.
+    /// Warnings about motions that are too fast for `step.dt`, with a sufficient step: at most one each
+    /// for compliant contacts and spinning bodies, about the fastest of them.
     ///
     /// A motion of period T asks for `Δt ≤ T/20`:
     ///
@@ -49,7 +49,7 @@ impl Scene {
     }
 
     fn fastest_contact(&self) -> Option<Motion> {
-        // of each material, its two bodies that move most easily: they may meet each other
+        // the two most easily moved bodies of each material: they may touch each other
         let mut light: Vec<Vec<(f64, &Body)>> = vec![Vec::new(); self.materials.len()];
         for body in &self.bodies {
             let one = &mut light[body.material];

@@ -1,4 +1,4 @@
-//! What a scene becomes: something that steps, whatever it is made of.
+//! The world of a scene, which can be stepped, on any of the three models.
 
 use super::overlap::Overlaps;
 use crate::contact::{Vec2, Vec3};
@@ -15,7 +15,7 @@ pub struct Built {
     pub(super) world: World,
     /// Of the bodies of a rapier world, for errors.
     pub(super) names: Vec<String>,
-    /// Where the world is rapier's.
+    /// The rapier world and its bodies, if the scene is built on one.
     pub(super) overlaps: Option<Overlaps>,
     /// The same world in Box2D, from [`Built::set_box2d`] on.
     pub(super) box2d: Option<Box2d>,
@@ -30,7 +30,7 @@ pub(super) enum World {
     Linear(HandWritten<Linear>),
 }
 
-/// A model that stands by itself, and what steps it.
+/// A model without rapier, and its stepper.
 pub(super) struct HandWritten<M> {
     pub model: M,
     pub stepper: MoreauStepper,
@@ -66,7 +66,7 @@ impl Built {
         }
     }
 
-    /// Whether the contact problems of every step are kept for [`Built::problems`].
+    /// Whether to store the contact problems of every step for [`Built::problems`].
     pub fn keep_problems(&mut self, keep: bool) {
         match &mut self.world {
             World::Rapier { simulation, .. } => simulation.pipeline.keep_problems(keep),
@@ -75,7 +75,7 @@ impl Built {
         }
     }
 
-    /// Whether the time of nonsmooth steps is booked from now on for [`Built::phases`].
+    /// Whether to measure the time of nonsmooth steps for [`Built::phases`] from now on.
     pub fn time_phases(&mut self, on: bool) {
         let clock: Option<Clock> = on.then_some(seconds);
         match &mut self.world {
@@ -85,7 +85,7 @@ impl Built {
         }
     }
 
-    /// Where the time of nonsmooth steps went, see [`MoreauStepper::phases`].
+    /// Times of the phases of nonsmooth steps, see [`MoreauStepper::phases`].
     pub fn phases(&self) -> Phases {
         match &self.world {
             World::Rapier { simulation, .. } => simulation.pipeline.phases(),
@@ -120,8 +120,7 @@ impl Built {
         }
     }
 
-    /// The number that contact records use for body `k`; `None` for coordinates, which a contact
-    /// has no one of.
+    /// The number of body `k` in contact records; `None` for the coordinates of a `[linear]` block.
     pub fn number(&self, k: usize) -> Option<u32> {
         match &self.world {
             World::Rapier { simulation, bodies } => simulation.number(*bodies.get(k)?),
@@ -131,10 +130,10 @@ impl Built {
     }
 
     /// Worst penetration \[m\] with each body at the pose that `state` gives it, from geometry
-    /// alone; `None` for worlds other than rapier's, whose own account is in closed form.
+    /// alone; `None` for other worlds than rapier's, whose records hold closed forms.
     ///
-    /// What overlapped at the first call counts only as far as it has grown since. A pair that
-    /// a joint ties does not touch.
+    /// An overlap that exists at the first call counts only as far as it has grown since. Pairs that
+    /// a joint connects are left out.
     pub fn penetration(
         &mut self,
         state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
@@ -145,7 +144,7 @@ impl Built {
         Some(worst)
     }
 
-    /// The rapier world and its bodies, where the scene is built on one.
+    /// The rapier world and its bodies; `None` if the scene is not built on one.
     pub fn simulation(&self) -> Option<(&Simulation, &[BodyId])> {
         match &self.world {
             World::Rapier { simulation, bodies } => Some((simulation, bodies)),
@@ -153,7 +152,7 @@ impl Built {
         }
     }
 
-    /// As [`Built::simulation`], to be changed.
+    /// As [`Built::simulation`], mutable.
     pub fn simulation_mut(&mut self) -> Option<&mut Simulation> {
         match &mut self.world {
             World::Rapier { simulation, .. } => Some(simulation),
@@ -164,7 +163,7 @@ impl Built {
     /// The rapier world, for a peer to step it.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] where there is none.
+    /// [`ModelError::Unsupported`] if there is none.
     pub fn peer(&mut self) -> Result<&mut Simulation, ModelError> {
         let none = || ModelError::Unsupported("the scene is not built on a rapier world".into());
         self.simulation_mut().ok_or_else(none)

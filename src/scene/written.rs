@@ -1,4 +1,4 @@
-//! What a file and its flags set, and where: for whoever must tell whether it has an effect.
+//! The keys that a file and its flags set, with their places: the program checks their effect.
 
 use super::document::{Document, Node, Segment, Value};
 use super::error::Place;
@@ -6,14 +6,14 @@ use super::error::Place;
 /// A key that was set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// Its block and its name, as in [`super::keys::KEYS`].
+    /// Path of block and name, as in [`super::keys::KEYS`].
     pub path: String,
     pub place: Place,
-    /// As in the file; long ones are left out.
+    /// The value as in the file; long values are abbreviated.
     pub value: String,
 }
 
-/// Blocks whose keys may be without effect in one run and not in another.
+/// Blocks whose keys may have an effect in one run and none in another.
 const BLOCKS: [&str; 8] = [
     "step",
     "gravity",
@@ -25,7 +25,7 @@ const BLOCKS: [&str; 8] = [
     "thresher",
 ];
 
-/// The keys of those blocks that were set.
+/// The keys of these blocks that were set.
 pub(super) fn keys(document: &Document) -> Vec<Written> {
     let mut found = Vec::new();
     for block in BLOCKS {

@@ -98,8 +98,9 @@ fn a_quick_chart_is_whole_and_every_point_runs_again_by_its_command() {
         _ => true,
     }));
     assert!(
-        c.out
-            .contains("note: tower: no closed form: trajectories against our own run")
+        c.out.contains(
+            "note: tower: no closed form: trajectories are compared with moreau's own run"
+        )
     );
 
     // pictures from the file alone, with labels and fronts and without a NaN
@@ -279,7 +280,7 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["bowl", "--engine", "rapier"], "only moreau steps it"),
         (
             &["thresher", "--engine", "rapier"],
-            "ours alone steps its contacts",
+            "only moreau steps its contacts",
         ),
         (&["thresher-study", "--time", "1"], "--time"),
         (

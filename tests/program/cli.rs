@@ -383,7 +383,7 @@ fn joints_that_would_put_energy_in_are_held_back_and_told() {
     for (dt, told) in [("2e-3", true), ("1e-3", false)] {
         let ended = place.run(&["run", "chain", "--dt", dt, "--out", "r"]);
         assert_eq!(
-            ended.out.contains("would have put energy in"),
+            ended.out.contains("would have added energy"),
             told,
             "{dt}: {}",
             ended.out

@@ -170,7 +170,7 @@ fn what_has_no_effect_is_refused_and_named() {
         ("bench --solvers", "--threads 2", stepped),
         ("bench --solvers", "--set step.dt=1", stepped),
         ("solve lcp", "--shares minimum-norm", "LCP"),
-        ("solve lcp --json", "--quiet", "beside --json"),
+        ("solve lcp --json", "--quiet", "with --json"),
     ] {
         let line = format!("{command} {given}");
         let (code, out, err) = place.run(&line.split_whitespace().collect::<Vec<_>>());

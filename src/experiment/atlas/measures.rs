@@ -1,4 +1,4 @@
-//! What the checks of the atlas measure: one table from a name to a function of a run.
+//! The measures of the atlas: one table of names and functions of a run.
 
 use super::MachineFigures;
 use super::trace::{Moment, Trace, larger};
@@ -10,25 +10,25 @@ use crate::scene::atlas::{AtlasCheck, AtlasRung};
 use crate::scene::{Hint, Scene, Shape};
 use std::f64::consts::TAU;
 
-/// A figure of a run and how it is told.
+/// A measure of a run.
 pub(super) struct Measure {
     name: &'static str,
-    /// Numbers that it takes from the check or from `with` of the rung, and their defaults; NaN
-    /// where there must be one.
+    /// Numbers that it takes from the check or from `with` of the rung, and their defaults; NaN marks a
+    /// required number.
     takes: &'static [(&'static str, f64)],
     unit: &'static str,
-    /// How a rung fails by it, in a word.
+    /// Mode of a rung that fails by it.
     fails: &'static str,
     of: Source,
 }
 
 enum Source {
     Run(fn(&Trace, &Ask) -> f64),
-    /// What is compared with `exact`: the relative error is the figure, in `rad` the difference.
+    /// A value to compare with `exact`: the measure is the relative error, for `rad` the difference.
     Against(fn(&Trace, &Ask) -> f64),
-    /// Only of an engine that keeps account of the work of its contacts.
+    /// Only for an engine that records the work of its contacts.
     Accounted(fn(&Trace, &Ask) -> f64),
-    /// Of a machine, whose run tells it by its name.
+    /// A measure that the run of a machine returns by name.
     Machine,
 }
 
@@ -53,8 +53,8 @@ const fn row(
     }
 }
 
-/// Every measure. A body is the check's, else the last of the scene; bodies that move are those that
-/// impulses move. `y` is up.
+/// All measures. The body is that of the check, else the last of the scene. Moving bodies are those
+/// that impulses can move. `y` is up.
 #[rustfmt::skip]
 const MEASURES: &[Measure] = &[
     // where bodies are, at worst over the run
@@ -116,7 +116,7 @@ pub(super) struct Ask<'a> {
 }
 
 impl<'a> Ask<'a> {
-    /// Finds the check's measure, and sees to it that it has what it takes.
+    /// Finds the check's measure and verifies that its numbers and its body exist.
     ///
     /// # Errors
     /// [`RunError::Unfit`] for an unknown measure, number or body, with the nearest, and for a
@@ -126,11 +126,11 @@ impl<'a> Ask<'a> {
         rung: &'a AtlasRung,
         scene: &Scene,
     ) -> Result<Ask<'a>, RunError> {
-        let told = format!("rung `{}`, check {}", rung.name, check.measure);
+        let place = format!("rung `{}`, check {}", rung.name, check.measure);
         let unknown = |what: &str, name: &str, known: Vec<&str>| {
             let hint = Hint::new(name, known);
             Err(RunError::Unfit(format!(
-                "{told}: unknown {what} `{name}`{hint}"
+                "{place}: unknown {what} `{name}`{hint}"
             )))
         };
         let name = check.measure.as_str();
@@ -147,7 +147,7 @@ impl<'a> Ask<'a> {
             measure,
         };
         if let Some(key) = takes.into_iter().find(|key| ask.number(key).is_nan()) {
-            let what = format!("{told}: needs `{key}`, there or in `with` of the rung");
+            let what = format!("{place}: needs `{key}`, there or in `with` of the rung");
             return Err(RunError::Unfit(what));
         }
         let mut bodies = scene.bodies.iter().map(|b| b.name.as_str());
@@ -170,12 +170,12 @@ impl<'a> Ask<'a> {
         t.body(self.check.body.as_deref().unwrap_or(""))
     }
 
-    /// What the results call it.
+    /// Its name in the results.
     fn label(&self) -> &str {
         self.check.name.as_deref().unwrap_or(self.measure.name)
     }
 
-    /// Its figure of a run; none where the engine does not keep account of it.
+    /// The check on a run; `None` if the engine does not record the measure.
     pub fn of_run(&self, t: &Trace) -> Option<Check> {
         match self.measure.of {
             Run(value) => Some(self.judged(value(t, self))),
@@ -185,7 +185,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// Its figure of a machine; NaN, which passes nothing, where the machine does not tell it.
+    /// The check on a machine; NaN, which never passes, if the machine does not return the measure.
     pub fn of_machine(&self, figures: &MachineFigures) -> Check {
         let mut values = figures.values.iter();
         let found = values.find(|(name, _)| *name == self.measure.name);
@@ -238,7 +238,7 @@ fn farthest(t: &Trace, part: fn(Vec2) -> f64) -> f64 {
     t.most(&t.moving(), |k, s| part(s.0.translation - start(k)).abs())
 }
 
-/// What a thing that must fall lacks of having moved by `least` \[m\].
+/// Missing distance \[m\] of a body that must fall and move by `least` \[m\].
 fn standing(t: &Trace, ask: &Ask) -> f64 {
     let moved = t.moved();
     if moved.is_nan() {
@@ -277,7 +277,7 @@ fn distance(t: &Trace, ask: &Ask) -> f64 {
     (way(t, ask) / exact - 1.0).abs()
 }
 
-/// None where the engine says that it could not part them.
+/// 0 if the engine reports that it could not separate the bodies.
 fn unless_said(t: &Trace, left: f64) -> f64 {
     if t.totals.recovering > 0 { 0.0 } else { left }
 }
@@ -384,7 +384,7 @@ fn energy_lift(t: &Trace, _: &Ask) -> f64 {
     t.totals.energy_rise / (t.mass() * g)
 }
 
-/// What contacts gave and did not report.
+/// Energy that contacts added but did not report, relative to the start.
 fn gain_not_reported(t: &Trace, _: &Ask) -> f64 {
     let given = t.totals.work_contact_n + t.totals.work_contact_t;
     (given - t.totals.impact_gain).abs() / t.totals.energy_start

@@ -1,23 +1,23 @@
-//! The failure atlas: scenes in which methods break, each up a ladder until it does. Entries are
-//! files of `scenes/atlas/`.
+//! The failure atlas: scenes in which methods fail, each as a ladder of rungs of growing difficulty.
+//! Entries are files of `scenes/atlas/`.
 //!
-//! [`Atlas::run`] runs every rung of every entry with every engine at one preset each, never tuned
-//! to a scene, and gives rows of `results.csv`; table and picture are drawn from that file and from
-//! nothing else.
+//! [`Atlas::run`] runs every rung of every entry with every engine and returns rows of `results.csv`.
+//! Each engine has one preset, which is not tuned to scenes. Table and picture are made from that file
+//! alone.
 //!
 //! # How to read it
 //! A rung is judged by measures of the run (a row each: `value`, and in `reference` the most that
-//! it may be), the same for every engine. `pass`: all hold. `fail`: one does not; `mode` says how,
-//! by the first that broke. `unsolved`: all hold, but our solver says of some island in some step
-//! that it did not solve it. A blank verdict is a rung that an engine has not the parts for
-//! (`cannot`) or that needs a feature which is not built in (`skipped`); a note says which. Peers
-//! certify nothing, so that they are judged by what they do alone.
+//! it may be), the same for every engine. `pass`: all measures are within their limits. `fail`: one is
+//! not; `mode` names the failure of the first. `unsolved`: all are, but our solver did not solve some
+//! island in some step. A blank verdict is a rung that an engine cannot represent (`cannot`) or that
+//! needs a feature that is not built in (`skipped`); a note says which. Peers certify nothing and are
+//! judged by their motion alone.
 //!
-//! Lengths are compared with the bodies' own, most of 1 m. Limits are of two kinds: what the
-//! atlas asks by its definition (penetration 1e-4 of a box, lean 1e-3, ...), and 1e-6 m or more where
-//! the definition says zero, because an engine in single precision knows no better.
+//! Lengths are relative to the bodies, most of 1 m. Limits are of two kinds: those of the definition
+//! (penetration 1e-4 of a box, lean 1e-3, ...), and 1e-6 m or more where the definition says zero,
+//! because single precision resolves no less.
 //!
-//! How to add an entry or a rung is told in the docs of [`crate::scene::atlas`].
+//! [`crate::scene::atlas`] says how to add an entry or a rung.
 
 mod measures;
 mod trace;
@@ -32,7 +32,7 @@ use measures::Ask;
 use trace::Trace;
 use verdict::{Finding, Verdict};
 
-/// What the checks of a rung measure of a machine, by name, and how many islands were unsolved.
+/// Measures of a machine, by name, and its number of unsolved islands.
 pub struct MachineFigures {
     pub values: Vec<(&'static str, f64)>,
     pub unsolved: usize,
@@ -41,8 +41,8 @@ pub struct MachineFigures {
 /// Runs the machine of a rung.
 pub type MachineRun = Box<dyn Fn() -> Result<MachineFigures, RunError>>;
 
-/// Reads the scene of a rung, and its machine if it has one. Machines stand above this folder, so
-/// that the caller hands in who knows them: [`crate::thresher::read_rung`].
+/// Reads the scene of a rung, and its machine if it has one. This folder may not use machines, so the
+/// caller passes the function that reads them: [`crate::thresher::read_rung`].
 pub type ReadRung = fn(&AtlasEntry, &AtlasRung) -> Result<(Scene, Option<MachineRun>), SceneError>;
 
 /// A rung to be run.
@@ -66,7 +66,7 @@ impl Task {
         self.judged(entry, engine).or_else(Finding::stopped)
     }
 
-    /// Steps the scene, or runs its machine, and looks at what came of it.
+    /// Steps the scene, or runs its machine, and judges the result.
     fn judged(&self, entry: &AtlasEntry, engine: Engine) -> Result<Finding, RunError> {
         let judge = entry.judge(&self.rung);
         let asks = self.asks(entry)?;
@@ -121,7 +121,7 @@ impl Task {
     }
 }
 
-/// The engine's setting in a word, the same for every scene.
+/// The engine's preset, the same for every scene.
 fn preset(engine: Engine) -> &'static str {
     match engine {
         Engine::Moreau | Engine::Rapier | Engine::Box2d => "default",
@@ -135,17 +135,17 @@ pub struct Atlas {
     plan: Vec<Task>,
 }
 
-/// What an atlas found.
+/// Results of an atlas.
 #[derive(Debug, Clone, Default)]
 pub struct AtlasResults {
     /// In the order of entries, rungs, engines, measures.
     pub rows: Vec<ResultRow>,
-    /// Why rungs have no verdict, and what ended runs early.
+    /// Why rungs have no verdict or runs ended early.
     pub notes: Vec<String>,
 }
 
 impl Atlas {
-    /// The rungs of the entries called `names`, of all where there are none. A name that ends in
+    /// The rungs of the entries `names`, or of all entries if `names` is empty. A name that ends in
     /// `.toml` is the path of a file.
     ///
     /// # Arguments
@@ -187,7 +187,7 @@ impl Atlas {
         Ok(Atlas { entries, plan })
     }
 
-    /// Why ours fails a rung of an entry, where it is known to.
+    /// The known cause of our engine's failure on a rung.
     pub fn explanation(&self, entry: &str, rung: &str) -> Option<&str> {
         let entry = self.entries.iter().find(|e| e.name == entry)?;
         entry.explanation(rung)
@@ -204,7 +204,7 @@ impl Atlas {
     /// - `progress`: advanced once a run.
     ///
     /// # Errors
-    /// None that is the outcome of a rung: those are rows.
+    /// Errors that are not the result of a rung; a failing rung is a row.
     pub fn run(&self, engines: &[Engine], progress: &Progress) -> Result<AtlasResults, RunError> {
         let mut results = AtlasResults::default();
         for task in &self.plan {
@@ -228,7 +228,7 @@ impl Atlas {
 }
 
 impl AtlasResults {
-    /// One sentence for an entry, whatever the number of its rungs and engines that share it.
+    /// Adds a sentence; rungs and engines with the same sentence share it.
     fn note(
         &mut self,
         entry: &AtlasEntry,

@@ -6,8 +6,8 @@ use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
 use crate::scene::{Built, Scene};
 
-/// States kept of a run: beyond this every k-th step only, and the last one.
-const KEPT: usize = 1_000_000;
+/// Most body states that a trace stores; a longer run stores every k-th step and the last one.
+const MOST_STATES: usize = 1_000_000;
 
 /// Pose and velocity of each body at one time.
 #[derive(Debug, Clone)]
@@ -17,11 +17,11 @@ pub(super) struct Moment {
     pub states: Vec<(Pose64, Vec3)>,
 }
 
-/// What a run of one rung by one engine left for its judge.
+/// The run of one rung by one engine, as input of the checks.
 pub(super) struct Trace {
     pub scene: Scene,
     pub engine: Engine,
-    /// The start first and the end last; all steps in between, as far as there is room.
+    /// The start first and the end last; all steps in between, or every k-th.
     pub history: Vec<Moment>,
     pub totals: Totals,
     /// Errors against the scene's closed form.
@@ -35,12 +35,12 @@ impl Trace {
     /// Runs `scene` to its end.
     ///
     /// # Errors
-    /// Those of [`advance`]; [`RunError::Unfit`] for an engine that has not its parts.
+    /// Those of [`advance`]; [`RunError::Unfit`] for an engine that cannot step the scene.
     pub fn of(scene: &Scene, engine: Engine) -> Result<Trace, RunError> {
         engine.has_model(scene)?;
         let mut built = scene.build()?;
         let steps = step_count(&scene.step);
-        let every = (steps * built.bodies()).div_ceil(KEPT).max(1);
+        let every = (steps * built.bodies()).div_ceil(MOST_STATES).max(1);
         let mut samples = Samples::start(&built, engine);
         let mut history = vec![moment(&built, engine, 0.0)];
         let numbers: Vec<Option<u32>> = (0..built.bodies()).map(|k| built.number(k)).collect();
@@ -80,7 +80,7 @@ impl Trace {
         })
     }
 
-    /// Index of the body called `name`; the last body where there is none.
+    /// Index of the body `name`; the last body if there is none.
     pub fn body(&self, name: &str) -> usize {
         let found = self.scene.bodies.iter().position(|b| b.name == name);
         found.unwrap_or(self.scene.bodies.len().saturating_sub(1))
@@ -119,14 +119,14 @@ impl Trace {
         self.most(&self.moving(), |k, s| (s.0.translation - start(k)).norm())
     }
 
-    /// Error of the closed form's measure `name`; NaN where it was never taken.
+    /// Error of the closed form's measure `name`; NaN if it was not measured.
     pub fn error(&self, name: &str) -> f64 {
         let found = self.measures.iter().find(|m| m.name == name);
         found.map_or(f64::NAN, |m| m.error)
     }
 
-    /// Widest gap of a joint's two points \[m\] at any time, and the sum of all at one time: from
-    /// the poses alone, for every engine alike. Of joints that hold a point.
+    /// For joints that hold two points together: largest gap \[m\] of one joint at any time, and largest
+    /// sum of all gaps at one time. Computed from the poses alone, in the same way for every engine.
     pub fn joint_gaps(&self) -> [f64; 2] {
         let joints = self
             .scene

@@ -1,7 +1,7 @@
 use super::super::simulate::{Engine, RunError};
 use super::trace::Trace;
 
-/// The check that every rung of ours has.
+/// The check that every rung has for our engine.
 const UNSOLVED: &str = "unsolved-islands";
 
 /// One figure of a run and the most that it may be.
@@ -9,11 +9,11 @@ const UNSOLVED: &str = "unsolved-islands";
 pub(super) struct Check {
     pub measure: String,
     pub value: f64,
-    /// SI, or in words what it is a part of or counts: a bare figure tells a reader nothing.
+    /// SI unit, or in words what the value is relative to or counts.
     pub unit: String,
     /// The rung passes if `value ≤ limit`; NaN does not.
     pub limit: f64,
-    /// How the run failed if it is more, in a word.
+    /// Mode of the failure if the value exceeds the limit.
     pub mode: String,
 }
 
@@ -23,14 +23,14 @@ impl Check {
     }
 }
 
-/// What came of a rung.
+/// Verdict on a rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Verdict {
     Pass,
     Fail,
     /// All measures hold, but some island of some step was not certified.
     Unsolved,
-    /// The engine has not what the rung is made of, or it is not built in.
+    /// The engine cannot represent the rung, or a feature is not built in.
     Unavailable,
 }
 
@@ -46,7 +46,7 @@ impl Verdict {
     }
 }
 
-/// A verdict, how it came to it in a word, and what it was seen by.
+/// A verdict with its mode and its checks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Finding {
     pub verdict: Verdict,
@@ -54,7 +54,7 @@ pub(super) struct Finding {
     pub checks: Vec<Check>,
     /// Wall time per simulated second, of the steps alone.
     pub cost: Option<f64>,
-    /// Why there is no run, or what ended it.
+    /// Why there is no run, or why it ended early.
     pub reason: Option<String>,
 }
 
@@ -70,9 +70,9 @@ impl Finding {
         }
     }
 
-    /// The same judgement for every engine: all checks hold, or the mode of the first that does
-    /// not; energies that are not finite are an explosion, and islands that no solve certified keep
-    /// a rung from passing.
+    /// Judges every engine in the same way. A rung passes if all checks hold, else it fails with the
+    /// mode of the first broken one. An energy that is not finite is an explosion. A rung with islands
+    /// that no solve certified does not pass.
     ///
     /// # Arguments
     /// - `checks`: those of the rung.
@@ -99,7 +99,7 @@ impl Finding {
         let (verdict, mode) = match broken {
             _ if !finite => (Verdict::Fail, "explodes"),
             None => (Verdict::Pass, passes),
-            // the last one of all is what the solver says of itself
+            // the check of unsolved islands comes last
             Some(c) if c.measure == UNSOLVED => (Verdict::Unsolved, c.mode.as_str()),
             Some(c) => (Verdict::Fail, c.mode.as_str()),
         };
@@ -112,10 +112,10 @@ impl Finding {
         }
     }
 
-    /// What a run that ended early, or never began, comes to.
+    /// The finding for a run that ended early or could not start.
     ///
     /// # Errors
-    /// Those that are no outcome of a run.
+    /// Errors that are not the result of a run.
     pub fn stopped(error: RunError) -> Result<Finding, RunError> {
         match error {
             RunError::Unfit(reason) => Ok(Finding::unavailable("cannot", reason)),
@@ -129,7 +129,7 @@ impl Finding {
         }
     }
 
-    /// The verdict on a run that came to its end.
+    /// The finding for a complete run.
     pub fn of(trace: &Trace, checks: Vec<Check>, passes: &str) -> Finding {
         let totals = &trace.totals;
         let certifies = trace.engine == Engine::Moreau;

@@ -1,8 +1,8 @@
-//! Closed forms, and how far a run is from them. Their parameters come from the scene.
+//! Closed forms, and the errors of a run against them. Their parameters come from the scene.
 //!
-//! One file per kind of mechanics; each function names the bodies it needs by the names that they
-//! have in its scene. A *verdict* (does it hold?) is a measure too: how far moved what must not
-//! move, or how far what must is from having moved.
+//! One file per kind of mechanics. Each function finds the bodies it needs by their names in the
+//! scene. A *verdict* (does it hold?) is a measure too: the distance moved by a body that must hold,
+//! or the distance missing for a body that must move.
 
 mod arcs;
 mod event_driven;
@@ -20,7 +20,7 @@ pub use samples::Samples;
 
 use crate::scene::{ClosedForm, Scene};
 
-/// One figure of a run against what it should be.
+/// One value of a run compared with the exact one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Measure {
     pub name: &'static str,
