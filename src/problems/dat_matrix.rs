@@ -96,7 +96,7 @@ impl Matrix {
         match self.values {
             Values::Full(values) => Ok(DMatrix::from_vec(rows, columns, values)),
             Values::Entries(_) if rows.max(columns) > MOST_ROWS => Err(FileError::Content(
-                format!("{name} is {rows} x {columns}, at most {MOST_ROWS} are held"),
+                format!("{name} is {rows} x {columns}, at most {MOST_ROWS} rows become dense"),
             )),
             Values::Entries(entries) => {
                 let mut dense = DMatrix::zeros(rows, columns);
@@ -270,19 +270,30 @@ fn sparse(words: &mut Words, name: &str, rows: usize, columns: usize) -> Result<
         |word| word.trim_end_matches(',').parse().ok(),
     )?;
     words.skip_line();
-    let mut entries = Vec::new();
-    if origin == 1 {
-        for k in 0..count {
-            let row = index(words, rows, || format!("the row of {name}'s entry {k}"))?;
-            let column = index(words, columns, || {
-                format!("the column of {name}'s entry {k}")
-            })?;
-            words.literal(":")?;
-            let value = words.real(|| format!("{name}[{row}, {column}]"))?;
-            entries.push((row, column, value));
-        }
-        return Ok(Values::Entries(entries));
+    if origin == 2 {
+        return compressed_columns(words, name, (rows, columns), count);
     }
+    let mut entries = Vec::new();
+    for k in 0..count {
+        let row = index(words, rows, || format!("the row of {name}'s entry {k}"))?;
+        let column = index(words, columns, || {
+            format!("the column of {name}'s entry {k}")
+        })?;
+        words.literal(":")?;
+        let value = words.real(|| format!("{name}[{row}, {column}]"))?;
+        entries.push((row, column, value));
+    }
+    Ok(Values::Entries(entries))
+}
+
+/// The columns of a compressed listing with `count` entries.
+fn compressed_columns(
+    words: &mut Words,
+    name: &str,
+    (rows, columns): (usize, usize),
+    count: usize,
+) -> Result<Values, FileError> {
+    let mut entries = Vec::new();
     for column in 0..columns {
         words.literal("col")?;
         must_be(words, column, &format!("the column of {name}"))?;

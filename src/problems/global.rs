@@ -45,7 +45,7 @@ pub(super) fn reduce(
     let blocks: f64 = contacts.iter().map(|c| (c.len() as f64).powi(2)).sum();
     if blocks > MOST_FILL as f64 {
         return Err(FileError::Content(format!(
-            "W would be the sum of {blocks:e} blocks of 2 x 2, at most {MOST_FILL} are held"
+            "W would be the sum of {blocks:e} blocks of 2 x 2, at most {MOST_FILL} are stored"
         )));
     }
     let mut free = b;
@@ -114,7 +114,7 @@ impl Part {
         if numbers > (MOST_ROWS as f64).powi(2) {
             return Err(FileError::Content(format!(
                 "the parts of M that it does not couple have {numbers:e} numbers, at most those of \
-                 {MOST_ROWS} x {MOST_ROWS} are held"
+                 {MOST_ROWS} x {MOST_ROWS} are stored"
             )));
         }
         let part = |coordinates: Vec<usize>| Part {

@@ -187,12 +187,12 @@ fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     serde_json::from_str(text).map_err(|e| {
         // the message already names the position at its start
         let (line, column) = (e.line(), e.column());
-        let told = e.to_string();
+        let message = e.to_string();
         let place = format!(" at line {line} column {column}");
         FileError::Json {
             line,
             column,
-            reason: told.strip_suffix(&place).unwrap_or(&told).to_owned(),
+            reason: message.strip_suffix(&place).unwrap_or(&message).to_owned(),
         }
     })
 }
@@ -341,12 +341,12 @@ fn operator_part(operator: &Delassus) -> Result<String, FileError> {
         }
         Delassus::Blocks(m) => {
             let blocks = (0..m.size()).flat_map(|i| m.row(i).map(move |(j, m)| (i, j, m)));
-            let held = blocks.filter(|(_, _, m)| m.iter().any(|x| *x != 0.0));
+            let nonzero = blocks.filter(|(_, _, m)| m.iter().any(|x| *x != 0.0));
             let form = |(i, j, m): (usize, usize, Mat2)| -> BlockForm {
                 let rows = [[m[(0, 0)], m[(0, 1)]], [m[(1, 0)], m[(1, 1)]]];
                 (i as u32, j as u32, rows)
             };
-            list("    ", "blocks", held.map(form))?
+            list("    ", "blocks", nonzero.map(form))?
         }
         Delassus::Bodies(op) => {
             let inverse_mass = op.inverse_mass.iter().map(|m| [m.x, m.y, m.z]);

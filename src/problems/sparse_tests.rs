@@ -112,17 +112,17 @@ fn blocks_of_json_are_read_and_refused_in_words() {
         ("[0, 1]", &["line 2", "tuple of size 3"]),
     ];
     for (more, words) in cases {
-        let told = with(&format!("{diagonal}, {more}"))
+        let message = with(&format!("{diagonal}, {more}"))
             .unwrap_err()
             .to_string();
         for word in words {
-            assert!(told.contains(word), "{more}: lacks `{word}`: {told}");
+            assert!(message.contains(word), "{more}: lacks `{word}`: {message}");
         }
     }
-    let told = with("[1, 1, [[2, 0], [0, 2]]]").unwrap_err().to_string();
+    let message = with("[1, 1, [[2, 0], [0, 2]]]").unwrap_err().to_string();
     assert!(
-        told.contains("block 0") && told.contains("infinite mass"),
-        "{told}"
+        message.contains("block 0") && message.contains("infinite mass"),
+        "{message}"
     );
 }
 
@@ -262,8 +262,8 @@ fn a_mass_matrix_in_parts() {
     assert!(loaded.warnings[0].starts_with("M was symmetrised: [0, 7]"));
     uneven[(0, 7)] += 4e-4;
     let text = format!("2 {contacts}\n{}{}{rest}", full(&uneven), triplets(&h));
-    let told = read(text.as_bytes()).unwrap_err().to_string();
-    assert!(told.starts_with("M[0, 7] = "), "{told}");
+    let message = read(text.as_bytes()).unwrap_err().to_string();
+    assert!(message.starts_with("M[0, 7] = "), "{message}");
 }
 
 /// A listing of `n` rows with 9 on the diagonal and -1 at the given pairs.
@@ -289,8 +289,8 @@ fn only_what_takes_too_much_memory_is_refused() {
     let m = symmetric_listing(n, (1..n).map(|k| (k - 1, k)));
     let zeros = "0 ".repeat(n);
     let text = format!("2 1\n{m}2 {n} 2\n1\nCSparse\nnnz: 2\n0 0 : 1\n1 1 : 1\n{zeros}-1 0\n0.5");
-    let told = read(text.as_bytes()).unwrap_err().to_string();
-    assert!(told.contains("10000 x 10000 are held"), "{told}");
+    let message = read(text.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("10000 x 10000 are stored"), "{message}");
     // one coordinate in all contacts: W would be full
     let contacts = 5001;
     let h: String = (0..contacts)
@@ -303,8 +303,8 @@ fn only_what_takes_too_much_memory_is_refused() {
         "-1 ".repeat(2 * contacts),
         "0.5 ".repeat(contacts)
     );
-    let told = read(text.as_bytes()).unwrap_err().to_string();
-    assert!(told.contains("at most 25000000 are held"), "{told}");
+    let message = read(text.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("at most 25000000 are stored"), "{message}");
     // few blocks, coupled at random, whose factors fill up
     let contacts = 24_000;
     let n = 2 * contacts;
@@ -315,7 +315,7 @@ fn only_what_takes_too_much_memory_is_refused() {
         .collect();
     let w = symmetric_listing(n, pairs.into_iter());
     let rest = format!("{}\n{}", "-1 ".repeat(n), "0.5 ".repeat(contacts));
-    let told = read(format!("2 {contacts}\n{w}{rest}").as_bytes());
-    let told = told.unwrap_err().to_string();
-    assert!(told.contains("the factors of W"), "{told}");
+    let message = read(format!("2 {contacts}\n{w}{rest}").as_bytes());
+    let message = message.unwrap_err().to_string();
+    assert!(message.contains("the factors of W"), "{message}");
 }

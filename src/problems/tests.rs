@@ -278,10 +278,10 @@ fn asymmetry_is_told_or_refused() {
     assert!(with(1.0).unwrap().warnings.is_empty());
     let error = with(1.0 + 4e-4).unwrap_err();
     assert!(matches!(error, FileError::Asymmetric { .. }), "{error}");
-    let told = error.to_string();
+    let message = error.to_string();
     assert!(
-        told.starts_with("W[0, 1] = 1.0004e0") && told.contains("2.0e-4"),
-        "{told}"
+        message.starts_with("W[0, 1] = 1.0004e0") && message.contains("2.0e-4"),
+        "{message}"
     );
     // the same at a contact a million times heavier than the other
     let heavy = "2 2\n0 4 4\n4 4\n2 0 0 0  0 2 0 0  0 0 2e-6 1e-6  0 0 1.0004e-6 2e-6\n";
@@ -530,9 +530,9 @@ fn bad_files_are_refused_in_words() {
     ];
     let mut wrong = Vec::new();
     for (text, words) in cases {
-        let told = read(text.as_bytes()).map_or_else(|e| e.to_string(), |p| format!("{p:?}"));
-        if words.iter().any(|word| !told.contains(word)) {
-            wrong.push(format!("{text:?}: lacks one of {words:?}: {told}"));
+        let message = read(text.as_bytes()).map_or_else(|e| e.to_string(), |p| format!("{p:?}"));
+        if words.iter().any(|word| !message.contains(word)) {
+            wrong.push(format!("{text:?}: lacks one of {words:?}: {message}"));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -559,8 +559,11 @@ fn huge_counts_are_no_allocation() {
     let n = MOST_ROWS + 1;
     let q = "-1 ".repeat(n);
     let text = format!("{n}\n2 {n} {n}\n1\nCSparse\nnnz: 1\n0 0 : 1\n{q}");
-    let told = read(text.as_bytes()).unwrap_err().to_string();
-    assert!(told.contains("10001 x 10001, at most 10000"), "{told}");
+    let message = read(text.as_bytes()).unwrap_err().to_string();
+    assert!(
+        message.contains("10001 x 10001, at most 10000"),
+        "{message}"
+    );
 }
 
 /// Laws that the text format has no place for are refused, not dropped.

@@ -341,9 +341,9 @@ impl Bodies {
                 shadow.note_velocity(body);
             }
         }
-        for (number, key, kept) in memory {
+        for (number, key, contact) in memory {
             if let Some(group) = self.sleepers.groups.get_mut(&number) {
-                group.memory.push((key, kept));
+                group.memory.push((key, contact));
             }
         }
     }

@@ -360,9 +360,9 @@ fn sampling_error(sums: &[Vec<f64>], mean: &[f64], revolutions: f64) -> f64 {
 /// Runs the thresher over its life.
 ///
 /// 1. The strip fills the machine. The crop's stiffness is scaled until the mean torque of a new
-/// tooth is the operating torque.
+///    tooth is the operating torque.
 /// 2. A few revolutions are simulated. `load_slip` per node, mean over the equal bars, wears the
-/// one profile that stands for all bars, over as many cycles as wear a fraction of a cell.
+///    one profile that stands for all bars, over as many cycles as wear a fraction of a cell.
 /// 3. All bars get the worn profile; back to 2, until the last limit or the longest time.
 ///
 /// # Errors

@@ -231,7 +231,7 @@ impl WearChart<'_> {
             notes.push(match converges {
                 true => format!(
                     "{name}: against our own run at steps of {steps}, the last two {fine:.1e} \
-                     apart, the first two {coarse:.1e}; nothing is told below that"
+                     apart, the first two {coarse:.1e}; smaller errors are not resolved"
                 ),
                 false => format!(
                     "{name}: our own runs at steps of {steps} do not converge, the last two are \

@@ -85,7 +85,9 @@ pub enum WearError {
     JumpTooLong { node: usize, depth: f64, limit: f64 },
     /// A surface too curved for its depth or its cells: the requested area cannot be removed along
     /// the normals, or no merged node stays within the new part.
-    #[error("wear: the surface is too curved at node {node} for the depth asked, or for its cells")]
+    #[error(
+        "wear: the surface is too curved at node {node} for the requested depth, or for its cells"
+    )]
     Unbalanced { node: usize },
     /// The wear has reached the underside of the base.
     #[error("wear: node {node} at y = {y} m is worn through the base, {base} m thick")]

@@ -66,47 +66,11 @@ impl Hooks<'_> {
         setting: &mut Pair,
         mark: &mut u32,
     ) -> Vec<(Touch, f64)> {
-        let real = |v: Vec2| Vector::new(v.x as Real, v.y as Real);
-        let surfaces = |t: &Touch| {
-            let half = 0.5 * t.gap * t.normal;
-            [t.point - half, t.point + half]
-        };
-        let mut data = ContactManifoldData::default();
-        (data.rigid_body1, data.rigid_body2) = (known[0].parent(), known[1].parent());
-        data.solver_flags = SolverFlags::COMPUTE_RIGID_IMPULSES;
-        let mut manifold = ContactManifold::with_data(subs[0], subs[1], data);
-        let normal = touches.first().map_or(Vec2::zeros(), |t| t.normal);
-        manifold.data.normal = real(normal);
-        let turned = |pose: &Pose64, v: Vec2| {
-            real(Vec2::new(
-                pose.cos * v.x + pose.sin * v.y,
-                pose.cos * v.y - pose.sin * v.x,
-            ))
-        };
-        manifold.local_n1 = turned(poses[0], normal);
-        manifold.local_n2 = turned(poses[1], -normal);
-        let mut contacts = SolverContacts::new();
-        for (i, touch) in touches.iter().enumerate() {
-            let [p1, p2] = surfaces(touch);
-            manifold.points.push(TrackedContact::new(
-                real(poses[0].apply_inverse(p1)),
-                real(poses[1].apply_inverse(p2)),
-                PackedFeatureId(touch.feature),
-                PackedFeatureId(touch.feature),
-                touch.gap as Real,
-            ));
-            contacts.push(SolverContact {
-                anchor1: real(p1),
-                anchor2: real(p2),
-                dist: touch.gap as Real,
-                tangent_velocity: Vector::ZERO,
-                contact_id: [i as _],
-            });
-        }
         let NormalLaw::Rigid { restitution } = setting.law else {
             // a compliant surface has no restitution to modify
             return touches.iter().map(|t| (*t, 0.0)).collect();
         };
+        let (manifold, mut contacts) = as_manifold(known, poses, subs, touches);
         let (mut seen_normal, original) = (manifold.data.normal, manifold.data.normal);
         let (mut friction, mut bounce) = (setting.friction as Real, restitution as Real);
         let mut context = ContactModificationContext {
@@ -138,24 +102,86 @@ impl Hooks<'_> {
             true => None,
             false => Vec2::new(seen_normal.x.into(), seen_normal.y.into()).try_normalize(0.0),
         };
-        let wide = |v: Vector| Vec2::new(v.x.into(), v.y.into());
-        contacts
-            .iter()
-            .filter_map(|contact| {
-                let mut touch = *touches.get(contact.contact_indices()[0] as usize)?;
-                // a contact that the user did not change keeps all its digits
-                if contact.dist != touch.gap as Real {
-                    touch.gap = widen(contact.dist);
-                }
-                let [p1, p2] = surfaces(&touch);
-                if contact.anchor1 != real(p1) || contact.anchor2 != real(p2) {
-                    touch.point = 0.5 * (wide(contact.anchor1) + wide(contact.anchor2));
-                }
-                touch.normal = normal.unwrap_or(touch.normal);
-                let tangent = Vec2::new(-touch.normal.y, touch.normal.x);
-                let speed = wide(contact.tangent_velocity).dot(&tangent);
-                (touch.gap.is_finite() && speed.is_finite()).then_some((touch, speed))
-            })
-            .collect()
+        modified(touches, &contacts, normal)
     }
+}
+
+fn real(v: Vec2) -> Vector {
+    Vector::new(v.x as Real, v.y as Real)
+}
+
+/// The points of both surfaces at a contact.
+fn surfaces(touch: &Touch) -> [Vec2; 2] {
+    let half = 0.5 * touch.gap * touch.normal;
+    [touch.point - half, touch.point + half]
+}
+
+/// Contacts of two parts as rapier shows them to a hook.
+fn as_manifold(
+    known: [&Known; 2],
+    poses: [&Pose64; 2],
+    subs: [u32; 2],
+    touches: &[Touch],
+) -> (ContactManifold, SolverContacts) {
+    let mut data = ContactManifoldData::default();
+    (data.rigid_body1, data.rigid_body2) = (known[0].parent(), known[1].parent());
+    data.solver_flags = SolverFlags::COMPUTE_RIGID_IMPULSES;
+    let mut manifold = ContactManifold::with_data(subs[0], subs[1], data);
+    let normal = touches.first().map_or(Vec2::zeros(), |t| t.normal);
+    manifold.data.normal = real(normal);
+    let turned = |pose: &Pose64, v: Vec2| {
+        real(Vec2::new(
+            pose.cos * v.x + pose.sin * v.y,
+            pose.cos * v.y - pose.sin * v.x,
+        ))
+    };
+    manifold.local_n1 = turned(poses[0], normal);
+    manifold.local_n2 = turned(poses[1], -normal);
+    let mut contacts = SolverContacts::new();
+    for (i, touch) in touches.iter().enumerate() {
+        let [p1, p2] = surfaces(touch);
+        manifold.points.push(TrackedContact::new(
+            real(poses[0].apply_inverse(p1)),
+            real(poses[1].apply_inverse(p2)),
+            PackedFeatureId(touch.feature),
+            PackedFeatureId(touch.feature),
+            touch.gap as Real,
+        ));
+        contacts.push(SolverContact {
+            anchor1: real(p1),
+            anchor2: real(p2),
+            dist: touch.gap as Real,
+            tangent_velocity: Vector::ZERO,
+            contact_id: [i as _],
+        });
+    }
+    (manifold, contacts)
+}
+
+/// The contacts that a hook has left in `contacts`, with the surface speeds \[m/s\] that it has set;
+/// `normal` is the one that it has set, if any.
+fn modified(
+    touches: &[Touch],
+    contacts: &SolverContacts,
+    normal: Option<Vec2>,
+) -> Vec<(Touch, f64)> {
+    let wide = |v: Vector| Vec2::new(v.x.into(), v.y.into());
+    contacts
+        .iter()
+        .filter_map(|contact| {
+            let mut touch = *touches.get(contact.contact_indices()[0] as usize)?;
+            // a contact that the user did not change keeps all its digits
+            if contact.dist != touch.gap as Real {
+                touch.gap = widen(contact.dist);
+            }
+            let [p1, p2] = surfaces(&touch);
+            if contact.anchor1 != real(p1) || contact.anchor2 != real(p2) {
+                touch.point = 0.5 * (wide(contact.anchor1) + wide(contact.anchor2));
+            }
+            touch.normal = normal.unwrap_or(touch.normal);
+            let tangent = Vec2::new(-touch.normal.y, touch.normal.x);
+            let speed = wide(contact.tangent_velocity).dot(&tangent);
+            (touch.gap.is_finite() && speed.is_finite()).then_some((touch, speed))
+        })
+        .collect()
 }

@@ -111,16 +111,16 @@ impl Rows {
     /// Visits all pairs in their order. `look` receives the leaves and the budget of a pair and
     /// returns its new budget, or `None` to drop the pair.
     pub fn retain(&mut self, mut look: impl FnMut([u32; 2], f64) -> Option<f64>) {
-        let mut kept = 0;
+        let mut end = 0;
         for k in 0..self.list.len() {
             // by value: reading a row as a whole just after writing its halves would stall
             let Row { leaves, budget } = self.list[k];
             if let Some(budget) = look(leaves, budget) {
-                self.list[kept] = Row { leaves, budget };
-                kept += 1;
+                self.list[end] = Row { leaves, budget };
+                end += 1;
             }
         }
-        self.list.truncate(kept);
+        self.list.truncate(end);
     }
 
     /// The pairs of parts of two colliders.

@@ -297,6 +297,36 @@ pub(super) fn convex_convex(
     };
     let normal = base.normals[k];
     let tangent = Vec2::new(-normal.y, normal.x);
+    let extent = normal.dot(&base.face(k)[0]);
+    let Some([a, b]) = clipped_incident(base, k, other, &seen) else {
+        return bound;
+    };
+    // features are numbered along the reference face, so they persist while that face does
+    let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
+    if flipped {
+        points.reverse();
+    }
+    let world = pose.rotate(normal);
+    for (i, (t, height)) in points.into_iter().enumerate() {
+        let gap = height - both;
+        if gap <= reach {
+            out.push(Touch {
+                normal: if flipped { -world } else { world },
+                point: pose.apply(tangent * t + normal * (extent + own + 0.5 * gap)),
+                gap,
+                feature: i as u32 | u32::from(flipped) << 1 | (k as u32) << 2,
+            });
+        }
+    }
+    bound
+}
+
+/// The incident face of `other`, clipped to face `k` of `base`: both ends as (position along the
+/// face, height above it) \[m\]; `None` if nothing is left. `seen` is the pose of `other` in the
+/// frame of `base`.
+fn clipped_incident(base: &View, k: usize, other: &View, seen: &Pose64) -> Option<[(f64, f64); 2]> {
+    let normal = base.normals[k];
+    let tangent = Vec2::new(-normal.y, normal.x);
     let [start, end] = base.face(k);
     let extent = normal.dot(&start);
     // incident face: the one most opposed to the normal
@@ -330,31 +360,14 @@ pub(super) fn convex_convex(
             (inner.0 + share * (outer.0 - inner.0), s)
         };
         if da > 0.0 && db > 0.0 {
-            return bound;
+            return None;
         } else if da > 0.0 {
             a = cut(b, a, db / (db - da));
         } else if db > 0.0 {
             b = cut(a, b, da / (da - db));
         }
     }
-    // features are numbered along the reference face, so they persist while that face does
-    let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
-    if flipped {
-        points.reverse();
-    }
-    let world = pose.rotate(normal);
-    for (i, (t, height)) in points.into_iter().enumerate() {
-        let gap = height - both;
-        if gap <= reach {
-            out.push(Touch {
-                normal: if flipped { -world } else { world },
-                point: pose.apply(tangent * t + normal * (extent + own + 0.5 * gap)),
-                gap,
-                feature: i as u32 | u32::from(flipped) << 1 | (k as u32) << 2,
-            });
-        }
-    }
-    bound
+    Some([a, b])
 }
 
 /// Two rounded corners that face each other.

@@ -34,7 +34,7 @@ pub(super) struct Rows<'a> {
     first: Vec<usize>,
     operator: DMatrix<f64>,
     free: DVector<f64>,
-    kept: Vec<usize>,
+    remaining: Vec<usize>,
     bilateral: Vec<usize>,
     inverse: DMatrix<f64>,
     reduced: DMatrix<f64>,
@@ -68,7 +68,7 @@ impl<'a> Rows<'a> {
         let size = operator.nrows();
         let mut row_scale = DVector::zeros(size);
         let mut free = DVector::zeros(size);
-        let (mut kept, mut bilateral) = (Vec::new(), Vec::new());
+        let (mut remaining, mut bilateral) = (Vec::new(), Vec::new());
         let mut scale = Vec::with_capacity(laws.len());
         for (i, law) in laws.iter().enumerate() {
             let (row, rows) = (first[i], law.rows());
@@ -83,24 +83,24 @@ impl<'a> Rows<'a> {
             let side = if is_bilateral(law, d) {
                 &mut bilateral
             } else {
-                &mut kept
+                &mut remaining
             };
             side.extend(row..row + rows);
         }
         operator.component_mul_assign(&(&row_scale * row_scale.transpose()));
         let inverse = pseudo_inverse(operator.select_rows(&bilateral).select_columns(&bilateral));
-        let coupling = operator.select_rows(&kept).select_columns(&bilateral);
+        let coupling = operator.select_rows(&remaining).select_columns(&bilateral);
         let push = &coupling * &inverse;
-        let reduced =
-            operator.select_rows(&kept).select_columns(&kept) - &push * coupling.transpose();
-        let reduced_free = free.select_rows(&kept) - &push * free.select_rows(&bilateral);
+        let reduced = operator.select_rows(&remaining).select_columns(&remaining)
+            - &push * coupling.transpose();
+        let reduced_free = free.select_rows(&remaining) - &push * free.select_rows(&bilateral);
         Rows {
             problem,
             scale,
             first,
             operator,
             free,
-            kept,
+            remaining,
             bilateral,
             inverse,
             reduced,
@@ -133,36 +133,13 @@ impl<'a> Rows<'a> {
     /// and a side of no width costs no pair.
     pub(super) fn complementarity(&self, form: Form) -> Lcp {
         let mut pairs: Vec<Pair> = Vec::new();
-        let mut start = DVector::zeros(self.kept.len());
+        let mut start = DVector::zeros(self.remaining.len());
         let mut row = 0;
         for (i, law) in self.problem.laws.iter().enumerate() {
             match *law {
                 Law::Pin => {}
                 Law::Contact { friction, .. } => {
-                    let k = pairs.len();
-                    let velocity = |row, sign, lambda| Pair {
-                        impulse: vec![(row, sign)],
-                        velocity: Some((row, sign)),
-                        others: lambda,
-                        constant: 0.0,
-                    };
-                    pairs.push(velocity(row, 1.0, vec![]));
-                    if friction > 0.0 {
-                        let tangent = row + 1;
-                        let limit = match form {
-                            Form::Three => {
-                                pairs[k].impulse.push((tangent, -friction));
-                                pairs.push(velocity(tangent, 1.0, vec![(k + 2, 1.0)]));
-                                vec![(k, 2.0 * friction), (k + 1, -1.0)]
-                            }
-                            Form::Four => {
-                                pairs.push(velocity(tangent, 1.0, vec![(k + 3, 1.0)]));
-                                pairs.push(velocity(tangent, -1.0, vec![(k + 3, 1.0)]));
-                                vec![(k, friction), (k + 1, -1.0), (k + 2, -1.0)]
-                            }
-                        };
-                        pairs.push(bound(limit, 0.0));
-                    }
+                    push_contact(&mut pairs, row, friction, form);
                     row += law.rows();
                 }
                 Law::Bounded { .. } => {
@@ -172,22 +149,7 @@ impl<'a> Rows<'a> {
                     let (lower, upper) = bounds(law, self.scale[i]);
                     let anchor = lower.max(0.0).min(upper);
                     start[row] = anchor;
-                    for (sign, width) in [(1.0, upper - anchor), (-1.0, anchor - lower)] {
-                        if width <= 0.0 {
-                            continue;
-                        }
-                        let k = pairs.len();
-                        let finite = width.is_finite();
-                        pairs.push(Pair {
-                            impulse: vec![(row, sign)],
-                            velocity: Some((row, sign)),
-                            others: if finite { vec![(k + 1, 1.0)] } else { vec![] },
-                            constant: 0.0,
-                        });
-                        if finite {
-                            pairs.push(bound(vec![(k, -1.0)], width));
-                        }
-                    }
+                    push_sides(&mut pairs, row, [upper - anchor, anchor - lower]);
                     row += 1;
                 }
             }
@@ -220,15 +182,15 @@ impl<'a> Rows<'a> {
 
     /// Impulses [N s] of every block from the solution of `lcp`, inside their cone or interval.
     pub(super) fn impulses(&self, lcp: &Lcp, z: &DVector<f64>) -> Vec<Vec2> {
-        let mut kept = lcp.start.clone();
+        let mut remaining = lcp.start.clone();
         for (pair, z) in lcp.pairs.iter().zip(z.iter()) {
             for &(row, value) in &pair.impulse {
-                kept[row] += value * z;
+                remaining[row] += value * z;
             }
         }
         let mut p = DVector::zeros(self.free.len());
-        for (k, &row) in self.kept.iter().enumerate() {
-            p[row] = kept[k];
+        for (k, &row) in self.remaining.iter().enumerate() {
+            p[row] = remaining[k];
         }
         // the second pass is iterative refinement
         for _ in 0..2 {
@@ -259,6 +221,55 @@ fn bounds(law: &Law, scale: f64) -> (f64, f64) {
 fn is_bilateral(law: &Law, scale: f64) -> bool {
     let (lower, upper) = bounds(law, scale);
     !matches!(law, Law::Contact { .. }) && lower.is_infinite() && upper.is_infinite()
+}
+
+/// An impulse row `sign · z` against its velocity.
+fn velocity(row: usize, sign: f64, others: Vec<(usize, f64)>) -> Pair {
+    Pair {
+        impulse: vec![(row, sign)],
+        velocity: Some((row, sign)),
+        others,
+        constant: 0.0,
+    }
+}
+
+/// The pairs of a contact: its normal and, with friction, (2) or (3) of [`Rows::complementarity`].
+fn push_contact(pairs: &mut Vec<Pair>, row: usize, friction: f64, form: Form) {
+    let k = pairs.len();
+    pairs.push(velocity(row, 1.0, vec![]));
+    if friction <= 0.0 {
+        return;
+    }
+    let tangent = row + 1;
+    let limit = match form {
+        Form::Three => {
+            pairs[k].impulse.push((tangent, -friction));
+            pairs.push(velocity(tangent, 1.0, vec![(k + 2, 1.0)]));
+            vec![(k, 2.0 * friction), (k + 1, -1.0)]
+        }
+        Form::Four => {
+            pairs.push(velocity(tangent, 1.0, vec![(k + 3, 1.0)]));
+            pairs.push(velocity(tangent, -1.0, vec![(k + 3, 1.0)]));
+            vec![(k, friction), (k + 1, -1.0), (k + 2, -1.0)]
+        }
+    };
+    pairs.push(bound(limit, 0.0));
+}
+
+/// The pairs of a bounded row, whose interval extends by `widths` above and below its anchor.
+fn push_sides(pairs: &mut Vec<Pair>, row: usize, widths: [f64; 2]) {
+    for (sign, width) in [1.0, -1.0].into_iter().zip(widths) {
+        if width <= 0.0 {
+            continue;
+        }
+        let k = pairs.len();
+        let finite = width.is_finite();
+        let others = if finite { vec![(k + 1, 1.0)] } else { vec![] };
+        pairs.push(velocity(row, sign, others));
+        if finite {
+            pairs.push(bound(vec![(k, -1.0)], width));
+        }
+    }
 }
 
 /// A multiplier: `w` is the distance to a limit.
