@@ -170,12 +170,9 @@ fn expand(text: &str, prefix: &[String], out: &mut Vec<Vec<String>>) {
     }
 }
 
-/// The paths from the crate's root that `code` of `module` names, by `crate::` or by `super::`.
-fn uses(module: &[String], code: &str) -> Vec<Vec<String>> {
-    let mut out = Vec::new();
-    for (at, _) in code.match_indices("crate::") {
-        expand(&code[at + "crate::".len()..], &[], &mut out);
-    }
+/// Every run of `super::` in `code`: where it begins, how many floors it climbs, and what follows.
+fn climbs(code: &str) -> Vec<(usize, usize, &str)> {
+    let mut found = Vec::new();
     let mut end = 0;
     for (at, _) in code.match_indices("super::") {
         if at < end {
@@ -188,6 +185,18 @@ fn uses(module: &[String], code: &str) -> Vec<Vec<String>> {
             climbed += 1;
         }
         end = code.len() - rest.len();
+        found.push((at, climbed, rest));
+    }
+    found
+}
+
+/// The paths from the crate's root that `code` of `module` names, by `crate::` or by `super::`.
+fn uses(module: &[String], code: &str) -> Vec<Vec<String>> {
+    let mut out = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        expand(&code[at + "crate::".len()..], &[], &mut out);
+    }
+    for (at, climbed, rest) in climbs(code) {
         // an inline module (tests) is one floor deeper than its file
         let inline = code[..at].lines().any(|line| {
             let line = line.trim();
@@ -416,18 +425,7 @@ fn imports(sources: &[Source], folder: &str) -> BTreeMap<String, BTreeSet<String
         for (at, _) in code.match_indices("crate::") {
             expand(&code[at + "crate::".len()..], &[], &mut paths);
         }
-        let mut end = 0;
-        for (at, _) in code.match_indices("super::") {
-            if at < end {
-                continue;
-            }
-            let mut rest = &code[at..];
-            let mut climbed = 0;
-            while let Some(after) = rest.strip_prefix("super::") {
-                rest = after;
-                climbed += 1;
-            }
-            end = code.len() - rest.len();
+        for (_, climbed, rest) in climbs(code) {
             let prefix = &depth[..depth.len().saturating_sub(climbed)];
             expand(rest, prefix, &mut paths);
         }

@@ -12,7 +12,7 @@ use super::solution::Solution;
 use super::solve::IslandSolver;
 use super::thread_pool::SolverPool;
 use crate::contact::{NO_BODY, Rows, Vec3};
-use crate::solver::{ImpulseSolver, Judged, SolverTable, solver_by_name};
+use crate::solver::{ImpulseSolver, Judged, SolverTable, find_solver, solver_by_name};
 use serde::{Deserialize, Serialize};
 
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
@@ -52,14 +52,15 @@ impl MoreauStepper {
         MoreauStepper::with_solvers(settings, solver_by_name)
     }
 
-    /// Like [`MoreauStepper::new`], with the solver that `table` returns for the name in the
-    /// settings.
+    /// Like [`MoreauStepper::new`], with solvers of your own beside those of the core: `table` is
+    /// asked for a name in the settings that the core does not know. The stepper judges what such a
+    /// solver returns. Each thread has one of its own.
     ///
     /// # Errors
     /// Those of [`MoreauStepper::new`].
     pub fn with_solvers(settings: StepperSettings, table: SolverTable) -> Result<Self, StepError> {
-        let solver =
-            table(&settings.solver).ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
+        let solver = find_solver(&settings.solver, table)
+            .ok_or_else(|| StepError::Solver(settings.solver.clone()))?;
         if !(settings.tolerance > 0.0 && settings.tolerance.is_finite()) {
             return Err(StepError::Tolerance(settings.tolerance));
         }

@@ -3,7 +3,7 @@
 use super::island::Worker;
 use super::phases::PhaseClock;
 use super::settings::{MOST_THREADS, StepError};
-use crate::solver::SolverTable;
+use crate::solver::{SolverTable, find_solver};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -50,7 +50,7 @@ impl SolverPool {
             return Ok(None);
         }
         let others = (1..threads).map(|_| {
-            let solver = table(solver);
+            let solver = find_solver(solver, table);
             Some(PoolThread {
                 worker: Worker::new(solver?),
                 clock: PhaseClock::default(),

@@ -4,7 +4,7 @@
 //! | step | file | name | what it does |
 //! |---|---|---|---|
 //! | read | `src/rapier/pipeline.rs` | `MoreauPipeline` | reads what the user changed in the rapier world, then calls the stepper |
-//! | | `src/dynamics/step.rs` | `step` | one step of `MoreauStepper`: it calls everything below, in this order |
+//! | | `src/dynamics/step.rs` | `step` | one step of `MoreauStepper`: it calls everything down to the record, in this order |
 //! | find | `src/dynamics/model.rs` | `MultibodyModel` | seam 1: bodies and their contacts, by rapier or by a small exact model |
 //! | | `src/rapier/detection/mod.rs` | `Detector` | broad phase, narrow phase; fills `Detection` with a `ContactPoint` each |
 //! | | `src/dynamics/contact_cache.rs` | `ContactCache` | what each contact and joint hands on from the last step, by `ContactKey` |
@@ -14,7 +14,8 @@
 //! | | `src/dynamics/islands.rs` | `Islands` | groups blocks that share moving bodies |
 //! | | `src/dynamics/island_problem.rs` | `IslandProblem` | one island as a contact problem |
 //! | | `src/contact/problem.rs` | `ContactProblem` | the problem as a plain value: Delassus operator `G`, free term `b`, one `Law` a block |
-//! | solve | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: pose, solve, bound, judge |
+//! | solve | `src/dynamics/solve.rs` | `IslandSolver` | solves all islands, on one thread or several |
+//! | | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: pose, solve, bound, judge |
 //! | | `src/solver/impulse_solver.rs` | `ImpulseSolver` | seam 2: finds impulses; methods are the other files of `src/solver` |
 //! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors and fallback state that an island hands on |
 //! | bound | `src/dynamics/energy_bound.rs` | `bound_contacts` | impacts and joints add no energy: blends two solutions |
@@ -33,9 +34,10 @@
 //! # Where to add
 //! | what | where |
 //! |---|---|
-//! | a solver | implement `ImpulseSolver` ([`own_solver`](super::own_solver)), add it to `src/solver/table.rs` |
-//! | a scene | a file in `scenes/` and a line in `src/scene/catalogue.rs`; or run any TOML file by its path |
+//! | a solver | implement `ImpulseSolver` ([`own_solver`](super::own_solver)). In your program: pass it to `with_solvers`. In the crate: add it to `src/solver/table.rs` (the core) or `src/oracles/mod.rs` (the lab); both lists of names are in these files |
+//! | a scene | a file in `scenes/` and a line of `EMBEDDED` in `src/scene/catalogue.rs`; or run any TOML file by its path |
 //! | a rung of the atlas | a line of `rungs` in a file of `scenes/atlas/`, see [`crate::scene::atlas`] |
-//! | a wear law | beside `src/wear/archard.rs`: a function from load times slip to depth, called in `src/wear/state.rs` |
+//! | an entry of the atlas | a file in `scenes/atlas/` and its name in `EMBEDDED` of `src/scene/atlas.rs`; its measures are in `src/experiment/atlas/measures.rs`, verdicts of quick rungs in `tests/data/atlas-quick.txt` |
+//! | a wear law | beside `src/wear/archard.rs`: a type with `depths` as `Archard` has; `WearSettings::law` in `src/wear/state.rs` holds it, `[wear]` in `src/thresher/blocks.rs` chooses it |
 //! | a shape's own contact kernel | `src/rapier/kernels/` |
 //! | a measure or a chart | a function in `src/experiment/reference/`; charts read the results table alone |

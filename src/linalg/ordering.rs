@@ -30,6 +30,24 @@ impl Graph {
         Graph { first, neighbour }
     }
 
+    /// The same graph with every node its own neighbour, which no ordering depends on.
+    fn with_diagonal(&self) -> Graph {
+        let n = self.first.len() - 1;
+        let mut all = Graph {
+            first: vec![0],
+            neighbour: Vec::with_capacity(self.neighbour.len() + n),
+        };
+        for v in 0..n {
+            let own = self.of(v);
+            let below = own.partition_point(|&other| other < v as isize);
+            all.neighbour.extend_from_slice(&own[..below]);
+            all.neighbour.push(v as isize);
+            all.neighbour.extend_from_slice(&own[below..]);
+            all.first.push(all.neighbour.len() as isize);
+        }
+        all
+    }
+
     /// The neighbours of a node.
     pub fn of(&self, v: usize) -> &[isize] {
         &self.neighbour[self.first[v] as usize..self.first[v + 1] as usize]
@@ -46,11 +64,29 @@ pub fn minimum_degree(graph: &Graph) -> (Vec<usize>, usize) {
         // all pairs are coupled: any order has the same fill
         return ((0..n).collect(), n.saturating_pow(3) / 6);
     }
+    // the crate asserts, in debug builds, that there are at least as many entries as nodes
+    let padded = (neighbour.len() < n).then(|| graph.with_diagonal());
+    let Graph { first, neighbour } = padded.as_ref().unwrap_or(graph);
     match amd::order(n as isize, first, neighbour, &amd::Control::default()) {
         Ok((order, _, info)) => {
             let order = order.into_iter().map(|v| v as usize).collect();
             (order, info.n_mult_subs_ldl)
         }
         Err(_) => ((0..n).collect(), usize::MAX),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bug: in debug builds a graph with fewer entries than nodes was a panic within the crate `amd`.
+    #[test]
+    fn nodes_without_neighbours_are_ordered_too() {
+        let graph = Graph::new(9, &[(0, 1), (1, 5), (5, 8)]);
+        assert_eq!(graph.with_diagonal().of(5), [1, 5, 8]);
+        let (mut order, _) = minimum_degree(&graph);
+        order.sort_unstable();
+        assert_eq!(order, (0..9).collect::<Vec<usize>>());
     }
 }

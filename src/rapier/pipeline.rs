@@ -102,8 +102,7 @@ impl MoreauPipeline {
         MoreauPipeline::with_solvers(settings, solver_by_name)
     }
 
-    /// Like [`MoreauPipeline::new`], with the solver that `table` has under the name in the
-    /// settings.
+    /// Like [`MoreauPipeline::new`], with solvers of your own, see [`MoreauStepper::with_solvers`].
     ///
     /// # Errors
     /// Those of [`MoreauPipeline::new`].

@@ -6,7 +6,7 @@
 
 use super::document::{Document, Node, Segment, Value};
 use super::error::{Hint, SceneError};
-use crate::solver::SOLVERS;
+use crate::oracles::SOLVERS;
 use Allowed::{Flag, Line, Name, Real, Text, Whole, Word};
 use std::fmt;
 

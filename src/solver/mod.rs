@@ -1,14 +1,15 @@
 //! Impulse solvers: one trait, one file per method, one table of all.
 //!
-//! [`crate::contact::natural_map`] judges every result from the problem and the impulses alone.
-//! What a solver itself claims is never reported.
+//! [`crate::contact::natural_map`] judges every result from the problem and the impulses alone. The
+//! solvers here report its figure; the stepper asks it again for any other solver. Where an energy
+//! bound blends two solutions, the step reports the worse figure of the two, not that of the blend.
 //!
 //! | solver | use |
 //! |---|---|
 //! | [`Auto`] | every island; the default: tries the others in a fixed order |
 //! | [`Enumeration`] | 1 to 4 frictional contacts: exact, with a documented choice among several solutions |
 //! | [`Nsgs`] | large, well-conditioned islands at a coarse tolerance; a start for `direct` |
-//! | [`Lemke`] | up to some 100 blocks: the last resort of `auto` |
+//! | [`Lemke`] | up to 130 blocks: the last resort of `auto` |
 //! | [`Direct`] | towers, mass ratios, arches, wedges, sliding heaps; 1e-9 |
 //!
 //! `moreau2d bench --solvers` measures the solvers on `tests/data/problems`: 146 frozen problems,
@@ -73,4 +74,5 @@ pub use lemke::{LcpError, LcpOptions, LcpSolution, LcpStatus, Lemke};
 pub(crate) use nsgs::tests as nsgs_tests;
 pub use nsgs::{LocalStep, Nsgs};
 pub use shares::{Shares, Sharing, Uniqueness};
+pub(crate) use table::find_solver;
 pub use table::{SOLVERS, SolverTable, solver_by_name};

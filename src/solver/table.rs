@@ -1,3 +1,4 @@
+use super::judged::Judged;
 use super::{Auto, Direct, Enumeration, ImpulseSolver, Lemke, Nsgs};
 
 /// Names of all solvers here, in the order the help shows them.
@@ -16,4 +17,9 @@ pub fn solver_by_name(name: &str) -> Option<Box<dyn ImpulseSolver>> {
         "lemke" => Box::new(Lemke::default()),
         _ => return None,
     })
+}
+
+/// The solver of that name: one of the core, else that of `table`, whose results the judge checks.
+pub(crate) fn find_solver(name: &str, table: SolverTable) -> Option<Box<dyn ImpulseSolver>> {
+    solver_by_name(name).or_else(|| Some(Box::new(Judged::new(table(name)?))))
 }
