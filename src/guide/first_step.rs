@@ -143,7 +143,7 @@
 //! - **Damping** is exact in free motion.
 //! - **Overlaps** at the start are moved apart by position alone, without a launch.
 //! - **Cost**: what stands or holds together costs one to five times rapier's default step (a
-//!   pyramid of 5050 boxes 4.3). Hundreds of bodies that tumble in one heap, and a pile while it is
+//!   pyramid of 5050 boxes 1.25). Hundreds of bodies that tumble in one heap, and a pile while it is
 //!   hit, cost ten to some hundred times, single steps up to a second, and now and then an island
 //!   stays unsolved; one of more than 500 contacts is then regularised, and counts as relaxed too.
 //! - Chaotic scenes (a heap that falls) part ways after a few impacts, as two runs of rapier with

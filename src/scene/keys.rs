@@ -127,6 +127,7 @@ pub const KEYS: &[Key] = &[
     key("body.sector", Real(1e-6, 1e6), "m, m, rad", "Shape: a voussoir, [mean radius, thickness, angle] of a straight-sided sector of a ring round the body's origin, its axis along x"),
     key("body.polyline", POINT, "m", "Shape: points [x, y] of a one-sided chain, the solid on the left of its direction"),
     key("body.closed", Flag, "", "Whether a polyline's last point is joined to its first: counter-clockwise encloses the solid, clockwise a hollow; default false"),
+    key("body.two_sided", Flag, "", "Whether a polyline touches from both sides, as rapier's plain polylines do; default false"),
     key("body.rod", SIZE, "m", "Shape: length of a thin rod along the body's x axis that touches with its two ends; makes the scene planar"),
     key("body.line", Flag, "", "Shape: true for the body's x axis without end, the solid below it; fixed or kinematic; makes the scene planar"),
     key("body.bowl", SIZE, "m", "Shape: radius of a circle touched from inside; fixed or kinematic; makes the scene planar"),
@@ -171,7 +172,7 @@ pub const KEYS: &[Key] = &[
     key("joint.motor.max_force", TORQUE, "N", "Largest force at a prismatic or pin-slot joint; required with a speed, else default none"),
 
     key("repeat.of", Text, "", "Name of the body to copy; the body itself is not placed"),
-    key("repeat.name", Name, "", "Name of the copies: box[3,2] is column 3 of row 2, counted from 0; default the body's name"),
+    key("repeat.name", Name, "", "Name of the copies: `box[3,2]` is column 3 of row 2, counted from 0; default the body's name"),
     key("repeat.count", Whole(1, u32::MAX), "", "Number of copies along each step, one to four numbers: [columns, rows, ...]"),
     key("repeat.step", POINT, "m", "One displacement for each number in count"),
     key("repeat.shrink", Whole(0, u32::MAX), "", "Each row has this many copies fewer and starts half as many columns later: 1 makes a pyramid; default 0"),

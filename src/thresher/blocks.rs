@@ -69,7 +69,7 @@ pub struct Wear {
     /// Length over which wear is smoothed along the surface \[m\], the standard deviation of a
     /// diffusion; default 0, none.
     pub smoothing_length: f64,
-    /// Longest life that is computed [h], default 1000.
+    /// Longest life that is computed \[h\], default 1000.
     pub max_hours: f64,
 }
 

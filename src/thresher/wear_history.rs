@@ -15,7 +15,7 @@ pub struct WearHistory {
     pub limits: Vec<HeightLimit>,
     /// Crossings of every limit; an extrapolation for a limit that was not reached.
     pub crossings: Vec<LimitLife>,
-    /// End of the history [h].
+    /// End of the history \[h\].
     pub hours: f64,
     pub cycles: f64,
 }

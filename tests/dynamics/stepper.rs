@@ -710,11 +710,12 @@ fn a_contact_that_slides_at_full_speed_never_counts_as_sticking() {
     });
     for solver in moreau2d::oracles::SOLVERS {
         let mut rotor = rotor.clone();
-        let mut stepper = MoreauStepper::new(StepperSettings {
+        let settings = StepperSettings {
             solver: solver.to_owned(),
             ..StepperSettings::default()
-        })
-        .unwrap();
+        };
+        let table = moreau2d::oracles::solver_by_name;
+        let mut stepper = MoreauStepper::with_solvers(settings, table).unwrap();
         for step in 0..200 {
             let record = stepper.step(&mut rotor, 1e-6).unwrap();
             if record.unsolved > 0 {

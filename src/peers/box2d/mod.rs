@@ -67,7 +67,7 @@ impl Box2dSettings {
     };
 
     /// The highest frequency that Box2D uses at steps of `dt` \[s\]: an eighth of the substep rate
-    /// [Hz].
+    /// \[Hz\].
     pub fn highest(substeps: usize, dt: f64) -> f64 {
         substeps as f64 / (8.0 * dt)
     }
