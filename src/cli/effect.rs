@@ -10,7 +10,7 @@ use crate::experiment::{Engine, RunError};
 use crate::scene::{Scene, Scheme};
 use crate::thresher::{Machine, Reading, Shares};
 use Need::{
-    Balanced, Bodies, Contacts, Gravity, Islands, Landings, LongLife, Ours, Peer, Redrawn,
+    Balanced, Bodies, Contacts, Gravity, Islands, Judged, Landings, LongLife, Ours, Peer, Redrawn,
     Restitution, Staggered, Tables, Time, Winkler,
 };
 
@@ -23,6 +23,8 @@ enum Need {
     Peer,
     /// A scene that is stepped for a given time, not load cycles of a machine.
     Bodies,
+    /// The command judges whether the scene held.
+    Judged,
     /// No other flag sets the duration of the run.
     Time,
     /// The scene may have several islands, which threads can solve in parallel.
@@ -65,6 +67,10 @@ const TABLE: &[(&str, &[Need])] = &[
     ("material.damping", &[Ours]),
     ("material.damping_restitution", &[Ours]),
     ("reference", &[Bodies]),
+    ("verdict.overlap", &[Judged, Bodies]),
+    ("verdict.joint_gap", &[Judged, Bodies]),
+    ("verdict.energy", &[Judged, Bodies, Ours]),
+    ("verdict.imbalance", &[Judged, Bodies, Ours]),
     ("study.shares", &[Balanced]),
     ("study.tape_thickness", &[Balanced, Winkler]),
     ("study.calibrate.depth", &[Balanced]),
@@ -242,6 +248,13 @@ impl<'a> Run<'a> {
             Time if self.command == "bench" => {
                 let how = "--steps N sets the timed steps, --settle N those before";
                 (true, format!("in bench; {how}"))
+            }
+            Judged => {
+                let why = "in `{command}`: only `run` judges whether a scene held";
+                (
+                    self.command != "run",
+                    why.replace("{command}", self.command),
+                )
             }
             Staggered => {
                 let moreau = |scene: &Scene| scene.step.scheme == Scheme::Moreau;

@@ -29,11 +29,15 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  wrong input, or a file cannot be read or written; no half-written file is left
-  2  run, solve and atlas: the results are written, but moreau left something unsolved or failed a
-     rung of the atlas; compare, chart and bench list such points and exit with 0";
+  2  run, solve and atlas: the results are written, but the scene did not hold with moreau, something
+     is unsolved, or a rung of the atlas failed; compare, chart and bench list such points and exit
+     with 0";
 const EXIT_RUN: &str = "\
-Exit codes: 0 done; 1 wrong input, or a file cannot be read or written; 2 the results are written,
-but some islands were not solved to the tolerance: the summary counts them.";
+Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; 2 the results are
+written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body passed
+through another, contacts gave energy, the energy balance is off, or islands are unsolved. The last
+lines and `verdict` in summary.json say which; the limits are the keys verdict.* of the scene. For a
+peer the verdict is told, and the exit code is 0.";
 const EXIT_SOLVE: &str = "\
 Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not solved to the
 tolerance.";
@@ -360,7 +364,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(outcome) => ExitCode::from(match outcome {
             Outcome::Done => 0,
-            Outcome::Unsolved => 2,
+            Outcome::Failed => 2,
         }),
         Err(error) => {
             eprintln!("error: {error}");
@@ -372,7 +376,8 @@ pub fn main() -> ExitCode {
 /// How a command ended.
 enum Outcome {
     Done,
-    Unsolved,
+    /// The scene did not hold, or something is unsolved.
+    Failed,
 }
 
 /// `--tolerance` of the commands without a scene.

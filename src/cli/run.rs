@@ -2,7 +2,9 @@ use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
 use super::summary::{Head, OfRun, Ours};
 use super::{Outcome, RunArgs, effect, print_out, run_machine, summary};
-use crate::experiment::{Engine, Measure, RunError, Samples, Setting, measures, simulate};
+use crate::experiment::{
+    Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
+};
 use crate::report::{Align, OutputFolder, Progress, Table, number};
 use crate::scene::{Built, Scene};
 use crate::thresher::Machine;
@@ -16,6 +18,7 @@ const BODY_ROWS: usize = 100_000;
 #[derive(Serialize)]
 struct Found<'a> {
     totals: Value,
+    verdict: &'a Verdict,
     measures: &'a [Measure],
     warnings: &'a [String],
 }
@@ -60,11 +63,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let mut files = RunFiles::create(&folder, every)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
+    let mut judge = Judge::new(&scene, &built);
     let progress = Progress::new(&scene.name, steps as u64, args.common.flags.quiet);
     let totals = simulate(&mut built, args.engine, steps, |record, built| {
         if scene.reference.is_some() {
             samples.add(record, built, args.engine);
         }
+        judge.add(record, built, args.engine);
         files.add(record, || states(built, args.engine))?;
         if let Some(dump) = &mut dump {
             dump.add(built)?;
@@ -75,11 +80,13 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     drop(progress);
     files.finish()?;
     let found = measures(&scene, &samples);
+    let verdict = judge.verdict(&totals, &built);
     let mut notes = summary::warnings(&totals);
     notes.extend(nothing_compared(&scene, &found));
     let head = head(&scene, args.engine, every);
     let found_in_run = Found {
         totals: summary::totals(&totals),
+        verdict: &verdict,
         measures: &found,
         warnings: &notes,
     };
@@ -91,6 +98,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     } else if !args.common.flags.quiet {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
+        out.push_str(&format!("{}\n", verdict.sentence));
         out.push_str(&summary::noted(&notes));
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
@@ -105,10 +113,10 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         out.push_str(&format!("results in {}\n", target.display()));
         print_out(&out);
     }
-    Ok(if totals.unsolved_islands > 0 {
-        Outcome::Unsolved
-    } else {
-        Outcome::Done
+    // what a peer did is told, and is no failure of the command
+    Ok(match verdict.held || args.engine != Engine::Moreau {
+        true => Outcome::Done,
+        false => Outcome::Failed,
     })
 }
 

@@ -33,7 +33,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
     })?;
     Ok(match totals.unsolved_islands {
         0 => Outcome::Done,
-        _ => Outcome::Unsolved,
+        _ => Outcome::Failed,
     })
 }
 

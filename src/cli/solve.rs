@@ -176,7 +176,7 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
     Ok(if solved.solved {
         Outcome::Done
     } else {
-        Outcome::Unsolved
+        Outcome::Failed
     })
 }
 

@@ -174,7 +174,7 @@ fn merged(mut summary: Value, more: Value) -> Value {
 
 /// The totals as JSON; figures that a peer does not report are null.
 pub(super) fn totals(t: &Totals) -> Value {
-    const OF_OURS: [&str; 11] = [
+    const OF_OURS: [&str; 13] = [
         "sweeps",
         "factorisations",
         "pivots",
@@ -186,6 +186,8 @@ pub(super) fn totals(t: &Totals) -> Value {
         "joint_capped_islands",
         "events",
         "still_recovering_pairs",
+        "constraint_work_j",
+        "constraint_gain_j",
     ];
     let mut totals = json(t);
     for key in OF_OURS.iter().filter(|_| !t.accounted) {

@@ -179,6 +179,13 @@ pub struct StepRecord {
     pub penetration: f64,
     /// Largest penetration \[m\] at which an impact was noticed.
     pub penetration_impact: f64,
+    /// Work \[J\] of rigid contacts and of pins, locks and limits, `Σ P · (γ_A + γ_E)/2` with the
+    /// velocity of one side relative to the other: what they take out is negative, and what moving
+    /// supports and belts bring in is not part of it.
+    pub constraint_work: f64,
+    /// Pairs of bodies of which one passed through the other. Experiments find them from the poses
+    /// before and after the step, for every engine alike; a step alone leaves it empty.
+    pub passed: Vec<[u32; 2]>,
 }
 
 impl StepRecord {
@@ -207,6 +214,7 @@ impl StepRecord {
         self.energy.motors += part.energy.motors;
         self.penetration = self.penetration.max(part.penetration);
         self.penetration_impact = self.penetration_impact.max(part.penetration_impact);
+        self.constraint_work += part.constraint_work;
     }
 
     /// Number of contacts at the end of the step, without impacts located in it and the intervals

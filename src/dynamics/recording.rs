@@ -42,6 +42,7 @@ pub(super) fn record_interval(
                 match joint.kind {
                     JointKind::Pin { .. } | JointKind::Lock { .. } | JointKind::Limit { .. } => {
                         record.energy.joints += work;
+                        record.constraint_work += relative_work(interval, solution, &joint.rows, p);
                     }
                     JointKind::Motor { .. } | JointKind::Spring(_) => record.energy.motors += work,
                 }
@@ -72,6 +73,11 @@ pub(super) fn record_interval(
                 let work = side_velocity(&contact.rows);
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
+                if let NormalLaw::Rigid { .. } = contact.law {
+                    let belt = impulse.y * contact.surface_velocity;
+                    record.constraint_work +=
+                        relative_work(interval, solution, &contact.rows, impulse) + belt;
+                }
                 let entry = record_contact(interval, solution, i, contact, impulse, time, record);
                 cache.push(contact.key, entry);
             }
@@ -150,6 +156,12 @@ fn record_contact(
         rebounded: block.impact,
         energy: JointEnergy::default(),
     }
+}
+
+/// `P · (γ_A + γ_E)/2` \[J\] with the velocities of both sides, prescribed or not.
+fn relative_work(interval: &Interval, solution: &Solution, rows: &Rows, impulse: Vec2) -> f64 {
+    let mean = 0.5 * (rows.velocity(&interval.start) + rows.velocity(&solution.end));
+    impulse.dot(&mean)
 }
 
 /// Work \[J\] of an interval's forces on the bodies that `of` returns.

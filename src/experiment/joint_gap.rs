@@ -29,6 +29,19 @@ impl Pins {
 
     /// Widest gap between the two anchors of a joint \[m\]; NaN if a body has no pose.
     pub(super) fn gap(&self, built: &Built, engine: Engine) -> f64 {
+        self.widest(built, engine, |_| 1.0)
+    }
+
+    /// As [`Pins::gap`], each gap over the size of the smaller body of its joint.
+    pub(super) fn relative_gap(&self, built: &Built, engine: Engine) -> f64 {
+        self.widest(built, engine, |pin| {
+            let bodies = pin.bodies.iter().flatten();
+            let sizes = bodies.filter_map(|&k| built.size(k));
+            sizes.fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    fn widest(&self, built: &Built, engine: Engine, size: impl Fn(&Pin) -> f64) -> f64 {
         let place = |body: Option<usize>, anchor: Vec2| match body {
             None => anchor,
             Some(k) => engine
@@ -37,7 +50,7 @@ impl Pins {
         };
         let gap = |pin: &Pin| {
             let [a, b] = [0, 1].map(|side| place(pin.bodies[side], pin.anchors[side]));
-            (a - b).norm()
+            (a - b).norm() / size(pin)
         };
         let worse = |most: f64, gap: f64| {
             if gap > most || gap.is_nan() {

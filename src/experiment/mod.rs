@@ -103,6 +103,7 @@ mod self_reference;
 mod setting;
 mod simulate;
 mod throughput;
+mod verdict;
 
 pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, ReadRung};
@@ -118,3 +119,4 @@ pub use self_reference::SelfReference;
 pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use throughput::{Throughput, Workload, growth};
+pub use verdict::{Check, Judge, Passage, Verdict};

@@ -250,6 +250,18 @@ pub struct Totals {
     pub penetration_impact: f64,
     #[serde(rename = "worst_joint_gap_m")]
     pub joint_gap: f64,
+    /// Work of rigid contacts and joints so far \[J\], see [`StepRecord::constraint_work`], and its
+    /// largest value: energy that they gave.
+    #[serde(rename = "constraint_work_j")]
+    pub constraint_work: f64,
+    #[serde(rename = "constraint_gain_j")]
+    pub constraint_gain: f64,
+    /// Range of the potential energy \[J\].
+    #[serde(skip)]
+    pub potential: [f64; 2],
+    /// Steps in which a body passed through another.
+    #[serde(rename = "steps_with_passages")]
+    pub passages: usize,
     /// Largest `|ΔT − Σ work|` of a step \[J\], and the largest kinetic energy for comparison.
     #[serde(rename = "worst_imbalance_j")]
     pub imbalance: f64,
@@ -291,6 +303,8 @@ impl Totals {
         if self.steps == 0 {
             self.energy_start = energy.kinetic_start + energy.potential_start;
             self.accounted = true;
+            self.potential = [energy.potential_start; 2];
+            self.kinetic_most = energy.kinetic_start;
         }
         self.accounted &= record.accounted;
         self.steps += 1;
@@ -318,6 +332,11 @@ impl Totals {
         self.joint_gap = larger(self.joint_gap, record.joint_gap);
         self.imbalance = larger(self.imbalance, energy.imbalance().abs());
         self.kinetic_most = self.kinetic_most.max(energy.kinetic_end);
+        self.potential[0] = self.potential[0].min(energy.potential_end);
+        self.potential[1] = self.potential[1].max(energy.potential_end);
+        self.constraint_work += record.constraint_work;
+        self.constraint_gain = self.constraint_gain.max(self.constraint_work);
+        self.passages += usize::from(!record.passed.is_empty());
         self.energy_end = total;
         self.energy_rise = self.energy_rise.max(total - self.energy_start);
         self.work_forces += energy.forces;
@@ -366,12 +385,15 @@ pub fn advance(
     let mut totals = Totals::default();
     let state = |built: &Built, k: usize| engine.state(built, k);
     // the first call records overlaps of the start, which are not errors of a step
-    built.penetration(state);
+    built.measure(state);
     for _ in 0..steps {
         let (mut record, seconds) = engine.timed_step(built)?;
         totals.wall += seconds;
-        if let Some(depth) = built.penetration(state) {
-            record.penetration = depth;
+        if let Some(measured) = built.measure(state) {
+            record.penetration = measured.worst;
+            let number = |k: u32| built.number(k as usize);
+            let numbers = |[a, b]: [u32; 2]| Some([number(a)?, number(b)?]);
+            record.passed = measured.passed.into_iter().filter_map(numbers).collect();
         }
         totals.add(&record);
         observe(&record, built)?;

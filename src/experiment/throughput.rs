@@ -100,7 +100,7 @@ impl Throughput {
                 engine.prepare_with(settings, &mut built)?;
             }
             // the first call records overlaps of the start, which are not errors of a step
-            built.penetration(|built, k| engine.state(built, k));
+            built.measure(|built, k| engine.state(built, k));
             points.push(Point::new(setting, built));
         }
         let all = work.settle + self.steps;
@@ -154,14 +154,16 @@ impl Point {
         let engine = self.setting.engine;
         self.built.time_phases(timed);
         let (record, elapsed) = engine.timed_step(&mut self.built)?;
-        let depth = self.built.penetration(|built, k| engine.state(built, k));
+        let found = self.built.measure(|built, k| engine.state(built, k));
         if timed {
             self.times.push(elapsed);
             self.phases.push(self.built.phases());
             self.contacts += record.contacts_at_end();
             self.islands = self.islands.max(record.islands);
             self.sweeps += record.sweeps;
-            self.penetration = self.penetration.max(depth.unwrap_or(record.penetration));
+            self.penetration = self
+                .penetration
+                .max(found.map_or(record.penetration, |m| m.worst));
             self.residual = self.residual.max(record.residual);
             self.unsolved += record.unsolved;
         }

@@ -375,6 +375,11 @@ impl Simulation {
         self.pipeline.velocity(body.0)
     }
 
+    /// Mass of a body \[kg\]; `None` if it is not in the world.
+    pub fn mass(&self, body: BodyId) -> Option<f64> {
+        Some(f64::from(self.world.bodies.get(body.0)?.mass()))
+    }
+
     /// The number that records use for a body.
     pub fn number(&self, body: BodyId) -> Option<u32> {
         self.pipeline.number(body.0)

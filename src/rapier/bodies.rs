@@ -54,7 +54,8 @@ impl Bodies {
     /// `woken`, on an error too.
     ///
     /// # Errors
-    /// [`ModelError`] for a body that is not finite, has no mass, or uses an unsupported feature;
+    /// [`ModelError`] for a body that is not finite, has an impossible mass, or uses an unsupported
+    /// feature;
     /// for a collider, see [`ColliderWatch::scan`]. Invalid state is not read.
     pub fn sync(
         &mut self,

@@ -55,7 +55,8 @@ pub(super) fn refuse_bad(body: &RigidBody, name: impl Fn() -> String) -> Result<
     )))
 }
 
-/// Whether a dynamic body has a mass.
+/// Checks the mass of a dynamic body. Without one it moves at its velocity as in rapier: no force or
+/// impulse changes it.
 pub(super) fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<(), ModelError> {
     let local = &body.mass_properties().local_mprops;
     let (mass, inertia) = (local.inv_mass, local.inv_principal_inertia);
@@ -77,13 +78,6 @@ pub(super) fn check_mass(body: &RigidBody, name: impl Fn() -> String) -> Result<
             "{}: centre of mass is {}, which is not finite",
             name(),
             local.local_com
-        )));
-    }
-    let locked = body.locked_axes().contains(LockedAxes::TRANSLATION_LOCKED);
-    if mass == 0.0 && !locked {
-        return Err(ModelError::Invalid(format!(
-            "{} is dynamic but has no mass: give it a collider with a density or a mass",
-            name()
         )));
     }
     Ok(())

@@ -12,6 +12,7 @@
 
 mod bodies;
 mod body_checks;
+mod borrowed;
 mod changes;
 #[cfg(feature = "debug-render")]
 mod debug_render;

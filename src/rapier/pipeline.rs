@@ -91,6 +91,8 @@ pub struct MoreauPipeline {
     pub(super) detector: Detector,
     joints: Joints,
     pub(super) reporter: Reporter,
+    /// The world to which [`MoreauPipeline::step_sets`] lends its sets for the time of a step.
+    pub(super) lent: Option<Box<PhysicsWorld>>,
 }
 
 impl MoreauPipeline {
@@ -119,6 +121,7 @@ impl MoreauPipeline {
             bodies: Bodies::default(),
             joints: Joints::default(),
             reporter: Reporter::default(),
+            lent: None,
         })
     }
 

@@ -5,6 +5,7 @@ use super::changes::check;
 use super::engine::prelude::*;
 use super::pipeline::MoreauPipeline;
 use crate::dynamics::ModelError;
+use rustc_hash::FxHashSet;
 
 impl MoreauPipeline {
     /// Brings rapier's query tree and contact graph up to the present poses. Call it before
@@ -15,8 +16,9 @@ impl MoreauPipeline {
     /// refresh.
     ///
     /// The contact graph has rapier's gaps and no impulses: those are in the record of the step.
-    /// `hooks` filters pairs (`&()` for none). No pose, velocity or sleep state changes, no event
-    /// is sent, and `world.step()` works afterwards as before. Where all bodies have moved a
+    /// `hooks` filters pairs (`&()` for none). No pose and no velocity changes, no event is sent, and
+    /// `world.step()` works afterwards as before. Bodies sleep on, unless they touch one that is
+    /// awake: rapier's islands sleep as a whole. Where all bodies have moved a
     /// refresh costs about two steps of rapier: call it only before a query. rapier keeps a note of
     /// every pair that has parted from one refresh to the next, until a step of its own.
     ///
@@ -56,6 +58,12 @@ impl MoreauPipeline {
             ..world.integration_parameters
         };
         let rests = rests(world);
+        set_up_islands(world);
+        // new contacts wake sleepers in rapier's islands, which must then not hold them as asleep:
+        // rapier would move them without their contacts
+        for (_, body) in world.bodies.iter_mut().filter(|(_, b)| b.is_sleeping()) {
+            body.wake_up(true);
+        }
         // a step of zero length may move the tree aside to optimise it; a second one, with nothing
         // to do, moves it back
         for _ in 0..2 {
@@ -75,9 +83,36 @@ impl MoreauPipeline {
                 &(),
             );
         }
-        restore_sleep(world, rests);
+        let whole =
+            |handle: &RigidBodyHandle| world.islands.persistent_island_of(&world.bodies, *handle);
+        let awake = rests.iter().filter(|(_, rest)| !rest.sleeping);
+        let awake: FxHashSet<u32> = awake.filter_map(|(handle, _)| whole(handle)).collect();
+        // rapier's islands sleep as a whole: who touches an awake body wakes
+        let rests = rests.into_iter().filter(|(handle, rest)| {
+            !rest.sleeping || whole(handle).is_none_or(|island| !awake.contains(&island))
+        });
+        restore_sleep(world, rests.collect());
         Ok(())
     }
+}
+
+/// Lets rapier set up its islands before it sees a body. Its first step would take bodies that
+/// sleep in our steps for members of sleeping islands while it keeps them in its list of moving ones,
+/// and they would fall without contacts.
+fn set_up_islands(world: &mut PhysicsWorld) {
+    let mut bodies = world.bodies.iter();
+    if bodies.any(|(h, _)| {
+        world
+            .islands
+            .persistent_island_of(&world.bodies, h)
+            .is_some()
+    }) {
+        return;
+    }
+    let mut empty = PhysicsWorld::new();
+    std::mem::swap(&mut empty.islands, &mut world.islands);
+    empty.step();
+    std::mem::swap(&mut empty.islands, &mut world.islands);
 }
 
 type Rest = (RigidBodyHandle, RigidBodyActivation);

@@ -534,6 +534,7 @@ mod tests {
             penetration: 20.0,
             penetration_impact: 21.0,
             joint_gap: 26.0,
+            ..StepRecord::default()
         };
         let (_root, path) = written(&[StepRow::from(&step)]);
         let text = fs::read_to_string(path).unwrap();

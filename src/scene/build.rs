@@ -55,7 +55,7 @@ impl Scene {
         Ok(Built {
             world,
             names,
-            overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints)),
+            overlaps: rapier.then(|| Overlaps::new(&self.bodies, &self.joints, self.step.dt)),
             box2d: None,
         })
     }

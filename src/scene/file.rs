@@ -40,6 +40,8 @@ pub struct SceneFile {
     pub thresher: Option<Kept>,
     #[serde(skip_serializing)]
     pub reference: Option<Reference>,
+    #[serde(default, skip_serializing)]
+    pub verdict: Limits,
 }
 
 /// `[scene]`: what the file is called and what it shows.
@@ -121,6 +123,32 @@ impl Default for Step {
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
             threads: 1,
+        }
+    }
+}
+
+/// `[verdict]`: up to where a scene held, see [`crate::experiment::Verdict`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Limits {
+    /// Largest overlap that lasts, over the size of the smaller body; default 1e-3.
+    pub overlap: f64,
+    /// Largest gap of a pin or weld that lasts, over the size of the smaller body; default 1e-3.
+    pub joint_gap: f64,
+    /// Most energy that rigid contacts and joints give in all, over the energy of the scene;
+    /// default 1e-3.
+    pub energy: f64,
+    /// Largest error of the energy balance of a step, over the energy of the scene; default 1e-9.
+    pub imbalance: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            overlap: 1e-3,
+            joint_gap: 1e-3,
+            energy: 1e-3,
+            imbalance: 1e-9,
         }
     }
 }

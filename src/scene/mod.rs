@@ -34,6 +34,7 @@ pub mod atlas;
 mod build;
 mod catalogue;
 mod check;
+mod convex;
 mod document;
 mod error;
 mod expand;
@@ -47,6 +48,7 @@ mod machine;
 mod outline;
 mod overlap;
 mod overrides;
+mod passing;
 mod planar;
 mod reader;
 mod time_scales;
@@ -58,9 +60,10 @@ pub use atlas::{AtlasEntry, atlas_entries};
 pub use catalogue::{Listing, load, load_machine, scenes};
 pub use check::{At, Range, distinct, range};
 pub use error::{Hint, Origin, Place, SceneError};
-pub use file::{BodyKind, ClosedForm, Material, Oscillation, Step};
+pub use file::{BodyKind, ClosedForm, Limits, Material, Oscillation, Step};
 pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
+pub use overlap::{LASTING, Measured};
 pub use time_scales::Motion;
 pub use world::Built;
 pub use written::Written;
@@ -91,6 +94,8 @@ pub struct Scene {
     pub linear: Option<LinearBlock>,
     /// The closed form that the result is compared with.
     pub reference: Option<ClosedForm>,
+    /// Up to where the scene held.
+    pub limits: Limits,
     /// FNV-1a (64 bits) of the resolved file without title and notes, see [`Scene::parse`].
     pub hash: u64,
     /// The keys that the file and the flags set, without those of bodies, joints and mechanisms.
@@ -313,6 +318,7 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         joints,
         linear: file.linear,
         reference: file.reference.map(|reference| reference.closed_form),
+        limits: file.verdict,
         hash,
         written: written::keys(document),
         changes: Vec::new(),

@@ -1,6 +1,6 @@
 //! The world of a scene, which can be stepped, on any of the three models.
 
-use super::overlap::Overlaps;
+use super::overlap::{Measured, Overlaps};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
@@ -129,19 +129,32 @@ impl Built {
         }
     }
 
-    /// Worst penetration \[m\] with each body at the pose that `state` gives it, from geometry
-    /// alone; `None` for other worlds than rapier's, whose records hold closed forms.
+    /// Measures the bodies at the poses that `state` gives them after a step, from geometry alone:
+    /// the worst overlap, and who passed through whom. `None` for other worlds than rapier's, whose
+    /// records hold closed forms.
     ///
     /// An overlap that exists at the first call counts only as far as it has grown since. Pairs that
     /// a joint connects are left out.
-    pub fn penetration(
+    pub fn measure(
         &mut self,
         state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
-    ) -> Option<f64> {
+    ) -> Option<Measured> {
         let mut overlaps = self.overlaps.take()?;
-        let worst = overlaps.worst(|k| Some(state(self, k)?.0));
+        let measured = overlaps.measure(|k| Some(state(self, k)?.0));
         self.overlaps = Some(overlaps);
-        Some(worst)
+        Some(measured)
+    }
+
+    /// The worst overlap that lasted [`LASTING`](super::LASTING) or for all of a shorter run, over the size of the
+    /// smaller body, and the two bodies; after [`Built::measure`] in each step.
+    pub fn lasting_overlap(&self) -> Option<(f64, Option<[u32; 2]>)> {
+        Some(self.overlaps.as_ref()?.lasting())
+    }
+
+    /// Diameter \[m\] of a circle round the origin of body `k` that holds it; `None` for other
+    /// worlds than rapier's.
+    pub fn size(&self, k: usize) -> Option<f64> {
+        Some(self.overlaps.as_ref()?.size(k))
     }
 
     /// The rapier world and its bodies; `None` if the scene is not built on one.

@@ -14,11 +14,12 @@ pub struct Written {
 }
 
 /// Blocks whose keys may have an effect in one run and none in another.
-const BLOCKS: [&str; 8] = [
+const BLOCKS: [&str; 9] = [
     "step",
     "gravity",
     "material",
     "reference",
+    "verdict",
     "tooth",
     "wear",
     "study",

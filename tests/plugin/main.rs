@@ -4,6 +4,7 @@
 mod common;
 
 mod bodies;
+mod borrowed;
 #[cfg(feature = "debug-render")]
 mod debug_render;
 mod detection;

@@ -209,6 +209,56 @@ fn rapiers_own_step_works_afterwards() {
     }
 }
 
+/// What sleeps in our steps sleeps on in rapier's, with a refresh between them and without, alone, in
+/// a pile, and beside what is awake.
+#[test]
+fn sleepers_stay_where_they_are_when_rapier_takes_over() {
+    for (count, refreshed, beside) in [
+        (1, true, false),
+        (1, false, false),
+        (4, true, false),
+        (4, false, false),
+        (4, true, true),
+        (4, false, true),
+    ] {
+        let mut world = PhysicsWorld::new();
+        let floor = RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5));
+        world.insert(floor, ColliderBuilder::cuboid(10.0, 0.5));
+        let mut insert = |x: Real, y: Real| {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, y));
+            world.insert(body, ColliderBuilder::cuboid(0.5, 0.5)).0
+        };
+        let pile: Vec<_> = (0..count).map(|k| insert(0.0, k as Real + 0.5)).collect();
+        let falling = beside.then(|| insert(5.0, 60.0));
+        let mut pipeline = pipeline();
+        for _ in 0..180 {
+            pipeline.step(&mut world).unwrap();
+        }
+        let case = format!("{count} {refreshed} {beside}");
+        assert!(
+            pile.iter().all(|h| world.bodies[*h].is_sleeping()),
+            "{case}"
+        );
+        if refreshed {
+            MoreauPipeline::refresh_queries(&mut world, &()).unwrap();
+        }
+        for _ in 0..240 {
+            world.step();
+        }
+        for (k, handle) in pile.iter().enumerate() {
+            let y = world.bodies[*handle].translation().y;
+            assert!(
+                (y - (k as Real + 0.5)).abs() < 0.01,
+                "{case}: box {k} at {y}"
+            );
+        }
+        if let Some(handle) = falling {
+            let y = world.bodies[handle].translation().y;
+            assert!((y - 0.5).abs() < 0.01, "{case}: the falling box at {y}");
+        }
+    }
+}
+
 /// A controller asks rapier's queries where it can go: into a box that fell in its way only as far
 /// as that is known.
 #[test]

@@ -562,8 +562,6 @@ fn unsupported_joints_are_refused_by_name() {
 #[test]
 fn bodies_that_cannot_be_simulated_are_refused() {
     let none = |_: &mut PhysicsWorld, _: RigidBodyHandle, _: RigidBodyHandle| {};
-    let massless = refusal(free(), square().density(0.0), none);
-    assert!(massless.contains("no mass"), "{massless}");
     for broken in [Real::NAN, Real::INFINITY] {
         let error = refusal(free(), square(), |world, _, body| {
             world.bodies[body].set_translation(Vector::new(broken, 0.0), true);

@@ -16,3 +16,4 @@ mod compare;
 mod effect;
 mod reports;
 mod solve;
+mod verdict;

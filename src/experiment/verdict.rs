@@ -1,0 +1,224 @@
+//! Whether a scene held: judged by its poses and its energy books, not by its solver.
+
+use super::joint_gap::Pins;
+use super::simulate::{Engine, Totals};
+use crate::dynamics::record::StepRecord;
+use crate::scene::{BodyKind, Built, LASTING, Limits, Scene};
+use serde::Serialize;
+
+/// Passages that are named one by one.
+const NAMED: usize = 10;
+
+/// Whether a scene held in a run, and by what measures.
+///
+/// The solver's certificates say that impulses solve the contacts that were posed. They do not see a
+/// contact that was not posed. So a run also measures what the bodies did, from their poses alone
+/// ([`crate::scene::Built::measure`]), and what contacts and joints did to the energy:
+/// - `overlap`: the worst overlap that lasts [`LASTING`] seconds, over the size of the smaller body;
+/// - `joint_gap`: the same of the gaps of pins and welds;
+/// - `passed_through`: pairs of bodies of which one passed through the other;
+/// - `energy`: what rigid contacts, pins, locks and limits gave to the bodies in all
+///   ([`StepRecord::constraint_work`]), over the energy of the scene: the largest kinetic energy,
+///   the range of the potential energy, and the weight of all moving bodies times their sizes. Not
+///   where a body oscillates: the work of a support that accelerates is not told apart from it;
+/// - `imbalance`: the largest error of the energy balance of a step, over the same energy;
+/// - `unsolved`: islands that the solver did not solve to the tolerance.
+///
+/// The limits are those of `[verdict]` in the scene file; the other two must be 0. A measure that an
+/// engine does not report, or that a model has not, is left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Whether all measures are within their limits.
+    pub held: bool,
+    /// The same in words.
+    pub sentence: String,
+    pub checks: Vec<Check>,
+    /// The first passages, in order of time.
+    pub passed_through: Vec<Passage>,
+}
+
+/// One measure and its limit; no unit, see [`Verdict`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    pub name: &'static str,
+    pub value: f64,
+    pub limit: f64,
+    pub held: bool,
+    /// What it means when it is not within its limit.
+    #[serde(skip)]
+    why: String,
+}
+
+/// One body passed through another.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Passage {
+    /// End of the step \[s\].
+    pub time_s: f64,
+    pub bodies: [String; 2],
+}
+
+/// Collects the measures of a verdict, step by step.
+pub struct Judge {
+    limits: Limits,
+    names: Vec<String>,
+    pins: Option<Pins>,
+    /// Least gap over size so far in the present window of [`LASTING`], and the worst window.
+    gap: f64,
+    worst_gap: Option<f64>,
+    window: usize,
+    steps: usize,
+    /// Steps in which some pair passed through another, by pairs.
+    passages: usize,
+    named: Vec<Passage>,
+    /// Whether contacts move by laws of their own, so that what they give has another source.
+    driven: bool,
+    /// Weight times size of all moving bodies \[J\].
+    weight: f64,
+}
+
+impl Judge {
+    /// # Arguments
+    /// - `built`: the world at the start.
+    pub fn new(scene: &Scene, built: &Built) -> Judge {
+        let gravity = scene.gravity[0].hypot(scene.gravity[1]);
+        let mut weight = 0.0;
+        if let Some((simulation, bodies)) = built.simulation() {
+            for (k, body) in bodies.iter().enumerate() {
+                if scene.bodies[k].kind == BodyKind::Dynamic {
+                    let mass = simulation.mass(*body).unwrap_or(0.0);
+                    weight += mass * gravity * built.size(k).unwrap_or(0.0);
+                }
+            }
+        }
+        Judge {
+            limits: scene.limits,
+            names: scene.bodies.iter().map(|body| body.name.clone()).collect(),
+            pins: Pins::of(scene),
+            gap: f64::INFINITY,
+            worst_gap: None,
+            window: ((LASTING / scene.step.dt).ceil() as usize).max(1),
+            steps: 0,
+            passages: 0,
+            named: Vec::new(),
+            driven: scene.bodies.iter().any(|body| body.oscillation.is_some()),
+            weight,
+        }
+    }
+
+    /// Adds a step.
+    pub fn add(&mut self, record: &StepRecord, built: &Built, engine: Engine) {
+        for [a, b] in &record.passed {
+            self.passages += 1;
+            if self.named.len() < NAMED {
+                let name = |number: u32| {
+                    let mut all = self.names.iter().enumerate();
+                    let found = all.find(|(k, _)| built.number(*k) == Some(number));
+                    found.map_or_else(|| number.to_string(), |(_, name)| name.clone())
+                };
+                self.named.push(Passage {
+                    time_s: record.time,
+                    bodies: [name(*a), name(*b)],
+                });
+            }
+        }
+        if let Some(pins) = &self.pins {
+            self.gap = smaller(self.gap, pins.relative_gap(built, engine));
+            self.steps += 1;
+            if self.steps == self.window {
+                self.worst_gap = Some(self.gap.max(self.worst_gap.unwrap_or(0.0)));
+                (self.gap, self.steps) = (f64::INFINITY, 0);
+            }
+        }
+    }
+
+    /// The verdict at the end of the run.
+    pub fn verdict(self, totals: &Totals, built: &Built) -> Verdict {
+        let limits = self.limits;
+        let mut checks = Vec::new();
+        let mut check = |name, value: f64, limit: f64, why: String| {
+            checks.push(Check {
+                name,
+                value,
+                limit,
+                // not so for NaN
+                held: value <= limit,
+                why,
+            });
+        };
+        if let Some((ratio, pair)) = built.lasting_overlap() {
+            let of = pair.map_or(String::new(), |[a, b]| {
+                let name = |k: u32| self.names[k as usize].as_str();
+                format!(
+                    "{} and {} overlap by {:.2} % of the smaller one for {LASTING} s or longer",
+                    name(a),
+                    name(b),
+                    100.0 * ratio
+                )
+            });
+            check("overlap", ratio, limits.overlap, of);
+        }
+        // a run shorter than a window counts as a whole
+        let gap = self.worst_gap.or((self.steps > 0).then_some(self.gap));
+        if let Some(ratio) = gap {
+            let why = format!(
+                "a joint stays open by {:.2} % of its smaller body",
+                100.0 * ratio
+            );
+            check("joint_gap", ratio, limits.joint_gap, why);
+        }
+        if built.simulation().is_some() {
+            let who = self.named.first().map_or(String::new(), |first| {
+                let [a, b] = &first.bodies;
+                let count = self.passages;
+                format!(
+                    "{a} passed through {b} at {:.4} s ({count} such passages in all)",
+                    first.time_s
+                )
+            });
+            check("passed_through", self.passages as f64, 0.0, who);
+        }
+        if totals.accounted {
+            let scale = totals.kinetic_most
+                + (totals.potential[1] - totals.potential[0])
+                + self.weight
+                + f64::MIN_POSITIVE;
+            if !self.driven {
+                let energy = totals.constraint_gain / scale;
+                let why = format!("contacts and joints gave {:.3e} J", totals.constraint_gain);
+                check("energy", energy, limits.energy, why);
+            }
+            let why = format!(
+                "the energy balance of a step is off by {:.3e} J",
+                totals.imbalance
+            );
+            check("imbalance", totals.imbalance / scale, limits.imbalance, why);
+            let why = format!("{} islands are unsolved", totals.unsolved_islands);
+            check("unsolved", totals.unsolved_islands as f64, 0.0, why);
+        }
+        let failed: Vec<&str> = checks
+            .iter()
+            .filter(|check| !check.held)
+            .map(|check| check.why.as_str())
+            .collect();
+        let held = failed.is_empty();
+        let sentence = match held {
+            true => "the scene held".to_owned(),
+            false => format!("the scene did not hold: {}", failed.join("; ")),
+        };
+        Verdict {
+            held,
+            sentence,
+            checks,
+            passed_through: self.named,
+        }
+    }
+}
+
+/// The smaller of two; NaN once any value is NaN.
+fn smaller(least: f64, value: f64) -> f64 {
+    if least.is_nan() || least < value {
+        least
+    } else {
+        value
+    }
+}

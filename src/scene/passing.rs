@@ -1,0 +1,326 @@
+//! Whether one body passed through another, from their poses alone.
+
+use super::convex::gap;
+use super::overlap::Leaf;
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
+
+/// Depth over the thickness of the thinner leaf from which two leaves on a straight path are inside
+/// each other, not touching.
+const INSIDE: f64 = 0.25;
+
+/// Depth over the thickness of the thinner leaf up to which two leaves count as apart.
+const APART: f64 = 0.01;
+
+/// Most poses on a path.
+const MOST_SAMPLES: f64 = 256.0;
+
+/// Finds pairs of leaves that were apart, are apart, and would have been deep inside each other
+/// between the two on a straight path: translation and angle proportional to time.
+///
+/// A pair that overlaps in between is followed from the last poses at which it was apart, for a
+/// window of steps; an overlap that lasts longer is not a passage but an overlap that lasts.
+pub(super) struct Passing {
+    /// Steps for which an overlapped pair is followed.
+    window: usize,
+    step: usize,
+    followed: FxHashMap<(u32, u32), Followed>,
+}
+
+struct Followed {
+    /// Poses of both bodies when the leaves were last apart, and the step after it.
+    from: [Pose64; 2],
+    since: usize,
+    /// The last step in which they overlapped.
+    last: usize,
+}
+
+impl Passing {
+    pub fn new(window: usize) -> Self {
+        Passing {
+            window,
+            step: 0,
+            followed: FxHashMap::default(),
+        }
+    }
+
+    /// Notes the depth \[m\] of two leaves in this step; `before` are the poses before it.
+    pub fn overlap(
+        &mut self,
+        leaves: &[Leaf],
+        i: u32,
+        j: u32,
+        depth: f64,
+        before: &[Option<Pose64>],
+    ) {
+        let pair = [&leaves[i as usize], &leaves[j as usize]];
+        if depth <= APART * thinner(pair) {
+            return;
+        }
+        let step = self.step;
+        if let Some(known) = self.followed.get_mut(&(i, j)) {
+            known.last = step;
+        } else if let [Some(a), Some(b)] = pair.map(|leaf| before[leaf.body as usize]) {
+            self.followed.insert(
+                (i, j),
+                Followed {
+                    from: [a, b],
+                    since: step,
+                    last: step,
+                },
+            );
+        }
+    }
+
+    /// Ends a step. Returns the pairs of bodies that passed through each other, in order.
+    pub fn step(
+        &mut self,
+        leaves: &[Leaf],
+        before: &[Option<Pose64>],
+        now: &[Option<Pose64>],
+        counts: impl Fn(u32, u32) -> bool,
+    ) -> Vec<[u32; 2]> {
+        let mut passed = BTreeSet::new();
+        let (step, window) = (self.step, self.window);
+        let followed = &self.followed;
+        let mut note = |i: u32, j: u32, from: [Pose64; 2], to: [Pose64; 2]| {
+            let pair = [&leaves[i as usize], &leaves[j as usize]];
+            if passes(pair, from, to) {
+                let bodies = pair.map(|leaf| leaf.body);
+                passed.insert([bodies[0].min(bodies[1]), bodies[0].max(bodies[1])]);
+            }
+        };
+        for (i, j) in crossed(leaves, before, now) {
+            let at = |poses: &[Option<Pose64>]| {
+                let [a, b] = [i, j].map(|k| poses[leaves[k as usize].body as usize]);
+                Some([a?, b?])
+            };
+            if !counts(i, j) || followed.contains_key(&(i, j)) {
+                continue;
+            }
+            if let (Some(from), Some(to)) = (at(before), at(now)) {
+                note(i, j, from, to);
+            }
+        }
+        for (&(i, j), known) in followed.iter().filter(|(_, known)| known.last < step) {
+            let [a, b] = [i, j].map(|k| now[leaves[k as usize].body as usize]);
+            if let (Some(a), Some(b)) = (a, b) {
+                note(i, j, known.from, [a, b]);
+            }
+        }
+        self.followed
+            .retain(|_, known| known.last == step && step - known.since < window);
+        self.step += 1;
+        passed.into_iter().collect()
+    }
+}
+
+/// Pairs of leaves, the smaller number first, whose boxes over the whole step meet and of which one
+/// moved by more than a quarter of its thickness.
+fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -> Vec<(u32, u32)> {
+    let fast: Vec<bool> = leaves
+        .iter()
+        .map(|leaf| {
+            let k = leaf.body as usize;
+            let (Some(from), Some(to)) = (before[k], now[k]) else {
+                return false;
+            };
+            travel(leaf, [from, to]) > INSIDE * leaf.thickness && from != to
+        })
+        .collect();
+    if !fast.contains(&true) {
+        return Vec::new();
+    }
+    let mut boxes: Vec<(u32, [Vec2; 2])> = Vec::new();
+    for (k, leaf) in leaves.iter().enumerate() {
+        let body = leaf.body as usize;
+        let (Some(from), Some(to)) = (before[body], now[body]) else {
+            continue;
+        };
+        let (a, b) = (from.apply(leaf.centre), to.apply(leaf.centre));
+        // the centre leaves the chord of its arc by at most the arc's height
+        let height = leaf.centre.norm() * (1.0 - (0.5 * turn(&from, &to)).cos());
+        let r = leaf.radius_of_all + height;
+        boxes.push((
+            k as u32,
+            [a.inf(&b).add_scalar(-r), a.sup(&b).add_scalar(r)],
+        ));
+    }
+    boxes.sort_by(|a, b| a.1[0].x.total_cmp(&b.1[0].x));
+    let mut found = Vec::new();
+    for (at, (i, [low, high])) in boxes.iter().enumerate() {
+        for (j, [other_low, other_high]) in &boxes[at + 1..] {
+            if other_low.x >= high.x {
+                break;
+            }
+            let meets = other_low.y < high.y && low.y < other_high.y;
+            if meets && (fast[*i as usize] || fast[*j as usize]) {
+                found.push((*i.min(j), *i.max(j)));
+            }
+        }
+    }
+    found
+}
+
+/// Longest way \[m\] of any point of a leaf between the poses.
+fn travel(leaf: &Leaf, [from, to]: [Pose64; 2]) -> f64 {
+    (to.translation - from.translation).norm() + turn(&from, &to).abs() * leaf.reach
+}
+
+/// Angle \[rad\] between two poses, at most half a turn.
+fn turn(from: &Pose64, to: &Pose64) -> f64 {
+    (from.cos * to.sin - from.sin * to.cos).atan2(from.cos * to.cos + from.sin * to.sin)
+}
+
+/// Thickness \[m\] of the thinner leaf; of the other one if it is a segment, 0 if both are.
+fn thinner([a, b]: [&Leaf; 2]) -> f64 {
+    match (a.thickness > 0.0, b.thickness > 0.0) {
+        (true, true) => a.thickness.min(b.thickness),
+        _ => a.thickness.max(b.thickness),
+    }
+}
+
+/// Whether two leaves, apart at both ends of a straight path, were inside each other on it.
+fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
+    let thin = thinner(pair);
+    let way = travel(pair[0], [from[0], to[0]]) + travel(pair[1], [from[1], to[1]]);
+    if way <= INSIDE * thin || is_behind(pair, from) {
+        return false;
+    }
+    let samples = if thin > 0.0 {
+        (4.0 * way / (INSIDE * thin)).ceil().min(MOST_SAMPLES)
+    } else {
+        MOST_SAMPLES
+    };
+    let depth = |s: f64| depth(pair, [0, 1].map(|k| between(&from[k], &to[k], s)));
+    if depth(0.0) > APART * thin || depth(1.0) > APART * thin {
+        return false;
+    }
+    (1..samples as usize).any(|k| depth(k as f64 / samples) > INSIDE * thin)
+}
+
+/// Whether one of the leaves is a slab and the other lies behind its edge.
+fn is_behind(pair: [&Leaf; 2], poses: [Pose64; 2]) -> bool {
+    (0..2).filter(|&k| pair[k].slab).any(|k| {
+        let (slab, other) = (pair[k], pair[1 - k]);
+        let [a, b] = [slab.core[0], slab.core[1]].map(|p| poses[k].apply(p));
+        let corners = other.core.iter().map(|p| poses[1 - k].apply(*p));
+        let centre = corners.sum::<Vec2>() / other.core.len() as f64;
+        // the solid is on the left of the edge
+        (b - a).perp(&(centre - a)) > 0.0
+    })
+}
+
+/// Depth \[m\] of two leaves at these poses, negative if they are apart.
+fn depth(pair: [&Leaf; 2], poses: [Pose64; 2]) -> f64 {
+    let place = |k: usize| -> Vec<Vec2> {
+        let corners = pair[k].core.iter();
+        corners.map(|p| poses[k].apply(*p)).collect()
+    };
+    pair[0].radius + pair[1].radius - gap(&place(0), &place(1))
+}
+
+/// The pose at share `s` of the way.
+fn between(from: &Pose64, to: &Pose64, s: f64) -> Pose64 {
+    Pose64::new(
+        from.translation + (to.translation - from.translation) * s,
+        from.angle() + turn(from, to) * s,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scene;
+    use super::super::overlap::Overlaps;
+    use super::*;
+
+    /// A wall 0.1 m thick, a one-sided floor at y = -2 and a mover of the shape `shape`.
+    fn scene(shape: &str) -> Overlaps {
+        let text = format!(
+            "[scene]\nname = \"s\"\ntitle = \"t\"\n\
+             [[body]]\nname = \"wall\"\nkind = \"fixed\"\nbox = [0.1, 2]\n\
+             [[body]]\nname = \"floor\"\nkind = \"fixed\"\npolyline = [[9, -2], [-9, -2]]\n\
+             [[body]]\nname = \"mover\"\n{shape}\nposition = [-3, 0]\n"
+        );
+        let scene = Scene::parse("s.toml", &text, &[]).unwrap();
+        Overlaps::new(&scene.bodies, &scene.joints, 0.01)
+    }
+
+    /// Passages over a series of poses (x, y, angle) of the mover, each with the step it ends in.
+    fn passages(shape: &str, poses: &[[f64; 3]]) -> Vec<(usize, [u32; 2])> {
+        let mut overlaps = scene(shape);
+        let mut found = Vec::new();
+        for (k, [x, y, angle]) in poses.iter().enumerate() {
+            let still = Pose64::new(Vec2::zeros(), 0.0);
+            let moved = Pose64::new(Vec2::new(*x, *y), *angle);
+            let measured = overlaps.measure(|body| Some(if body == 2 { moved } else { still }));
+            found.extend(measured.passed.into_iter().map(|pair| (k, pair)));
+        }
+        found
+    }
+
+    const WALL: [u32; 2] = [0, 2];
+
+    #[test]
+    fn through_a_wall_in_one_step_and_in_several() {
+        for shape in ["disc = 0.2", "box = [0.3, 0.3]", "capsule = [0.2, 0.1]"] {
+            let fast = [[-3.0, 0.0, 0.0], [3.0, 0.5, 1.0], [4.0, 0.5, 0.0]];
+            assert_eq!(passages(shape, &fast), [(1, WALL)], "{shape}");
+            let slow: Vec<_> = (0..13).map(|k| [-0.6 + 0.1 * k as f64, 0.0, 0.0]).collect();
+            let found = passages(shape, &slow);
+            assert!(found.len() == 1 && found[0].1 == WALL, "{shape}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn bounces_grazes_and_ways_around_are_none() {
+        // back from the wall; into it and back; over its end; along it
+        let ways: [&[[f64; 3]]; 4] = [
+            &[[-3.0, 0.0, 0.0], [-0.26, 0.0, 0.0], [-3.0, 0.0, 0.0]],
+            &[[-3.0, 0.0, 0.0], [-0.1, 0.0, 0.0], [-3.0, 0.0, 0.0]],
+            &[[-3.0, 1.3, 0.0], [3.0, 1.3, 0.0]],
+            &[[-0.251, -1.5, 0.0], [-0.251, 1.5, 0.0]],
+        ];
+        for way in ways {
+            assert_eq!(passages("disc = 0.2", way), [], "{way:?}");
+        }
+    }
+
+    #[test]
+    fn a_turning_bar_sweeps_what_it_turns_through() {
+        let bar = "box = [2, 0.04]";
+        // its end passes the top of the wall; with half the turn it stops short of it
+        let way = |turn: f64| [[-0.6, 1.1, -0.4], [-0.6, 1.1, -0.4 + turn]];
+        assert_eq!(passages(bar, &way(-0.8)), [(1, WALL)]);
+        assert_eq!(passages(bar, &way(0.8)), []);
+    }
+
+    /// A one-sided edge stops what comes from its outer side only.
+    #[test]
+    fn one_sided_edges_are_passed_from_outside() {
+        let down = [[5.0, 0.0, 0.0], [5.0, -6.0, 0.0]];
+        let mut up = down;
+        up.reverse();
+        assert_eq!(passages("disc = 0.2", &down), [(1, [1, 2])]);
+        assert_eq!(passages("disc = 0.2", &up), []);
+    }
+
+    /// What stays inside is an overlap that lasts, over the size of the smaller body.
+    #[test]
+    fn what_stays_inside_lasts() {
+        let mut overlaps = scene("disc = 0.2");
+        for k in 0..60 {
+            let x = if k == 0 { -3.0 } else { -0.15 };
+            let still = Pose64::new(Vec2::zeros(), 0.0);
+            let moved = Pose64::new(Vec2::new(x, 0.0), 0.0);
+            let measured = overlaps.measure(|body| Some(if body == 2 { moved } else { still }));
+            assert_eq!(measured.passed, [] as [[u32; 2]; 0]);
+        }
+        let (ratio, pair) = overlaps.lasting();
+        // 0.1 m of a disc of 0.4 m
+        assert!((ratio - 0.25).abs() < 1e-12, "{ratio}");
+        assert_eq!(pair, Some(WALL));
+    }
+}

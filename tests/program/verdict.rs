@@ -1,0 +1,114 @@
+//! Whether a scene held: what a run says of it, and its exit code.
+
+use crate::common::program::Place;
+use serde_json::Value;
+
+/// Two discs that close by 3.3 m in a step.
+const DISCS: &str = r#"[scene]
+name = "discs"
+title = "Two discs close at 200 m/s"
+[gravity]
+y = 0
+[step]
+time = 0.1
+[[body]]
+name = "left"
+disc = 0.1
+position = [-1, 0]
+velocity = [100, 0]
+[[body]]
+name = "right"
+disc = 0.1
+position = [1, 0.02]
+velocity = [-100, 0]
+"#;
+
+fn place() -> Place {
+    let place = Place::new();
+    place.write("discs.toml", DISCS);
+    place
+}
+
+/// Exit code, and the verdict of `summary.json`.
+fn run(place: &Place, words: &str) -> (i32, Value) {
+    let mut args: Vec<&str> = words.split(' ').collect();
+    args.extend(["--out", "o", "--quiet"]);
+    let (code, _, err) = place.run(&args);
+    assert!(code != 1, "{words}: {err}");
+    (code, place.json("o/summary.json")["verdict"].take())
+}
+
+fn check<'a>(verdict: &'a Value, name: &str) -> &'a Value {
+    let all = verdict["checks"].as_array().unwrap();
+    let found = all.iter().find(|check| check["name"] == name);
+    found.unwrap_or_else(|| panic!("{name}: {verdict}"))
+}
+
+#[test]
+fn a_passage_is_named_with_time_and_bodies() {
+    let place = place();
+    let (code, verdict) = run(&place, "run discs.toml --engine rapier");
+    assert_eq!(verdict["held"], false, "{verdict}");
+    let first = &verdict["passed_through"][0];
+    assert_eq!(first["bodies"], serde_json::json!(["left", "right"]));
+    assert!((first["time_s"].as_f64().unwrap() - 1.0 / 60.0).abs() < 1e-7);
+    assert_eq!(check(&verdict, "passed_through")["value"], 1.0);
+    let sentence = verdict["sentence"].as_str().unwrap();
+    assert!(sentence.contains("left passed through right"), "{sentence}");
+    // a peer's result is told, and is no failure of the command
+    assert_eq!(code, 0);
+    for flag in ["", " --events"] {
+        let (code, verdict) = run(&place, &format!("run discs.toml{flag}"));
+        assert_eq!((code, &verdict["held"]), (0, &true.into()), "{verdict}");
+        assert_eq!(verdict["sentence"], "the scene held");
+    }
+}
+
+#[test]
+fn an_overlap_that_lasts_is_measured_by_the_size_of_the_bodies() {
+    let place = place();
+    let words = "run tower --set repeat.box.count=[1,30] --time 2 --engine rapier";
+    let (_, verdict) = run(&place, words);
+    assert_eq!(check(&verdict, "overlap")["held"], false, "{verdict}");
+    let sentence = verdict["sentence"].as_str().unwrap();
+    assert!(sentence.contains("overlap by"), "{sentence}");
+    let (_, verdict) = run(&place, &format!("{words} --set verdict.overlap=0.5"));
+    assert_eq!(check(&verdict, "overlap")["held"], true, "{verdict}");
+    assert_eq!(check(&verdict, "overlap")["limit"], 0.5);
+    let (code, verdict) = run(&place, &words.replace("rapier", "moreau"));
+    assert_eq!((code, &verdict["held"]), (0, &true.into()), "{verdict}");
+}
+
+#[test]
+fn a_run_of_ours_that_did_not_hold_ends_with_2() {
+    let place = place();
+    // gravity, a floor and round-off: more than nothing
+    let words = "run pyramid --time 0.5 --set verdict.imbalance=0";
+    let (code, verdict) = run(&place, words);
+    assert_eq!((code, &verdict["held"]), (2, &false.into()), "{verdict}");
+    let sentence = verdict["sentence"].as_str().unwrap();
+    assert!(sentence.contains("energy balance"), "{sentence}");
+    let (_, out, _) = place.run(&["run", "tower", "--steps", "5", "--out", "p"]);
+    assert!(out.contains("\nthe scene held\n"), "{out}");
+}
+
+#[test]
+fn limits_out_of_range_or_without_a_verdict_are_refused() {
+    let place = place();
+    for (words, why) in [
+        ("run tower --set verdict.overlap=-1", "0 to 1"),
+        ("run tower --set verdict.overlaps=0", "overlap"),
+        (
+            "compare tower --set verdict.overlap=0.1",
+            "only `run` judges",
+        ),
+        ("run thresher --set verdict.overlap=0.1", "has no effect"),
+        (
+            "run tower --engine rapier --set verdict.energy=1",
+            "has no effect",
+        ),
+    ] {
+        let (code, _, err) = place.run(&words.split(' ').collect::<Vec<_>>());
+        assert!(code == 1 && err.contains(why), "{words}: {code} {err}");
+    }
+}
