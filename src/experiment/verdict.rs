@@ -148,11 +148,15 @@ impl Judge {
         if let Some((ratio, pair)) = built.lasting_overlap() {
             let of = pair.map_or(String::new(), |[a, b]| {
                 let name = |k: u32| self.names[k as usize].as_str();
+                let share = 100.0 * ratio;
+                let long = match totals.steps < self.window {
+                    true => "all through the run".to_owned(),
+                    false => format!("for {LASTING} s or longer"),
+                };
                 format!(
-                    "{} and {} overlap by {:.2} % of the smaller one for {LASTING} s or longer",
+                    "{} and {} overlap by {share:.2} % of the smaller one {long}",
                     name(a),
                     name(b),
-                    100.0 * ratio
                 )
             });
             check("overlap", ratio, limits.overlap, of);
