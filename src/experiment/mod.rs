@@ -105,7 +105,7 @@ mod simulate;
 mod throughput;
 
 pub use assembly::{can_stand, limit};
-pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, ReadRung};
+pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, Preset, ReadRung};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes};
