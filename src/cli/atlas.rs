@@ -95,8 +95,8 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
         true => Preset::with_remedies(),
         false => Engine::ALL.map(|(_, engine)| Preset::of(engine)).to_vec(),
     };
-    let progress = Progress::new("atlas", atlas.runs(&presets) as u64, args.quiet);
-    let mut results = atlas.run(&presets, &progress)?;
+    let progress = Progress::new("atlas", (atlas.rungs() * presets.len()) as u64, args.quiet);
+    let mut results = atlas.run_presets(&presets, &progress)?;
     drop(progress);
     if args.issues {
         results.rows = issues::beside_others(&atlas, results.rows)?;

@@ -14,5 +14,6 @@ mod chart;
 mod cli;
 mod compare;
 mod effect;
+mod issues;
 mod reports;
 mod solve;

@@ -207,9 +207,18 @@ impl Atlas {
         &self.entries
     }
 
-    /// Number of runs with `presets`.
-    pub fn runs(&self, presets: &[Preset]) -> usize {
-        self.plan.len() * presets.len()
+    /// Number of rungs to be run.
+    pub fn rungs(&self) -> usize {
+        self.plan.len()
+    }
+
+    /// Runs every rung with `engines` at their defaults, see [`Atlas::run_presets`].
+    ///
+    /// # Errors
+    /// Those of [`Atlas::run_presets`].
+    pub fn run(&self, engines: &[Engine], progress: &Progress) -> Result<AtlasResults, RunError> {
+        let presets: Vec<Preset> = engines.iter().map(|e| Preset::of(*e)).collect();
+        self.run_presets(&presets, progress)
     }
 
     /// Runs every rung with `presets`. All but the times is deterministic.
@@ -219,7 +228,11 @@ impl Atlas {
     ///
     /// # Errors
     /// Errors that are not the result of a rung; a failing rung is a row.
-    pub fn run(&self, presets: &[Preset], progress: &Progress) -> Result<AtlasResults, RunError> {
+    pub fn run_presets(
+        &self,
+        presets: &[Preset],
+        progress: &Progress,
+    ) -> Result<AtlasResults, RunError> {
         let mut results = AtlasResults::default();
         for task in &self.plan {
             let (entry, rung) = (&self.entries[task.entry], &task.rung);
@@ -252,7 +265,7 @@ impl AtlasResults {
         reason: &str,
     ) {
         let note = match what {
-            "skipped" => format!("{} {}: {what}, {reason}", entry.name, rung.name),
+            "skipped" => format!("{}: {what}, {reason}", called(entry, rung)),
             "cannot" => {
                 // whichever of a peer's presets it is
                 let what = reason
@@ -262,15 +275,19 @@ impl AtlasResults {
                 let peer = preset.engine.peer().unwrap_or_default();
                 format!("{}: {peer} cannot: {reason}", entry.name)
             }
-            _ => format!(
-                "{} {}, {}: {what}, {reason}",
-                entry.name, rung.name, preset.name
-            ),
+            _ => format!("{}, {}: {what}, {reason}", called(entry, rung), preset.name),
         };
         if !self.notes.contains(&note) {
             self.notes.push(note);
         }
     }
+}
+
+/// Entry and rung in a note; the only rung of an entry may have no name.
+fn called(entry: &AtlasEntry, rung: &AtlasRung) -> String {
+    format!("{} {}", entry.name, rung.name)
+        .trim_end()
+        .to_owned()
 }
 
 #[cfg(test)]
