@@ -12,7 +12,7 @@ Settings, none tuned to a scene:
 - pymunk-stiff: 10 substeps of 50 iterations, collision slop 0.01 units.
 - mujoco: its defaults, steps of 2 ms.
 - mujoco-hard: what its documents advise against slip and softness: elliptic cones, impratio 10,
-  10 no-slip iterations, solref of two steps, solimp 0.99 0.9999.
+  10 no-slip iterations, contacts and joint limits with solref of two steps and solimp 0.99 0.9999.
 
 What an engine cannot represent is left out: MuJoCo has no coefficient of restitution and no chains of
 edges, and neither runs the belt of `rope-on-drum` here. Python 3.11 or newer.
@@ -564,7 +564,7 @@ class Joco:
             at, angle = np.array(part.get("position", [0, 0]), float), part.get("angle", 0)
             if whole:
                 at, angle = np.zeros(2), 0.0
-            place = f'pos="{at[0]!r} 0 {at[1]!r}" euler="0 {-angle!r} 0" mass="0"'.replace("np.float64(", "").replace(")", "")
+            place = f'pos="{at[0]:.17g} 0 {at[1]:.17g}" euler="0 {-angle:.17g} 0" mass="0"'
             name = f'name="g{len(self.geoms)}"'
             self.geoms.append(b.name)
             if "disc" in part:
@@ -579,7 +579,7 @@ class Joco:
                 return f'<geom {name} type="capsule" fromto="{ends}" size="{r}" mass="0"/>'
             if "polygon" in part:
                 points = [(x, y, z) for x, z in part["polygon"] for y in (-0.5, 0.5)]
-                # a mesh is moved to its own centre and principal axes: place it back by refpos
+                # MuJoCo centres the mesh, and keeps its place in the body
                 text = " ".join(f"{v:.17g}" for p in points for v in p)
                 mesh = f"m{len(meshes)}"
                 meshes.append(f'<mesh name="{mesh}" vertex="{text}" inertia="shell"/>')
@@ -630,12 +630,13 @@ class Joco:
         # the integrator that MuJoCo's documents give for speed servos
         servo = ' integrator="implicitfast"' if any("<velocity" in a for a in actuators) else ""
         option = f'timestep="{self.DT}" gravity="{g[0]:.17g} 0 {g[1]:.17g}"{servo}'
-        default = f'friction="{scene.friction} 0 0" condim="3"'
+        default, limits = f'friction="{scene.friction} 0 0" condim="3"', ""
         if hard:
             option += ' cone="elliptic" impratio="10" noslip_iterations="10"'
             default += f' solref="{2 * self.DT} 1" solimp="0.99 0.9999 0.0001"'
+            limits = f'<joint solreflimit="{2 * self.DT} 1" solimplimit="0.99 0.9999 0.0001"/>'
         xml = f"""<mujoco><compiler angle="radian" inertiafromgeom="false"/>
-            <option {option}/><default><geom {default}/></default>
+            <option {option}/><default><geom {default}/>{limits}</default>
             <asset>{"".join(meshes)}</asset><worldbody>{tree}</worldbody>
             <actuator>{"".join(actuators)}</actuator></mujoco>"""
         self.model = mujoco.MjModel.from_xml_string(xml)
@@ -645,7 +646,6 @@ class Joco:
 
     def start(self):
         model, data = self.model, self.data
-        # MuJoCo moves meshes to their own centres: undo nothing, it keeps their place in the body
         mocap = 0
         self.driven = []
         for b in self.scene.bodies:
@@ -746,8 +746,8 @@ ENGINES = [
 ]
 
 
-# modes of failures: the second last word of each row of MEASURES in measures.rs
 def modes():
+    """Unit and mode of failure of each measure, from the table in measures.rs."""
     source = os.path.join(HERE, "..", "..", "src", "experiment", "atlas", "measures.rs")
     with open(source, encoding="utf-8") as file:
         text = file.read()
@@ -777,8 +777,7 @@ def judge(name, engine, known):
         rows.append({**base, "measure": "said", "value": repr(float(run.said)), "unit": "yes or no",
                      "reference": "at most inf"})
         verdict, mode = ("pass", judge.get("mode", judge["name"])) if broken is None else ("fail", broken)
-        finite = np.isfinite(run.s).all()
-        if not finite:
+        if not np.isfinite(run.s).all():
             verdict, mode = "fail", "explodes"
         return [{**row, "verdict": verdict, "mode": mode} for row in rows]
     except Cannot as why:

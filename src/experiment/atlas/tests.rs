@@ -48,7 +48,7 @@ fn complaints_about_statics_are_of_what_can_stand() {
     ] {
         assert!(issue(name, &[]), "{name}");
     }
-    let slippery = "material=[{name=\"m\",friction=0.29}]".to_owned();
+    let slippery = "material.stone.friction=0.29".to_owned();
     assert!(!issue("triangles", &[slippery]));
 }
 
