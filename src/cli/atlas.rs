@@ -1,9 +1,9 @@
 use super::atlas_table::{Broken, Share, explanations, shares, table};
 use super::summary::{self, Say};
-use super::{Outcome, print_out};
-use crate::experiment::{Atlas, Engine, RunError};
+use super::{Outcome, issues, print_out};
+use crate::experiment::{Atlas, Engine, Preset, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
-use crate::scene::atlas_entries;
+use crate::scene::{atlas_entries, issue_entries};
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -16,6 +16,10 @@ pub(super) struct AtlasArgs {
     /// Run only the cheap rungs of each entry.
     #[arg(long)]
     quick: bool,
+    /// Run the atlas of complaints: scenes after threads of public issue trackers, with each engine
+    /// at its default and at its remedy.
+    #[arg(long, conflicts_with = "quick")]
+    issues: bool,
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "out/atlas")]
     out: PathBuf,
@@ -35,6 +39,9 @@ pub(super) fn list() -> Result<Outcome, RunError> {
         for rung in &entry.block.rungs {
             text += &format!("    :{}\n", rung.name);
         }
+    }
+    for entry in issue_entries()? {
+        text += &format!("issues/{}: {}\n", entry.name, entry.block.shows);
     }
     print_out(&text);
     Ok(Outcome::Done)
@@ -78,27 +85,46 @@ const PICTURE: &str = "atlas.svg";
 
 /// Runs the atlas with every engine, writes the results and draws them.
 pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
-    let atlas = Atlas::new(&args.entries, args.quick, crate::thresher::read_rung)?;
+    let read = crate::thresher::read_rung;
+    let atlas = match args.issues {
+        true => Atlas::issues(&args.entries, read)?,
+        false => Atlas::new(&args.entries, args.quick, read)?,
+    };
     let folder = OutputFolder::create(&args.out)?;
-    let progress = Progress::new("atlas", atlas.runs() as u64, args.quiet);
-    let results = atlas.run(&Engine::ALL.map(|(_, engine)| engine), &progress)?;
+    let presets = match args.issues {
+        true => Preset::with_remedies(),
+        false => Engine::ALL.map(|(_, engine)| Preset::of(engine)).to_vec(),
+    };
+    let progress = Progress::new("atlas", (atlas.rungs() * presets.len()) as u64, args.quiet);
+    let mut results = atlas.run_presets(&presets, &progress)?;
     drop(progress);
+    if args.issues {
+        results.rows = issues::beside_others(&atlas, results.rows)?;
+    }
     let rows = summary::written(&folder, &results.rows)?;
-    folder.write(PICTURE, matrix(&rows)?)?;
+    let (picture, drawing) = match args.issues {
+        true => (issues::PICTURE, issues::picture(&atlas, &rows)?),
+        false => (PICTURE, matrix(&rows)?),
+    };
+    folder.write(picture, drawing)?;
     let broken = explanations(&atlas, &rows);
     let more = Found {
         quick: args.quick,
         rows: rows.len(),
-        pictures: [PICTURE],
+        pictures: [picture],
         engines: shares(&rows).into_iter().map(Counts::of).collect(),
         not_passed: &broken,
         warnings: &results.notes,
     };
     let say = Say::of(args.json, args.quiet);
     summary::close(folder, summary::program("atlas"), more, say, |target| {
-        let (table, notes) = (table(&atlas, &rows), summary::noted(&results.notes));
+        let table = match args.issues {
+            true => issues::text(&atlas, &rows),
+            false => table(&atlas, &rows),
+        };
+        let notes = summary::noted(&results.notes);
         format!(
-            "{table}{notes}results.csv, {PICTURE} in {}\n",
+            "{table}{notes}results.csv, {picture} in {}\n",
             target.display()
         )
     })?;

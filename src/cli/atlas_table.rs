@@ -108,10 +108,10 @@ pub(super) fn table(atlas: &Atlas, rows: &[ResultRow]) -> String {
         );
     }
     for b in explanations(atlas, rows) {
+        let name = format!("{} {}", b.entry, b.rung);
         out += &format!(
-            "{} {}, {}: {}: {}\n",
-            b.entry,
-            b.rung,
+            "{}, {}: {}: {}\n",
+            name.trim_end(),
             Engine::Moreau.name(),
             b.mode,
             b.why

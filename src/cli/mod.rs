@@ -11,6 +11,7 @@ mod compare;
 mod compare_table;
 mod dump;
 mod effect;
+mod issues;
 mod run;
 mod run_files;
 mod run_machine;
@@ -61,8 +62,8 @@ struct Cli {
 enum Command {
     /// List the scenes that come with the program.
     Scenes {
-        /// List the scenes of the failure atlas in place of the catalogue; they run as
-        /// atlas/ENTRY:RUNG.
+        /// List the scenes of the failure atlas in place of the catalogue, which run as
+        /// atlas/ENTRY:RUNG, and those of the atlas of complaints, which run as issues/NAME.
         #[arg(long)]
         atlas: bool,
         /// List the keys of scene files in place of the scenes, with their meaning and range.
@@ -93,7 +94,7 @@ enum Command {
 #[derive(Args, Clone)]
 struct Common {
     /// Name of a scene of the catalogue (see `moreau2d scenes`), path of a TOML file, or a rung of
-    /// the atlas as atlas/ENTRY:RUNG or FILE.toml:RUNG.
+    /// the atlas as atlas/ENTRY:RUNG, issues/NAME or FILE.toml:RUNG.
     scene: String,
     #[command(flatten)]
     flags: Flags,

@@ -106,7 +106,7 @@ mod throughput;
 mod verdict;
 
 pub use assembly::{can_stand, limit};
-pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, ReadRung};
+pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, Preset, ReadRung};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
 pub use chart::{ChartPlan, charted_scenes};

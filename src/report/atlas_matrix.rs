@@ -162,7 +162,7 @@ fn header(canvas: &Canvas) -> Drawn {
 }
 
 /// A filled rectangle with a thin edge.
-fn frame(canvas: &Canvas, a: (f64, f64), b: (f64, f64), fill: RGBColor) -> Drawn {
+pub(super) fn frame(canvas: &Canvas, a: (f64, f64), b: (f64, f64), fill: RGBColor) -> Drawn {
     canvas.rectangle(a, b, fill)?;
     let corners = [a, (b.0, a.1), b, (a.0, b.1), a];
     canvas.path(&corners, stroke(palette::GRID, 0.8))

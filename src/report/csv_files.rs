@@ -347,7 +347,27 @@ pub fn written_rows<R: Row + DeserializeOwned>(
 
 /// The rows of `file`, which errors call `path`.
 fn rows_of<R: Row + DeserializeOwned>(file: &Path, path: &Path) -> Result<Vec<R>, ReportError> {
-    let mut reader = csv::Reader::from_path(file).map_err(ReportError::csv(path))?;
+    rows_from(
+        csv::Reader::from_path(file).map_err(ReportError::csv(path))?,
+        path,
+    )
+}
+
+/// The rows of a CSV file's `text`, which errors call `name`.
+///
+/// # Errors
+/// Those of [`read_rows`].
+pub fn parse_rows<R: Row + DeserializeOwned>(
+    text: &str,
+    name: &str,
+) -> Result<Vec<R>, ReportError> {
+    rows_from(csv::Reader::from_reader(text.as_bytes()), Path::new(name))
+}
+
+fn rows_from<R: Row + DeserializeOwned>(
+    mut reader: csv::Reader<impl std::io::Read>,
+    path: &Path,
+) -> Result<Vec<R>, ReportError> {
     let header = reader.headers().map_err(ReportError::csv(path))?;
     if !header.iter().eq(R::HEADER.iter().copied()) {
         return Err(ReportError::Header {

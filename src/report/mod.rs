@@ -11,6 +11,7 @@ mod csv_files;
 mod domination;
 mod drawing;
 mod folder;
+mod issues_matrix;
 mod labels;
 mod layout;
 mod legend;
@@ -29,10 +30,11 @@ pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
 pub use csv_files::{
     BodyRow, ContactRow, CsvFile, DominationRow, PerformanceRow, PointRow, ResultRow, Row, StepRow,
-    UndominatedRow, read_rows, write_rows, written_rows,
+    UndominatedRow, parse_rows, read_rows, write_rows, written_rows,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::OutputFolder;
+pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
 pub use order::observed_order;
 pub use panels::panels;
 pub use performance::{Performance, Score, Work};

@@ -48,21 +48,23 @@
 use super::catalogue;
 use super::document::{Document, Node, Segment, Value};
 use super::error::{Hint, Origin, SceneError};
+use super::issues::{self, ISSUES, Issue};
 use super::{At, Scene, overrides, reader};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Name and text of the files, for each name given.
+/// Name and text of the files of a folder of `scenes/`, for each name given.
 macro_rules! embedded {
-    ($($name:literal)*) => {
-        &[$(($name, include_str!(concat!("../../scenes/atlas/", $name, ".toml")))),*]
+    ($folder:literal: $($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../scenes/", $folder, "/", $name, ".toml")))),*]
     };
 }
+pub(super) use embedded;
 
 /// Every entry that comes with the program, in the order of the picture.
-const EMBEDDED: &[(&str, &str)] = embedded! {
+const EMBEDDED: &[(&str, &str)] = embedded! { "atlas":
     "heavy-on-light" "tower" "pyramid" "inverted-pyramid" "arch" "card-house" "overhang" "wedge"
     "redundant-contacts" "rotor" "painleve" "kane" "zeno-ball" "stick-slip-incline"
     "sliding-lift-off" "ghost-edges" "bullet" "initial-overlap" "far-origin" "tiny-and-huge"
@@ -86,7 +88,7 @@ pub struct AtlasEntry {
     changes: Vec<Node>,
 }
 
-/// `[atlas]`: the block that makes a scene file an entry. All keys but `base` and `fails` are required.
+/// `[atlas]`: the block that makes a scene file an entry. `shows`, `passes` and `judges` are required.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AtlasBlock {
@@ -98,11 +100,14 @@ pub struct AtlasBlock {
     base: Option<String>,
     /// The first judge is the default of rungs.
     pub judges: Vec<AtlasJudge>,
-    /// From easy to hard.
+    /// From easy to hard; default: one rung without a name and without changes.
+    #[serde(default = "AtlasRung::alone")]
     pub rungs: Vec<AtlasRung>,
     /// Known failures of our engine.
     #[serde(default)]
     pub fails: Vec<AtlasFailure>,
+    /// The complaint of users that the entry stands for.
+    pub issue: Option<Issue>,
 }
 
 /// An element of `judges`: the checks of a rung, all of which must hold.
@@ -139,7 +144,7 @@ pub struct AtlasCheck {
 
 /// An element of `rungs`. It also has `set`: keys of the scene as `--set` takes them, and their
 /// values. A value `{ generate = "NAME", ... }` is computed, see `src/scene/generate.rs`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AtlasRung {
     pub name: String,
@@ -169,6 +174,13 @@ pub struct AtlasFailure {
     why: String,
 }
 
+impl AtlasRung {
+    /// The only rung of an entry that lists none.
+    fn alone() -> Vec<AtlasRung> {
+        vec![AtlasRung::default()]
+    }
+}
+
 impl AtlasJudge {
     /// What a passed rung does, in a word.
     pub fn mode(&self) -> &str {
@@ -177,7 +189,7 @@ impl AtlasJudge {
 }
 
 impl AtlasEntry {
-    /// The entry called `name`, or of the file at the path `name`.
+    /// The entry called `name`, the complaint called `issues/NAME`, or the file at the path `name`.
     ///
     /// # Errors
     /// [`SceneError::UnknownScene`] with the nearest name, and those of a file that cannot be read.
@@ -187,6 +199,15 @@ impl AtlasEntry {
         }
         if name.ends_with(".toml") {
             return AtlasEntry::read(name, &catalogue::read(Path::new(name))?);
+        }
+        if let Some(issue) = name.strip_prefix(issues::PREFIX) {
+            return match ISSUES.iter().find(|(known, _)| *known == issue) {
+                Some((_, text)) => AtlasEntry::read(&format!("scenes/{name}.toml"), text),
+                None => Err(SceneError::UnknownScene {
+                    name: name.to_owned(),
+                    hint: Hint::new(issue, ISSUES.iter().map(|(name, _)| name)),
+                }),
+            };
         }
         Err(SceneError::UnknownScene {
             name: format!("{PREFIX}{name}"),
@@ -285,7 +306,7 @@ impl AtlasEntry {
     /// [`SceneError::UnknownName`] with the nearest; [`SceneError::Conflict`] where it is empty.
     pub fn rung(&self, name: &str) -> Result<&AtlasRung, SceneError> {
         let names: Vec<&str> = self.block.rungs.iter().map(|r| r.name.as_str()).collect();
-        if name.is_empty() {
+        if name.is_empty() && !names.contains(&name) {
             let known = Hint::new(name, &names);
             return Err(SceneError::Conflict {
                 at: self.own.place(&[]),
@@ -370,13 +391,15 @@ pub fn atlas_entries() -> Result<Vec<AtlasEntry>, SceneError> {
     each.map(|(name, _)| AtlasEntry::load(name)).collect()
 }
 
-/// Entry and rung of `atlas/ENTRY:RUNG` or `FILE.toml:RUNG`; `None` for other scenes.
+/// Entry and rung of `atlas/ENTRY:RUNG`, `issues/NAME` or `FILE.toml:RUNG`; `None` for other scenes.
 pub(super) fn split(name: &str) -> Option<(&str, &str)> {
     if let Some((stem, rung)) = name.split_once(".toml:") {
         return Some((&name[..stem.len() + ".toml".len()], rung));
     }
-    let name = name
-        .strip_prefix(PREFIX)
-        .filter(|_| !name.ends_with(".toml"))?;
+    if name.ends_with(".toml") {
+        return None;
+    }
+    let issue = name.starts_with(issues::PREFIX).then_some(name);
+    let name = issue.or_else(|| name.strip_prefix(PREFIX))?;
     Some(name.split_once(':').unwrap_or((name, "")))
 }

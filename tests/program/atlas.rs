@@ -282,8 +282,8 @@ fn entries_are_whole() {
     for entry in &entries {
         assert!(!entry.block.shows.is_empty() && !entry.block.passes.is_empty());
         let names = [entry.name.clone()];
-        let all = Atlas::new(&names, false, read_rung).unwrap().runs();
-        let quick = Atlas::new(&names, true, read_rung).unwrap().runs();
+        let all = Atlas::new(&names, false, read_rung).unwrap().rungs();
+        let quick = Atlas::new(&names, true, read_rung).unwrap().rungs();
         assert!(quick <= all && all > 0, "{}", entry.name);
     }
 }

@@ -14,6 +14,7 @@ mod chart;
 mod cli;
 mod compare;
 mod effect;
+mod issues;
 mod reports;
 mod solve;
 mod verdict;

@@ -1,13 +1,14 @@
 //! The measures of the atlas: one table of names and functions of a run.
 
 use super::MachineFigures;
+use super::resumed;
 use super::trace::{Moment, Trace, larger};
 use super::verdict::Check;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::experiment::RunError;
 use crate::scene::atlas::{AtlasCheck, AtlasRung};
-use crate::scene::{Hint, Scene, Shape};
+use crate::scene::{Hint, JointKind, Scene, Shape};
 use std::f64::consts::TAU;
 
 /// A measure of a run.
@@ -70,10 +71,14 @@ const MEASURES: &[Measure] = &[
     row("jump", &[("at", NEEDED)], "m", "launches", Run(|t, ask| t.most(&[ask.body(t)], |_, s| s.0.translation.y - ask.number("at")))),
     row("hop", &[("at", NEEDED)], "m", "hops", Run(|t, ask| t.most(&[ask.body(t)], |_, s| (s.0.translation.y - ask.number("at")).abs()))),
     row("gap", &[], "m", "lifts", Run(|t, ask| lowest_corner(t, ask.body(t)))),
+    row("tilt", &[], "rad", "turns", Run(tilt)),
+    row("past-limits", &[("after", 0.0)], "rad", "breaks-limits", Run(past_limits)),
     row("stretch", &[("length", NEEDED)], "of the length", "stretches", Run(|t, ask| t.joint_gaps()[1] / ask.number("length"))),
     // where they are at the end
     row("way", &[], "m", "creeps", Run(|t, ask| way(t, ask).abs())),
     row("distance", &[("acceleration", NEEDED)], RELATIVE, "wrong-speed", Run(distance)),
+    row("off-course", &[("x", NEEDED), ("y", NEEDED)], "m", "off-course", Run(off_course)),
+    row("peak", &[("exact", NEEDED), ("after", NEEDED)], RELATIVE, "wrong-height", Against(peak)),
     row("short", &[("at", NEEDED)], "m", "stops-short", Run(|t, ask| ask.number("at") - t.ends(ask.body(t))[1].translation.x)),
     row("overlap-left", &[("at", NEEDED)], "m", "stuck", Run(|t, ask| unless_said(t, (t.ends(ask.body(t))[1].translation.y - ask.number("at")).abs()))),
     row("overlap-of-two", &[("apart", NEEDED)], "m", "stuck", Run(overlap_of_two)),
@@ -93,14 +98,21 @@ const MEASURES: &[Measure] = &[
     row("energy-rise", &[], "of the start", "gains-energy", Run(|t, _| t.totals.energy_rise / t.totals.energy_start.abs())),
     row("energy-lift", &[], "m", "gains-energy", Run(energy_lift)),
     row("kinetic-energy", &[("size", 1.0)], "J", "launches", Run(|t, ask| t.totals.kinetic_most / ask.number("size"))),
+    row("energy-kept", &[], "of the start", "wrong-energy", Run(|t, _| (t.totals.energy_end / t.totals.energy_start - 1.0).abs())),
     row("contact-work", &[], "of the largest kinetic energy", "gains-energy", Accounted(|t, _| t.totals.work_contact_n.max(0.0) / t.totals.kinetic_most)),
     row("wrench", &[("arm", NEEDED)], RELATIVE, "wrong-load", Run(wrench)),
+    row("load", &[], "of the weight", "wrong-load", Run(load)),
+    row("impact", &[], RELATIVE, "wrong-impulse", Run(impact)),
+    row("friction-read", &[("exact", NEEDED)], RELATIVE, "wrong-impulse", Against(|t, _| t.forces.friction())),
     // what the closed form of the scene says of the measure called as the check is
     row("closed-form", &[("size", 1.0)], RELATIVE, "wrong", Run(|t, ask| t.error(ask.label()) / ask.number("size"))),
     // what is said of the run
+    row("unsaid", &[], "yes or no", "silent", Run(|t, _| yes(!t.said()))),
     row("silent", &[], "yes or no", "silent", Run(|t, _| yes(t.totals.recovering == 0))),
     row("steps-not-flagged", &[], "steps", "silent", Run(|t, _| (t.totals.steps - t.totals.redundant_steps) as f64)),
     row("gain-not-reported", &[], "of the start", "silent", Run(gain_not_reported)),
+    // of a second run
+    row("resumed", &[], "m", "diverges", Run(|t, _| resumed::distance(t))),
     // of the study's rotor
     row("speed-left", &[], "rad/s", "turns", Machine),
     row("single-cells-refused", &[], "cells", "unique", Machine),
@@ -392,7 +404,7 @@ fn gain_not_reported(t: &Trace, _: &Ask) -> f64 {
 
 /// Normal forces on all that moves against the weights: force, and moment over `arm` \[m\].
 fn wrench(t: &Trace, ask: &Ask) -> f64 {
-    let found: Vec3 = t.moving().iter().map(|&k| t.wrench[k]).sum();
+    let found: Vec3 = t.moving().iter().map(|&k| t.forces.wrench(k)).sum();
     let g = Vec2::from(t.scene.gravity);
     let mut exact = Vec3::zeros();
     for k in t.moving() {
@@ -409,4 +421,80 @@ fn wrench(t: &Trace, ask: &Ask) -> f64 {
         off.xy().norm() / weight,
         off.z.abs() / (ask.number("arm") * weight),
     )
+}
+
+/// Largest angle \[rad\] by which the body has turned from its start.
+fn tilt(t: &Trace, ask: &Ask) -> f64 {
+    let k = ask.body(t);
+    let start = t.history[0].states[k].0.angle();
+    t.most(&[k], |_, s| {
+        let turn = s.0.angle() - start;
+        (turn - TAU * (turn / TAU).round()).abs()
+    })
+}
+
+/// Farthest \[rad\] that a revolute joint has turned beyond its limits, from the time `after` \[s\] on.
+fn past_limits(t: &Trace, ask: &Ask) -> f64 {
+    let late = || t.history.iter().filter(|m| m.time >= ask.number("after"));
+    let turned = |k: Option<usize>, m: &Moment| {
+        let start = |k: usize| t.history[0].states[k].0.angle();
+        k.map_or(0.0, |k| m.states[k].0.angle() - start(k))
+    };
+    let revolute = t
+        .scene
+        .joints
+        .iter()
+        .filter(|j| j.kind == JointKind::Revolute);
+    let limited = revolute.filter_map(|j| Some((j.bodies, j.limits?)));
+    let past = limited.flat_map(|(bodies, [low, high])| {
+        late().map(move |m| {
+            let angle = turned(bodies[1], m) - turned(bodies[0], m);
+            let angle = angle - TAU * (angle / TAU).round();
+            (angle - high).max(low - angle)
+        })
+    });
+    past.fold(0.0, larger)
+}
+
+/// Distance \[m\] of the body at the end from the place that the closed form gives.
+fn off_course(t: &Trace, ask: &Ask) -> f64 {
+    let place = Vec2::new(ask.number("x"), ask.number("y"));
+    (t.ends(ask.body(t))[1].translation - place).norm()
+}
+
+/// Greatest height \[m\] of the body's origin from the time `after` \[s\] on.
+fn peak(t: &Trace, ask: &Ask) -> f64 {
+    let k = ask.body(t);
+    let late = t.history.iter().filter(|m| m.time >= ask.number("after"));
+    let heights = late.map(|m| m.states[k].0.translation.y);
+    heights.fold(
+        f64::NEG_INFINITY,
+        |a, b| if b > a || b.is_nan() { b } else { a },
+    )
+}
+
+/// Worst of all steps of the last tenth: the normal force of the body's contacts against its weight.
+fn load(t: &Trace, ask: &Ask) -> f64 {
+    let k = ask.body(t);
+    let g = t.scene.gravity[0].hypot(t.scene.gravity[1]);
+    let mass = t.scene.bodies[k].mass_and_inertia().map_or(NEEDED, |m| m.0);
+    let off = t
+        .forces
+        .range(k)
+        .map(|force| (force / (mass * g) - 1.0).abs());
+    larger(off[0], off[1])
+}
+
+/// The impulse of a landing body that comes to rest, `m √(2 g d)` after a fall by d, against the
+/// largest that one step reports. A step may add its weight: only what is beyond `m g Δt` counts.
+fn impact(t: &Trace, _: &Ask) -> f64 {
+    let g = t.scene.gravity[1].abs();
+    let off = t.moving().into_iter().map(|k| {
+        let [start, end] = t.ends(k).map(|p| p.translation.y);
+        let mass = t.scene.bodies[k].mass_and_inertia().map_or(NEEDED, |m| m.0);
+        let exact = mass * (2.0 * g * (start - end)).sqrt();
+        let weight = mass * g * t.scene.step.dt;
+        ((t.forces.most(k) - exact).abs() - weight).max(0.0) / exact
+    });
+    off.fold(0.0, larger)
 }

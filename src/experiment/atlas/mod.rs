@@ -19,18 +19,22 @@
 //!
 //! [`crate::scene::atlas`] says how to add an entry or a rung.
 
+mod forces;
 mod measures;
+mod preset;
+mod resumed;
 mod trace;
 mod verdict;
 
-use super::setting::Setting;
+pub use preset::Preset;
+
 use super::simulate::{Engine, RunError};
 use crate::report::{Progress, ResultRow, number};
 use crate::scene::atlas::AtlasRung;
-use crate::scene::{AtlasEntry, Hint, Scene, SceneError, atlas_entries};
+use crate::scene::{AtlasEntry, Hint, Scene, SceneError, atlas_entries, issue_entries};
 use measures::Ask;
 use trace::Trace;
-use verdict::{Finding, Verdict};
+use verdict::{Check, Finding, Verdict};
 
 /// Measures of a machine, by name, and its number of unsolved islands.
 pub struct MachineFigures {
@@ -55,19 +59,19 @@ struct Task {
 }
 
 impl Task {
-    fn run(&self, entry: &AtlasEntry, engine: Engine) -> Result<Finding, RunError> {
+    fn run(&self, entry: &AtlasEntry, preset: &Preset) -> Result<Finding, RunError> {
         if self.rung.double && crate::rapier::PRECISION != "f64" {
             let reason = "needs feature `f64`: build with --features f64".to_owned();
             return Ok(Finding::unavailable("skipped", reason));
         }
-        if let (Some(why), false) = (&self.rung.only_ours, engine == Engine::Moreau) {
+        if let (Some(why), false) = (&self.rung.only_ours, preset.engine == Engine::Moreau) {
             return Ok(Finding::unavailable("cannot", why.clone()));
         }
-        self.judged(entry, engine).or_else(Finding::stopped)
+        self.judged(entry, preset).or_else(Finding::stopped)
     }
 
     /// Steps the scene, or runs its machine, and judges the result.
-    fn judged(&self, entry: &AtlasEntry, engine: Engine) -> Result<Finding, RunError> {
+    fn judged(&self, entry: &AtlasEntry, preset: &Preset) -> Result<Finding, RunError> {
         let judge = entry.judge(&self.rung);
         let asks = self.asks(entry)?;
         if let Some(run) = &self.machine {
@@ -76,9 +80,14 @@ impl Task {
             let unsolved = Some(figures.unsolved);
             return Ok(Finding::judged(checks, judge.mode(), true, unsolved));
         }
-        let trace = Trace::of(&self.scene, engine)?;
+        let scene = preset.scene(&self.scene);
+        let trace = Trace::with(&scene, preset.engine, preset.baseline.as_ref())?;
         let checks = asks.iter().filter_map(|ask| ask.of_run(&trace)).collect();
-        Ok(Finding::of(&trace, checks, judge.mode()))
+        let mut finding = Finding::of(&trace, checks, judge.mode());
+        if entry.block.issue.is_some() {
+            finding.checks.push(Check::said(trace.said()));
+        }
+        Ok(finding)
     }
 
     /// The checks of the rung, their measures found.
@@ -89,26 +98,18 @@ impl Task {
         asks.collect::<Result<_, _>>().map_err(named)
     }
 
-    fn rows(&self, entry: &AtlasEntry, engine: Engine, finding: &Finding) -> Vec<ResultRow> {
-        let setting = Setting::new(engine, &self.scene.step);
+    fn rows(&self, entry: &AtlasEntry, preset: &Preset, finding: &Finding) -> Vec<ResultRow> {
         let row = |measure: &str, value: f64, unit: &str, reference: String| ResultRow {
             scene: entry.name.to_owned(),
             rung: self.rung.name.clone(),
-            engine: engine.name().to_owned(),
-            scheme: setting.scheme().to_owned(),
-            solver: setting.solver().to_owned(),
-            setting: preset(engine).to_owned(),
-            dt_s: self.scene.step.dt,
-            threads: setting.threads(),
-            precision: setting.precision().to_owned(),
             measure: measure.to_owned(),
             value,
             unit: unit.to_owned(),
             reference,
             seconds_per_simulated_second: finding.cost,
-            spread: None,
             verdict: finding.verdict.word().to_owned(),
             mode: finding.mode.clone(),
+            ..preset.row(&self.scene)
         };
         if finding.checks.is_empty() {
             return vec![row("verdict", f64::NAN, "", String::new())];
@@ -118,14 +119,6 @@ impl Task {
         checks
             .map(|c| row(&c.measure, c.value, &c.unit, at_most(c.limit)))
             .collect()
-    }
-}
-
-/// The engine's preset, the same for every scene.
-fn preset(engine: Engine) -> &'static str {
-    match engine {
-        Engine::Moreau | Engine::Rapier | Engine::Box2d => "default",
-        Engine::RapierStiff => "stiff",
     }
 }
 
@@ -156,7 +149,23 @@ impl Atlas {
     /// [`RunError::Unfit`] for an unknown entry, with the nearest, or for a check that measures
     /// nothing; [`RunError::Scene`] if an entry or a scene of it is broken.
     pub fn new(names: &[String], quick: bool, read: ReadRung) -> Result<Atlas, RunError> {
-        let mut entries = atlas_entries()?;
+        Atlas::of(atlas_entries()?, names, quick, read)
+    }
+
+    /// The complaints `names`, or all of them if `names` is empty.
+    ///
+    /// # Errors
+    /// Those of [`Atlas::new`].
+    pub fn issues(names: &[String], read: ReadRung) -> Result<Atlas, RunError> {
+        Atlas::of(issue_entries()?, names, false, read)
+    }
+
+    fn of(
+        mut entries: Vec<AtlasEntry>,
+        names: &[String],
+        quick: bool,
+        read: ReadRung,
+    ) -> Result<Atlas, RunError> {
         for name in names.iter().filter(|n| !n.ends_with(".toml")) {
             if !entries.iter().any(|e| e.name == *name) {
                 let hint = Hint::new(name, entries.iter().map(|e| &e.name));
@@ -193,32 +202,50 @@ impl Atlas {
         entry.explanation(rung)
     }
 
-    /// Number of runs, all engines counted.
-    pub fn runs(&self) -> usize {
-        self.plan.len() * Engine::ALL.len()
+    /// The entries whose rungs are run.
+    pub fn entries(&self) -> &[AtlasEntry] {
+        &self.entries
     }
 
-    /// Runs every rung with `engines`. All but the times is deterministic.
+    /// Number of rungs to be run.
+    pub fn rungs(&self) -> usize {
+        self.plan.len()
+    }
+
+    /// Runs every rung with `engines` at their defaults, see [`Atlas::run_presets`].
+    ///
+    /// # Errors
+    /// Those of [`Atlas::run_presets`].
+    pub fn run(&self, engines: &[Engine], progress: &Progress) -> Result<AtlasResults, RunError> {
+        let presets: Vec<Preset> = engines.iter().map(|e| Preset::of(*e)).collect();
+        self.run_presets(&presets, progress)
+    }
+
+    /// Runs every rung with `presets`. All but the times is deterministic.
     ///
     /// # Arguments
     /// - `progress`: advanced once a run.
     ///
     /// # Errors
     /// Errors that are not the result of a rung; a failing rung is a row.
-    pub fn run(&self, engines: &[Engine], progress: &Progress) -> Result<AtlasResults, RunError> {
+    pub fn run_presets(
+        &self,
+        presets: &[Preset],
+        progress: &Progress,
+    ) -> Result<AtlasResults, RunError> {
         let mut results = AtlasResults::default();
         for task in &self.plan {
             let (entry, rung) = (&self.entries[task.entry], &task.rung);
-            for &engine in engines {
-                progress.message(format!("{} {}, {}", entry.name, rung.name, engine.name()));
-                let finding = task.run(entry, engine)?;
-                results.rows.extend(task.rows(entry, engine, &finding));
+            for preset in presets {
+                progress.message(format!("{} {}, {}", entry.name, rung.name, preset.name));
+                let finding = task.run(entry, preset)?;
+                results.rows.extend(task.rows(entry, preset, &finding));
                 if let Some(reason) = &finding.reason {
                     let what = match finding.verdict {
                         Verdict::Unavailable => finding.mode.as_str(),
                         _ => "stopped",
                     };
-                    results.note(entry, rung, engine, what, reason);
+                    results.note(entry, rung, preset, what, reason);
                 }
                 progress.advance();
             }
@@ -233,32 +260,34 @@ impl AtlasResults {
         &mut self,
         entry: &AtlasEntry,
         rung: &AtlasRung,
-        engine: Engine,
+        preset: &Preset,
         what: &str,
         reason: &str,
     ) {
         let note = match what {
-            "skipped" => format!("{} {}: {what}, {reason}", entry.name, rung.name),
+            "skipped" => format!("{}: {what}, {reason}", called(entry, rung)),
             "cannot" => {
                 // whichever of a peer's presets it is
                 let what = reason
                     .strip_prefix("--engine ")
                     .and_then(|r| r.split_once(": "));
                 let reason = what.map_or(reason, |(_, what)| what);
-                let peer = engine.peer().unwrap_or_default();
+                let peer = preset.engine.peer().unwrap_or_default();
                 format!("{}: {peer} cannot: {reason}", entry.name)
             }
-            _ => format!(
-                "{} {}, {}: {what}, {reason}",
-                entry.name,
-                rung.name,
-                engine.name()
-            ),
+            _ => format!("{}, {}: {what}, {reason}", called(entry, rung), preset.name),
         };
         if !self.notes.contains(&note) {
             self.notes.push(note);
         }
     }
+}
+
+/// Entry and rung in a note; the only rung of an entry may have no name.
+fn called(entry: &AtlasEntry, rung: &AtlasRung) -> String {
+    format!("{} {}", entry.name, rung.name)
+        .trim_end()
+        .to_owned()
 }
 
 #[cfg(test)]

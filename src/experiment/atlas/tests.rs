@@ -32,6 +32,26 @@ fn the_oracle_dates_masonry() {
     assert_eq!(dated, 10 + 6 + 8 + 6);
 }
 
+/// Complaints that a thing does not stand are of things that can, by a linear programme; and the
+/// triangles stand by friction alone.
+#[test]
+fn complaints_about_statics_are_of_what_can_stand() {
+    let issue = |name: &str, flags: &[String]| {
+        let scene = crate::scene::load(&format!("issues/{name}"), flags).unwrap();
+        can_stand(&scene).unwrap()
+    };
+    for name in [
+        "heavy-on-cube",
+        "creep-on-slope",
+        "triangles",
+        "stack-ten-minutes",
+    ] {
+        assert!(issue(name, &[]), "{name}");
+    }
+    let slippery = "material.stone.friction=0.29".to_owned();
+    assert!(!issue("triangles", &[slippery]));
+}
+
 /// The first rung of each size is 2 % above the least that stands.
 #[test]
 fn margins_of_arches_and_cards_are_from_their_limits() {

@@ -1,9 +1,11 @@
+use super::super::baseline::Baseline;
 use super::super::reference::{Measure, Samples, measures};
 use super::super::setting::step_count;
 use super::super::simulate::{Engine, RunError, Totals, advance};
+use super::super::verdict::{Judge, Verdict};
+use super::forces::Forces;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
-use crate::dynamics::record::StepRecord;
 use crate::scene::{Built, Scene};
 
 /// Most body states that a trace stores; a longer run stores every k-th step and the last one.
@@ -24,19 +26,29 @@ pub(super) struct Trace {
     /// The start first and the end last; all steps in between, or every k-th.
     pub history: Vec<Moment>,
     pub totals: Totals,
+    /// Whether the scene held, as a run says it.
+    pub verdict: Verdict,
     /// Errors against the scene's closed form.
     pub measures: Vec<Measure>,
-    /// Over the last tenth of the run: mean normal force \[N\] of all contacts on each body, and its
-    /// moment \[N m\] about the origin. (rapier's friction has a size in its record, but no sign.)
-    pub wrench: Vec<Vec3>,
+    /// What contacts reported.
+    pub forces: Forces,
 }
 
 impl Trace {
-    /// Runs `scene` to its end.
+    /// Runs `scene` to its end with the engine's preset.
+    ///
+    /// # Errors
+    /// Those of [`Trace::with`].
+    #[cfg(test)]
+    pub fn of(scene: &Scene, engine: Engine) -> Result<Trace, RunError> {
+        Trace::with(scene, engine, engine.baseline().as_ref())
+    }
+
+    /// Runs `scene` to its end with the settings `peer` of an engine that is not ours.
     ///
     /// # Errors
     /// Those of [`advance`]; [`RunError::Unfit`] for an engine that cannot step the scene.
-    pub fn of(scene: &Scene, engine: Engine) -> Result<Trace, RunError> {
+    pub fn with(scene: &Scene, engine: Engine, peer: Option<&Baseline>) -> Result<Trace, RunError> {
         engine.has_model(scene)?;
         let mut built = scene.build()?;
         let steps = step_count(&scene.step);
@@ -44,15 +56,12 @@ impl Trace {
         let mut samples = Samples::start(&built, engine);
         let mut history = vec![moment(&built, engine, 0.0)];
         let numbers: Vec<Option<u32>> = (0..built.bodies()).map(|k| built.number(k)).collect();
-        let most = numbers
-            .iter()
-            .flatten()
-            .max()
-            .map_or(0, |n| *n as usize + 1);
-        let mut sums = vec![Vec3::zeros(); most];
+        let mut forces = Forces::new(numbers);
+        let mut judge = Judge::new(scene, &built);
         let (mut step, from) = (0, steps - steps.div_ceil(10));
-        let mut time = 0.0;
-        engine.prepare(&mut built)?;
+        if let Some(settings) = peer {
+            engine.prepare_with(settings, &mut built)?;
+        }
         let totals = advance(&mut built, engine, steps, |record, built| {
             step += 1;
             if step % every == 0 || step == steps {
@@ -61,23 +70,25 @@ impl Trace {
             if scene.reference.is_some() {
                 samples.add(record, built, engine);
             }
-            if step > from {
-                time += record.dt;
-                gather(record, &mut sums);
-            }
+            forces.add(record, step > from);
+            judge.add(record, built, engine);
             Ok(())
         })?;
-        let wrench = numbers
-            .iter()
-            .map(|n| n.map_or(Vec3::zeros(), |n| sums[n as usize] / time));
         Ok(Trace {
-            wrench: wrench.collect(),
+            verdict: judge.verdict(&totals, &built),
+            forces,
             measures: measures(scene, &samples),
             scene: scene.clone(),
             engine,
             history,
             totals,
         })
+    }
+
+    /// Whether the engine says that something is wrong with the run: ours by its verdict. Other
+    /// engines say nothing by themselves.
+    pub fn said(&self) -> bool {
+        self.engine == Engine::Moreau && !self.verdict.held
     }
 
     /// Index of the body `name`; the last body if there is none.
@@ -179,18 +190,5 @@ fn moment(built: &Built, engine: Engine, time: f64) -> Moment {
     Moment {
         time,
         states: states.collect(),
-    }
-}
-
-/// Adds each contact's normal impulse and its moment about the origin to its bodies.
-fn gather(record: &StepRecord, sums: &mut [Vec3]) {
-    for c in &record.contacts {
-        let impulse = c.normal * c.impulse_n;
-        let all = Vec3::new(impulse.x, impulse.y, c.position.perp(&impulse));
-        for (body, sign) in c.bodies.into_iter().zip([-1.0, 1.0]) {
-            if let Some(sum) = sums.get_mut(body as usize) {
-                *sum += all * sign;
-            }
-        }
     }
 }

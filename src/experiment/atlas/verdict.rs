@@ -1,5 +1,6 @@
 use super::super::simulate::{Engine, RunError};
 use super::trace::Trace;
+use crate::report::SAID;
 
 /// The check that every rung has for our engine.
 const UNSOLVED: &str = "unsolved-islands";
@@ -18,6 +19,17 @@ pub(super) struct Check {
 }
 
 impl Check {
+    /// Whether the engine itself says that something is wrong with the run. It limits nothing.
+    pub fn said(said: bool) -> Check {
+        Check {
+            measure: SAID.to_owned(),
+            value: f64::from(u8::from(said)),
+            unit: "yes or no".to_owned(),
+            limit: f64::INFINITY,
+            mode: String::new(),
+        }
+    }
+
     pub fn holds(&self) -> bool {
         self.value <= self.limit
     }

@@ -1,0 +1,93 @@
+use crate::contact::Vec3;
+use crate::dynamics::record::StepRecord;
+
+/// What the contacts of a run reported, by body.
+pub(in crate::experiment) struct Forces {
+    /// The number of each body of the scene in records.
+    numbers: Vec<Option<u32>>,
+    /// Normal impulses of the step \[N s\] and their moments about the origin, by number.
+    now: Vec<Vec3>,
+    /// Their sum over the late steps.
+    late: Vec<Vec3>,
+    /// Largest size of a step's normal impulse \[N s\].
+    most: Vec<f64>,
+    /// Least and largest size over the late steps, as a force \[N\].
+    range: Vec<[f64; 2]>,
+    /// Duration of the late steps \[s\].
+    time: f64,
+    /// Sizes of all normal and tangential impulses of the late steps \[N s\].
+    sizes: [f64; 2],
+}
+
+impl Forces {
+    pub fn new(numbers: Vec<Option<u32>>) -> Forces {
+        let last = numbers.iter().flatten().max();
+        let count = last.map_or(0, |n| *n as usize + 1);
+        Forces {
+            numbers,
+            now: vec![Vec3::zeros(); count],
+            late: vec![Vec3::zeros(); count],
+            most: vec![0.0; count],
+            range: vec![[f64::INFINITY, 0.0]; count],
+            time: 0.0,
+            sizes: [0.0; 2],
+        }
+    }
+
+    /// Adds the contacts of a step; `late` of the last tenth of the run.
+    pub fn add(&mut self, record: &StepRecord, late: bool) {
+        self.now.fill(Vec3::zeros());
+        for c in &record.contacts {
+            let impulse = c.normal * c.impulse_n;
+            let all = Vec3::new(impulse.x, impulse.y, c.position.perp(&impulse));
+            for (body, sign) in c.bodies.into_iter().zip([-1.0, 1.0]) {
+                if let Some(sum) = self.now.get_mut(body as usize) {
+                    *sum += all * sign;
+                }
+            }
+            if late {
+                self.sizes[0] += c.impulse_n.abs();
+                self.sizes[1] += c.impulse_t.abs();
+            }
+        }
+        self.time += if late { record.dt } else { 0.0 };
+        for (k, now) in self.now.iter().enumerate() {
+            let size = now.xy().norm();
+            self.most[k] = self.most[k].max(size);
+            if late {
+                self.late[k] += now;
+                let [least, most] = self.range[k];
+                self.range[k] = [least.min(size / record.dt), most.max(size / record.dt)];
+            }
+        }
+    }
+
+    fn of<T>(&self, values: &[T], body: usize) -> Option<T>
+    where
+        T: Copy,
+    {
+        values.get(self.numbers[body]? as usize).copied()
+    }
+
+    /// Over the last tenth of the run: mean normal force \[N\] of all contacts on a body, and its
+    /// moment \[N m\] about the origin. (rapier's friction has a size in its record, but no sign.)
+    pub fn wrench(&self, body: usize) -> Vec3 {
+        let sum = self.of(&self.late, body);
+        sum.map_or(Vec3::zeros(), |sum| sum / self.time)
+    }
+
+    /// Largest normal impulse \[N s\] of a body's contacts together that one step reported.
+    pub fn most(&self, body: usize) -> f64 {
+        self.of(&self.most, body).unwrap_or(0.0)
+    }
+
+    /// Least and largest normal force \[N\] of a body's contacts together in a step of the last tenth.
+    pub fn range(&self, body: usize) -> [f64; 2] {
+        self.of(&self.range, body).unwrap_or([0.0; 2])
+    }
+
+    /// Tangential over normal impulses of all contacts in the last tenth of the run.
+    pub fn friction(&self) -> f64 {
+        self.sizes[1] / self.sizes[0]
+    }
+}
