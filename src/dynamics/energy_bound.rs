@@ -9,8 +9,8 @@
 use super::contact_cache::JointEnergy;
 use super::fallback::hopeless;
 use super::island_problem::{IslandProblem, Terms};
-use crate::contact::{ContactProblem, Vec2};
-use crate::solver::{ImpulseSolver, SolveReport};
+use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
+use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
 /// Largest energy that joints may add, as a share of the energy of their island.
 const SHARE: f64 = 0.01;
@@ -25,26 +25,38 @@ struct Blend {
     share: f64,
     /// Report of the calm solution.
     calm: SolveReport,
+    /// Violation of the constraints by the blended impulses, where they are neither solution.
+    applied: Option<Residual>,
 }
 
 impl Blend {
-    /// The report of the blend, which solves neither problem exactly. Its quality is that of the
-    /// first solution, or that of the calm one if it is `worse`.
-    fn report(&self, first: &SolveReport, worse: bool) -> SolveReport {
+    /// The report of the blend, which solves neither problem exactly. Its residual is the worst of
+    /// these: that of the first solution, or of the calm one if it is `worse`, and the violation of
+    /// the constraints by the blended impulses themselves, see [`feasibility`].
+    fn report(&self, first: &SolveReport, worse: bool, tolerance: f64) -> SolveReport {
         let mut report = first.after(&self.calm);
         if worse {
             report.status = self.calm.status;
             report.residual = self.calm.residual;
         }
+        if let Some(applied) = self.applied {
+            if !applied.certified(tolerance) {
+                report.status = SolveStatus::Unsolved;
+            }
+            let better = applied.merit() <= report.residual.merit();
+            if !better {
+                report.residual = applied;
+            }
+        }
         report
     }
 }
 
-/// Solves `calm` from `start` and blends its solution with the `first` one. Finds the largest share
-/// with `excess(share, blend, G P + b of the calm solution) ≤ 0`.
+/// Solves `calm` from `start` and blends its solution with the `first` one, that of `problem`, which
+/// differs in `b` alone. Finds the largest share with `excess(share, blend, G P + b of the calm solution) ≤ 0`.
 fn blend(
     solver: &mut dyn ImpulseSolver,
-    calm: &ContactProblem,
+    [problem, calm]: [&ContactProblem; 2],
     start: Vec<Vec2>,
     (first, report): (&[Vec2], &SolveReport),
     tolerance: f64,
@@ -61,10 +73,19 @@ fn blend(
     } else {
         largest_share([0.0, 0.5, 1.0].map(|s| excess(s, &at(s), &velocities)))
     };
+    let impulses = at(share);
+    let applied = (share > 0.0 && share < 1.0).then(|| {
+        let blended = ContactProblem {
+            free: lerp(&calm.free, &problem.free, share),
+            ..problem.clone()
+        };
+        feasibility(&blended, &impulses)
+    });
     Blend {
-        impulses: at(share),
+        impulses,
         share,
         calm: calm_report,
+        applied,
     }
 }
 
@@ -162,9 +183,10 @@ pub(super) fn bound_contacts(
         work_of(terms, p, |i| gamma_0(i).lerp(&gamma_1(i), share))
     };
     let start = vec![Vec2::zeros(); impulses.len()];
-    let found = blend(solver, &calm, start, (impulses, &report), tolerance, excess);
+    let (first, problems) = ((&*impulses, &report), [problem, &calm]);
+    let found = blend(solver, problems, start, first, tolerance, excess);
     impulses.copy_from_slice(&found.impulses);
-    Some(found.report(&report, !found.calm.solved()))
+    Some(found.report(&report, !found.calm.solved(), tolerance))
 }
 
 /// `W` of equation (1) of [`bound_contacts`] \[J\].
@@ -257,10 +279,12 @@ pub(super) fn bound_joints(
         }
         let excess = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
         let (start, first) = (impulses.to_vec(), (&*impulses, &report));
-        let found = blend(solver, &calm, start, first, tolerance, excess);
+        let problems = [problem, &calm];
+        let found = blend(solver, problems, start, first, tolerance, excess);
         now = work(found.share, &found.impulses);
         impulses.copy_from_slice(&found.impulses);
-        let report = found.report(&report, found.share == 0.0 || !found.calm.solved());
+        let worse = found.share == 0.0 || !found.calm.solved();
+        let report = found.report(&report, worse, tolerance);
         result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
     }
     let share = 1.0 / bilateral.len() as f64;
