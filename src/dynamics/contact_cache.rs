@@ -43,13 +43,22 @@ pub(super) struct ContactCache {
     pub lands: bool,
 }
 
-/// Pairs of surfaces that overlapped when they were first seen.
+/// Pairs of surfaces that are moved apart by position.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct Overlaps {
     /// All pairs of the last step, in its order.
     pub seen: Vec<u64>,
     /// Pairs that have overlapped since they were first seen.
     pub open: BTreeSet<u64>,
+    /// Pairs that came to overlap later.
+    pub late: BTreeSet<u64>,
+}
+
+impl Overlaps {
+    /// Whether there is nothing to move apart.
+    pub fn is_empty(&self) -> bool {
+        self.open.is_empty() && self.late.is_empty()
+    }
 }
 
 /// Contacts and joints in the order in which a step met them.

@@ -10,7 +10,7 @@ use super::kinetic::kinetic;
 use super::model::{Detection, MultibodyModel};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval};
-use super::recovery::{find_overlaps, part_overlaps};
+use super::recovery::{find_late, find_overlaps, part_overlaps};
 use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
@@ -318,14 +318,18 @@ impl MoreauStepper {
     ) -> Result<Option<f64>, StepError> {
         let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
         let unclosed = !solution.unclosed.is_empty();
-        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
+        let overlaps = overlaps.map(|mut overlaps| {
+            find_late(&mut overlaps, interval, solution, w, record.dt);
+            overlaps
+        });
+        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
             close_joints(model, interval, solution, w, &mut self.solver)?;
         }
         if let Some(mut overlaps) = overlaps {
-            let (open, solver) = (&mut overlaps.open, &mut self.solver);
-            let moves = part_overlaps(open, interval, solution, w, record.dt, solver);
+            let solver = &mut self.solver;
+            let moves = part_overlaps(&mut overlaps, interval, solution, w, record.dt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {
