@@ -16,8 +16,17 @@ use std::collections::BTreeSet;
 /// Share of an overlap that a step corrects.
 const SHARE: f64 = 0.2;
 
-/// Overlap of a pair that comes to overlap late, in slops, from which on it is moved apart.
+/// Overlap from which on a pair that came to overlap late is moved apart, in slops: of a pair that
+/// moves, whose overlap may be an error of the step that the next one takes back, and at rest.
 const TRIGGER: f64 = 10.0;
+const TRIGGER_AT_REST: f64 = 2.0;
+
+/// Slop of a pair at rest, as a share of that of a pair that moves.
+const SLOP_AT_REST: f64 = 0.01;
+
+/// Velocity of a pair at rest, as a share of the one that the reference acceleration gives in a
+/// step.
+const REST: f64 = 0.1;
 
 /// Relative residual at which the displacements of a step count as solved: a micrometre per metre
 /// of displacement. A share of the overlap is left for the next step anyway.
@@ -71,17 +80,20 @@ pub(super) fn find_overlaps(
     Overlaps { seen, open, late }
 }
 
-/// Adds the pairs that a step left overlapped by more than [`TRIGGER`] slops, for example after an impact:
+/// Adds the pairs that a step left overlapped by more than the trigger of [`limits`], for example
+/// after an impact:
 /// the rules of contacts push nothing out faster than it came in.
 ///
 /// Contacts without impulse that open by themselves, and impacts of this very step, do not count.
+/// Nor do bodies `in_cluster`, which moved on a path of their own.
 pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-    dt: f64,
+    in_cluster: &[bool],
 ) {
+    let dt = interval.length;
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let pair = contact.key.pair;
         if contact.gap >= -2.0 * contact.gap_noise
@@ -89,11 +101,13 @@ pub(super) fn find_late(
             || overlaps.open.contains(&pair)
             || overlaps.late.contains(&pair)
             || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
+            || strays(contact, in_cluster)
         {
             continue;
         }
         let opening = dt * contact.rows.velocity(&solution.end).x;
-        if -(contact.gap + opening) <= TRIGGER * slop(contact, interval) {
+        let [trigger, _] = limits(contact, interval, solution);
+        if -(contact.gap + opening) <= trigger {
             continue;
         }
         // blocks are in the order of contacts, joints behind them
@@ -139,9 +153,10 @@ pub(super) fn part_overlaps(
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-    dt: f64,
+    in_cluster: &[bool],
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
+    let dt = interval.length;
     let mut wedged = solver.cache.wedged && !overlaps.is_empty();
     solver.cache.wedged = wedged;
     if overlaps.is_empty() {
@@ -156,12 +171,21 @@ pub(super) fn part_overlaps(
             continue;
         }
         let left = contact.gap + dt * contact.rows.velocity(&solution.end).x;
-        let slop = slop(contact, interval);
-        let x = -left - slop;
-        // a share per step never reaches zero: a tenth of the slop is near enough
         let pair = contact.key.pair;
         let first = overlaps.open.contains(&pair);
-        let moves = x > 0.1 * slop && (first || overlaps.late.contains(&pair));
+        let is_late = !first && overlaps.late.contains(&pair);
+        let slop = if is_late {
+            limits(contact, interval, solution)[1]
+        } else {
+            slop(contact, interval)
+        };
+        let x = -left - slop;
+        let waits = is_late && strays(contact, in_cluster);
+        if waits {
+            late.insert(pair);
+        }
+        // a share per step never reaches zero: a tenth of the slop is near enough
+        let moves = x > 0.1 * slop && (first || is_late) && !waits;
         if moves {
             if first { &mut open } else { &mut late }.insert(pair);
         }
@@ -305,6 +329,26 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
+/// Overlaps \[m\] of a pair that came to overlap late: from which on it is moved apart, and down to
+/// which.
+fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [f64; 2] {
+    let whole = slop(contact, interval);
+    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
+    let slow = REST * acceleration * interval.length;
+    let ends = [&interval.start, &solution.end].map(|u| contact.rows.velocity(u).norm());
+    if ends[0].max(ends[1]) > slow {
+        return [TRIGGER * whole, whole];
+    }
+    let slop = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
+    [TRIGGER_AT_REST * slop, slop]
+}
+
+/// Whether a body of the contact is in a cluster: the contact as detected says nothing of its end.
+fn strays(contact: &ContactPoint, in_cluster: &[bool]) -> bool {
+    let known = |b: &u32| in_cluster.get(*b as usize).copied().unwrap_or(false);
+    contact.rows.bodies.iter().any(known)
+}
+
 /// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference
 /// acceleration covers in a step.
 fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
@@ -349,7 +393,7 @@ mod tests {
                     &interval,
                     &still,
                     &masses,
-                    0.01,
+                    &[],
                     &mut solver,
                 ));
                 counts.push(tried.load(Ordering::Relaxed));
@@ -362,7 +406,7 @@ mod tests {
                 &interval,
                 &still,
                 &masses,
-                0.01,
+                &[],
                 &mut solver,
             );
             look(&mut overlaps, &interval);
@@ -371,7 +415,7 @@ mod tests {
                 &interval,
                 &still,
                 &masses,
-                0.01,
+                &[],
                 &mut solver,
             );
             counts.push(tried.load(Ordering::Relaxed));

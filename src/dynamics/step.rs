@@ -148,7 +148,7 @@ impl MoreauStepper {
         self.count_islands(record, &mut clusters, &in_cluster);
         self.record(model, record, &clusters, &in_cluster);
         self.write(model, &clusters, &in_cluster, dt);
-        let potential = self.close_gaps(model, record, overlaps)?;
+        let potential = self.close_gaps(model, record, overlaps, &in_cluster)?;
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         self.solver.cache.commit();
         model.end_step();
@@ -315,11 +315,12 @@ impl MoreauStepper {
         model: &mut M,
         record: &mut StepRecord,
         overlaps: Option<Overlaps>,
+        in_cluster: &[bool],
     ) -> Result<Option<f64>, StepError> {
         let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
         let unclosed = !solution.unclosed.is_empty();
         let overlaps = overlaps.map(|mut overlaps| {
-            find_late(&mut overlaps, interval, solution, w, record.dt);
+            find_late(&mut overlaps, interval, solution, w, in_cluster);
             overlaps
         });
         let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
@@ -329,7 +330,7 @@ impl MoreauStepper {
         }
         if let Some(mut overlaps) = overlaps {
             let solver = &mut self.solver;
-            let moves = part_overlaps(&mut overlaps, interval, solution, w, record.dt, solver);
+            let moves = part_overlaps(&mut overlaps, interval, solution, w, in_cluster, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {
