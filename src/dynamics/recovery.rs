@@ -85,13 +85,13 @@ pub(super) fn find_overlaps(
 /// the rules of contacts push nothing out faster than it came in.
 ///
 /// Contacts without impulse that open by themselves, and impacts of this very step, do not count.
-/// Nor do bodies `in_cluster`, which moved on a path of their own.
+/// Nor do `exempt` bodies, see [`exempt_bodies`].
 pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-    in_cluster: &[bool],
+    exempt: &[bool],
 ) {
     let dt = interval.length;
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
@@ -101,7 +101,7 @@ pub(super) fn find_late(
             || overlaps.open.contains(&pair)
             || overlaps.late.contains(&pair)
             || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
-            || strays(contact, in_cluster)
+            || is_exempt(contact, exempt)
         {
             continue;
         }
@@ -153,7 +153,7 @@ pub(super) fn part_overlaps(
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-    in_cluster: &[bool],
+    exempt: &[bool],
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
     let dt = interval.length;
@@ -180,7 +180,7 @@ pub(super) fn part_overlaps(
             slop(contact, interval)
         };
         let x = -left - slop;
-        let waits = is_late && strays(contact, in_cluster);
+        let waits = is_late && is_exempt(contact, exempt);
         if waits {
             late.insert(pair);
         }
@@ -343,9 +343,28 @@ fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [
     [TRIGGER_AT_REST * slop, slop]
 }
 
-/// Whether a body of the contact is in a cluster: the contact as detected says nothing of its end.
-fn strays(contact: &ContactPoint, in_cluster: &[bool]) -> bool {
-    let known = |b: &u32| in_cluster.get(*b as usize).copied().unwrap_or(false);
+/// Bodies whose late overlaps are left alone in this step: those `in_cluster`, which moved on a path
+/// of their own, and those of islands whose contacts were softened, where overlap carries the load.
+pub(super) fn exempt_bodies(
+    mut in_cluster: Vec<bool>,
+    interval: &Interval,
+    solution: &Solution,
+) -> Vec<bool> {
+    for (k, outcome) in solution.outcomes.iter().enumerate() {
+        if outcome.relaxed {
+            let sides = |i: &u32| interval.sides[*i as usize];
+            for body in solution.islands.blocks(k).iter().flat_map(sides) {
+                if let Some(exempt) = in_cluster.get_mut(body as usize) {
+                    *exempt = true;
+                }
+            }
+        }
+    }
+    in_cluster
+}
+
+fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
+    let known = |b: &u32| exempt.get(*b as usize).copied().unwrap_or(false);
     contact.rows.bodies.iter().any(known)
 }
 

@@ -10,7 +10,7 @@ use super::kinetic::kinetic;
 use super::model::{Detection, MultibodyModel};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval};
-use super::recovery::{find_late, find_overlaps, part_overlaps};
+use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
 use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
@@ -148,7 +148,7 @@ impl MoreauStepper {
         self.count_islands(record, &mut clusters, &in_cluster);
         self.record(model, record, &clusters, &in_cluster);
         self.write(model, &clusters, &in_cluster, dt);
-        let potential = self.close_gaps(model, record, overlaps, &in_cluster)?;
+        let potential = self.close_gaps(model, record, overlaps, in_cluster)?;
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         self.solver.cache.commit();
         model.end_step();
@@ -315,12 +315,13 @@ impl MoreauStepper {
         model: &mut M,
         record: &mut StepRecord,
         overlaps: Option<Overlaps>,
-        in_cluster: &[bool],
+        in_cluster: Vec<bool>,
     ) -> Result<Option<f64>, StepError> {
         let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
         let unclosed = !solution.unclosed.is_empty();
+        let exempt = exempt_bodies(in_cluster, interval, solution);
         let overlaps = overlaps.map(|mut overlaps| {
-            find_late(&mut overlaps, interval, solution, w, in_cluster);
+            find_late(&mut overlaps, interval, solution, w, &exempt);
             overlaps
         });
         let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
@@ -330,7 +331,7 @@ impl MoreauStepper {
         }
         if let Some(mut overlaps) = overlaps {
             let solver = &mut self.solver;
-            let moves = part_overlaps(&mut overlaps, interval, solution, w, in_cluster, solver);
+            let moves = part_overlaps(&mut overlaps, interval, solution, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {
