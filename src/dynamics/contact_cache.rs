@@ -1,6 +1,7 @@
 //! The contact cache: data of contacts and joints for the next step.
 
 use super::model::ContactKey;
+use super::pulled_links::PulledLink;
 use crate::contact::Vec2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -39,6 +40,8 @@ pub(super) struct ContactCache {
     #[serde(with = "in_order")]
     pub contacts: CachedContacts,
     pub overlaps: Overlaps,
+    /// In the order of their pins.
+    pub links: Vec<PulledLink>,
     /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
 }
