@@ -374,6 +374,48 @@ mod tests {
         assert!(!at(bound).certified(1e-8), "{:?}", at(bound));
     }
 
+    /// Bug: two equal rows that must move apart have no solution, but impulses of 1e20 N s against
+    /// each other were certified, because their round-off explains any velocity.
+    #[test]
+    fn huge_impulses_are_no_certificate() {
+        let mut operator = DMatrix::identity(4, 4);
+        (operator[(0, 2)], operator[(2, 0)]) = (1.0, 1.0);
+        let law = Law::Bounded {
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            compliance: 0.0,
+        };
+        let problem = ContactProblem {
+            operator: Delassus::dense(operator),
+            free: vec![Vec2::x(), -Vec2::x()],
+            laws: vec![law; 2],
+        };
+        let at = |p: f64| natural_map(&problem, &[Vec2::new(p, 0.0), Vec2::new(-p, 0.0)]);
+        for p in [0.0, 1.0, 1e10, 1e20] {
+            assert!(!at(p).certified(1e-8), "{p}: {:?}", at(p));
+        }
+    }
+
+    /// A contact that opens may push in a blend, but none may close, and none may pull.
+    #[test]
+    fn feasible_is_what_neither_closes_nor_pulls() {
+        let problem = |b: f64| ContactProblem {
+            operator: Delassus::dense(DMatrix::identity(2, 2)),
+            free: vec![Vec2::new(b, 0.0)],
+            laws: vec![Law::Contact {
+                friction: 0.5,
+                compliance: 0.0,
+            }],
+        };
+        let of = |b: f64, n: f64, t: f64| feasibility(&problem(b), &[Vec2::new(n, t)]);
+        assert!(of(-1.0, 2.0, 1.0).certified(1e-15));
+        assert!(!natural_map(&problem(-1.0), &[Vec2::new(2.0, 1.0)]).certified(0.1));
+        for (b, n, t) in [(-1.0, 0.5, 0.0), (-1.0, 2.0, 1.1), (3.0, -1.0, 0.0)] {
+            assert!(!of(b, n, t).certified(1e-2), "{b} {n} {t}");
+        }
+        assert!(!of(f64::NAN, 1.0, 0.0).certified(1.0));
+    }
+
     /// The second number of a bounded row moves the other rows, so it must be 0.
     #[test]
     fn a_bounded_row_has_no_tangential_impulse() {
