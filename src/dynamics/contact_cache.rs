@@ -14,6 +14,8 @@ use std::collections::BTreeSet;
 pub(crate) struct JointEnergy {
     /// Energy added so far \[J\].
     pub added: f64,
+    /// Energy that they and the contacts of the island have added together, 0 or more \[J\].
+    pub total: f64,
     /// Largest energy of recent steps, the scale of the bound \[J\].
     pub scale: f64,
 }

@@ -115,7 +115,9 @@ pub(super) fn find_late(
             Source::Contact(index) => index,
             Source::Joint(_) => usize::MAX,
         };
-        let block = interval.blocks.binary_search_by_key(&index, |b| of(b.source));
+        let block = interval
+            .blocks
+            .binary_search_by_key(&index, |b| of(b.source));
         let parts = opening > -SHARE * contact.gap;
         let stays = match block {
             Ok(i) if interval.blocks[i].impact => false,
@@ -420,23 +422,9 @@ mod tests {
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
             look(&mut overlaps, &Interval::default());
-            part_overlaps(
-                &mut overlaps,
-                &interval,
-                &still,
-                &masses,
-                &[],
-                &mut solver,
-            );
+            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
             look(&mut overlaps, &interval);
-            part_overlaps(
-                &mut overlaps,
-                &interval,
-                &still,
-                &masses,
-                &[],
-                &mut solver,
-            );
+            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }
