@@ -43,6 +43,7 @@ pub(crate) use local_four::levels;
 pub(crate) use local_four::{Four, FourContacts, load_four, solve_four};
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};
 pub use problem::{ContactError, ContactProblem};
+pub(crate) use residual::feasibility;
 pub use residual::{Judge, Residual, natural_map};
 
 /// A pair (n, t).

@@ -18,14 +18,19 @@ pub struct Residual {
     /// impulse counts: in a wedge without a solution impulses can grow until any residual is small
     /// beside them.
     pub velocity_scale: f64,
-    /// Round-off of `ξ` in double precision \[m/s\]: `64 ε max_i |P_i| / ρ_i`. Self-stress of 1e14
-    /// times the other impulses hides any velocity; a certificate of such impulses means nothing.
+    /// Round-off of `ξ` that is granted \[m/s\]: `64 ε max_i |P_i| / ρ_i`, but at most 1e-4 times
+    /// `velocity_scale`.
     pub round_off: f64,
 }
 
 /// Number of roundings, each of the largest `|P_i| / ρ_i` of the island, that a velocity may be off
 /// by.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+
+/// Largest round-off that is granted, as a share of the island's velocity scale. The impulses of a
+/// problem without a solution can grow until their round-off explains any velocity. With this bound
+/// the certificate of any impulses, however large, says that velocities are right to four digits.
+const MOST_ROUND_OFF: f64 = 1e-4;
 
 impl Residual {
     /// Whether `relative ≤ tolerance` and `velocity ≤ max(tolerance · velocity_scale, round_off)`.
@@ -75,6 +80,64 @@ fn worse(a: f64, b: f64) -> f64 {
 /// De Saxcé & Feng (1998); Acary & Brogliato (2008), ch. 13. The scaling by ρ is ours.
 pub fn natural_map(problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
     Judge::new(problem).natural_map(problem, impulses)
+}
+
+/// How far impulses are from the constraints of a contact problem, without its complementarity.
+///
+/// For a blend of two solutions of problems that differ in `b` alone: a contact may push where it
+/// opens, and slide against less than its friction, but
+///
+/// ```text
+/// P_i ∈ K_i,   ξ_N ≥ 0 of contacts,   ξ = 0 of pins and of rows without bounds     (1)
+/// ```
+///
+/// hold by convexity. `F_i` is the violation of (1), velocities times `ρ_i`; the scales are those
+/// of [`natural_map`].
+pub(crate) fn feasibility(problem: &ContactProblem, impulses: &[Vec2]) -> Residual {
+    let mut velocities = Vec::new();
+    problem.velocities(impulses, &mut velocities);
+    let mut squares = Squares::default();
+    for (i, law) in problem.laws.iter().enumerate() {
+        let (p, b) = (impulses[i], problem.free[i]);
+        let mut xi = velocities[i];
+        xi.x += law.compliance() * p.x;
+        let stiff = stiffness(law, &problem.operator.diagonal(i));
+        let rho = stiff.recip();
+        let f = match *law {
+            Law::Contact { friction, .. } => {
+                let outside = (p - project_onto_cone(p, friction)).norm();
+                // not `max`, which would drop NaN
+                let closing = if xi.x >= 0.0 { 0.0 } else { -xi.x };
+                Vec2::new(outside, rho * closing)
+            }
+            Law::Pin => rho * xi,
+            Law::Bounded { lower, upper, .. } => {
+                let holds = lower == f64::NEG_INFINITY && upper == f64::INFINITY;
+                let open = if holds { rho * xi.x } else { 0.0 };
+                Vec2::new(p.x - p.x.clamp(lower, upper) + open, p.y)
+            }
+        };
+        let [p, b, xi] = scales(law, [p, b, xi]);
+        squares.add(f.norm_squared(), p, b, xi, stiff * stiff);
+    }
+    squares.residual()
+}
+
+/// `1/ρ` of a block [1/kg].
+fn stiffness(law: &Law, block: &Mat2) -> f64 {
+    let rigid = match law.rows() {
+        2 => block.trace() / 2.0,
+        _ => block[(0, 0)],
+    };
+    rigid + law.compliance()
+}
+
+/// Squares of the numbers of a block; one row has one number.
+fn scales(law: &Law, pairs: [Vec2; 3]) -> [f64; 3] {
+    match law.rows() {
+        2 => pairs.map(|v| v.norm_squared()),
+        _ => pairs.map(|v| v.x * v.x),
+    }
 }
 
 /// [`natural_map`] with reusable buffers, for solvers that call it often. Gives the same numbers to
@@ -165,11 +228,7 @@ impl Judge {
             let mut xi = operator.read(i, &self.state) + b;
             self.velocities.push(xi);
             xi.x += law.compliance() * p.x;
-            // 1 / ρ
-            let stiff = match law.rows() {
-                2 => block.trace() / 2.0,
-                _ => block[(0, 0)],
-            } + law.compliance();
+            let stiff = stiffness(law, block);
             let rho = stiff.recip();
             let mut driven = 0.0;
             let f = match *law {
@@ -193,10 +252,7 @@ impl Judge {
                     Vec2::new(worse(f.abs(), p.y.abs()), 0.0)
                 }
             };
-            let [p, b, scale] = match law.rows() {
-                2 => [p, b, xi].map(|v| v.norm_squared()),
-                _ => [p, b, xi].map(|v| v.x * v.x),
-            };
+            let [p, b, scale] = scales(law, [p, b, xi]);
             squares.add(f.norm_squared(), p, b, scale.max(driven), stiff * stiff);
         }
         squares.residual()
@@ -237,7 +293,8 @@ impl Squares {
             },
             velocity: self.velocity.sqrt(),
             velocity_scale: self.velocity_scale.sqrt(),
-            round_off: ROUNDINGS * self.round_off.sqrt(),
+            round_off: (ROUNDINGS * self.round_off.sqrt())
+                .min(MOST_ROUND_OFF * self.velocity_scale.sqrt()),
         }
     }
 }
@@ -315,6 +372,48 @@ mod tests {
         let at = |p: f64| natural_map(&problem, &[Vec2::new(p, 0.0); 2]);
         assert!(at(-bound).certified(1e-15));
         assert!(!at(bound).certified(1e-8), "{:?}", at(bound));
+    }
+
+    /// Bug: two equal rows that must move apart have no solution, but impulses of 1e20 N s against
+    /// each other were certified, because their round-off explains any velocity.
+    #[test]
+    fn huge_impulses_are_no_certificate() {
+        let mut operator = DMatrix::identity(4, 4);
+        (operator[(0, 2)], operator[(2, 0)]) = (1.0, 1.0);
+        let law = Law::Bounded {
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            compliance: 0.0,
+        };
+        let problem = ContactProblem {
+            operator: Delassus::dense(operator),
+            free: vec![Vec2::x(), -Vec2::x()],
+            laws: vec![law; 2],
+        };
+        let at = |p: f64| natural_map(&problem, &[Vec2::new(p, 0.0), Vec2::new(-p, 0.0)]);
+        for p in [0.0, 1.0, 1e10, 1e20] {
+            assert!(!at(p).certified(1e-8), "{p}: {:?}", at(p));
+        }
+    }
+
+    /// A contact that opens may push in a blend, but none may close, and none may pull.
+    #[test]
+    fn feasible_is_what_neither_closes_nor_pulls() {
+        let problem = |b: f64| ContactProblem {
+            operator: Delassus::dense(DMatrix::identity(2, 2)),
+            free: vec![Vec2::new(b, 0.0)],
+            laws: vec![Law::Contact {
+                friction: 0.5,
+                compliance: 0.0,
+            }],
+        };
+        let of = |b: f64, n: f64, t: f64| feasibility(&problem(b), &[Vec2::new(n, t)]);
+        assert!(of(-1.0, 2.0, 1.0).certified(1e-15));
+        assert!(!natural_map(&problem(-1.0), &[Vec2::new(2.0, 1.0)]).certified(0.1));
+        for (b, n, t) in [(-1.0, 0.5, 0.0), (-1.0, 2.0, 1.1), (3.0, -1.0, 0.0)] {
+            assert!(!of(b, n, t).certified(1e-2), "{b} {n} {t}");
+        }
+        assert!(!of(f64::NAN, 1.0, 0.0).certified(1.0));
     }
 
     /// The second number of a bounded row moves the other rows, so it must be 0.

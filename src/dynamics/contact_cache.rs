@@ -1,6 +1,7 @@
 //! The contact cache: data of contacts and joints for the next step.
 
 use super::model::ContactKey;
+use super::pulled_links::PulledLink;
 use crate::contact::Vec2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,8 @@ use std::collections::BTreeSet;
 pub(crate) struct JointEnergy {
     /// Energy added so far \[J\].
     pub added: f64,
+    /// Energy that they and the contacts of the island have added together, 0 or more \[J\].
+    pub total: f64,
     /// Largest energy of recent steps, the scale of the bound \[J\].
     pub scale: f64,
 }
@@ -39,17 +42,28 @@ pub(super) struct ContactCache {
     #[serde(with = "in_order")]
     pub contacts: CachedContacts,
     pub overlaps: Overlaps,
+    /// In the order of their pins.
+    pub links: Vec<PulledLink>,
     /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
 }
 
-/// Pairs of surfaces that overlapped when they were first seen.
+/// Pairs of surfaces that are moved apart by position.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct Overlaps {
     /// All pairs of the last step, in its order.
     pub seen: Vec<u64>,
     /// Pairs that have overlapped since they were first seen.
     pub open: BTreeSet<u64>,
+    /// Pairs that came to overlap later.
+    pub late: BTreeSet<u64>,
+}
+
+impl Overlaps {
+    /// Whether there is nothing to move apart.
+    pub fn is_empty(&self) -> bool {
+        self.open.is_empty() && self.late.is_empty()
+    }
 }
 
 /// Contacts and joints in the order in which a step met them.

@@ -9,8 +9,8 @@
 use super::contact_cache::JointEnergy;
 use super::fallback::hopeless;
 use super::island_problem::{IslandProblem, Terms};
-use crate::contact::{ContactProblem, Vec2};
-use crate::solver::{ImpulseSolver, SolveReport};
+use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
+use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
 /// Largest energy that joints may add, as a share of the energy of their island.
 const SHARE: f64 = 0.01;
@@ -25,30 +25,46 @@ struct Blend {
     share: f64,
     /// Report of the calm solution.
     calm: SolveReport,
+    /// Violation of the constraints by the blended impulses, where they are neither solution.
+    applied: Option<Residual>,
 }
 
 impl Blend {
-    /// The report of the blend, which solves neither problem exactly. Its quality is that of the
-    /// first solution, or that of the calm one if it is `worse`.
-    fn report(&self, first: &SolveReport, worse: bool) -> SolveReport {
+    /// The report of the blend, which solves neither problem exactly. Its residual is the worst of
+    /// these: that of the first solution, or of the calm one if it is `worse`, and the violation of
+    /// the constraints by the blended impulses themselves, see [`feasibility`].
+    fn report(&self, first: &SolveReport, worse: bool, tolerance: f64) -> SolveReport {
         let mut report = first.after(&self.calm);
         if worse {
             report.status = self.calm.status;
             report.residual = self.calm.residual;
         }
+        if let Some(applied) = self.applied {
+            if !applied.certified(tolerance) {
+                report.status = SolveStatus::Unsolved;
+            }
+            let better = applied.merit() <= report.residual.merit();
+            if !better {
+                report.residual = applied;
+            }
+        }
         report
     }
 }
 
-/// Solves `calm` from `start` and blends its solution with the `first` one. Finds the largest share
-/// with `excess(share, blend, G P + b of the calm solution) ≤ 0`.
+/// Work of a blend that must not be positive \[J\], at a share of the first solution, with the
+/// blended impulses and `G P + b` of the calm solution. Several bounds may hold together.
+type Excess<'a> = &'a dyn Fn(f64, &[Vec2], &[Vec2]) -> f64;
+
+/// Solves `calm` from `start` and blends its solution with the `first` one, that of `problem`, which
+/// differs in `b` alone. Takes the largest share of the first at which no `excess` is above 0.
 fn blend(
     solver: &mut dyn ImpulseSolver,
-    calm: &ContactProblem,
+    [problem, calm]: [&ContactProblem; 2],
     start: Vec<Vec2>,
     (first, report): (&[Vec2], &SolveReport),
     tolerance: f64,
-    excess: impl Fn(f64, &[Vec2], &[Vec2]) -> f64,
+    excess: &[Excess],
 ) -> Blend {
     let mut second = start;
     let calm_report = solver.solve(calm, &mut second, tolerance);
@@ -59,12 +75,25 @@ fn blend(
     let share = if hopeless(report) && calm_report.solved() {
         0.0
     } else {
-        largest_share([0.0, 0.5, 1.0].map(|s| excess(s, &at(s), &velocities)))
+        let shares = excess.iter().map(|excess| {
+            let of = |s| excess(s, &at(s), &velocities);
+            largest_share([0.0, 0.5, 1.0].map(of))
+        });
+        shares.fold(1.0, f64::min)
     };
+    let impulses = at(share);
+    let applied = (share > 0.0 && share < 1.0).then(|| {
+        let blended = ContactProblem {
+            free: lerp(&calm.free, &problem.free, share),
+            ..problem.clone()
+        };
+        feasibility(&blended, &impulses)
+    });
     Blend {
-        impulses: at(share),
+        impulses,
         share,
         calm: calm_report,
+        applied,
     }
 }
 
@@ -162,9 +191,10 @@ pub(super) fn bound_contacts(
         work_of(terms, p, |i| gamma_0(i).lerp(&gamma_1(i), share))
     };
     let start = vec![Vec2::zeros(); impulses.len()];
-    let found = blend(solver, &calm, start, (impulses, &report), tolerance, excess);
+    let (first, problems) = ((&*impulses, &report), [problem, &calm]);
+    let found = blend(solver, problems, start, first, tolerance, &[&excess]);
     impulses.copy_from_slice(&found.impulses);
-    Some(found.report(&report, !found.calm.solved()))
+    Some(found.report(&report, !found.calm.solved(), tolerance))
 }
 
 /// `W` of equation (1) of [`bound_contacts`] \[J\].
@@ -179,6 +209,14 @@ fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2
 /// `G P + b`.
 pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
     work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
+}
+
+/// Energy \[J\] that the rigid contacts of a problem add, if all its impulses act.
+fn contact_work(problem: &ContactProblem, terms: &[Terms], impulses: &[Vec2]) -> f64 {
+    let mut velocities = Vec::new();
+    problem.velocities(impulses, &mut velocities);
+    let gamma_end = |i: usize| velocities[i] - (problem.free[i] - terms[i].gamma_f);
+    work_of(terms, impulses, gamma_end)
 }
 
 /// Result of the energy bound on the pins and locked axes of an island.
@@ -200,6 +238,16 @@ pub(super) struct BoundJoints {
 /// bodies at the start, and `T_h` that of the velocities that forces alone give them in the step.
 /// The largest of these, and `A`, decay with a time constant of 256 steps. Closing gaps adds and
 /// takes energy in turn, far less than X if bodies turn by a small part of a radian in a step.
+///
+/// In steps without an impact, which has a bound of its own, the work `W_c` of rigid contacts is
+/// bounded together with it: else an island could gain in contacts what its pins take,
+///
+/// ```text
+/// A_c + W + W_c ≤ X,   A_c ← min(max(A_c + W + W_c, 0), X)                         (1b)
+/// ```
+///
+/// Energy that friction takes is never given back: `A_c` is not below 0.
+///
 /// Without the bound a whip, or a joint that was built with a gap, would blow up. The calm problem
 /// has
 ///
@@ -234,18 +282,26 @@ pub(super) fn bound_joints(
         let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
         blocks.map(of).sum()
     };
-    let (mut before, mut most) = (0.0, 0.0);
+    let (mut before, mut total, mut most) = (0.0, 0.0, 0.0);
     for own in bilateral {
         before += (1.0 - DECAY) * own.energy.added;
+        total += (1.0 - DECAY) * own.energy.total;
         most += (1.0 - DECAY) * own.energy.scale;
     }
     let scale = island.energy.max(most);
     let limit = SHARE * scale;
     let before = before.clamp(-limit, limit);
     let room = limit - before;
-    let mut now = work(1.0, impulses);
+    let total = total.clamp(0.0, limit);
+    // impacts have a bound of their own
+    let counts = !island.impact() && terms.iter().any(|t| t.rigid);
+    let by_contacts = |p: &[Vec2]| match counts {
+        true => contact_work(problem, terms, p),
+        false => 0.0,
+    };
+    let (mut now, mut contacts) = (work(1.0, impulses), by_contacts(impulses));
     let mut result = BoundJoints::default();
-    if now > room || hopeless(&report) {
+    if now > room || counts && total + now + contacts > limit || hopeless(&report) {
         let mut calm = problem.clone();
         for (b, terms) in calm.free.iter_mut().zip(terms) {
             if terms.rigid {
@@ -255,17 +311,27 @@ pub(super) fn bound_joints(
                 *b = terms.gamma_f;
             }
         }
-        let excess = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
+        let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
+        let of_all =
+            |share: f64, p: &[Vec2], _: &[Vec2]| total + work(share, p) + by_contacts(p) - limit;
+        let excess: &[Excess] = match counts {
+            true => &[&of_joints, &of_all],
+            false => &[&of_joints],
+        };
         let (start, first) = (impulses.to_vec(), (&*impulses, &report));
-        let found = blend(solver, &calm, start, first, tolerance, excess);
+        let problems = [problem, &calm];
+        let found = blend(solver, problems, start, first, tolerance, excess);
         now = work(found.share, &found.impulses);
+        contacts = by_contacts(&found.impulses);
         impulses.copy_from_slice(&found.impulses);
-        let report = found.report(&report, found.share == 0.0 || !found.calm.solved());
+        let worse = found.share == 0.0 || !found.calm.solved();
+        let report = found.report(&report, worse, tolerance);
         result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
     }
     let share = 1.0 / bilateral.len() as f64;
     let energy = JointEnergy {
         added: share * (before + now).clamp(-limit, limit),
+        total: share * (total + now + contacts).clamp(0.0, limit),
         scale: share * scale,
     };
     result.energies = bilateral.iter().map(|h| (h.joint, energy)).collect();

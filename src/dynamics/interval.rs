@@ -102,10 +102,10 @@ impl Interval {
     pub fn free_velocities<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
+        inverse_mass: &[Vec3],
         time: f64,
         length: f64,
     ) {
-        let inverse_mass = model.inverse_mass();
         self.length = length;
         self.forces.clear();
         self.forces.resize(self.start.len(), Vec3::zeros());

@@ -59,6 +59,7 @@ mod model;
 mod outcome;
 mod phases;
 mod pose;
+mod pulled_links;
 pub mod record;
 mod recording;
 mod recovery;

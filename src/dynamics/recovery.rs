@@ -1,8 +1,8 @@
-//! Moves pairs apart that overlap at the start, without adding velocity.
+//! Moves overlapping pairs apart, without adding velocity.
 
 use super::contact_cache::Overlaps;
 use super::fallback::{LARGE, soften};
-use super::interval::{Interval, diagonal, movable};
+use super::interval::{Interval, Source, diagonal, movable};
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
@@ -15,6 +15,18 @@ use std::collections::BTreeSet;
 
 /// Share of an overlap that a step corrects.
 const SHARE: f64 = 0.2;
+
+/// Overlap from which on a pair that came to overlap late is moved apart, in slops: of a pair that
+/// moves, whose overlap may be an error of the step that the next one takes back, and at rest.
+const TRIGGER: f64 = 10.0;
+const TRIGGER_AT_REST: f64 = 2.0;
+
+/// Slop of a pair at rest, as a share of that of a pair that moves.
+const SLOP_AT_REST: f64 = 0.01;
+
+/// Velocity of a pair at rest, as a share of the one that the reference acceleration gives in a
+/// step.
+const REST: f64 = 0.1;
 
 /// Relative residual at which the displacements of a step count as solved: a micrometre per metre
 /// of displacement. A share of the overlap is left for the next step anyway.
@@ -29,8 +41,8 @@ const STRIDE: f64 = 0.1;
 const ASKED_SOFTNESS: f64 = 1.0;
 const OTHER_SOFTNESS: f64 = 1e-4;
 
-/// Surface pairs that a step must move apart: those that overlapped when first seen. Pairs that
-/// touch later are never corrected, because noise of their gaps would make them creep.
+/// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
+/// steps.
 pub(super) fn find_overlaps(
     last: &Overlaps,
     interval: &Interval,
@@ -41,7 +53,7 @@ pub(super) fn find_overlaps(
             && movable(c.rows.bodies, inverse_mass) != [NO_BODY; 2]
     };
     let seen = interval.pairs.clone();
-    let mut open = last.open.clone();
+    let (mut open, mut late) = (last.open.clone(), last.late.clone());
     // in most steps the pairs do not change
     if seen != last.seen {
         let sorted = |all: &[u64]| {
@@ -63,12 +75,63 @@ pub(super) fn find_overlaps(
         }
         // forget pairs that are gone
         open.retain(|pair| now.binary_search(pair).is_ok());
+        late.retain(|pair| now.binary_search(pair).is_ok());
     }
-    Overlaps { seen, open }
+    Overlaps { seen, open, late }
+}
+
+/// Adds the pairs that a step left overlapped by more than the trigger of [`limits`], for example
+/// after an impact:
+/// the rules of contacts push nothing out faster than it came in.
+///
+/// Contacts without impulse that open by themselves, and impacts of this very step, do not count.
+/// Nor do `exempt` bodies, see [`exempt_bodies`].
+pub(super) fn find_late(
+    overlaps: &mut Overlaps,
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+    exempt: &[bool],
+) {
+    let dt = interval.length;
+    for (index, contact) in interval.detection.contacts.iter().enumerate() {
+        let pair = contact.key.pair;
+        if contact.gap >= -2.0 * contact.gap_noise
+            || !matches!(contact.law, NormalLaw::Rigid { .. })
+            || overlaps.open.contains(&pair)
+            || overlaps.late.contains(&pair)
+            || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
+            || is_exempt(contact, exempt)
+        {
+            continue;
+        }
+        let opening = dt * contact.rows.velocity(&solution.end).x;
+        let [trigger, _] = limits(contact, interval, solution);
+        if -(contact.gap + opening) <= trigger {
+            continue;
+        }
+        // blocks are in the order of contacts, joints behind them
+        let of = |source| match source {
+            Source::Contact(index) => index,
+            Source::Joint(_) => usize::MAX,
+        };
+        let block = interval
+            .blocks
+            .binary_search_by_key(&index, |b| of(b.source));
+        let parts = opening > -SHARE * contact.gap;
+        let stays = match block {
+            Ok(i) if interval.blocks[i].impact => false,
+            Ok(i) => solution.impulses[i].x > 0.0 || !parts,
+            Err(_) => !parts,
+        };
+        if stays {
+            overlaps.late.insert(pair);
+        }
+    }
 }
 
 /// Displacements that move overlapped pairs apart after the step of `interval`. Pairs without
-/// overlap are then removed from `open`.
+/// overlap are then removed from `overlaps`.
 ///
 /// The excess of such a contact is `x = −(g + Δt γ_E)`, the overlap at the end of the step. If it
 /// is above a slop, the displacements `d` of minimum kinetic norm satisfy
@@ -88,20 +151,21 @@ pub(super) fn find_overlaps(
 /// left: a large `R` for rows that ask for a displacement, a very small one for all others. The
 /// body then moves to where it overlaps the walls least.
 pub(super) fn part_overlaps(
-    open: &mut BTreeSet<u64>,
+    overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-    dt: f64,
+    exempt: &[bool],
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
-    let mut wedged = solver.cache.wedged && !open.is_empty();
+    let dt = interval.length;
+    let mut wedged = solver.cache.wedged && !overlaps.is_empty();
     solver.cache.wedged = wedged;
-    if open.is_empty() {
+    if overlaps.is_empty() {
         return Vec::new();
     }
     let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
-    let mut excess = BTreeSet::new();
+    let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
     for contact in &interval.detection.contacts {
         let movable = movable(contact.rows.bodies, inverse_mass);
         let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
@@ -109,12 +173,23 @@ pub(super) fn part_overlaps(
             continue;
         }
         let left = contact.gap + dt * contact.rows.velocity(&solution.end).x;
-        let slop = slop(contact, interval);
+        let pair = contact.key.pair;
+        let first = overlaps.open.contains(&pair);
+        let is_late = !first && overlaps.late.contains(&pair);
+        let slop = if is_late {
+            limits(contact, interval, solution)[1]
+        } else {
+            slop(contact, interval)
+        };
         let x = -left - slop;
+        let waits = is_late && is_exempt(contact, exempt);
+        if waits {
+            late.insert(pair);
+        }
         // a share per step never reaches zero: a tenth of the slop is near enough
-        let moves = x > 0.1 * slop && open.contains(&contact.key.pair);
+        let moves = x > 0.1 * slop && (first || is_late) && !waits;
         if moves {
-            excess.insert(contact.key.pair);
+            if first { &mut open } else { &mut late }.insert(pair);
         }
         rows.push(Rows {
             bodies,
@@ -129,8 +204,8 @@ pub(super) fn part_overlaps(
             compliance: 0.0,
         });
     }
-    *open = excess;
-    if open.is_empty() {
+    (overlaps.open, overlaps.late) = (open, late);
+    if overlaps.is_empty() {
         return Vec::new();
     }
     for joint in &interval.detection.joints {
@@ -256,6 +331,45 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
+/// Overlaps \[m\] of a pair that came to overlap late: from which on it is moved apart, and down to
+/// which.
+fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [f64; 2] {
+    let whole = slop(contact, interval);
+    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
+    let slow = REST * acceleration * interval.length;
+    let ends = [&interval.start, &solution.end].map(|u| contact.rows.velocity(u).norm());
+    if ends[0].max(ends[1]) > slow {
+        return [TRIGGER * whole, whole];
+    }
+    let slop = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
+    [TRIGGER_AT_REST * slop, slop]
+}
+
+/// Bodies whose late overlaps are left alone in this step: those `in_cluster`, which moved on a path
+/// of their own, and those of islands whose contacts were softened, where overlap carries the load.
+pub(super) fn exempt_bodies(
+    mut in_cluster: Vec<bool>,
+    interval: &Interval,
+    solution: &Solution,
+) -> Vec<bool> {
+    for (k, outcome) in solution.outcomes.iter().enumerate() {
+        if outcome.relaxed {
+            let sides = |i: &u32| interval.sides[*i as usize];
+            for body in solution.islands.blocks(k).iter().flat_map(sides) {
+                if let Some(exempt) = in_cluster.get_mut(body as usize) {
+                    *exempt = true;
+                }
+            }
+        }
+    }
+    in_cluster
+}
+
+fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
+    let known = |b: &u32| exempt.get(*b as usize).copied().unwrap_or(false);
+    contact.rows.bodies.iter().any(known)
+}
+
 /// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference
 /// acceleration covers in a step.
 fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
@@ -294,14 +408,13 @@ mod tests {
             let mut moves = Vec::new();
             for _ in 0..3 {
                 look(&mut overlaps, &interval);
-                let open = &mut overlaps.open;
-                assert_eq!(open.len(), interval.blocks.len());
+                assert_eq!(overlaps.open.len(), interval.blocks.len());
                 moves.push(part_overlaps(
-                    open,
+                    &mut overlaps,
                     &interval,
                     &still,
                     &masses,
-                    0.01,
+                    &[],
                     &mut solver,
                 ));
                 counts.push(tried.load(Ordering::Relaxed));
@@ -309,23 +422,9 @@ mod tests {
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
             look(&mut overlaps, &Interval::default());
-            part_overlaps(
-                &mut overlaps.open,
-                &interval,
-                &still,
-                &masses,
-                0.01,
-                &mut solver,
-            );
+            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
             look(&mut overlaps, &interval);
-            part_overlaps(
-                &mut overlaps.open,
-                &interval,
-                &still,
-                &masses,
-                0.01,
-                &mut solver,
-            );
+            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }

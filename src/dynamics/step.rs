@@ -8,14 +8,16 @@ use super::interval::Interval;
 use super::joint_recovery::close_joints;
 use super::kinetic::kinetic;
 use super::model::{Detection, MultibodyModel};
+use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval};
-use super::recovery::{find_overlaps, part_overlaps};
+use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
 use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
-use crate::contact::NO_BODY;
+use crate::contact::{NO_BODY, Vec3};
+use std::borrow::Cow;
 
 /// A step after [`MoreauStepper::begin`]: the bodies are at its midpoint, contacts are detected,
 /// nothing is solved.
@@ -92,10 +94,12 @@ impl MoreauStepper {
         } else {
             dt
         };
+        self.stiff.clear();
         if let Err(error) = interval.detect(model, ahead) {
             self.cancel(model);
             return Err(error.into());
         }
+        self.stiff = stiffen(&self.cache.links, interval, &mut self.inverse_mass, dt);
         Ok(BegunStep { rules, record })
     }
 
@@ -106,10 +110,19 @@ impl MoreauStepper {
 
     /// Restores the model at the start of the step.
     pub(crate) fn cancel<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
-        model.set_velocities(&self.interval.start);
+        model.set_velocities(&self.true_start());
         for (body, place) in self.origin.iter().enumerate() {
             model.set_configuration(body, place);
         }
+    }
+
+    /// Velocities at the start of the step, without those of [`stiffen`].
+    fn true_start(&self) -> Cow<'_, [Vec3]> {
+        let mut start = Cow::from(&self.interval.start);
+        for link in &self.stiff {
+            link.restore(start.to_mut());
+        }
+        start
     }
 
     /// The rest of a step.
@@ -148,7 +161,9 @@ impl MoreauStepper {
         self.count_islands(record, &mut clusters, &in_cluster);
         self.record(model, record, &clusters, &in_cluster);
         self.write(model, &clusters, &in_cluster, dt);
-        let potential = self.close_gaps(model, record, overlaps)?;
+        let potential = self.close_gaps(model, record, overlaps, in_cluster)?;
+        let masses = model.inverse_mass();
+        self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         self.solver.cache.commit();
         model.end_step();
@@ -176,7 +191,7 @@ impl MoreauStepper {
             see_from_the_start(model, interval, &self.cache.contacts, rules, place, dt, dt)?;
         }
         self.solver.clock.lap(|t| &mut t.detection);
-        interval.free_velocities(model, self.time + 0.5 * dt, dt);
+        interval.free_velocities(model, w, self.time + 0.5 * dt, dt);
         if rules.events {
             find_crowds(interval, w);
         }
@@ -278,7 +293,12 @@ impl MoreauStepper {
             }
         }
         record.energy.kinetic_end = kinetic(&solution.end, w);
-        let own = [&interval.start, &solution.end].map(|u| model.kinetic_energy(u));
+        for link in &self.stiff {
+            record.energy.kinetic_end += link.correction(&solution.end);
+            record.energy.joints += link.added_work(&solution.end);
+        }
+        let end = &self.solution.end;
+        let own = [self.true_start().as_ref(), end].map(|u| model.kinetic_energy(u));
         if let [Some(start), Some(end)] = own {
             let energy = &mut record.energy;
             let change = energy.kinetic_end - energy.kinetic_start;
@@ -315,17 +335,28 @@ impl MoreauStepper {
         model: &mut M,
         record: &mut StepRecord,
         overlaps: Option<Overlaps>,
+        in_cluster: Vec<bool>,
     ) -> Result<Option<f64>, StepError> {
-        let (interval, solution, w) = (&self.interval, &self.solution, &self.inverse_mass);
+        let (interval, solution) = (&self.interval, &self.solution);
+        // positions are corrected with the true masses
+        let w: &[Vec3] = match self.stiff.is_empty() {
+            true => &self.inverse_mass,
+            false => &model.inverse_mass().to_vec(),
+        };
         let unclosed = !solution.unclosed.is_empty();
-        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.open.is_empty());
+        let exempt = exempt_bodies(in_cluster, interval, solution);
+        let overlaps = overlaps.map(|mut overlaps| {
+            find_late(&mut overlaps, interval, solution, w, &exempt);
+            overlaps
+        });
+        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
             close_joints(model, interval, solution, w, &mut self.solver)?;
         }
         if let Some(mut overlaps) = overlaps {
-            let (open, solver) = (&mut overlaps.open, &mut self.solver);
-            let moves = part_overlaps(open, interval, solution, w, record.dt, solver);
+            let solver = &mut self.solver;
+            let moves = part_overlaps(&mut overlaps, interval, solution, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {

@@ -6,6 +6,7 @@ use super::island_cache::IslandCacheState;
 use super::model::{Configuration, ContactKey};
 use super::outcome::SolvedProblem;
 use super::phases::{Clock, PhaseClock, Phases};
+use super::pulled_links::StiffLink;
 use super::rules::Scheme;
 use super::settings::{StepError, StepperSettings};
 use super::solution::Solution;
@@ -29,7 +30,9 @@ pub struct MoreauStepper {
     /// Problems of the last step, if they are stored.
     pub(super) problems: Vec<SolvedProblem>,
     pub(super) origin: Vec<Configuration>,
+    /// The masses of the step, with the added inertia of `stiff` links.
     pub(super) inverse_mass: Vec<Vec3>,
+    pub(super) stiff: Vec<StiffLink>,
     /// Whether the solver is that of the settings.
     named: bool,
 }
@@ -84,6 +87,7 @@ impl MoreauStepper {
             problems: Vec::new(),
             origin: Vec::new(),
             inverse_mass: Vec::new(),
+            stiff: Vec::new(),
             named: true,
         })
     }
@@ -123,6 +127,7 @@ impl MoreauStepper {
     /// Clears the contact cache, for example after the mesh of a collider has changed.
     pub fn forget_contacts(&mut self) {
         self.cache.contacts.clear();
+        self.cache.links.clear();
         self.solver.cache.clear();
     }
 

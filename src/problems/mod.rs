@@ -59,7 +59,8 @@
 //!
 //! Three dimensions; numbers that are not finite; wrong counts and shapes; negative friction; a
 //! contact operator that is asymmetric by more than [`ASYMMETRY`], or indefinite by as much. An
-//! operator with a smaller asymmetry is symmetrised, with a warning. An LCP may have any matrix.
+//! operator with a smaller asymmetry is symmetrised, with a warning; its solution is judged with
+//! the operator of the file, [`Loaded::as_read`]. An LCP may have any matrix.
 //!
 //! Also what would take too much memory: a contact operator whose sparse factors would have more
 //! than 25 million blocks (as many as a full one of 7000 contacts); a sparse matrix of an LCP with
@@ -86,7 +87,7 @@ pub use dat_write::{DatStorage, to_dat};
 pub use json::to_json;
 pub use symmetry::ASYMMETRY;
 
-use crate::contact::{ContactError, ContactProblem, Delassus, Vec2};
+use crate::contact::{BlockMatrix, ContactError, ContactProblem, Delassus, Vec2};
 use nalgebra::{DMatrix, DVector};
 use symmetry::{check_semidefinite, symmetrise};
 use thiserror::Error;
@@ -112,6 +113,9 @@ pub enum StoredProblem {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
     pub problem: StoredProblem,
+    /// The operator of the file, if `problem` has its symmetric part instead. Solutions are judged
+    /// with this one.
+    pub as_read: Option<BlockMatrix>,
     /// Changes made in reading, as text.
     pub warnings: Vec<String>,
 }
@@ -271,12 +275,14 @@ impl Loaded {
     ) -> Result<Loaded, FileError> {
         problem.validate()?;
         let mut warnings = Vec::new();
+        let mut as_read = None;
         if let Delassus::Blocks(matrix) = &mut problem.operator {
-            symmetrise(matrix, "W", &mut warnings)?;
+            as_read = symmetrise(matrix, "W", &mut warnings)?;
             check_semidefinite(matrix, "W")?;
         }
         Ok(Loaded {
             problem: StoredProblem::Contact { problem, solution },
+            as_read,
             warnings,
         })
     }
@@ -288,6 +294,7 @@ impl Loaded {
                 q,
                 solution,
             },
+            as_read: None,
             warnings: Vec::new(),
         }
     }

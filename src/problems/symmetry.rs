@@ -62,7 +62,8 @@ pub(super) fn is_asymmetric(
     Ok(true)
 }
 
-/// Replaces `matrix` by its symmetric part if [`is_asymmetric`] returns true.
+/// Replaces `matrix` by its symmetric part if [`is_asymmetric`] returns true, and then returns the
+/// matrix as it was.
 ///
 /// # Errors
 /// [`FileError::Asymmetric`].
@@ -70,11 +71,13 @@ pub(super) fn symmetrise(
     matrix: &mut BlockMatrix,
     name: &'static str,
     warnings: &mut Vec<String>,
-) -> Result<(), FileError> {
-    if is_asymmetric(mirrored(matrix), name, warnings)? {
-        matrix.symmetrise();
+) -> Result<Option<BlockMatrix>, FileError> {
+    if !is_asymmetric(mirrored(matrix), name, warnings)? {
+        return Ok(None);
     }
-    Ok(())
+    let as_read = matrix.clone();
+    matrix.symmetrise();
+    Ok(Some(as_read))
 }
 
 /// All pairs of numbers, except those of blocks that are not stored.

@@ -269,13 +269,16 @@ fn asymmetry_is_told_or_refused() {
     let w = dense_of(&loaded);
     assert_eq!(w[(0, 1)], w[(1, 0)]);
     assert!((w[(0, 1)] - (1.0 + 2e-6)).abs() < 1e-15);
+    let as_read = loaded.as_read.as_ref().unwrap().block(0, 0);
+    assert_eq!((as_read[(1, 0)], as_read[(0, 1)]), (1.0, 1.0 + 4e-6));
     assert_eq!(loaded.warnings.len(), 1);
     assert!(
         loaded.warnings[0].contains("2.0e-6"),
         "{:?}",
         loaded.warnings
     );
-    assert!(with(1.0).unwrap().warnings.is_empty());
+    let plain = with(1.0).unwrap();
+    assert!(plain.warnings.is_empty() && plain.as_read.is_none());
     let error = with(1.0 + 4e-4).unwrap_err();
     assert!(matches!(error, FileError::Asymmetric { .. }), "{error}");
     let message = error.to_string();

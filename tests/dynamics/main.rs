@@ -3,11 +3,13 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod belt;
 mod closed_forms;
 mod closed_loops;
 mod determinism;
 mod events;
 mod factor_cache;
+mod late_overlap;
 mod own_solver;
 mod stepper;
 mod threads;

@@ -328,6 +328,22 @@ fn a_warning_goes_to_standard_error_and_into_the_result() {
     assert!(err.starts_with("warning: W was symmetrised"), "{err}");
     let told = place.json("r.json")["warnings"][0].clone();
     assert!(err.contains(told.as_str().unwrap()), "{told}");
+    // it sticks: the tangential row of the file, (1, 2), holds, not that of the symmetric part
+    place.write(
+        "rough.dat",
+        BOX.replace("2 0 0 2", "2 1 1.000001 2").replace("0.5", "1"),
+    );
+    let tight = [
+        "solve",
+        "rough.dat",
+        "--tolerance",
+        "1e-13",
+        "--out",
+        "s.json",
+    ];
+    assert_eq!(place.run(&tight).0, 0);
+    let p = numbers(&place.json("s.json")["impulses"]);
+    assert!((p[0] + 2.0 * p[1]).abs() < 1e-12, "{p:?}");
 }
 
 #[test]

@@ -355,8 +355,8 @@ impl Runner {
             let place = |b: u32| start_of(places, here, b);
             see_from_the_start(model, interval, cache, rules, place, span.length, span.step)?;
         }
-        interval.free_velocities(model, at + 0.5 * span.length, span.length);
         let w = context.inverse_mass;
+        interval.free_velocities(model, w, at + 0.5 * span.length, span.length);
         interval.collect(rules, cache, Some(&self.members), w, span);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);

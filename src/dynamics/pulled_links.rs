@@ -1,0 +1,199 @@
+//! Keeps the turning of pulled links stable.
+//!
+//! Pins keep the rows of the midpoint, so that a step integrates the turning of a link explicitly.
+//! Forces `F_j` that pull a body apart at the arms `r_j` of its n pins resist a turn with the
+//! geometric stiffness
+//!
+//! ```text
+//! k = Σ F_j · r_j − (Σ F) · (Σ r) / n          0 for a body on one pin             (1)
+//! ```
+//!
+//! In a belt under tension T the links of length L swing as a zigzag with `ω² = k/I`, `k = T L`.
+//! That is stable only for `Δt² k < 4 I`. A step therefore uses a larger inertia,
+//!
+//! ```text
+//! Ĩ = max(I, Δt² k/3 − m r²)                                                    (2)
+//! ω̃_A = ω_A √(Ĩ_before / Ĩ)                   where Ĩ grows                      (3)
+//! ```
+//!
+//! with the forces of the step before. A pin to the world at the arm r makes the body swing about
+//! it, with the inertia `I + m r²`. By (3) a growing inertia adds no energy. `k` may rise at once,
+//! but falls by 1 % in a step at most: changes back and forth would drive the swing.
+//!
+//! Energies use the true inertia, and so do position corrections. What the added inertia takes and
+//! returns counts as work of the pins, see [`StiffLink::added_work`].
+//!
+//! # Source
+//! Own construction. The limit is that of the leapfrog method.
+
+use super::interval::{Interval, Source};
+use super::model::{ContactKey, JointCoordinate, JointKind, JointPart};
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// `Δt² k / Ĩ` of a stiffened link; 4 is the limit of stability.
+const STABLE: f64 = 3.0;
+
+/// Least share of its stiffness that a link has in the next step.
+const FADES: f64 = 0.99;
+
+/// A link for the next step, named by one side of one of its pins.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct PulledLink {
+    pin: ContactKey,
+    side: usize,
+    /// `k` \[N m\] and `m r²` \[kg m²\] of (2).
+    stiffness: f64,
+    support: f64,
+    /// `Ĩ` of the last step \[kg m²\].
+    inertia: f64,
+}
+
+/// A link in a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StiffLink {
+    pub body: usize,
+    stiffness: f64,
+    /// `I` and `Ĩ` [kg m²].
+    inertia: [f64; 2],
+    /// `ω_A` and `ω̃_A` \[rad/s\].
+    spin: [f64; 2],
+}
+
+/// Applies (2) and (3) to the bodies of a step that has just detected its joints.
+pub(super) fn stiffen(
+    links: &[PulledLink],
+    interval: &mut Interval,
+    inverse_mass: &mut [Vec3],
+    dt: f64,
+) -> Vec<StiffLink> {
+    let mut stiff = Vec::new();
+    if links.is_empty() {
+        return stiff;
+    }
+    for joint in &interval.detection.joints {
+        for (side, &body) in joint.rows.bodies.iter().enumerate() {
+            let named = links.binary_search_by_key(&(joint.key, side), |l| (l.pin, l.side));
+            let (Ok(found), Some(w)) = (named, inverse_mass.get_mut(body as usize)) else {
+                continue;
+            };
+            if w.z <= 0.0 {
+                continue;
+            }
+            let (link, own, body) = (&links[found], 1.0 / w.z, body as usize);
+            let inertia = own.max(dt * dt * link.stiffness / STABLE - link.support);
+            let before = own.max(link.inertia);
+            let spin = interval.start[body].z;
+            if inertia > before {
+                interval.start[body].z *= (before / inertia).sqrt();
+            }
+            if inertia > own {
+                w.z = 1.0 / inertia;
+            }
+            stiff.push(StiffLink {
+                body,
+                stiffness: link.stiffness,
+                inertia: [own, inertia],
+                spin: [spin, interval.start[body].z],
+            });
+        }
+    }
+    stiff
+}
+
+impl StiffLink {
+    /// Writes the true spin at the start of the step.
+    pub fn restore(&self, start: &mut [Vec3]) {
+        start[self.body].z = self.spin[0];
+    }
+
+    /// Change of the kinetic energy at the end, if it is computed with the true inertia \[J\].
+    pub fn correction(&self, end: &[Vec3]) -> f64 {
+        0.5 * (self.inertia[0] - self.inertia[1]) * end[self.body].z.powi(2)
+    }
+
+    /// True change of kinetic energy minus the one that the impulses of the step work \[J\].
+    pub fn added_work(&self, end: &[Vec3]) -> f64 {
+        let change =
+            |k: usize| 0.5 * self.inertia[k] * (end[self.body].z.powi(2) - self.spin[k].powi(2));
+        change(0) - change(1)
+    }
+}
+
+/// Sums over the pins of a body.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pins {
+    first: Option<(ContactKey, usize)>,
+    count: f64,
+    pull: f64,
+    force: Vec2,
+    arm: Vec2,
+    /// Largest squared arm of a pin to the world \[m²\].
+    support: f64,
+    /// Whether a joint holds its angle: then it does not swing alone.
+    held: bool,
+}
+
+/// The links that the next step stiffens, from the pin forces of this one. `inverse_mass` is the
+/// true one.
+pub(super) fn find_links(
+    stiff: &[StiffLink],
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+) -> Vec<PulledLink> {
+    let (joints, dt) = (&interval.detection.joints, interval.length);
+    if joints.is_empty() {
+        return Vec::new();
+    }
+    let mut pins = vec![Pins::default(); inverse_mass.len()];
+    for (block, &impulse) in interval.blocks.iter().zip(&solution.impulses) {
+        let Source::Joint(index) = block.source else {
+            continue;
+        };
+        let joint = &joints[index];
+        let bodies = joint.rows.bodies;
+        let fixed = |body: u32| inverse_mass.get(body as usize).is_none_or(|w| w.x <= 0.0);
+        for side in (0..2).filter(|&side| bodies[side] != NO_BODY) {
+            let own = &mut pins[bodies[side] as usize];
+            own.held |= joint.part == JointPart::Lock(JointCoordinate::Angle);
+            if !matches!(joint.kind, JointKind::Pin { .. }) {
+                continue;
+            }
+            // rows (±1, 0, ∓r_y) and (0, ±1, ±r_x)
+            let [n, t] = joint.rows.jacobian[side];
+            let force = (n.xy() * impulse.x + t.xy() * impulse.y) / dt;
+            let arm = Vec2::new(t.y * t.z, -n.x * n.z);
+            own.first.get_or_insert((joint.key, side));
+            own.count += 1.0;
+            own.pull += force.dot(&arm);
+            own.force += force;
+            own.arm += arm;
+            if fixed(bodies[1 - side]) {
+                own.support = own.support.max(arm.norm_squared());
+            }
+        }
+    }
+    let mut links = Vec::new();
+    for (body, (own, w)) in pins.iter().zip(inverse_mass).enumerate() {
+        let Some((pin, side)) = own.first.filter(|_| !own.held && w.x > 0.0 && w.z > 0.0) else {
+            continue;
+        };
+        let before = stiff.iter().find(|link| link.body == body);
+        let stiffness = (own.pull - own.force.dot(&own.arm) / own.count)
+            .max(before.map_or(0.0, |link| FADES * link.stiffness));
+        let (support, inertia) = (own.support / w.x, 1.0 / w.z);
+        if dt * dt * stiffness / STABLE - support > inertia {
+            links.push(PulledLink {
+                pin,
+                side,
+                stiffness,
+                support,
+                inertia: before.map_or(inertia, |link| link.inertia[1]),
+            });
+        }
+    }
+    links.sort_unstable_by_key(|link| (link.pin, link.side));
+    links
+}

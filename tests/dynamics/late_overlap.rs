@@ -1,0 +1,84 @@
+//! Overlap that comes after the start is undone by position.
+
+use crate::common::{Run, parse, run};
+use moreau2d::contact::Vec2;
+
+/// A body thrown into a groove of two fixed boxes at 45 degrees, after 3 s.
+fn thrown(shape: &str, speed: f64, events: bool) -> Run {
+    let mut text = format!(
+        "[scene]\nname = \"groove\"\ntitle = \"A body is thrown into a groove\"\n\n\
+         [step]\ntime = 3\nevents = {events}\n"
+    );
+    for (name, sign) in [("left", -1.0), ("right", 1.0)] {
+        // the inner face goes up from the origin
+        let (along, outward) = (Vec2::new(sign, 1.0), Vec2::new(sign, -1.0));
+        let at = (10.0 * along + 3.0 * outward) / 2f64.sqrt();
+        let angle = along.y.atan2(along.x);
+        text += &format!(
+            "\n[[body]]\nname = \"{name}\"\nkind = \"fixed\"\nbox = [20, 6]\n\
+             position = [{}, {}]\nangle = {angle}\n",
+            at.x, at.y
+        );
+    }
+    text += &format!(
+        "\n[[body]]\nname = \"body\"\n{shape}\nposition = [0.1, 4]\nvelocity = [0, {}]\n\
+         angle = 0.2\nspin = 1\n",
+        -speed
+    );
+    run(&parse(&text))
+}
+
+/// Bug: the rules of contacts push nothing out faster than it came in, so that overlap left by an
+/// impact stayed for ever: 7.7 mm at 2 m/s, 33 mm at 50 m/s. Measured on the corners alone.
+#[test]
+fn a_groove_holds_what_is_thrown_into_it() {
+    let square = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+    let triangle = [[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]];
+    let mut booked = 0.0;
+    for corners in [&square[..], &triangle[..]] {
+        let shape = format!("polygon = {corners:?}");
+        for speed in [2.0, 5.0, 10.0, 20.0, 50.0] {
+            for events in [false, true] {
+                let run = thrown(&shape, speed, events);
+                let (pose, _) = run.state(2);
+                // polygons are given about their centre of mass by the scene's own origin
+                let depth = |c: &[f64; 2]| {
+                    let p = pose.apply(Vec2::from(*c));
+                    (p.x.abs() - p.y) / 2f64.sqrt()
+                };
+                let deepest = corners.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
+                let what = format!("{shape} at {speed} m/s, events {events}: {deepest:e} m");
+                assert!(deepest < 1e-5, "{what}");
+                for record in &run.records {
+                    let scale = record.energy.kinetic_start.max(1.0);
+                    assert!(record.energy.imbalance().abs() < 1e-10 * scale, "{what}");
+                    booked += record.energy.recovery;
+                }
+            }
+        }
+    }
+    assert!(
+        booked > 1.0,
+        "bodies were lifted without any work: {booked} J"
+    );
+}
+
+/// At 0.9 of the limit of friction nothing creeps in a minute, whether it was dropped or laid down.
+#[test]
+fn nothing_creeps_down_a_slope() {
+    let run = |time: f64| {
+        run(&parse(&format!(
+            "[scene]\nname = \"slope\"\ntitle = \"Boxes on a slope\"\n\n[gravity]\nslope = 0.45\n\n\
+             [step]\ntime = {time}\n\n[[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [60, 2]\n\
+             position = [0, -1]\n\n[[body]]\nname = \"laid\"\nbox = [1, 1]\nposition = [-3, 0.5]\n\n\
+             [[body]]\nname = \"sunk\"\nbox = [1, 1]\nposition = [0, 0.4995]\n\n\
+             [[body]]\nname = \"dropped\"\nbox = [1, 1]\nposition = [3, 1.5]\nvelocity = [0, -10]\n\
+             angle = 0.1\n"
+        )))
+    };
+    let (early, late) = (run(6.0), run(66.0));
+    for body in 1..4 {
+        let creep = late.state(body).0.translation - early.state(body).0.translation;
+        assert!(creep.norm() < 1e-12, "{body}: {creep}");
+    }
+}
