@@ -119,8 +119,9 @@ impl View<'_> {
 
 /// Separations of a shape from the faces of another.
 struct Separation {
-    /// Largest separation \[m\]: a lower bound of the distance.
+    /// Largest separation \[m\]: a lower bound of the distance; and its face.
     any: f64,
+    face: usize,
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
 }
@@ -129,6 +130,7 @@ struct Separation {
 fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2]) -> Separation {
     let mut found = Separation {
         any: f64::NEG_INFINITY,
+        face: 0,
         best: None,
     };
     // behind a one-sided segment there is solid, not a gap
@@ -149,7 +151,9 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             }
         }
         let apart = n.dot(&(seen.translation - base.points[k])) + low;
-        found.any = found.any.max(apart);
+        if apart > found.any {
+            (found.any, found.face) = (apart, k);
+        }
         let looks = base.edge.is_none() || sides[0] == Some(k);
         let met = match (other.edge, sides[1]) {
             (Some(edge), Some(face)) => {
@@ -209,6 +213,15 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
     best
 }
 
+/// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
+/// front. `pose` is that of the shape in the frame of the segment.
+fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
+    let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
+    // the solid behind another segment counts
+    let all = other.points.iter().map(height);
+    -all.fold(height(&other.center), f64::max)
+}
+
 /// Whether two segments cross.
 fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
     let splits = |base: &View, other: &View, pose: &Pose64| {
@@ -241,12 +254,16 @@ pub(super) fn convex_convex(
     // the side of a segment on which the other shape lies
     let mut sides = [None, None];
     for (i, (view, pose)) in [(first, &seen), (second, &back)].into_iter().enumerate() {
-        if let Some(edge) = view.edge {
-            let (face, height) = edge.side(pose.apply(views[1 - i].center));
-            if face.is_none() {
-                return reach + height;
+        match view.edge {
+            Some(edge) if edge.one_sided => {
+                let behind = behind(edge, &views[1 - i], pose);
+                if behind > 0.0 {
+                    return 0.5 * behind - both;
+                }
+                sides[i] = Some(0);
             }
-            sides[i] = face;
+            Some(edge) => sides[i] = Some(edge.side(pose.apply(views[1 - i].center))),
+            None => {}
         }
     }
     let of1 = separation(first, second, &seen, sides);
@@ -261,7 +278,9 @@ pub(super) fn convex_convex(
         false => bound + both > 0.0,
     };
     let mut chosen = None;
-    if apart && (segments || both > 0.0) {
+    let one_sided = |view: &View| view.edge.is_some_and(|edge| edge.one_sided);
+    let both_solid = one_sided(first) && one_sided(second);
+    if apart && (segments && !both_solid || both > 0.0) {
         match nearest(first, second, &seen, &back) {
             Nearest::Corners(corners, distance) => {
                 if both > 0.0 && distance - both <= reach {
@@ -290,6 +309,24 @@ pub(super) fn convex_convex(
         (_, None, Some((_, k))) => (true, k),
         (_, None, None) => return bound,
     };
+    if chosen.is_none() && (first.edge.is_some() || second.edge.is_some()) {
+        let turned = |flip: bool, normal: Vec2| match flip {
+            true => -poses[1].rotate(normal),
+            false => poses[0].rotate(normal),
+        };
+        let (most, from) = match of2.any > of1.any {
+            true => (&of2, true),
+            false => (&of1, false),
+        };
+        let (base, own) = if flipped { (second, &of2) } else { (first, &of1) };
+        let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
+        let axis = turned(from, [first, second][usize::from(from)].normals[most.face]);
+        let opposed = axis.dot(&turned(flipped, base.normals[k])) < 0.0;
+        // a neighbour has the contact along the axis that separates the two most
+        if depth < (most.any - slack).min(0.0) && (most.any > 0.0 || opposed) {
+            return bound;
+        }
+    }
     let (base, other, pose, seen, own) = if flipped {
         (second, first, poses[1], back, rounding[1])
     } else {

@@ -42,15 +42,24 @@ impl Edge {
         })
     }
 
-    /// The face (0 right, 1 left) on the side of a shape centred at `center`, and the distance of
-    /// the centre from the line \[m\]; `None` behind a one-sided segment.
-    pub fn side(&self, center: Vec2) -> (Option<usize>, f64) {
-        let height = self.normals[0].dot(&(center - self.ends[0]));
-        match (height >= 0.0, self.one_sided) {
-            (true, _) => (Some(0), height),
-            (false, false) => (Some(1), -height),
-            (false, true) => (None, -height),
-        }
+    /// The face (0 right, 1 left) on the side of a shape centred at `center`.
+    pub fn side(&self, center: Vec2) -> usize {
+        usize::from(self.height(center) < 0.0)
+    }
+
+    /// Height of a point above the line on the right \[m\].
+    fn height(&self, point: Vec2) -> f64 {
+        self.normals[0].dot(&(point - self.ends[0]))
+    }
+
+    /// A distance \[m\] that the segment and a point behind it, at a negative `height`, must travel
+    /// together before the point lies in front.
+    ///
+    /// A segment that turns by dθ travels at least dθ L/2, with L its length, and takes its line past
+    /// a point at a distance D by D dθ. D grows by no more than the travel.
+    fn way_to_front(&self, point: Vec2, height: f64) -> f64 {
+        let far = (point - self.ends[0]).norm();
+        -height / (2.0 + 3.0 * far / (self.ends[1] - self.ends[0]).norm())
     }
 
     /// Slope at corner `end` under `face`: the length of the segment that a unit of depth takes, up
@@ -92,10 +101,11 @@ pub(super) fn edge_ball(
     out: &mut Vec<Touch>,
 ) -> f64 {
     let c = pose.apply_inverse(center);
-    let (face, height) = edge.side(c);
-    let Some(face) = face else {
-        return reach + height;
-    };
+    let height = edge.height(c);
+    if edge.one_sided && height < 0.0 {
+        return reach + edge.way_to_front(c, height);
+    }
+    let (face, height) = (edge.side(c), height.abs());
     let [a, b] = edge.ends;
     // both segments of a corner compute the same test, so that exactly one of them reports the
     // corner
