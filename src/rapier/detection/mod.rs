@@ -20,6 +20,7 @@ mod pairs;
 mod points;
 mod rows;
 mod shapes;
+mod sides;
 mod span;
 
 use super::bodies::Bodies;
@@ -198,6 +199,15 @@ impl Detector {
         self.pairs.restore_marks(marks);
     }
 
+    /// See [`Pairs::faces`].
+    pub fn faces(&self) -> Vec<([u32; 4], u32)> {
+        self.pairs.faces()
+    }
+
+    pub fn restore_faces(&mut self, faces: &[([u32; 4], u32)]) {
+        self.pairs.restore_faces(faces);
+    }
+
     /// Contacts that are not solved but for which a handler wants events, with their gap \[m\].
     pub fn event_contacts(&self) -> &[EventContact] {
         self.pairs.event_contacts()
@@ -304,6 +314,8 @@ impl Detector {
 struct Present {
     /// Bound of the speed of all its points \[m/s\].
     speed: f64,
+    /// Of the centre of mass, and spin.
+    velocity: Vec3,
     /// Centre of mass \[m\], and the largest coordinate of its frame's origin \[m\].
     center: Vec2,
     coordinate: f64,
@@ -320,6 +332,7 @@ struct Present {
 /// Stands for colliders without a body.
 static OUTER: Present = Present {
     speed: 0.0,
+    velocity: Vec3::new(0.0, 0.0, 0.0),
     center: Vec2::new(0.0, 0.0),
     coordinate: 0.0,
     kind: RigidBodyType::Fixed,
@@ -334,6 +347,7 @@ impl Present {
         let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
         Present {
             speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            velocity: *u,
             center: shadow.pose.apply(shadow.center),
             coordinate: shadow.pose.translation.amax(),
             kind: shadow.kind,
@@ -342,6 +356,12 @@ impl Present {
             still: bodies.still(k),
             fast: false,
         }
+    }
+
+    /// Velocity of the body's point at a place of the world \[m/s\].
+    fn velocity_at(&self, place: Vec2) -> Vec2 {
+        let r = place - self.center;
+        self.velocity.xy() + self.velocity.z * Vec2::new(-r.y, r.x)
     }
 }
 

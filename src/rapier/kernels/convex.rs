@@ -4,7 +4,7 @@
 //! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
 use super::edges::{Edge, half_turn};
-use super::{Touch, relative};
+use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -222,6 +222,12 @@ fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
     -all.fold(height(&other.center), f64::max)
 }
 
+/// Whether all of a shape lies behind the line of a face of a segment.
+fn beyond(edge: &Edge, face: usize, other: &View, pose: &Pose64) -> bool {
+    let height = |q: &Vec2| edge.normals[face].dot(&(pose.apply(*q) - edge.ends[0]));
+    other.points.iter().all(|q| height(q) <= 0.0)
+}
+
 /// Whether two segments cross.
 fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
     let splits = |base: &View, other: &View, pose: &Pose64| {
@@ -244,6 +250,7 @@ pub(super) fn convex_convex(
     poses: [&Pose64; 2],
     views: [View; 2],
     rounding: [f64; 2],
+    sight: &Sight,
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> f64 {
@@ -262,7 +269,12 @@ pub(super) fn convex_convex(
                 }
                 sides[i] = Some(0);
             }
-            Some(edge) => sides[i] = Some(edge.side(pose.apply(views[1 - i].center))),
+            Some(edge) => {
+                let other = &views[1 - i];
+                let points = other.points.iter().map(|q| pose.apply(*q));
+                let past = sight.of(i, poses[i]);
+                sides[i] = Some(edge.side(points, pose.apply(other.center), &past));
+            }
             None => {}
         }
     }
@@ -289,11 +301,17 @@ pub(super) fn convex_convex(
                 return distance - both;
             }
             Nearest::Face(turn, k, distance) => {
-                // the solid behind a one-sided face is in it, not beyond it
-                let sunk = |edge: &Edge| edge.one_sided && k == 1 && sides[turn] == Some(0);
-                let k = match views[turn].edge {
-                    Some(edge) if sunk(edge) => 0,
-                    Some(_) if sides[turn] != Some(k) => return distance - both,
+                let (base, other) = (&views[turn], &views[1 - turn]);
+                let pose = [&seen, &back][turn];
+                let k = match (base.edge, sides[turn]) {
+                    // the solid behind a one-sided face is in it, not beyond it; nor is what has
+                    // come through a two-sided one
+                    (Some(edge), Some(face))
+                        if edge.one_sided || face != k && beyond(edge, face, other, pose) =>
+                    {
+                        face
+                    }
+                    (Some(_), Some(face)) if face != k => return distance - both,
                     _ => k,
                 };
                 chosen = Some((turn == 1, k));
@@ -540,10 +558,10 @@ mod tests {
             for other in &others {
                 for swap in [false, true] {
                     let find = |shape: &Part| {
-                        let mut out = Vec::new();
+                        let (none, mut out) = (Sight::default(), Vec::new());
                         match swap {
-                            false => touches(&a, shape, &b, other, 1.0, &mut out),
-                            true => touches(&b, other, &a, shape, 1.0, &mut out),
+                            false => touches([&a, &b], [shape, other], &none, 1.0, &mut out),
+                            true => touches([&b, &a], [other, shape], &none, 1.0, &mut out),
                         };
                         sorted(out)
                     };
@@ -578,7 +596,7 @@ mod tests {
             let at = |k: f64| Pose64::new(Vec2::zeros(), 2.0 * beta * k);
             let (a, b) = (at(f64::from(k)), at(f64::from(k) + 1.0));
             let mut found = Vec::new();
-            touches(&a, &stone, &b, &stone, 1.0, &mut found);
+            touches([&a, &b], [&stone; 2], &Sight::default(), 1.0, &mut found);
             assert_eq!(found.len(), 2);
             let joint = 2.0 * beta * (f64::from(k) + 0.5);
             for (touch, radius) in found.iter().zip([1.05, 0.95]) {

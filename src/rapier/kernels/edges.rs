@@ -10,7 +10,7 @@
 //!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §5.1 (Voronoi regions of features).
 
-use super::Touch;
+use super::{Past, Touch};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -42,9 +42,22 @@ impl Edge {
         })
     }
 
-    /// The face (0 right, 1 left) on the side of a shape centred at `center`.
-    pub fn side(&self, center: Vec2) -> usize {
-        usize::from(self.height(center) < 0.0)
+    /// The face (0 right, 1 left) on whose side a shape with these points lies; its `center` decides.
+    ///
+    /// A shape that has moved across the line keeps its side, as long as it lies no farther beyond
+    /// than it can have come in a step.
+    pub fn side(&self, points: impl Iterator<Item = Vec2>, center: Vec2, past: &Past) -> usize {
+        let face = |p: Vec2| usize::from(self.height(p) < 0.0);
+        let (now, before) = (face(center), past.face);
+        let before = before.unwrap_or_else(|| face(center - past.moved));
+        if before == now {
+            return now;
+        }
+        let highest = points.map(|p| self.normals[before].dot(&(p - self.ends[0])));
+        match highest.fold(f64::NEG_INFINITY, f64::max) < -past.motion {
+            true => now,
+            false => before,
+        }
     }
 
     /// Height of a point above the line on the right \[m\].
@@ -95,8 +108,8 @@ pub(super) fn edge_ball(
     pose: &Pose64,
     edge: &Edge,
     rounding: f64,
-    center: Vec2,
-    radius: f64,
+    (center, radius): (Vec2, f64),
+    past: Past,
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> f64 {
@@ -105,7 +118,11 @@ pub(super) fn edge_ball(
     if edge.one_sided && height < 0.0 {
         return reach + edge.way_to_front(c, height);
     }
-    let (face, height) = (edge.side(c), height.abs());
+    let face = match edge.one_sided {
+        true => 0,
+        false => edge.side(std::iter::once(c), c, &past),
+    };
+    let height = if face == 0 { height } else { -height };
     let [a, b] = edge.ends;
     // both segments of a corner compute the same test, so that exactly one of them reports the
     // corner
