@@ -119,9 +119,10 @@ impl View<'_> {
 
 /// Separations of a shape from the faces of another.
 struct Separation {
-    /// Largest separation \[m\]: a lower bound of the distance; and its face.
+    /// Largest separation \[m\]: a lower bound of the distance.
     any: f64,
-    face: usize,
+    /// Largest separation along a face on the side of the other shape, and this face.
+    most: (f64, usize),
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
 }
@@ -130,7 +131,7 @@ struct Separation {
 fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2]) -> Separation {
     let mut found = Separation {
         any: f64::NEG_INFINITY,
-        face: 0,
+        most: (f64::NEG_INFINITY, 0),
         best: None,
     };
     // behind a one-sided segment there is solid, not a gap
@@ -151,9 +152,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             }
         }
         let apart = n.dot(&(seen.translation - base.points[k])) + low;
-        if apart > found.any {
-            (found.any, found.face) = (apart, k);
-        }
+        found.any = found.any.max(apart);
         let looks = base.edge.is_none() || sides[0] == Some(k);
         let met = match (other.edge, sides[1]) {
             (Some(edge), Some(face)) => {
@@ -163,6 +162,9 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             (Some(_), None) => false,
             (None, _) => true,
         };
+        if looks && apart > found.most.0 {
+            found.most = (apart, k);
+        }
         if looks && met && found.best.is_none_or(|(most, _)| apart > most) {
             found.best = Some((apart, k));
         }
@@ -332,16 +334,16 @@ pub(super) fn convex_convex(
             true => -poses[1].rotate(normal),
             false => poses[0].rotate(normal),
         };
-        let (most, from) = match of2.any > of1.any {
-            true => (&of2, true),
-            false => (&of1, false),
+        let ((most, face), from) = match of2.most.0 > of1.most.0 {
+            true => (of2.most, true),
+            false => (of1.most, false),
         };
         let (base, own) = if flipped { (second, &of2) } else { (first, &of1) };
         let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
-        let axis = turned(from, [first, second][usize::from(from)].normals[most.face]);
+        let axis = turned(from, [first, second][usize::from(from)].normals[face]);
         let opposed = axis.dot(&turned(flipped, base.normals[k])) < 0.0;
         // a neighbour has the contact along the axis that separates the two most
-        if depth < (most.any - slack).min(0.0) && (most.any > 0.0 || opposed) {
+        if depth < (most - slack).min(0.0) && (most > 0.0 || opposed) {
             return bound;
         }
     }
