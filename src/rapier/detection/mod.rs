@@ -19,6 +19,7 @@ mod leaves;
 mod pairs;
 mod points;
 mod rows;
+mod seams;
 mod shapes;
 mod sides;
 mod span;
@@ -106,7 +107,7 @@ impl Detector {
     }
 
     /// Finds all contacts at the present poses. `acceleration` \[m/s²\] bounds the acceleration of
-    /// every body.
+    /// every body. `midpoint` tells whether they are those of the midpoint of a step.
     ///
     /// # Errors
     /// [`ModelError`] for colliders that use unsupported features.
@@ -114,7 +115,7 @@ impl Detector {
         &mut self,
         hooks: Hooks,
         bodies: &mut Bodies,
-        acceleration: f64,
+        (acceleration, midpoint): (f64, bool),
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
@@ -132,7 +133,10 @@ impl Detector {
         }
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(hooks, self.span);
+        let finder = Finder {
+            midpoint,
+            ..self.finder(hooks, self.span)
+        };
         let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
         pairs.all(&finder, grid, out);
         self.pairs = pairs;
@@ -147,6 +151,7 @@ impl Detector {
             hooks,
             present: &self.present,
             span,
+            midpoint: false,
         }
     }
 

@@ -10,8 +10,9 @@ use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::rows::{Row, Rows};
+use super::seams::Tie;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{Detection, NormalLaw, Pose64};
+use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64};
 use crate::rapier::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
@@ -39,10 +40,9 @@ struct Scratch {
     event_contacts: Vec<EventContact>,
     touches: Vec<Touch>,
     marks: Marks,
+    ties: Vec<Tie>,
     /// Sides of two-sided segments on which pairs touch.
     faces: Marks,
-    /// Whether the parts are at the midpoint of the step, or somewhere within it.
-    midpoint: bool,
 }
 
 /// Values stored on pairs of parts, by [`Row::order`]. A value lasts while the pair has contacts, and
@@ -138,9 +138,11 @@ impl Pairs {
         let scratch = &mut self.scratch;
         let mut group = Group::default();
         scratch.event_contacts.clear();
+        scratch.ties.clear();
         scratch.marks.begin();
-        scratch.faces.begin();
-        scratch.midpoint = true;
+        if finder.midpoint {
+            scratch.faces.begin();
+        }
         // a pair with a stored value goes to the hook once more when it has no contacts
         let marked = !scratch.marks.past.is_empty();
         let near = &finder.leaves.near;
@@ -172,7 +174,7 @@ impl Pairs {
         });
         scratch.marks.past.clear();
         scratch.faces.past.clear();
-        scratch.midpoint = false;
+        finder.break_ties(&scratch.ties, &mut out.contacts);
     }
 
     /// Whether all pairs of parts of two `relevant` bodies are out of reach.
@@ -210,12 +212,14 @@ impl Pairs {
         sorted.sort_unstable();
         sorted.dedup();
         let names = &finder.leaves.names;
+        self.scratch.ties.clear();
         for slots in sorted {
             let mut group = Group::default();
             for row in self.rows.between(slots, names) {
                 finder.contacts(row.leaves, &mut group, &mut self.scratch, out);
             }
         }
+        finder.break_ties(&self.scratch.ties, &mut out.contacts);
     }
 }
 
@@ -278,6 +282,9 @@ pub(super) struct Finder<'a> {
     pub hooks: Hooks<'a>,
     pub present: &'a [Present],
     pub span: Span,
+    /// Whether the parts are at the midpoint of a step: half a step ago they were where their
+    /// velocities take them back.
+    pub midpoint: bool,
 }
 
 impl Finder<'_> {
@@ -305,7 +312,7 @@ impl Finder<'_> {
             return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
         }
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
-        let sight = self.sight(leaves, sides, bodies, &scratch.faces, scratch.midpoint);
+        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
         found.clear();
         let bound = touches(poses, parts, &sight, reach, found);
@@ -313,11 +320,17 @@ impl Finder<'_> {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
         if !found.is_empty() {
-            if scratch.midpoint {
+            if self.midpoint {
+                self.meet_moving(sides, bodies, reach, found);
                 self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
             }
             let setting = self.plain_setting(sides);
+            let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
+            if out.contacts.len() == next + found.len() {
+                let tie = self.tie(sides, leaves, &setting, found, next);
+                scratch.ties.extend(tie);
+            }
         }
         bound
     }
@@ -353,12 +366,13 @@ impl Finder<'_> {
         out: &mut Detection,
     ) -> Option<f64> {
         let bodies = sides.map(|leaf| self.present(leaf));
-        let sight = self.sight(leaves, sides, bodies, &scratch.faces, scratch.midpoint);
+        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
         if let Some(bound) = touches(poses, parts, &sight, reach, found) {
-            if scratch.midpoint {
+            if self.midpoint {
+                self.meet_moving(sides, bodies, reach, found);
                 self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
             }
             if terms.events_only {
@@ -575,12 +589,8 @@ impl Finder<'_> {
                 });
             }
         }
-        let sub = sides.map(|leaf| leaf.sub);
-        let bodies = sides.map(|leaf| self.present(leaf));
         if sides.iter().all(|leaf| leaf.lone) {
-            let points = found
-                .iter()
-                .map(|t| setting.point(bodies, t, [0, 0], t.feature.into(), true));
+            let points = found.iter().map(|t| self.point(&setting, sides, t));
             out.contacts.extend(points);
             return;
         }
@@ -588,11 +598,21 @@ impl Finder<'_> {
         for touch in found.iter() {
             let old = &out.contacts[from..];
             if !old.iter().any(|p| same_place(p, touch, setting.size)) {
-                let feature = mix([sub[0], sub[1], touch.feature, 0]);
-                let point = setting.point(bodies, touch, sub, feature, true);
-                out.contacts.push(point);
+                out.contacts.push(self.point(&setting, sides, touch));
             }
         }
+    }
+
+    /// A contact of two parts with kernels.
+    #[inline]
+    pub(super) fn point(&self, setting: &Pair, sides: [&Leaf; 2], touch: &Touch) -> ContactPoint {
+        let bodies = sides.map(|leaf| self.present(leaf));
+        if sides.iter().all(|leaf| leaf.lone) {
+            return setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
+        }
+        let subs = sides.map(|leaf| leaf.sub);
+        let feature = mix([subs[0], subs[1], touch.feature, 0]);
+        setting.point(bodies, touch, subs, feature, true)
     }
 
     fn ask_parry(

@@ -23,7 +23,6 @@ impl Finder<'_> {
         sides: [&Leaf; 2],
         bodies: [&Present; 2],
         memory: &Marks,
-        at_midpoint: bool,
     ) -> Sight {
         if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
             return Sight::default();
@@ -43,7 +42,7 @@ impl Finder<'_> {
                 0 => None,
                 face => Some(face as usize - 1),
             }),
-            moved: match at_midpoint {
+            moved: match self.midpoint {
                 true => [moved(0, 1), moved(1, 0)],
                 false => [Vec2::zeros(); 2],
             },

@@ -341,7 +341,11 @@ pub(super) fn convex_convex(
         let (base, own) = if flipped { (second, &of2) } else { (first, &of1) };
         let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
         let axis = turned(from, [first, second][usize::from(from)].normals[face]);
-        let opposed = axis.dot(&turned(flipped, base.normals[k])) < 0.0;
+        let facing = axis.dot(&turned(flipped, base.normals[k]));
+        // the solid behind a segment is taken to be as deep as the segment is long
+        let longest = views.iter().filter_map(|view| view.edge).map(Edge::length);
+        let deep = depth < -longest.fold(0.0, f64::max);
+        let opposed = facing < -0.5 || facing < 0.0 && deep;
         // a neighbour has the contact along the axis that separates the two most
         if depth < (most - slack).min(0.0) && (most > 0.0 || opposed) {
             return bound;

@@ -60,6 +60,11 @@ impl Edge {
         }
     }
 
+    /// Length \[m\].
+    pub fn length(&self) -> f64 {
+        (self.ends[1] - self.ends[0]).norm()
+    }
+
     /// Height of a point above the line on the right \[m\].
     fn height(&self, point: Vec2) -> f64 {
         self.normals[0].dot(&(point - self.ends[0]))
@@ -72,7 +77,7 @@ impl Edge {
     /// a point at a distance D by D dθ. D grows by no more than the travel.
     fn way_to_front(&self, point: Vec2, height: f64) -> f64 {
         let far = (point - self.ends[0]).norm();
-        -height / (2.0 + 3.0 * far / (self.ends[1] - self.ends[0]).norm())
+        -height / (2.0 + 3.0 * far / self.length())
     }
 
     /// Slope at corner `end` under `face`: the length of the segment that a unit of depth takes, up

@@ -3,10 +3,12 @@
 //! A collider is a set of [`Part`]s: a ball, a box, a convex polygon, a segment of a polyline or a
 //! half-plane, each with a rounding (that of capsules and round shapes, and the contact skin).
 
+mod axes;
 mod boxes;
 mod convex;
 mod edges;
 
+pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use convex::Polygon;
 pub(super) use edges::Edge;
 
