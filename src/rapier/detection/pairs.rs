@@ -447,7 +447,7 @@ impl Finder<'_> {
         Some([a?, b?])
     }
 
-    fn present(&self, leaf: &Leaf) -> &Present {
+    pub(super) fn present(&self, leaf: &Leaf) -> &Present {
         present(self.present, leaf.body)
     }
 

@@ -5,8 +5,8 @@
 //! an edge that is not there (rapier's issues 142 and 669). Two rules choose the face.
 //!
 //! Moving parts: only a direction `k` that separates the two at the start of the step, `g_k(q_A) ≥
-//! −noise`, can be met. Of these the contact takes the one that will separate them most at the next
-//! midpoint, `max g_k(q_M + Δt u_A)`. A real step overlaps along the floor's direction at the
+//! −noise`, can be met. Of these the contact takes the one that will separate them most two
+//! steps later, `max g_k(q_M + 2 Δt u_A)`. A real step overlaps along the floor's direction at the
 //! start, so it stops what runs into it.
 //!
 //! Parts at rest, `|g| ≤ noise`: the contact takes the direction of another contact of one of the
@@ -19,6 +19,10 @@ use super::pairs::Finder;
 use super::points::Pair;
 use crate::contact::NO_BODY;
 use crate::dynamics::{ContactPoint, Pose64};
+
+/// How far ahead of the midpoint directions are compared, in steps. More than the one step after
+/// which gaps are closed: a body that gains speed in the step comes farther than `u_A` tells.
+const AHEAD: f64 = 2.0;
 
 /// A contact at a corner that could as well be met along other directions.
 pub(super) struct Tie {
@@ -35,8 +39,9 @@ pub(super) struct Tie {
 
 /// Resolution of positions \[m\]: relative to the smaller part, and that of coordinates in `f32`, in
 /// which the user placed the parts.
-fn noise(sides: [&Leaf; 2], found: &[Touch]) -> f64 {
-    let far = found.iter().map(|t| t.point.amax()).fold(0.0, f64::max);
+fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
+    let far = bodies[0].coordinate.max(bodies[1].coordinate);
+    let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
     (1e-7 * sides[0].surface.size.min(sides[1].surface.size))
         .max(4.0 * f64::from(f32::EPSILON) * far)
 }
@@ -57,12 +62,12 @@ impl Finder<'_> {
         if (bodies[0].speed + bodies[1].speed) * dt <= 1e-7 * size {
             return;
         }
-        // closes in this step, or overlapped at its start
-        let noise = noise(sides, found);
+        // may close in this step, in which it may be driven, or overlapped at its start
+        let noise = noise(sides, bodies, found);
         let misled = |t: &Touch| {
             let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
             let way = dt * t.normal.dot(&u);
-            way < -noise && t.gap + way < 0.0 || t.gap - 0.5 * way < -noise
+            way < -noise && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
         };
         if found.iter().any(misled) {
             self.meet_another(sides, bodies, reach, noise, found);
@@ -86,8 +91,8 @@ impl Finder<'_> {
                 pose
             })
         };
-        let now = sides.map(|leaf| leaf.pose);
-        let (start, next) = (at(-0.5 * self.span.dt), at(self.span.dt));
+        let (now, dt) = (sides.map(|leaf| leaf.pose), self.span.dt);
+        let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
         let present = found[0].normal;
         let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
             best_axis(axes, [&start, &now, &next], present, noise)
@@ -117,9 +122,12 @@ impl Finder<'_> {
         if !lone || found[0].gap.abs() > 1e-3 * sides[0].surface.size {
             return None;
         }
-        let noise = noise(sides, found);
+        let bodies = sides.map(|leaf| self.present(leaf));
+        let noise = noise(sides, bodies, found);
         let apart = |t: &Touch| t.gap.abs() > noise || (t.point - found[0].point).norm() > noise;
-        if found.iter().any(apart) {
+        let place = found[0].point;
+        let u = bodies[1].velocity_at(place) - bodies[0].velocity_at(place);
+        if u.norm() * self.span.dt > noise || found.iter().any(apart) {
             return None;
         }
         let now = sides.map(|leaf| leaf.pose);
@@ -195,8 +203,8 @@ fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>>
 
 /// The contact along the axis that will separate two parts most, of those that separate them at the
 /// start. `None` if the `present` direction is that one; `Some(None)` if a neighbour of a segment has
-/// the contact. Poses of the start, now, and of the next
-/// midpoint.
+/// the contact. Poses of the start, now,
+/// and of the time to come.
 fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
