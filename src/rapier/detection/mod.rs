@@ -152,6 +152,7 @@ impl Detector {
             present: &self.present,
             span,
             midpoint: false,
+            within: false,
         }
     }
 
@@ -177,7 +178,10 @@ impl Detector {
             }
         }
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(hooks, self.span.over(dt));
+        let finder = Finder {
+            within: true,
+            ..self.finder(hooks, self.span.over(dt))
+        };
         pairs.some(&finder, wanted, out);
         self.pairs = pairs;
     }

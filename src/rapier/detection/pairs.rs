@@ -285,6 +285,8 @@ pub(super) struct Finder<'a> {
     /// Whether the parts are at the midpoint of a step: half a step ago they were where their
     /// velocities take them back.
     pub midpoint: bool,
+    /// Whether the parts are somewhere within a step, with velocities of that time.
+    pub within: bool,
 }
 
 impl Finder<'_> {
@@ -320,8 +322,10 @@ impl Finder<'_> {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
         if !found.is_empty() {
-            if self.midpoint {
+            if self.midpoint || self.within {
                 self.meet_moving(sides, bodies, reach, found);
+            }
+            if self.midpoint {
                 self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
             }
             let setting = self.plain_setting(sides);
@@ -371,8 +375,10 @@ impl Finder<'_> {
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
         if let Some(bound) = touches(poses, parts, &sight, reach, found) {
-            if self.midpoint {
+            if self.midpoint || self.within {
                 self.meet_moving(sides, bodies, reach, found);
+            }
+            if self.midpoint {
                 self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
             }
             if terms.events_only {

@@ -62,12 +62,16 @@ impl Finder<'_> {
         if (bodies[0].speed + bodies[1].speed) * dt <= 1e-7 * size {
             return;
         }
+        // a fixed chain sorts out its corners itself; one that moves may slide over seams
+        if (0..2).any(|i| bodies[i].immovable && sides[i].part.is_chain()) {
+            return;
+        }
         // may close in this step, in which it may be driven, or overlapped at its start
         let noise = noise(sides, bodies, found);
         let misled = |t: &Touch| {
             let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
             let way = dt * t.normal.dot(&u);
-            way < -noise && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
+            way < -1e-9 * size && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
         };
         if found.iter().any(misled) {
             self.meet_another(sides, bodies, reach, noise, found);
@@ -131,15 +135,24 @@ impl Finder<'_> {
             return None;
         }
         let now = sides.map(|leaf| leaf.pose);
-        let others = with_axes(sides.map(|leaf| &leaf.part), &now, found[0].normal, |axes| {
-            let other = |axis: Axis| {
-                let direction = axes.direction(&now, axis);
-                let touches = direction.dot(&found[0].normal) < 1.0 - 1e-9
-                    && axes.separation(&now, direction).abs() <= noise;
-                if touches { axes.touch(&now, axis, noise) } else { None }
-            };
-            axes.all().filter_map(other).collect::<Vec<_>>()
-        })?;
+        let others = with_axes(
+            sides.map(|leaf| &leaf.part),
+            &now,
+            found[0].normal,
+            |axes| {
+                let other = |axis: Axis| {
+                    let direction = axes.direction(&now, axis);
+                    let touches = direction.dot(&found[0].normal) < 1.0 - 1e-9
+                        && axes.separation(&now, direction).abs() <= noise;
+                    if touches {
+                        axes.touch(&now, axis, noise)
+                    } else {
+                        None
+                    }
+                };
+                axes.all().filter_map(other).collect::<Vec<_>>()
+            },
+        )?;
         (!others.is_empty()).then(|| Tie {
             contact,
             twice: found.len() > 1,
@@ -158,21 +171,25 @@ impl Finder<'_> {
         let of_body = contacts_of_bodies(self.present.len(), out);
         for tie in ties {
             let own = out[tie.contact];
-            let moves = |body: &&u32| {
-                **body != NO_BODY && !self.present[**body as usize].immovable
-            };
+            let moves = |body: &&u32| **body != NO_BODY && !self.present[**body as usize].immovable;
             let bodies = tie.setting.numbers;
             let chosen = tie.others.iter().find(|touch| {
-                bodies.iter().enumerate().filter(|(_, body)| moves(body)).any(|(mine, body)| {
-                    let mut contacts = of_body[*body as usize].iter().map(|c| &out[*c as usize]);
-                    contacts.any(|c| {
-                        let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
-                        (c.key.pair, c.cells) != (own.key.pair, own.cells)
-                            && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
-                            && c.normal.dot(&(c.position - touch.point)).abs() <= 2.0 * tie.noise
-                            && c.gap.abs() <= 2.0 * tie.noise
+                bodies
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, body)| moves(body))
+                    .any(|(mine, body)| {
+                        let mut contacts =
+                            of_body[*body as usize].iter().map(|c| &out[*c as usize]);
+                        contacts.any(|c| {
+                            let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
+                            (c.key.pair, c.cells) != (own.key.pair, own.cells)
+                                && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
+                                && c.normal.dot(&(c.position - touch.point)).abs()
+                                    <= 2.0 * tie.noise
+                                && c.gap.abs() <= 2.0 * tie.noise
+                        })
                     })
-                })
             });
             let Some(touch) = chosen else {
                 continue;
@@ -228,5 +245,5 @@ fn best_axis(
         }
     }
     let (later, axis) = best?;
-    (later > own + noise).then(|| axes.touch(now, axis, noise))
+    (later > own + 1e-2 * noise).then(|| axes.touch(now, axis, noise))
 }

@@ -117,7 +117,10 @@ impl Axes<'_> {
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let outward = poses[part].rotate(base.normals[face]);
         let along = Vec2::new(-outward.y, outward.x);
-        let ends = [base.points[face], base.points[(face + 1) % base.points.len()]];
+        let ends = [
+            base.points[face],
+            base.points[(face + 1) % base.points.len()],
+        ];
         let middle = along.dot(&poses[part].apply(0.5 * (ends[0] + ends[1])));
         let placed = || {
             let points = other.points.iter().enumerate();
@@ -132,7 +135,8 @@ impl Axes<'_> {
         if let Some(edge) = base.edge {
             // beyond a corner with a neighbour, the neighbour is met
             let reached = poses[part].apply_inverse(p);
-            let out = |end: usize| (reached - edge.ends[end]).dot(&(edge.ends[end] - edge.ends[1 - end]));
+            let out =
+                |end: usize| (reached - edge.ends[end]).dot(&(edge.ends[end] - edge.ends[1 - end]));
             if (0..2).any(|end| edge.neighbours[end].is_some() && out(end) > 0.0) {
                 return None;
             }

@@ -200,9 +200,10 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
                 if distance < least {
                     least = distance;
                     let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
-                    best = if t <= 0.0 {
+                    // a corner over the end of a face lies on the face
+                    best = if t < -1e-9 {
                         Nearest::Corners(corner(k), distance)
-                    } else if t >= 1.0 {
+                    } else if t > 1.0 + 1e-9 {
                         Nearest::Corners(corner((k + 1) % base.points.len()), distance)
                     } else {
                         let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
@@ -338,7 +339,11 @@ pub(super) fn convex_convex(
             true => (of2.most, true),
             false => (of1.most, false),
         };
-        let (base, own) = if flipped { (second, &of2) } else { (first, &of1) };
+        let (base, own) = if flipped {
+            (second, &of2)
+        } else {
+            (first, &of1)
+        };
         let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
         let axis = turned(from, [first, second][usize::from(from)].normals[face]);
         let facing = axis.dot(&turned(flipped, base.normals[k]));

@@ -40,6 +40,13 @@ pub(super) struct Part {
     pub rounding: f64,
 }
 
+impl Part {
+    /// Whether this is a segment with neighbours.
+    pub fn is_chain(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if edge.neighbours != [None, None])
+    }
+}
+
 /// One contact between two parts, signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
