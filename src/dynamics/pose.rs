@@ -33,6 +33,14 @@ impl Pose64 {
         )
     }
 
+    /// The vector that [`Pose64::rotate`] turns into `v`.
+    pub fn unrotate(&self, v: Vec2) -> Vec2 {
+        Vec2::new(
+            self.cos * v.x + self.sin * v.y,
+            self.cos * v.y - self.sin * v.x,
+        )
+    }
+
     /// Transforms a point.
     pub fn apply(&self, p: Vec2) -> Vec2 {
         self.translation + self.rotate(p)
@@ -40,11 +48,7 @@ impl Pose64 {
 
     /// The point that [`Pose64::apply`] maps to `p`.
     pub fn apply_inverse(&self, p: Vec2) -> Vec2 {
-        let d = p - self.translation;
-        Vec2::new(
-            self.cos * d.x + self.sin * d.y,
-            self.cos * d.y - self.sin * d.x,
-        )
+        self.unrotate(p - self.translation)
     }
 
     /// The composition that applies `local` first.

@@ -279,7 +279,7 @@ impl MoreauPipeline {
             let mut model = self.model(world, &(), dt);
             out.contacts.clear();
             out.joints.clear();
-            model.detect(dt, out)?;
+            model.find(dt, false, out)?;
             // sleeping bodies that are pressed on wake and then have contacts
             if !model.wakes_sleepers(out) {
                 return Ok(());
@@ -448,6 +448,26 @@ impl RapierModel<'_> {
 }
 
 impl RapierModel<'_> {
+    /// [`MultibodyModel::detect`], at the midpoint of a step or at any time.
+    fn find(&mut self, dt: f64, midpoint: bool, out: &mut Detection) -> Result<(), ModelError> {
+        let acceleration = self.acceleration();
+        if !acceleration.is_finite() {
+            // the search for contacts would have no bound
+            return Err(ModelError::Invalid(
+                "a force is too large for the mass of its body: the acceleration is not finite"
+                    .to_owned(),
+            ));
+        }
+        let hooks = Hooks {
+            hooks: self.hooks,
+            world: self.world,
+        };
+        self.detector
+            .detect(hooks, self.bodies, (acceleration, midpoint), dt, out)?;
+        self.joints.rows(self.bodies, self.dt, &mut out.joints);
+        Ok(())
+    }
+
     /// Whether contacts press on a sleeping body, which then has to wake before the step.
     fn wakes_sleepers(&mut self, found: &Detection) -> bool {
         if !self.sleeps && self.bodies.sleepers.is_empty() {
@@ -522,22 +542,7 @@ impl MultibodyModel for RapierModel<'_> {
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
-        let acceleration = self.acceleration();
-        if !acceleration.is_finite() {
-            // the search for contacts would have no bound
-            return Err(ModelError::Invalid(
-                "a force is too large for the mass of its body: the acceleration is not finite"
-                    .to_owned(),
-            ));
-        }
-        let hooks = Hooks {
-            hooks: self.hooks,
-            world: self.world,
-        };
-        self.detector
-            .detect(hooks, self.bodies, acceleration, dt, out)?;
-        self.joints.rows(self.bodies, self.dt, &mut out.joints);
-        Ok(())
+        self.find(dt, true, out)
     }
 
     fn detect_pairs(

@@ -53,6 +53,9 @@ pub struct PipelineState {
     /// Values that the user's hook stored on pairs of parts of colliders.
     #[serde(default)]
     marks: Vec<([u32; 4], u32)>,
+    /// Sides on which pairs of parts touch two-sided segments.
+    #[serde(default)]
+    faces: Vec<([u32; 4], u32)>,
 }
 
 /// Index and generation.
@@ -129,6 +132,7 @@ impl MoreauPipeline {
                 pairs.into_iter().map(raw).collect()
             }),
             marks: self.detector.marks(),
+            faces: self.detector.faces(),
         }
     }
 
@@ -176,6 +180,7 @@ impl MoreauPipeline {
                 pairs.into_iter().map(handles).collect()
             }));
         pipeline.detector.restore_marks(&state.marks);
+        pipeline.detector.restore_faces(&state.faces);
         let bodies = &mut pipeline.bodies;
         for (handle, exact) in &state.exact {
             bodies.restore_exact(RigidBodyHandle::from_raw_parts(handle.0, handle.1), *exact);

@@ -19,7 +19,9 @@ mod leaves;
 mod pairs;
 mod points;
 mod rows;
+mod seams;
 mod shapes;
+mod sides;
 mod span;
 
 use super::bodies::Bodies;
@@ -105,7 +107,7 @@ impl Detector {
     }
 
     /// Finds all contacts at the present poses. `acceleration` \[m/s²\] bounds the acceleration of
-    /// every body.
+    /// every body. `midpoint` tells whether they are those of the midpoint of a step.
     ///
     /// # Errors
     /// [`ModelError`] for colliders that use unsupported features.
@@ -113,7 +115,7 @@ impl Detector {
         &mut self,
         hooks: Hooks,
         bodies: &mut Bodies,
-        acceleration: f64,
+        (acceleration, midpoint): (f64, bool),
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
@@ -131,7 +133,10 @@ impl Detector {
         }
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(hooks, self.span);
+        let finder = Finder {
+            midpoint,
+            ..self.finder(hooks, self.span)
+        };
         let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
         pairs.all(&finder, grid, out);
         self.pairs = pairs;
@@ -146,6 +151,8 @@ impl Detector {
             hooks,
             present: &self.present,
             span,
+            midpoint: false,
+            within: false,
         }
     }
 
@@ -171,7 +178,10 @@ impl Detector {
             }
         }
         let mut pairs = std::mem::take(&mut self.pairs);
-        let finder = self.finder(hooks, self.span.over(dt));
+        let finder = Finder {
+            within: true,
+            ..self.finder(hooks, self.span.over(dt))
+        };
         pairs.some(&finder, wanted, out);
         self.pairs = pairs;
     }
@@ -196,6 +206,15 @@ impl Detector {
 
     pub fn restore_marks(&mut self, marks: &[([u32; 4], u32)]) {
         self.pairs.restore_marks(marks);
+    }
+
+    /// See [`Pairs::faces`].
+    pub fn faces(&self) -> Vec<([u32; 4], u32)> {
+        self.pairs.faces()
+    }
+
+    pub fn restore_faces(&mut self, faces: &[([u32; 4], u32)]) {
+        self.pairs.restore_faces(faces);
     }
 
     /// Contacts that are not solved but for which a handler wants events, with their gap \[m\].
@@ -304,6 +323,8 @@ impl Detector {
 struct Present {
     /// Bound of the speed of all its points \[m/s\].
     speed: f64,
+    /// Of the centre of mass, and spin.
+    velocity: Vec3,
     /// Centre of mass \[m\], and the largest coordinate of its frame's origin \[m\].
     center: Vec2,
     coordinate: f64,
@@ -320,6 +341,7 @@ struct Present {
 /// Stands for colliders without a body.
 static OUTER: Present = Present {
     speed: 0.0,
+    velocity: Vec3::new(0.0, 0.0, 0.0),
     center: Vec2::new(0.0, 0.0),
     coordinate: 0.0,
     kind: RigidBodyType::Fixed,
@@ -334,6 +356,7 @@ impl Present {
         let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
         Present {
             speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            velocity: *u,
             center: shadow.pose.apply(shadow.center),
             coordinate: shadow.pose.translation.amax(),
             kind: shadow.kind,
@@ -342,6 +365,12 @@ impl Present {
             still: bodies.still(k),
             fast: false,
         }
+    }
+
+    /// Velocity of the body's point at a place of the world \[m/s\].
+    fn velocity_at(&self, place: Vec2) -> Vec2 {
+        let r = place - self.center;
+        self.velocity.xy() + self.velocity.z * Vec2::new(-r.y, r.x)
     }
 }
 

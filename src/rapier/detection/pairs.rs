@@ -3,15 +3,16 @@
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
-use super::super::kernels::{Core, Touch, relative, touches};
+use super::super::kernels::{Core, Sight, Touch, relative, touches};
 use super::colliders::{Colliders, Known};
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
 use super::points::{Pair, mix, parry_points, same_place};
 use super::rows::{Row, Rows};
+use super::seams::Tie;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{Detection, NormalLaw, Pose64};
+use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64};
 use crate::rapier::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
@@ -39,25 +40,55 @@ struct Scratch {
     event_contacts: Vec<EventContact>,
     touches: Vec<Touch>,
     marks: Marks,
+    ties: Vec<Tie>,
+    /// Sides of two-sided segments on which pairs touch.
+    faces: Marks,
 }
 
-/// Values that the user's hook stored on pairs of parts, by [`Row::order`]. A value lasts while the
-/// pair has contacts, and the hook sees it once more when the pair has none. It does not last as
-/// long as the boxes overlap, as that depends on earlier queries.
+/// Values stored on pairs of parts, by [`Row::order`]. A value lasts while the pair has contacts, and
+/// is read once more when the pair has none. It does not last as long as the boxes overlap, as that
+/// depends on earlier queries.
 #[derive(Default)]
-struct Marks {
+pub(super) struct Marks {
     now: FxHashMap<[u32; 4], u32>,
     /// The values of the last pass, during a pass over all pairs.
     past: FxHashMap<[u32; 4], u32>,
 }
 
 impl Marks {
-    fn get(&self, order: &[u32; 4]) -> u32 {
+    /// Starts a pass over all pairs: a value that the pass does not store again is dropped.
+    fn begin(&mut self) {
+        self.past = std::mem::take(&mut self.now);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.past.is_empty() && self.now.is_empty()
+    }
+
+    /// Keeps the value of a pair that the pass does not look at.
+    fn keep(&mut self, order: &[u32; 4]) {
+        let known = self.get(order);
+        self.set(*order, known);
+    }
+
+    /// All values, sorted: indices of colliders, numbers of parts, value.
+    fn sorted(&self) -> Vec<([u32; 4], u32)> {
+        let all = self.now.iter();
+        let mut all: Vec<_> = all.map(|(order, mark)| (*order, *mark)).collect();
+        all.sort_unstable();
+        all
+    }
+
+    fn restore(&mut self, marks: &[([u32; 4], u32)]) {
+        self.now = marks.iter().copied().collect();
+    }
+
+    pub fn get(&self, order: &[u32; 4]) -> u32 {
         let known = self.past.get(order).or_else(|| self.now.get(order));
         known.copied().unwrap_or(0)
     }
 
-    fn set(&mut self, order: [u32; 4], mark: u32) {
+    pub fn set(&mut self, order: [u32; 4], mark: u32) {
         match mark {
             0 => self.now.remove(&order),
             mark => self.now.insert(order, mark),
@@ -68,9 +99,11 @@ impl Marks {
 impl Pairs {
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>, leaves: &Leaves) {
-        let marks = &mut self.scratch.marks.now;
+        let Scratch { marks, faces, .. } = &mut self.scratch;
         self.rows.forget(gone, |pair| {
-            marks.remove(&Row::order(pair, &leaves.names));
+            let order = Row::order(pair, &leaves.names);
+            marks.now.remove(&order);
+            faces.now.remove(&order);
         });
     }
 
@@ -105,7 +138,11 @@ impl Pairs {
         let scratch = &mut self.scratch;
         let mut group = Group::default();
         scratch.event_contacts.clear();
-        scratch.marks.past = std::mem::take(&mut scratch.marks.now);
+        scratch.ties.clear();
+        scratch.marks.begin();
+        if finder.midpoint {
+            scratch.faces.begin();
+        }
         // a pair with a stored value goes to the hook once more when it has no contacts
         let marked = !scratch.marks.past.is_empty();
         let near = &finder.leaves.near;
@@ -113,8 +150,8 @@ impl Pairs {
         self.rows.retain(|[a, b], budget| {
             if any_asleep && finder.asleep([a, b]) {
                 let order = Row::order([a, b], &finder.leaves.names);
-                let mark = scratch.marks.get(&order);
-                scratch.marks.set(order, mark);
+                scratch.marks.keep(&order);
+                scratch.faces.keep(&order);
                 return Some(budget);
             }
             if let Some(grid) = grid {
@@ -136,6 +173,8 @@ impl Pairs {
             }
         });
         scratch.marks.past.clear();
+        scratch.faces.past.clear();
+        finder.break_ties(&scratch.ties, &mut out.contacts);
     }
 
     /// Whether all pairs of parts of two `relevant` bodies are out of reach.
@@ -149,17 +188,22 @@ impl Pairs {
         })
     }
 
-    /// Values that the user's hook stored on pairs of parts, sorted: indices of colliders, numbers
-    /// of parts, value.
+    /// Values that the user's hook stored on pairs of parts, see [`Marks::sorted`].
     pub fn marks(&self) -> Vec<([u32; 4], u32)> {
-        let marks = self.scratch.marks.now.iter();
-        let mut marks: Vec<_> = marks.map(|(order, mark)| (*order, *mark)).collect();
-        marks.sort_unstable();
-        marks
+        self.scratch.marks.sorted()
     }
 
     pub fn restore_marks(&mut self, marks: &[([u32; 4], u32)]) {
-        self.scratch.marks.now = marks.iter().copied().collect();
+        self.scratch.marks.restore(marks);
+    }
+
+    /// Sides of two-sided segments on which pairs of parts touch: see [`super::sides`].
+    pub fn faces(&self) -> Vec<([u32; 4], u32)> {
+        self.scratch.faces.sorted()
+    }
+
+    pub fn restore_faces(&mut self, faces: &[([u32; 4], u32)]) {
+        self.scratch.faces.restore(faces);
     }
 
     /// Contacts of some pairs of colliders, sorted as by [`Pairs::all`].
@@ -168,12 +212,14 @@ impl Pairs {
         sorted.sort_unstable();
         sorted.dedup();
         let names = &finder.leaves.names;
+        self.scratch.ties.clear();
         for slots in sorted {
             let mut group = Group::default();
             for row in self.rows.between(slots, names) {
                 finder.contacts(row.leaves, &mut group, &mut self.scratch, out);
             }
         }
+        finder.break_ties(&self.scratch.ties, &mut out.contacts);
     }
 }
 
@@ -236,6 +282,11 @@ pub(super) struct Finder<'a> {
     pub hooks: Hooks<'a>,
     pub present: &'a [Present],
     pub span: Span,
+    /// Whether the parts are at the midpoint of a step: half a step ago they were where their
+    /// velocities take them back.
+    pub midpoint: bool,
+    /// Whether the parts are somewhere within a step, with velocities of that time.
+    pub within: bool,
 }
 
 impl Finder<'_> {
@@ -262,16 +313,28 @@ impl Finder<'_> {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
         }
-        let [one, two] = sides;
+        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
+        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
         found.clear();
-        let bound = touches(&one.pose, &one.part, &two.pose, &two.part, reach, found);
+        let bound = touches(poses, parts, &sight, reach, found);
         if bound.is_none() {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
         if !found.is_empty() {
+            if self.midpoint || self.within {
+                self.meet_moving(sides, bodies, reach, found);
+            }
+            if self.midpoint {
+                self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
+            }
             let setting = self.plain_setting(sides);
+            let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
+            if out.contacts.len() == next + found.len() {
+                let tie = self.tie(sides, leaves, &setting, found, next);
+                scratch.ties.extend(tie);
+            }
         }
         bound
     }
@@ -281,9 +344,9 @@ impl Finder<'_> {
         let sides = leaves.map(|leaf| self.leaves.get(leaf));
         let bodies = sides.map(|leaf| self.present(leaf));
         let reach = self.span.reach(bodies, sides.map(|leaf| leaf.surface.size));
-        let [one, two] = sides;
+        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
-        match touches(&one.pose, &one.part, &two.pose, &two.part, reach, found) {
+        match touches(poses, parts, &Sight::default(), reach, found) {
             Some(_) => found.is_empty(),
             // only parry knows the gap of this pair
             None => {
@@ -306,17 +369,18 @@ impl Finder<'_> {
         scratch: &mut Scratch,
         out: &mut Detection,
     ) -> Option<f64> {
+        let bodies = sides.map(|leaf| self.present(leaf));
+        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
-        let poses = sides.map(|leaf| &leaf.pose);
+        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
-        if let Some(bound) = touches(
-            poses[0],
-            &sides[0].part,
-            poses[1],
-            &sides[1].part,
-            reach,
-            found,
-        ) {
+        if let Some(bound) = touches(poses, parts, &sight, reach, found) {
+            if self.midpoint || self.within {
+                self.meet_moving(sides, bodies, reach, found);
+            }
+            if self.midpoint {
+                self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
+            }
             if terms.events_only {
                 let least = found.iter().map(|t| t.gap).reduce(f64::min);
                 scratch.event_contacts.extend(least.map(|gap| EventContact {
@@ -389,7 +453,7 @@ impl Finder<'_> {
         Some([a?, b?])
     }
 
-    fn present(&self, leaf: &Leaf) -> &Present {
+    pub(super) fn present(&self, leaf: &Leaf) -> &Present {
         present(self.present, leaf.body)
     }
 
@@ -432,7 +496,7 @@ impl Finder<'_> {
         let poses = sides.map(|leaf| &leaf.pose);
         let parts = sides.map(|leaf| &leaf.part);
         found.clear();
-        match touches(poses[0], parts[0], poses[1], parts[1], 0.0, found) {
+        match touches(poses, parts, &Sight::default(), 0.0, found) {
             Some(_) => !found.is_empty(),
             None => DefaultQueryDispatcher
                 .intersection_test(
@@ -463,8 +527,8 @@ impl Finder<'_> {
         // the other end is beyond the reach
         let mut both = Vec::with_capacity(2);
         let far = reach + sides[0].surface.size.max(sides[1].surface.size);
-        let [one, two] = sides.map(|leaf| &leaf.part);
-        touches(poses[0], one, poses[1], two, far, &mut both);
+        let parts = sides.map(|leaf| &leaf.part);
+        touches(poses, parts, &Sight::default(), far, &mut both);
         width(&both)
     }
 
@@ -531,12 +595,8 @@ impl Finder<'_> {
                 });
             }
         }
-        let sub = sides.map(|leaf| leaf.sub);
-        let bodies = sides.map(|leaf| self.present(leaf));
         if sides.iter().all(|leaf| leaf.lone) {
-            let points = found
-                .iter()
-                .map(|t| setting.point(bodies, t, [0, 0], t.feature.into(), true));
+            let points = found.iter().map(|t| self.point(&setting, sides, t));
             out.contacts.extend(points);
             return;
         }
@@ -544,11 +604,21 @@ impl Finder<'_> {
         for touch in found.iter() {
             let old = &out.contacts[from..];
             if !old.iter().any(|p| same_place(p, touch, setting.size)) {
-                let feature = mix([sub[0], sub[1], touch.feature, 0]);
-                let point = setting.point(bodies, touch, sub, feature, true);
-                out.contacts.push(point);
+                out.contacts.push(self.point(&setting, sides, touch));
             }
         }
+    }
+
+    /// A contact of two parts with kernels.
+    #[inline]
+    pub(super) fn point(&self, setting: &Pair, sides: [&Leaf; 2], touch: &Touch) -> ContactPoint {
+        let bodies = sides.map(|leaf| self.present(leaf));
+        if sides.iter().all(|leaf| leaf.lone) {
+            return setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
+        }
+        let subs = sides.map(|leaf| leaf.sub);
+        let feature = mix([subs[0], subs[1], touch.feature, 0]);
+        setting.point(bodies, touch, subs, feature, true)
     }
 
     fn ask_parry(

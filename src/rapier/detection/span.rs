@@ -17,7 +17,7 @@ const FEW: usize = 8;
 /// projectile does not make the whole pile look ahead as far as it flies.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Span {
-    dt: f64,
+    pub dt: f64,
     /// Distance by acceleration alone \[m\].
     drop: f64,
     /// Prediction distance of the two fastest bodies \[m\].
@@ -79,11 +79,16 @@ impl Span {
         speed > self.fast
     }
 
+    /// Bound of the motion of two bodies towards each other in a step \[m\].
+    pub fn motion(&self, [one, two]: [&Present; 2]) -> f64 {
+        1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop
+    }
+
     /// How near two surfaces must be to matter \[m\]: bounds the motion of the two in a step, and
     /// the motion that a neighbour can drive. `sizes` \[m\] are the sizes of the parts.
     pub fn reach(&self, bodies: [&Present; 2], sizes: [f64; 2]) -> f64 {
         let [one, two] = bodies;
-        let own = 1.1 * (one.speed + two.speed) * self.dt + 2.0 * self.drop;
+        let own = self.motion(bodies);
         let driven = match one.fast || two.fast {
             true => self.prediction,
             false => self.slow_prediction,

@@ -4,7 +4,7 @@
 //! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
 use super::edges::{Edge, half_turn};
-use super::{Touch, relative};
+use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -121,6 +121,8 @@ impl View<'_> {
 struct Separation {
     /// Largest separation \[m\]: a lower bound of the distance.
     any: f64,
+    /// Largest separation along a face on the side of the other shape, and this face.
+    most: (f64, usize),
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
 }
@@ -129,6 +131,7 @@ struct Separation {
 fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2]) -> Separation {
     let mut found = Separation {
         any: f64::NEG_INFINITY,
+        most: (f64::NEG_INFINITY, 0),
         best: None,
     };
     // behind a one-sided segment there is solid, not a gap
@@ -159,6 +162,9 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             (Some(_), None) => false,
             (None, _) => true,
         };
+        if looks && apart > found.most.0 {
+            found.most = (apart, k);
+        }
         if looks && met && found.best.is_none_or(|(most, _)| apart > most) {
             found.best = Some((apart, k));
         }
@@ -194,9 +200,10 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
                 if distance < least {
                     least = distance;
                     let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
-                    best = if t <= 0.0 {
+                    // a corner over the end of a face lies on the face
+                    best = if t < -1e-9 {
                         Nearest::Corners(corner(k), distance)
-                    } else if t >= 1.0 {
+                    } else if t > 1.0 + 1e-9 {
                         Nearest::Corners(corner((k + 1) % base.points.len()), distance)
                     } else {
                         let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
@@ -207,6 +214,21 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
         }
     }
     best
+}
+
+/// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
+/// front. `pose` is that of the shape in the frame of the segment.
+fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
+    let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
+    // the solid behind another segment counts
+    let all = other.points.iter().map(height);
+    -all.fold(height(&other.center), f64::max)
+}
+
+/// Whether all of a shape lies behind the line of a face of a segment.
+fn beyond(edge: &Edge, face: usize, other: &View, pose: &Pose64) -> bool {
+    let height = |q: &Vec2| edge.normals[face].dot(&(pose.apply(*q) - edge.ends[0]));
+    other.points.iter().all(|q| height(q) <= 0.0)
 }
 
 /// Whether two segments cross.
@@ -231,6 +253,7 @@ pub(super) fn convex_convex(
     poses: [&Pose64; 2],
     views: [View; 2],
     rounding: [f64; 2],
+    sight: &Sight,
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> f64 {
@@ -241,12 +264,21 @@ pub(super) fn convex_convex(
     // the side of a segment on which the other shape lies
     let mut sides = [None, None];
     for (i, (view, pose)) in [(first, &seen), (second, &back)].into_iter().enumerate() {
-        if let Some(edge) = view.edge {
-            let (face, height) = edge.side(pose.apply(views[1 - i].center));
-            if face.is_none() {
-                return reach + height;
+        match view.edge {
+            Some(edge) if edge.one_sided => {
+                let behind = behind(edge, &views[1 - i], pose);
+                if behind > 0.0 {
+                    return 0.5 * behind - both;
+                }
+                sides[i] = Some(0);
             }
-            sides[i] = face;
+            Some(edge) => {
+                let other = &views[1 - i];
+                let points = other.points.iter().map(|q| pose.apply(*q));
+                let past = sight.of(i, poses[i]);
+                sides[i] = Some(edge.side(points, pose.apply(other.center), &past));
+            }
+            None => {}
         }
     }
     let of1 = separation(first, second, &seen, sides);
@@ -261,7 +293,9 @@ pub(super) fn convex_convex(
         false => bound + both > 0.0,
     };
     let mut chosen = None;
-    if apart && (segments || both > 0.0) {
+    let one_sided = |view: &View| view.edge.is_some_and(|edge| edge.one_sided);
+    let both_solid = one_sided(first) && one_sided(second);
+    if apart && (segments && !both_solid || both > 0.0) {
         match nearest(first, second, &seen, &back) {
             Nearest::Corners(corners, distance) => {
                 if both > 0.0 && distance - both <= reach {
@@ -270,11 +304,17 @@ pub(super) fn convex_convex(
                 return distance - both;
             }
             Nearest::Face(turn, k, distance) => {
-                // the solid behind a one-sided face is in it, not beyond it
-                let sunk = |edge: &Edge| edge.one_sided && k == 1 && sides[turn] == Some(0);
-                let k = match views[turn].edge {
-                    Some(edge) if sunk(edge) => 0,
-                    Some(_) if sides[turn] != Some(k) => return distance - both,
+                let (base, other) = (&views[turn], &views[1 - turn]);
+                let pose = [&seen, &back][turn];
+                let k = match (base.edge, sides[turn]) {
+                    // the solid behind a one-sided face is in it, not beyond it; nor is what has
+                    // come through a two-sided one
+                    (Some(edge), Some(face))
+                        if edge.one_sided || face != k && beyond(edge, face, other, pose) =>
+                    {
+                        face
+                    }
+                    (Some(_), Some(face)) if face != k => return distance - both,
                     _ => k,
                 };
                 chosen = Some((turn == 1, k));
@@ -290,6 +330,32 @@ pub(super) fn convex_convex(
         (_, None, Some((_, k))) => (true, k),
         (_, None, None) => return bound,
     };
+    if chosen.is_none() && (first.edge.is_some() || second.edge.is_some()) {
+        let turned = |flip: bool, normal: Vec2| match flip {
+            true => -poses[1].rotate(normal),
+            false => poses[0].rotate(normal),
+        };
+        let ((most, face), from) = match of2.most.0 > of1.most.0 {
+            true => (of2.most, true),
+            false => (of1.most, false),
+        };
+        let (base, own) = if flipped {
+            (second, &of2)
+        } else {
+            (first, &of1)
+        };
+        let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
+        let axis = turned(from, [first, second][usize::from(from)].normals[face]);
+        let facing = axis.dot(&turned(flipped, base.normals[k]));
+        // the solid behind a segment is taken to be as deep as the segment is long
+        let longest = views.iter().filter_map(|view| view.edge).map(Edge::length);
+        let deep = depth < -longest.fold(0.0, f64::max);
+        let opposed = facing < -0.5 || facing < 0.0 && deep;
+        // a neighbour has the contact along the axis that separates the two most
+        if depth < (most - slack).min(0.0) && (most > 0.0 || opposed) {
+            return bound;
+        }
+    }
     let (base, other, pose, seen, own) = if flipped {
         (second, first, poses[1], back, rounding[1])
     } else {
@@ -503,10 +569,10 @@ mod tests {
             for other in &others {
                 for swap in [false, true] {
                     let find = |shape: &Part| {
-                        let mut out = Vec::new();
+                        let (none, mut out) = (Sight::default(), Vec::new());
                         match swap {
-                            false => touches(&a, shape, &b, other, 1.0, &mut out),
-                            true => touches(&b, other, &a, shape, 1.0, &mut out),
+                            false => touches([&a, &b], [shape, other], &none, 1.0, &mut out),
+                            true => touches([&b, &a], [other, shape], &none, 1.0, &mut out),
                         };
                         sorted(out)
                     };
@@ -541,7 +607,7 @@ mod tests {
             let at = |k: f64| Pose64::new(Vec2::zeros(), 2.0 * beta * k);
             let (a, b) = (at(f64::from(k)), at(f64::from(k) + 1.0));
             let mut found = Vec::new();
-            touches(&a, &stone, &b, &stone, 1.0, &mut found);
+            touches([&a, &b], [&stone; 2], &Sight::default(), 1.0, &mut found);
             assert_eq!(found.len(), 2);
             let joint = 2.0 * beta * (f64::from(k) + 0.5);
             for (touch, radius) in found.iter().zip([1.05, 0.95]) {

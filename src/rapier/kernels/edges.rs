@@ -10,7 +10,7 @@
 //!
 //! Source: Ericson, *Real-Time Collision Detection* (2005), §5.1 (Voronoi regions of features).
 
-use super::Touch;
+use super::{Past, Touch};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -42,15 +42,42 @@ impl Edge {
         })
     }
 
-    /// The face (0 right, 1 left) on the side of a shape centred at `center`, and the distance of
-    /// the centre from the line \[m\]; `None` behind a one-sided segment.
-    pub fn side(&self, center: Vec2) -> (Option<usize>, f64) {
-        let height = self.normals[0].dot(&(center - self.ends[0]));
-        match (height >= 0.0, self.one_sided) {
-            (true, _) => (Some(0), height),
-            (false, false) => (Some(1), -height),
-            (false, true) => (None, -height),
+    /// The face (0 right, 1 left) on whose side a shape with these points lies; its `center` decides.
+    ///
+    /// A shape that has moved across the line keeps its side, as long as it lies no farther beyond
+    /// than it can have come in a step.
+    pub fn side(&self, points: impl Iterator<Item = Vec2>, center: Vec2, past: &Past) -> usize {
+        let face = |p: Vec2| usize::from(self.height(p) < 0.0);
+        let (now, before) = (face(center), past.face);
+        let before = before.unwrap_or_else(|| face(center - past.moved));
+        if before == now {
+            return now;
         }
+        let highest = points.map(|p| self.normals[before].dot(&(p - self.ends[0])));
+        match highest.fold(f64::NEG_INFINITY, f64::max) < -past.motion {
+            true => now,
+            false => before,
+        }
+    }
+
+    /// Length \[m\].
+    pub fn length(&self) -> f64 {
+        (self.ends[1] - self.ends[0]).norm()
+    }
+
+    /// Height of a point above the line on the right \[m\].
+    fn height(&self, point: Vec2) -> f64 {
+        self.normals[0].dot(&(point - self.ends[0]))
+    }
+
+    /// A distance \[m\] that the segment and a point behind it, at a negative `height`, must travel
+    /// together before the point lies in front.
+    ///
+    /// A segment that turns by dθ travels at least dθ L/2, with L its length, and takes its line past
+    /// a point at a distance D by D dθ. D grows by no more than the travel.
+    fn way_to_front(&self, point: Vec2, height: f64) -> f64 {
+        let far = (point - self.ends[0]).norm();
+        -height / (2.0 + 3.0 * far / self.length())
     }
 
     /// Slope at corner `end` under `face`: the length of the segment that a unit of depth takes, up
@@ -86,16 +113,21 @@ pub(super) fn edge_ball(
     pose: &Pose64,
     edge: &Edge,
     rounding: f64,
-    center: Vec2,
-    radius: f64,
+    (center, radius): (Vec2, f64),
+    past: Past,
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> f64 {
     let c = pose.apply_inverse(center);
-    let (face, height) = edge.side(c);
-    let Some(face) = face else {
-        return reach + height;
+    let height = edge.height(c);
+    if edge.one_sided && height < 0.0 {
+        return reach + edge.way_to_front(c, height);
+    }
+    let face = match edge.one_sided {
+        true => 0,
+        false => edge.side(std::iter::once(c), c, &past),
     };
+    let height = if face == 0 { height } else { -height };
     let [a, b] = edge.ends;
     // both segments of a corner compute the same test, so that exactly one of them reports the
     // corner

@@ -3,10 +3,12 @@
 //! A collider is a set of [`Part`]s: a ball, a box, a convex polygon, a segment of a polyline or a
 //! half-plane, each with a rounding (that of capsules and round shapes, and the contact skin).
 
+mod axes;
 mod boxes;
 mod convex;
 mod edges;
 
+pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use convex::Polygon;
 pub(super) use edges::Edge;
 
@@ -38,6 +40,13 @@ pub(super) struct Part {
     pub rounding: f64,
 }
 
+impl Part {
+    /// Whether this is a segment with neighbours.
+    pub fn is_chain(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if edge.neighbours != [None, None])
+    }
+}
+
 /// One contact between two parts, signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
@@ -58,6 +67,37 @@ impl Touch {
     }
 }
 
+/// What the past of two parts tells about two-sided segments, see [`Edge`].
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sight {
+    /// Per part that is a segment, the face on whose side the other part was.
+    pub faces: [Option<usize>; 2],
+    /// Motion \[m\] of the other part, seen from each, since the time at which its place decides.
+    pub moved: [Vec2; 2],
+    /// How far the two may move in a step \[m\]: what lies farther beyond a segment has not come
+    /// through it.
+    pub motion: f64,
+}
+
+/// The part of a [`Sight`] that belongs to one segment, in its frame.
+#[derive(Clone, Copy)]
+pub(super) struct Past {
+    face: Option<usize>,
+    moved: Vec2,
+    motion: f64,
+}
+
+impl Sight {
+    /// What belongs to part `own`, at its pose.
+    fn of(&self, own: usize, pose: &Pose64) -> Past {
+        Past {
+            face: self.faces[own],
+            moved: pose.unrotate(self.moved[own]),
+            motion: self.motion,
+        }
+    }
+}
+
 /// Pose of `other` in the frame of `base`.
 pub(super) fn relative(base: &Pose64, other: &Pose64) -> Pose64 {
     Pose64 {
@@ -72,10 +112,9 @@ pub(super) fn relative(base: &Pose64, other: &Pose64) -> Pose64 {
 /// Returns a lower bound \[m\] of the gap: no contact can appear unless the two move by more than
 /// the excess of this bound over `reach`. `None` for parts without a kernel.
 pub(super) fn touches(
-    pose1: &Pose64,
-    part1: &Part,
-    pose2: &Pose64,
-    part2: &Part,
+    [pose1, pose2]: [&Pose64; 2],
+    [part1, part2]: [&Part; 2],
+    sight: &Sight,
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> Option<f64> {
@@ -93,11 +132,11 @@ pub(super) fn touches(
         }
         (_, &Core::Ball(r2)) => {
             let (center, radius) = (pose2.translation, r2 + rounding[1]);
-            with_ball(pose1, part1, center, radius, reach, out)
+            with_ball(pose1, part1, (center, radius), (sight, 0), reach, out)
         }
         (&Core::Ball(r1), _) => {
             let (center, radius) = (pose1.translation, r1 + rounding[0]);
-            let bound = with_ball(pose2, part2, center, radius, reach, out);
+            let bound = with_ball(pose2, part2, (center, radius), (sight, 1), reach, out);
             out[from..].iter_mut().for_each(|t| *t = t.reversed());
             bound
         }
@@ -115,7 +154,7 @@ pub(super) fn touches(
         }
         (core1, core2) => with_view(core1, |first| {
             with_view(core2, |second| {
-                convex_convex([pose1, pose2], [first, second], rounding, reach, out)
+                convex_convex([pose1, pose2], [first, second], rounding, sight, reach, out)
             })
         }),
     })
@@ -171,12 +210,12 @@ fn ball_ball(pose1: &Pose64, r1: f64, pose2: &Pose64, r2: f64) -> Touch {
     }
 }
 
-/// A part that is no ball, with a ball.
+/// A part that is no ball, and its number in `sight`, with a ball: its centre and radius.
 fn with_ball(
     pose: &Pose64,
     part: &Part,
-    center: Vec2,
-    radius: f64,
+    (center, radius): (Vec2, f64),
+    (sight, own): (&Sight, usize),
     reach: f64,
     out: &mut Vec<Touch>,
 ) -> f64 {
@@ -187,7 +226,10 @@ fn with_ball(
             let touch = polygon_ball(pose, polygon, rounding, center, radius);
             keep(touch, reach, out)
         }
-        Core::Edge(edge) => edges::edge_ball(pose, edge, rounding, center, radius, reach, out),
+        Core::Edge(edge) => {
+            let past = sight.of(own, pose);
+            edges::edge_ball(pose, edge, rounding, (center, radius), past, reach, out)
+        }
         &Core::HalfPlane(n) => {
             let normal = pose.rotate(n);
             let gap = normal.dot(&(center - pose.translation)) - radius - rounding;
@@ -280,7 +322,7 @@ pub(super) mod tests {
 
     fn gaps(p1: Pose64, s1: &Part, p2: Pose64, s2: &Part) -> Vec<Touch> {
         let mut out = Vec::new();
-        touches(&p1, s1, &p2, s2, 1.0, &mut out);
+        touches([&p1, &p2], [s1, s2], &Sight::default(), 1.0, &mut out);
         out
     }
 

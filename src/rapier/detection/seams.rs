@@ -1,0 +1,249 @@
+//! Which face two parts meet that stand corner to corner.
+//!
+//! Several directions separate two such parts. Where a box slides over the seam of two flush boxes,
+//! the largest separation at the midpoint of a step is often that along its way: the box then meets
+//! an edge that is not there (rapier's issues 142 and 669). Two rules choose the face.
+//!
+//! Moving parts: only a direction `k` that separates the two at the start of the step, `g_k(q_A) ≥
+//! −noise`, can be met. Of these the contact takes the one that will separate them most two
+//! steps later, `max g_k(q_M + 2 Δt u_A)`. A real step overlaps along the floor's direction at the
+//! start, so it stops what runs into it.
+//!
+//! Parts at rest, `|g| ≤ noise`: the contact takes the direction of another contact of one of the
+//! two bodies in the same plane. There the two slide on one surface that is made of several parts.
+
+use super::super::kernels::{Axes, Axis, Touch, with_axes};
+use super::Present;
+use super::leaves::Leaf;
+use super::pairs::Finder;
+use super::points::Pair;
+use crate::contact::NO_BODY;
+use crate::dynamics::{ContactPoint, Pose64};
+
+/// How far ahead of the midpoint directions are compared, in steps. More than the one step after
+/// which gaps are closed: a body that gains speed in the step comes farther than `u_A` tells.
+const AHEAD: f64 = 2.0;
+
+/// A contact at a corner that could as well be met along other directions.
+pub(super) struct Tie {
+    /// Its index among all contacts.
+    contact: usize,
+    /// Whether it stands twice.
+    twice: bool,
+    setting: Pair,
+    sides: [u32; 2],
+    /// The same contact along the other directions.
+    others: Vec<Touch>,
+    noise: f64,
+}
+
+/// Resolution of positions \[m\]: relative to the smaller part, and that of coordinates in `f32`, in
+/// which the user placed the parts.
+fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
+    let far = bodies[0].coordinate.max(bodies[1].coordinate);
+    let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
+    (1e-7 * sides[0].surface.size.min(sides[1].surface.size))
+        .max(4.0 * f64::from(f32::EPSILON) * far)
+}
+
+impl Finder<'_> {
+    /// Replaces the contacts of two parts that move, if their direction is not that in which they
+    /// meet.
+    #[inline]
+    pub(super) fn meet_moving(
+        &self,
+        sides: [&Leaf; 2],
+        bodies: [&Present; 2],
+        reach: f64,
+        found: &mut Vec<Touch>,
+    ) {
+        let dt = self.span.dt;
+        let size = sides[0].surface.size.min(sides[1].surface.size);
+        if (bodies[0].speed + bodies[1].speed) * dt <= 1e-7 * size {
+            return;
+        }
+        // a fixed chain sorts out its corners itself; one that moves may slide over seams
+        if (0..2).any(|i| bodies[i].immovable && sides[i].part.is_chain()) {
+            return;
+        }
+        // may close in this step, in which it may be driven, or overlapped at its start
+        let noise = noise(sides, bodies, found);
+        let misled = |t: &Touch| {
+            let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
+            let way = dt * t.normal.dot(&u);
+            way < -1e-9 * size && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
+        };
+        if found.iter().any(misled) {
+            self.meet_another(sides, bodies, reach, noise, found);
+        }
+    }
+
+    #[inline(never)]
+    fn meet_another(
+        &self,
+        sides: [&Leaf; 2],
+        bodies: [&Present; 2],
+        reach: f64,
+        noise: f64,
+        found: &mut Vec<Touch>,
+    ) {
+        let at = |time: f64| {
+            [0, 1].map(|i: usize| {
+                let mut pose = sides[i].pose;
+                let center = pose.apply_inverse(bodies[i].center);
+                pose.advance(&bodies[i].velocity, center, time);
+                pose
+            })
+        };
+        let (now, dt) = (sides.map(|leaf| leaf.pose), self.span.dt);
+        let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
+        let present = found[0].normal;
+        let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
+            best_axis(axes, [&start, &now, &next], present, noise)
+        });
+        if let Some(Some(touch)) = better {
+            found.clear();
+            found.extend(touch.filter(|touch| touch.gap <= reach));
+        }
+    }
+
+    /// A contact of two parts at rest that could as well be met along other directions; `contact` is
+    /// its index.
+    #[inline]
+    pub(super) fn tie(
+        &self,
+        sides: [&Leaf; 2],
+        leaves: [u32; 2],
+        setting: &Pair,
+        found: &[Touch],
+        contact: usize,
+    ) -> Option<Tie> {
+        let lone = match found {
+            [_] => true,
+            [a, b] => (a.point - b.point).norm() <= 1e-3 * sides[0].surface.size,
+            _ => false,
+        };
+        if !lone || found[0].gap.abs() > 1e-3 * sides[0].surface.size {
+            return None;
+        }
+        let bodies = sides.map(|leaf| self.present(leaf));
+        let noise = noise(sides, bodies, found);
+        let apart = |t: &Touch| t.gap.abs() > noise || (t.point - found[0].point).norm() > noise;
+        let place = found[0].point;
+        let u = bodies[1].velocity_at(place) - bodies[0].velocity_at(place);
+        if u.norm() * self.span.dt > noise || found.iter().any(apart) {
+            return None;
+        }
+        let now = sides.map(|leaf| leaf.pose);
+        let others = with_axes(
+            sides.map(|leaf| &leaf.part),
+            &now,
+            found[0].normal,
+            |axes| {
+                let other = |axis: Axis| {
+                    let direction = axes.direction(&now, axis);
+                    let touches = direction.dot(&found[0].normal) < 1.0 - 1e-9
+                        && axes.separation(&now, direction).abs() <= noise;
+                    if touches {
+                        axes.touch(&now, axis, noise)
+                    } else {
+                        None
+                    }
+                };
+                axes.all().filter_map(other).collect::<Vec<_>>()
+            },
+        )?;
+        (!others.is_empty()).then(|| Tie {
+            contact,
+            twice: found.len() > 1,
+            setting: *setting,
+            sides: leaves,
+            others,
+            noise,
+        })
+    }
+
+    /// Gives contacts at corners the direction of another contact in the same plane.
+    pub(super) fn break_ties(&self, ties: &[Tie], out: &mut [ContactPoint]) {
+        if ties.is_empty() {
+            return;
+        }
+        let of_body = contacts_of_bodies(self.present.len(), out);
+        for tie in ties {
+            let own = out[tie.contact];
+            let moves = |body: &&u32| **body != NO_BODY && !self.present[**body as usize].immovable;
+            let bodies = tie.setting.numbers;
+            let chosen = tie.others.iter().find(|touch| {
+                bodies
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, body)| moves(body))
+                    .any(|(mine, body)| {
+                        let mut contacts =
+                            of_body[*body as usize].iter().map(|c| &out[*c as usize]);
+                        contacts.any(|c| {
+                            let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
+                            (c.key.pair, c.cells) != (own.key.pair, own.cells)
+                                && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
+                                && c.normal.dot(&(c.position - touch.point)).abs()
+                                    <= 2.0 * tie.noise
+                                && c.gap.abs() <= 2.0 * tie.noise
+                        })
+                    })
+            });
+            let Some(touch) = chosen else {
+                continue;
+            };
+            let sides = tie.sides.map(|leaf| self.leaves.get(leaf));
+            out[tie.contact] = self.point(&tie.setting, sides, touch);
+            if tie.twice {
+                let second = Touch {
+                    feature: touch.feature ^ 1 << 28,
+                    ..*touch
+                };
+                out[tie.contact + 1] = self.point(&tie.setting, sides, &second);
+            }
+        }
+    }
+}
+
+/// The indices of the contacts of each body.
+fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>> {
+    let mut of_body = vec![Vec::new(); bodies];
+    for (k, contact) in contacts.iter().enumerate() {
+        for body in contact.bodies.iter().filter(|b| **b != NO_BODY) {
+            of_body[*body as usize].push(k as u32);
+        }
+    }
+    of_body
+}
+
+/// The contact along the axis that will separate two parts most, of those that separate them at the
+/// start. `None` if the `present` direction is that one; `Some(None)` if a neighbour of a segment has
+/// the contact. Poses of the start, now,
+/// and of the time to come.
+fn best_axis(
+    axes: &Axes,
+    [start, now, next]: [&[Pose64; 2]; 3],
+    present: crate::contact::Vec2,
+    noise: f64,
+) -> Option<Option<Touch>> {
+    let mut own = match axes.separation(start, present) >= -noise {
+        true => axes.separation(next, present),
+        false => f64::NEG_INFINITY,
+    };
+    let mut best: Option<(f64, Axis)> = None;
+    for axis in axes.all() {
+        if axes.separation(start, axes.direction(start, axis)) < -noise {
+            continue;
+        }
+        let later = axes.separation(next, axes.direction(next, axis));
+        if axes.direction(now, axis).dot(&present) > 1.0 - 1e-9 {
+            own = own.max(later);
+        } else if best.is_none_or(|(most, _)| later > most) {
+            best = Some((later, axis));
+        }
+    }
+    let (later, axis) = best?;
+    (later > own + 1e-2 * noise).then(|| axes.touch(now, axis, noise))
+}

@@ -1,0 +1,160 @@
+//! The directions along which two convex parts may be separated: the normals of all their faces.
+
+use super::convex::View;
+use super::{Core, Part, Touch, corners};
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+
+/// The faces of a box, in the order of its [`corners`].
+const BOX_NORMALS: [Vec2; 4] = [
+    Vec2::new(1.0, 0.0),
+    Vec2::new(0.0, 1.0),
+    Vec2::new(-1.0, 0.0),
+    Vec2::new(0.0, -1.0),
+];
+
+/// A face of one of two parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::rapier) struct Axis {
+    pub part: usize,
+    pub face: usize,
+}
+
+/// Two parts with corners; a ball has one corner and a rounding.
+pub(in crate::rapier) struct Axes<'a> {
+    views: [View<'a>; 2],
+    rounding: [f64; 2],
+    /// Per part that is a segment, the face on whose side the other part lies.
+    sides: [Option<usize>; 2],
+}
+
+/// Calls `run` with two parts at their poses, of which the second lies in the direction `toward` of
+/// the first. `None` if one has no corners, and for pairs whose kernel sorts out its corners itself: a
+/// ball with a segment that has neighbours, and two sharp segments.
+pub(in crate::rapier) fn with_axes<R>(
+    parts: [&Part; 2],
+    poses: &[Pose64; 2],
+    toward: Vec2,
+    run: impl FnOnce(&Axes) -> R,
+) -> Option<R> {
+    let half = |part: &Part| match part.core {
+        Core::Box(h) => corners(h),
+        _ => [Vec2::zeros(); 4],
+    };
+    let own = parts.map(half);
+    let view = |i: usize| {
+        let (points, normals): (&[Vec2], &[Vec2]) = match &parts[i].core {
+            Core::Ball(_) => (&own[i][..1], &[]),
+            Core::Box(_) => (&own[i], &BOX_NORMALS),
+            Core::Polygon(polygon) => return Some(View::from(polygon.as_ref())),
+            Core::Edge(edge) => return Some(View::from(edge.as_ref())),
+            Core::HalfPlane(_) | Core::Other(_) => return None,
+        };
+        Some(View {
+            points,
+            normals,
+            center: Vec2::zeros(),
+            edge: None,
+        })
+    };
+    let views = [view(0)?, view(1)?];
+    let ball = |part: &Part| matches!(part.core, Core::Ball(_));
+    let chain = |view: &View| (view.edge).is_some_and(|e| e.neighbours.iter().any(Option::is_some));
+    let rounding = parts.map(|part| match part.core {
+        Core::Ball(radius) => radius + part.rounding,
+        _ => part.rounding,
+    });
+    let chained_ball = parts.iter().any(|part| ball(part)) && views.iter().any(chain);
+    let segments = views.iter().all(|view| view.edge.is_some());
+    if chained_ball || segments && rounding == [0.0; 2] {
+        return None;
+    }
+    let side = |i: usize, sign: f64| {
+        let right = poses[i].rotate(views[i].edge?.normals[0]);
+        Some(usize::from(sign * right.dot(&toward) < 0.0))
+    };
+    Some(run(&Axes {
+        views,
+        rounding,
+        sides: [side(0, 1.0), side(1, -1.0)],
+    }))
+}
+
+impl Axes<'_> {
+    /// All faces that can be met.
+    pub fn all(&self) -> impl Iterator<Item = Axis> + '_ {
+        (0..2).flat_map(|part| {
+            let faces = match self.sides[part] {
+                Some(face) => face..face + 1,
+                None => 0..self.views[part].normals.len(),
+            };
+            faces.map(move |face| Axis { part, face })
+        })
+    }
+
+    /// The direction of an axis, from part 1 to part 2.
+    pub fn direction(&self, poses: &[Pose64; 2], axis: Axis) -> Vec2 {
+        let outward = poses[axis.part].rotate(self.views[axis.part].normals[axis.face]);
+        if axis.part == 0 { outward } else { -outward }
+    }
+
+    /// How far the parts are apart along a direction from part 1 to part 2 \[m\]; negative where they
+    /// overlap.
+    pub fn separation(&self, poses: &[Pose64; 2], direction: Vec2) -> f64 {
+        let [one, two] = [(0, direction), (1, -direction)].map(|(i, outward)| {
+            let own = poses[i].unrotate(outward);
+            let points = self.views[i].points.iter().map(|p| own.dot(p));
+            let far = points.fold(f64::NEG_INFINITY, f64::max);
+            outward.dot(&poses[i].translation) + far + self.rounding[i]
+        });
+        -one - two
+    }
+
+    /// The contact along an axis: the other part's corner nearest to the face; of several within
+    /// `noise` \[m\], the one next to the face's middle. `None` if a segment does not admit it.
+    pub fn touch(&self, poses: &[Pose64; 2], axis: Axis, noise: f64) -> Option<Touch> {
+        let Axis { part, face } = axis;
+        let (base, other) = (&self.views[part], &self.views[1 - part]);
+        let outward = poses[part].rotate(base.normals[face]);
+        let along = Vec2::new(-outward.y, outward.x);
+        let ends = [
+            base.points[face],
+            base.points[(face + 1) % base.points.len()],
+        ];
+        let middle = along.dot(&poses[part].apply(0.5 * (ends[0] + ends[1])));
+        let placed = || {
+            let points = other.points.iter().enumerate();
+            points.map(|(j, q)| (j, poses[1 - part].apply(*q)))
+        };
+        let low = placed().map(|(_, p)| outward.dot(&p));
+        let low = low.fold(f64::INFINITY, f64::min);
+        let off = |p: &Vec2| (along.dot(p) - middle).abs();
+        let (j, p) = placed()
+            .filter(|(_, p)| outward.dot(p) <= low + noise)
+            .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)))?;
+        if let Some(edge) = base.edge {
+            // beyond a corner with a neighbour, the neighbour is met
+            let reached = poses[part].apply_inverse(p);
+            let out =
+                |end: usize| (reached - edge.ends[end]).dot(&(edge.ends[end] - edge.ends[1 - end]));
+            if (0..2).any(|end| edge.neighbours[end].is_some() && out(end) > 0.0) {
+                return None;
+            }
+        }
+        if let (Some(edge), Some(face)) = (other.edge, self.sides[1 - part]) {
+            let inward = poses[1 - part].unrotate(-outward);
+            let facing = edge.normals[face].dot(&inward);
+            if facing < 0.0 || facing < 1.0 - 1e-12 && !edge.admits(j, inward) {
+                return None;
+            }
+        }
+        let direction = if part == 0 { outward } else { -outward };
+        let gap = self.separation(poses, direction);
+        Some(Touch {
+            normal: direction,
+            point: p - outward * (self.rounding[1 - part] + 0.5 * gap),
+            gap,
+            feature: 1 << 30 | (part as u32) << 29 | (face as u32) << 12 | j as u32,
+        })
+    }
+}
