@@ -1,5 +1,6 @@
 //! The contact cache: data of contacts and joints for the next step.
 
+use super::impacts::Landing;
 use super::model::ContactKey;
 use crate::contact::Vec2;
 use rustc_hash::FxHashMap;
@@ -39,6 +40,8 @@ pub(super) struct ContactCache {
     #[serde(with = "in_order")]
     pub contacts: CachedContacts,
     pub overlaps: Overlaps,
+    /// Landings that take another step.
+    pub landings: Vec<Landing>,
     /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
 }

@@ -44,6 +44,7 @@ mod events;
 mod fallback;
 #[cfg(test)]
 mod fallback_tests;
+mod impacts;
 mod interval;
 mod island;
 mod island_cache;

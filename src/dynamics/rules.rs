@@ -105,7 +105,7 @@ pub(super) struct Situation {
     /// Relative velocity at the start, and without contact impulses \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
+    /// Accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
     /// Whether it had a normal impulse in the last step, and its tangential velocity if it stuck
@@ -215,8 +215,11 @@ fn rigid(contact: &ContactPoint) -> Law {
 
 /// Rules 3 to 5 of the staggered scheme.
 ///
-/// With `v_r = a_ref Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it had an impulse
-/// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. The normal law is
+/// With `v_r = a Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it had an impulse
+/// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. `a` is the acceleration of the applied
+/// forces: they alone make a resting contact close within a step, and its impulse cancels that.
+/// The spin of a body is part of `γ_A`, so that it counts as approach. `a_ref` has the centripetal
+/// acceleration too: it opens the gap of a contact that persists. The normal law is
 /// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
 ///
 /// ```text
@@ -234,13 +237,12 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// crowds those that land faster than `v_r/2`.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
-    let v_r = rest_velocity(now.acceleration, now.span.step);
-    let g_r = v_r * now.span.step;
+    let v_r = rest_velocity(now.applied, now.span.step);
+    let g_r = rest_velocity(now.acceleration, now.span.step) * now.span.step;
     // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
     let persists = now.pressed && g < g_r && !again;
-    let slow = rest_velocity(now.applied, now.span.step);
-    let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
+    let fast = e * closing > v_r || !now.crowded && closing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;
     }
@@ -296,8 +298,8 @@ fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Sit
     })
 }
 
-/// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
-/// the contact point on a rotating body; 0.1 if both vanish.
+/// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of [`centripetal`]; 0.1 if both
+/// vanish.
 pub(super) fn reference_acceleration(
     contact: &ContactPoint,
     velocities: &[Vec3],
@@ -306,10 +308,24 @@ pub(super) fn reference_acceleration(
     centripetal(contact, velocities).max(applied_acceleration(contact, accelerations))
 }
 
-/// Largest centripetal acceleration \[m/s²\] of the contact point on a rotating body.
+/// Largest centripetal acceleration `ω² |c − x|` \[m/s²\] of the centre of curvature `c` of a surface
+/// at the contact, for a body with centre of mass `x` and spin `ω`.
+///
+/// The contact point of a round surface does not turn with the body; `c` does. At a corner `c` is
+/// the corner itself, for a disc it is the centre.
 pub(super) fn centripetal(contact: &ContactPoint, velocities: &[Vec3]) -> f64 {
-    let of = |(omega, arm)| omega * omega * arm;
-    turning(contact, velocities).map(of).fold(0.0, f64::max)
+    let (rows, mut largest) = (&contact.rows, 0.0f64);
+    for (side, &body) in rows.bodies.iter().enumerate() {
+        if body != crate::contact::NO_BODY {
+            // moments of n and t: the components of the arm along t and n
+            let [n, t] = rows.jacobian[side];
+            // the surface lies the radius away from `c`, towards the other body
+            let arm = n.z.hypot(t.z + contact.radii[side]);
+            let omega = velocities[body as usize].z;
+            largest = largest.max(omega * omega * arm);
+        }
+    }
+    largest
 }
 
 /// `a_ref` \[m/s²\] of the forces alone: the scale of an impact located in time.

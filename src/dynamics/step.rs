@@ -4,6 +4,7 @@
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
 use super::joint_recovery::close_joints;
 use super::kinetic::kinetic;
@@ -150,6 +151,7 @@ impl MoreauStepper {
         self.write(model, &clusters, &in_cluster, dt);
         let potential = self.close_gaps(model, record, overlaps)?;
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
+        std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
         self.solver.cache.commit();
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
@@ -270,13 +272,20 @@ impl MoreauStepper {
         let used = |i: usize| is_used(interval, in_cluster, i);
         record_interval(interval, solution, used, w, record.time, record, next);
         record.energy.forces += forces_work(interval, solution, w, |body| !in_cluster[body]);
+        let landings = &mut self.landings_next;
+        landings.clear();
+        let impacts = &mut record.impacts;
+        find_impacts(interval, solution, used, w, record.time, impacts, landings);
         for cluster in clusters {
             record.add(&cluster.record);
+            landings.extend_from_slice(&cluster.landings);
             next.extend(cluster.contacts.entries().iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 solution.end[body as usize] = *u;
             }
         }
+        finish_landings(&self.cache.landings, record);
+        record.impacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         record.energy.kinetic_end = kinetic(&solution.end, w);
         let own = [&interval.start, &solution.end].map(|u| model.kinetic_energy(u));
         if let [Some(start), Some(end)] = own {

@@ -3,6 +3,7 @@
 use super::runner::{Context, Rest, Runner};
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
+use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::recording::record_interval;
@@ -64,6 +65,8 @@ impl Runner {
             record,
             &mut contacts,
         );
+        let (impacts, over) = (&mut record.impacts, participants.over);
+        find_impacts(instant, hit, |_| true, w, over, impacts, &mut Vec::new());
         record.events += 1;
         if participants.lone {
             self.cache_landed(&participants.in_force, &contacts);
