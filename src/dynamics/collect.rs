@@ -79,6 +79,7 @@ impl Interval {
             applied,
             pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.and_then(|m| m.stuck),
+            left: cached.and_then(|m| m.left),
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
             crowded: !swept && contact.rows.bodies.iter().any(crowded),

@@ -1,5 +1,6 @@
 //! The rule of each contact in the contact problem: activation, free term, law.
 
+use super::contact_cache::Left;
 use super::model::{ContactPoint, NormalLaw};
 use crate::contact::{Law, Vec2, Vec3};
 use crate::solver::Shares;
@@ -85,6 +86,8 @@ pub(super) struct Span {
     pub length: f64,
     /// From this midpoint to the next one: the time in which gaps are closed.
     pub horizon: f64,
+    /// Whether an impact located in time ends the interval.
+    pub strikes: bool,
 }
 
 impl Span {
@@ -94,6 +97,7 @@ impl Span {
             step: dt,
             length: dt,
             horizon: dt,
+            strikes: false,
         }
     }
 }
@@ -112,6 +116,8 @@ pub(super) struct Situation {
     /// then.
     pub pressed: bool,
     pub stuck: Option<f64>,
+    /// Velocity at the end of the last step.
+    pub left: Option<Left>,
     /// Whether that impulse was a rebound.
     pub rebounded: bool,
     /// Whether it is deferred if it closes fast.
@@ -231,7 +237,11 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// rebounding        b = e γ_A, active iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
-/// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
+/// and `b_T = −s (γ_TE,prev − γ_TA)` for a contact that stuck last step. `s` is the part of the time
+/// since the rows of `γ_TE,prev` that lies behind this midpoint: ½ in equal steps. An interval that
+/// ends in an impact located in time takes `b = −s (γ_E,prev − γ_A)` in both rows. `γ_E` then
+/// vanishes on the rows of that instant. On the rows of the midpoint it would be an average over
+/// the interval, off by first order, which the impact would keep.
 ///
 /// With event location, new contacts that close fast are deferred: those that rebound, and outside
 /// crowds those that land faster than `v_r/2`.
@@ -248,6 +258,23 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     }
     let smooth = persists || e * closing <= v_r;
     let mut free = Vec2::zeros();
+    // γ_A differs from the velocity that the last interval left because the rows have turned since.
+    // They turn on from the midpoint to the end: `turned` is what that adds to γ.
+    let half = 0.5 * now.span.length;
+    let share = now.left.map_or(0.5, |left| half / (half + left.ago));
+    if let (true, true, Some(left)) = (smooth, now.span.strikes, now.left) {
+        // the impact needs the velocities of its instant
+        let turned = share * (now.gamma_a - left.gamma);
+        free.x = turned.x;
+        if now.stuck.is_some() {
+            free.y = turned.y;
+        }
+        return Choice::Active(Rule {
+            free,
+            law: rigid(contact),
+            impact: false,
+        });
+    }
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -267,7 +294,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     }
     // any other contact deep at the midpoint got there in this very step: a landing, not a rebound
     if let (true, Some(previous)) = (smooth, now.stuck) {
-        free.y = -0.5 * (previous - now.gamma_a.y);
+        free.y = -share * (previous - now.gamma_a.y);
     }
     Choice::Active(Rule {
         free,

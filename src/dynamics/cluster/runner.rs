@@ -214,6 +214,7 @@ impl Runner {
             step: context.dt,
             length: rest.length,
             horizon: 0.5 * (rest.length + context.dt),
+            strikes: false,
         };
         if known {
             self.take_trial(context);
