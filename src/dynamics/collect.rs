@@ -110,6 +110,8 @@ impl Interval {
             loaded,
             pressed_before: now.pressed,
             stuck_before: now.stuck.is_some(),
+            continues: now.pressed || now.left.is_some(),
+            on_surface: now.left.is_some_and(|left| left.on_surface),
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
@@ -150,6 +152,8 @@ impl Interval {
                 loaded: false,
                 pressed_before: false,
                 stuck_before: false,
+                continues: false,
+                on_surface: false,
             };
             self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
@@ -230,5 +234,7 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         loaded: false,
         pressed_before: false,
         stuck_before: false,
+        continues: false,
+        on_surface: false,
     }
 }

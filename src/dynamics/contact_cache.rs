@@ -44,6 +44,8 @@ pub(crate) struct Left {
     pub gamma: Vec2,
     /// Time from that midpoint to the end \[s\]; 0 after an instant.
     pub ago: f64,
+    /// Whether the contact has touched since the start of the simulation.
+    pub on_surface: bool,
 }
 
 /// All data of contacts and joints for the next step.

@@ -184,7 +184,7 @@ pub(super) fn find_impacts(
             let p = hit.impulse - load * h;
             (record.impulse_n, record.impulse_t) = (p.x, p.y);
             record.energy_lost = -0.5 * p.dot(&(hit.gamma_a + hit.gamma_e));
-            impacts.push(record);
+            impacts.extend((p.x > 0.0).then_some(record));
             continue;
         }
         record.approach_speed = speed;
@@ -215,7 +215,7 @@ fn groups<'a>(
         let Source::Contact(index) = block.source else {
             continue;
         };
-        let starts = instant || block.impact || !block.pressed_before;
+        let starts = instant || block.impact || !block.continues;
         if !starts || solution.impulses[i].x <= 0.0 || !used(i) {
             continue;
         }

@@ -44,6 +44,7 @@ mod events;
 mod fallback;
 #[cfg(test)]
 mod fallback_tests;
+mod first_step;
 mod impacts;
 mod interval;
 mod island;

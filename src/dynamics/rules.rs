@@ -284,6 +284,9 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // under the uniform law in both rows; a contact that only touches keeps b = g/Δt, or order
         // 2 is lost
         free = rebound(rules, e, now.gamma_a);
+    } else if let (Some(left), true) = (now.left.filter(|l| l.on_surface), e == 0.0 || g < g_r) {
+        let turned = share * (now.gamma_a.x - left.gamma.x);
+        free.x = on_surface(g, turned, &now.span).max(-closing.max(0.0));
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -301,6 +304,21 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         law: rigid(contact),
         impact: !smooth,
     })
+}
+
+/// The normal velocity to add in a contact that has touched since the start of the simulation.
+///
+/// With `c` the acceleration of the gap at constant velocities, the rows turn `γ` by `t = c h/2`
+/// from the midpoint to the end, and `b = t` lets the contact neither open nor close there. Between
+/// midpoints on a path that began on the surface the gap is `c h²/8`; on one along which the rule
+/// `b = g/h` is steady it is `c h²/2 = t h`. Both are right, and so is all between them. The rule
+/// `b = g/h` alone would go from the first to the second in one step, and its force be off by 3/8
+/// of that which `c` needs.
+fn on_surface(g: f64, turned: f64, span: &Span) -> f64 {
+    let excess = g - turned * span.length;
+    let edge = -0.75 * turned * span.length;
+    let allowed = excess.clamp(edge.min(0.0), edge.max(0.0));
+    turned + (excess - allowed) / span.horizon
 }
 
 /// Kelvin-Voigt contact, implicit in the velocity:

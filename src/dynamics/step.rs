@@ -4,6 +4,7 @@
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::first_step::cache_touching;
 use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
 use super::joint_recovery::close_joints;
@@ -179,6 +180,9 @@ impl MoreauStepper {
         }
         self.solver.clock.lap(|t| &mut t.detection);
         interval.free_velocities(model, self.time + 0.5 * dt, dt);
+        if self.time == 0.0 && rules.corrects_gaps() {
+            cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
+        }
         if rules.events {
             find_crowds(interval, w);
         }
