@@ -21,7 +21,9 @@ impl Runner {
                 .filter_map(|key| Some((key, *context.cache.get(&key)?)))
                 .collect()
         });
-        contacts.iter_mut().for_each(|m| (m.stuck, m.left) = (None, None));
+        contacts
+            .iter_mut()
+            .for_each(|m| (m.stuck, m.left) = (None, None));
         self.own_contacts = Some(contacts);
     }
 
@@ -160,7 +162,14 @@ impl Runner {
                 ..*hit
             });
             let (stuck, left) = (hit.stuck, hit.left);
-            own.insert(*key, CachedContact { stuck, left, ..known });
+            own.insert(
+                *key,
+                CachedContact {
+                    stuck,
+                    left,
+                    ..known
+                },
+            );
         }
     }
 }
