@@ -160,7 +160,7 @@ struct RunArgs {
     #[arg(long, value_name = "NAME", default_value = "moreau", value_parser = Engine::named)]
     engine: Engine,
     /// Write every N-th step to bodies.csv, contacts.csv and steps.csv [default: 1, or more if
-    /// bodies.csv would exceed 100 000 rows].
+    /// bodies.csv would exceed 100 000 rows]. impacts.csv always has every impact.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
     /// Write each contact problem of the run to this folder, as a JSON file.

@@ -1,15 +1,17 @@
 use crate::contact::Vec3;
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
-use crate::report::{BodyRow, ContactRow, CsvFile, OutputFolder, ReportError, StepRow};
+use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, ReportError, StepRow};
 
 /// Number of a body in the record, its pose and its velocity.
 pub(super) type BodyState = (u32, Pose64, Vec3);
 
-/// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`.
+/// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`, and every impact
+/// to `impacts.csv`.
 pub(super) struct RunFiles {
     bodies: CsvFile<BodyRow>,
     contacts: CsvFile<ContactRow>,
+    impacts: CsvFile<ImpactRow>,
     steps: CsvFile<StepRow>,
     every: usize,
     count: usize,
@@ -20,6 +22,7 @@ impl RunFiles {
         Ok(RunFiles {
             bodies: CsvFile::create(folder)?,
             contacts: CsvFile::create(folder)?,
+            impacts: CsvFile::create(folder)?,
             steps: CsvFile::create(folder)?,
             every,
             count: 0,
@@ -47,12 +50,15 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Writes one step if it is an N-th one.
+    /// Writes the impacts of a step, and the step itself if it is an N-th one.
     pub fn add<I: IntoIterator<Item = BodyState>>(
         &mut self,
         record: &StepRecord,
         states: impl FnOnce() -> I,
     ) -> Result<(), ReportError> {
+        for impact in &record.impacts {
+            self.impacts.write(&ImpactRow::from(impact))?;
+        }
         self.count += 1;
         if !self.count.is_multiple_of(self.every) {
             return Ok(());
@@ -67,6 +73,7 @@ impl RunFiles {
     pub fn finish(self) -> Result<(), ReportError> {
         self.bodies.finish()?;
         self.contacts.finish()?;
+        self.impacts.finish()?;
         self.steps.finish()
     }
 }

@@ -79,6 +79,7 @@ impl Interval {
             applied,
             pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.and_then(|m| m.stuck),
+            left: cached.and_then(|m| m.left),
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
             crowded: !swept && contact.rows.bodies.iter().any(crowded),
@@ -109,6 +110,8 @@ impl Interval {
             loaded,
             pressed_before: now.pressed,
             stuck_before: now.stuck.is_some(),
+            continues: now.pressed || now.left.is_some(),
+            on_surface: now.left.is_some_and(|left| left.on_surface),
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
@@ -149,6 +152,8 @@ impl Interval {
                 loaded: false,
                 pressed_before: false,
                 stuck_before: false,
+                continues: false,
+                on_surface: false,
             };
             self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
@@ -229,5 +234,7 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         loaded: false,
         pressed_before: false,
         stuck_before: false,
+        continues: false,
+        on_surface: false,
     }
 }

@@ -1,5 +1,6 @@
 //! The contact cache: data of contacts and joints for the next step.
 
+use super::impacts::Landing;
 use super::model::ContactKey;
 use super::pulled_links::PulledLink;
 use crate::contact::Vec2;
@@ -30,10 +31,24 @@ pub(crate) struct CachedContact {
     pub dt: f64,
     /// Tangential velocity at the end of the interval, if the contact stuck.
     pub stuck: Option<f64>,
+    /// Relative velocity at the end of the interval, if it had an impulse.
+    pub left: Option<Left>,
     /// Whether it rebounded: then its impulse is not a persistent load.
     pub rebounded: bool,
     /// For a pin or lock.
     pub energy: JointEnergy,
+}
+
+/// Relative velocity that an interval left a loaded contact with.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Left {
+    /// `γ_E` on the rows of the interval's midpoint \[m/s\].
+    #[serde(with = "super::saved::pair")]
+    pub gamma: Vec2,
+    /// Time from that midpoint to the end \[s\]; 0 after an instant.
+    pub ago: f64,
+    /// Whether the contact has touched since the start of the simulation.
+    pub on_surface: bool,
 }
 
 /// All data of contacts and joints for the next step.
@@ -44,6 +59,8 @@ pub(super) struct ContactCache {
     pub overlaps: Overlaps,
     /// In the order of their pins.
     pub links: Vec<PulledLink>,
+    /// Landings that take another step.
+    pub landings: Vec<Landing>,
     /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
 }
@@ -174,6 +191,7 @@ mod tests {
             impulse: Vec2::new(load, 0.0),
             dt: 0.01,
             stuck: None,
+            left: None,
             rebounded: false,
             energy: JointEnergy::default(),
         }

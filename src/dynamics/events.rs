@@ -10,7 +10,7 @@
 use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
-use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
+use super::model::{Configuration, ContactPoint, Detection, ModelError, MultibodyModel, NormalLaw};
 use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
@@ -193,24 +193,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
         return Ok(());
     }
     pairs.dedup();
-    bodies.sort_unstable();
-    bodies.dedup();
-    let moved: Vec<(usize, Configuration)> = bodies
-        .iter()
-        .filter(|&&b| start(b).is_some())
-        .map(|&b| (b as usize, model.configuration(b as usize)))
-        .collect();
-    for &(body, _) in &moved {
-        if let Some(place) = start(body as u32) {
-            model.set_configuration(body, &place);
-        }
-    }
-    let mut found = super::model::Detection::default();
-    let result = model.detect_pairs(&pairs, step, &mut found);
-    for (body, place) in &moved {
-        model.set_configuration(*body, place);
-    }
-    result?;
+    let mut found = detect_at(model, &pairs, bodies, start, step)?;
     let w = model.inverse_mass();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&interval.start).x;
@@ -228,4 +211,33 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     interval.detection.contacts.retain(|c| !replaced(c));
     interval.detection.contacts.append(&mut found.contacts);
     Ok(())
+}
+
+/// Contacts between `pairs` of surfaces with `bodies` at the poses that `start` returns. The bodies
+/// are then where they were.
+pub(super) fn detect_at<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    pairs: &[[u32; 2]],
+    mut bodies: Vec<u32>,
+    start: impl Fn(u32) -> Option<Configuration>,
+    step: f64,
+) -> Result<Detection, ModelError> {
+    bodies.sort_unstable();
+    bodies.dedup();
+    let moved: Vec<(usize, Configuration)> = bodies
+        .iter()
+        .filter(|&&b| start(b).is_some())
+        .map(|&b| (b as usize, model.configuration(b as usize)))
+        .collect();
+    for &(body, _) in &moved {
+        if let Some(place) = start(body as u32) {
+            model.set_configuration(body, &place);
+        }
+    }
+    let mut found = Detection::default();
+    let result = model.detect_pairs(pairs, step, &mut found);
+    for (body, place) in &moved {
+        model.set_configuration(*body, place);
+    }
+    result.map(|()| found)
 }

@@ -73,6 +73,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             normal: Vec2::x(),
             gap,
             gap_noise: 0.0,
+            radii: [0.0; 2],
             friction: 0.5,
             law: NormalLaw::Rigid { restitution: 0.0 },
             surface_velocity: 0.0,
@@ -87,6 +88,8 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             loaded: false,
             pressed_before: false,
             stuck_before: false,
+            continues: false,
+            on_surface: false,
         };
         let law = Law::Contact {
             friction: 0.5,

@@ -26,6 +26,10 @@ pub(super) struct Block {
     /// Whether it had an impulse, and whether it stuck, in the interval before.
     pub pressed_before: bool,
     pub stuck_before: bool,
+    /// Whether the contact touched at the start of the interval.
+    pub continues: bool,
+    /// See [`Left`](super::contact_cache::Left).
+    pub on_surface: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

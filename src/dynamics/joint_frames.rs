@@ -166,6 +166,20 @@ impl JointFrames {
         }
     }
 
+    /// (1) between two bodies that both move, in axes that turn with their mean spin:
+    /// `ḋ − (ω₁ + ω₂)/2 × d`. It vanishes with `d` as (1) does.
+    ///
+    /// Both impulses then act half way across the gap. With (1) they act at both ends of it, and
+    /// the couple `d × P` changes the angular momentum of the two.
+    pub fn shared_point(&self) -> Coordinate {
+        let half = 0.5 * self.offset;
+        let arms = [self.arms[0] + half, self.arms[1] - half];
+        Coordinate {
+            rows: JointFrames { arms, ..*self }.point().rows,
+            ..self.point()
+        }
+    }
+
     /// (2), along a unit axis that turns with the first body.
     pub fn along(&self, axis: Vec2) -> Coordinate {
         // the arm of the first body ends at the second point

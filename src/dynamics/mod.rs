@@ -44,6 +44,8 @@ mod events;
 mod fallback;
 #[cfg(test)]
 mod fallback_tests;
+mod first_step;
+mod impacts;
 mod interval;
 mod island;
 mod island_cache;

@@ -43,6 +43,9 @@ pub struct ContactPoint {
     pub gap: f64,
     /// Resolution of the gap \[m\]: smaller gaps count as zero.
     pub gap_noise: f64,
+    /// Radius of each surface where it is round \[m\]: of a disc, a capsule, a rounded corner. 0 at
+    /// a sharp corner and on a flat face.
+    pub radii: [f64; 2],
     pub friction: f64,
     pub law: NormalLaw,
     /// Tangential velocity that a moving surface adds to the relative velocity \[m/s\].

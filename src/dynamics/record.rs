@@ -2,6 +2,7 @@
 
 use super::model::JointPart;
 use crate::contact::Vec2;
+use serde::{Deserialize, Serialize};
 
 /// Status of a contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +73,44 @@ impl ContactRecord {
     }
 }
 
+/// One impact: two surfaces that met, once, and what it did to their motion.
+///
+/// Contact points of the same two surfaces with one normal share a record. The impulse is that of
+/// the impact alone: `m v` for a body of mass `m` that lands with speed `v` on a fixed floor,
+/// `(1 + e) m v` if it rebounds. The share of the applied forces in the same step is taken off: the
+/// force that would hold the pair at rest, times the time from the impact to the end of the step.
+/// That force is the one of the two bodies alone; loads that other contacts pass on stay in.
+///
+/// An impact located in time, and every landing without rebound, has the speed of the instant of
+/// touching. A landing that takes two steps is in the record of the second one. A rebound without
+/// event location reverses the velocity at the start of its step, and has that as its speed.
+///
+/// A contact that closes more slowly than forces move it over the resolution of the gap is no
+/// impact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ImpactRecord {
+    /// Instant of touching \[s\]; for the last of a series of ever smaller bounces, the end of the
+    /// series.
+    pub time: f64,
+    /// The model's number of each body and of each surface, as in [`ContactRecord`].
+    pub bodies: [u32; 2],
+    pub surfaces: [u32; 2],
+    /// Point \[m\], the mean over the contact points weighted by their impulse, and unit normal.
+    #[serde(with = "super::saved::pair")]
+    pub position: Vec2,
+    #[serde(with = "super::saved::pair")]
+    pub normal: Vec2,
+    /// Normal speed at which the surfaces close \[m/s\], 0 or more: 0 where an impact elsewhere
+    /// passes through.
+    pub approach_speed: f64,
+    /// [N s], signs as in [`crate::contact`].
+    pub impulse_n: f64,
+    pub impulse_t: f64,
+    /// Energy that the two bodies lose \[J\], `−P·(γ⁻ + γ⁺)/2` with the relative velocities before
+    /// and after.
+    pub energy_lost: f64,
+}
+
 /// One part of a joint in one step.
 ///
 /// Its mean force in the step is `impulse / Δt`, [`StepRecord::joint_force`].
@@ -139,6 +178,8 @@ pub struct StepRecord {
     /// Every active contact, in the model's order. A contact in several intervals around located
     /// impacts appears once for each.
     pub contacts: Vec<ContactRecord>,
+    /// Impacts that ended in this step, by time. A peer engine reports none.
+    pub impacts: Vec<ImpactRecord>,
     /// Bodies whose contacts a peer engine found but could not report: some contacts are missing
     /// above.
     pub unread: usize,
@@ -192,6 +233,7 @@ impl StepRecord {
     /// Adds the record of bodies that were stepped separately in the same step.
     pub(super) fn add(&mut self, part: &StepRecord) {
         self.contacts.extend_from_slice(&part.contacts);
+        self.impacts.extend_from_slice(&part.impacts);
         self.joints.extend_from_slice(&part.joints);
         self.islands += part.islands;
         self.sweeps += part.sweeps;

@@ -1,6 +1,6 @@
 //! Records an interval: energy, contacts, joints and their cache entries.
 
-use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::interval::{Interval, Source};
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
@@ -58,6 +58,7 @@ pub(super) fn record_interval(
                     impulse: p,
                     dt: interval.length,
                     stuck: None,
+                    left: None,
                     rebounded: false,
                     energy: solution.energies[index],
                 };
@@ -153,6 +154,11 @@ fn record_contact(
         impulse,
         dt: interval.length,
         stuck: sticks.then_some(gamma_e.y),
+        left: (impulse.x > 0.0).then_some(Left {
+            gamma: gamma_e,
+            ago: 0.5 * interval.length,
+            on_surface: block.on_surface,
+        }),
         rebounded: block.impact,
         energy: JointEnergy::default(),
     }

@@ -1,5 +1,6 @@
 //! The rule of each contact in the contact problem: activation, free term, law.
 
+use super::contact_cache::Left;
 use super::model::{ContactPoint, NormalLaw};
 use crate::contact::{Law, Vec2, Vec3};
 use crate::solver::Shares;
@@ -85,6 +86,8 @@ pub(super) struct Span {
     pub length: f64,
     /// From this midpoint to the next one: the time in which gaps are closed.
     pub horizon: f64,
+    /// Whether an impact located in time ends the interval.
+    pub strikes: bool,
 }
 
 impl Span {
@@ -94,6 +97,7 @@ impl Span {
             step: dt,
             length: dt,
             horizon: dt,
+            strikes: false,
         }
     }
 }
@@ -105,13 +109,15 @@ pub(super) struct Situation {
     /// Relative velocity at the start, and without contact impulses \[m/s\].
     pub gamma_a: Vec2,
     pub gamma_f: Vec2,
-    /// Reference accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
+    /// Accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
     /// Whether it had a normal impulse in the last step, and its tangential velocity if it stuck
     /// then.
     pub pressed: bool,
     pub stuck: Option<f64>,
+    /// Velocity at the end of the last step.
+    pub left: Option<Left>,
     /// Whether that impulse was a rebound.
     pub rebounded: bool,
     /// Whether it is deferred if it closes fast.
@@ -215,8 +221,11 @@ fn rigid(contact: &ContactPoint) -> Law {
 
 /// Rules 3 to 5 of the staggered scheme.
 ///
-/// With `v_r = a_ref Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it had an impulse
-/// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. The normal law is
+/// With `v_r = a Δt/2` and `g_r = a_ref Δt²/2` a contact is smooth if it had an impulse
+/// and `g < g_r`, or if `e (−γ_A) ≤ v_r`; else it rebounds. `a` is the acceleration of the applied
+/// forces: they alone make a resting contact close within a step, and its impulse cancels that.
+/// The spin of a body is part of `γ_A`, so that it counts as approach. `a_ref` has the centripetal
+/// acceleration too: it opens the gap of a contact that persists. The normal law is
 /// `0 ≤ γ_E + b ⟂ P_N ≥ 0` with
 ///
 /// ```text
@@ -228,24 +237,45 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// rebounding        b = e γ_A, active iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
-/// and `b_T = −(γ_TE,prev − γ_TA)/2` for a contact that stuck last step.
+/// and `b_T = −s (γ_TE,prev − γ_TA)` for a contact that stuck last step. `s` is the part of the time
+/// since the rows of `γ_TE,prev` that lies behind this midpoint: ½ in equal steps. An interval that
+/// ends in an impact located in time takes `b = −s (γ_E,prev − γ_A)` in both rows. `γ_E` then
+/// vanishes on the rows of that instant. On the rows of the midpoint it would be an average over
+/// the interval, off by first order, which the impact would keep.
 ///
 /// With event location, new contacts that close fast are deferred: those that rebound, and outside
 /// crowds those that land faster than `v_r/2`.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
-    let v_r = rest_velocity(now.acceleration, now.span.step);
-    let g_r = v_r * now.span.step;
+    let v_r = rest_velocity(now.applied, now.span.step);
+    let g_r = rest_velocity(now.acceleration, now.span.step) * now.span.step;
     // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
-    let persists = now.pressed && g < g_r && !again;
-    let slow = rest_velocity(now.applied, now.span.step);
-    let fast = e * closing > slow || !now.crowded && closing > 0.5 * slow;
+    let touched = now.pressed || now.left.is_some_and(|left| left.on_surface);
+    let persists = touched && g < g_r && !again;
+    let fast = e * closing > v_r || !now.crowded && closing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;
     }
     let smooth = persists || e * closing <= v_r;
     let mut free = Vec2::zeros();
+    // γ_A differs from the velocity that the last interval left because the rows have turned since.
+    // They turn on from the midpoint to the end: `turned` is what that adds to γ.
+    let half = 0.5 * now.span.length;
+    let share = now.left.map_or(0.5, |left| half / (half + left.ago));
+    if let (true, true, Some(left)) = (smooth, now.span.strikes, now.left) {
+        // the impact needs the velocities of its instant
+        let turned = share * (now.gamma_a - left.gamma);
+        free.x = turned.x;
+        if now.stuck.is_some() {
+            free.y = turned.y;
+        }
+        return Choice::Active(Rule {
+            free,
+            law: rigid(contact),
+            impact: false,
+        });
+    }
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -255,6 +285,9 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // under the uniform law in both rows; a contact that only touches keeps b = g/Δt, or order
         // 2 is lost
         free = rebound(rules, e, now.gamma_a);
+    } else if let (Some(left), true) = (now.left.filter(|l| l.on_surface), e == 0.0 || g < g_r) {
+        let turned = share * (now.gamma_a.x - left.gamma.x);
+        free.x = on_surface(g, turned, &now.span).max(-closing.max(0.0));
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -265,13 +298,28 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     }
     // any other contact deep at the midpoint got there in this very step: a landing, not a rebound
     if let (true, Some(previous)) = (smooth, now.stuck) {
-        free.y = -0.5 * (previous - now.gamma_a.y);
+        free.y = -share * (previous - now.gamma_a.y);
     }
     Choice::Active(Rule {
         free,
         law: rigid(contact),
         impact: !smooth,
     })
+}
+
+/// The normal velocity to add in a contact that has touched since the start of the simulation.
+///
+/// With `c` the acceleration of the gap at constant velocities, the rows turn `γ` by `t = c h/2`
+/// from the midpoint to the end, and `b = t` lets the contact neither open nor close there. Between
+/// midpoints on a path that began on the surface the gap is `c h²/8`; on one along which the rule
+/// `b = g/h` is steady it is `c h²/2 = t h`. Both are right, and so is all between them. The rule
+/// `b = g/h` alone would go from the first to the second in one step, and its force be off by 3/8
+/// of that which `c` needs.
+fn on_surface(g: f64, turned: f64, span: &Span) -> f64 {
+    let excess = g - turned * span.length;
+    let edge = -0.75 * turned * span.length;
+    let allowed = excess.clamp(edge.min(0.0), edge.max(0.0));
+    turned + (excess - allowed) / span.horizon
 }
 
 /// Kelvin-Voigt contact, implicit in the velocity:
@@ -296,8 +344,8 @@ fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Sit
     })
 }
 
-/// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of the centripetal acceleration of
-/// the contact point on a rotating body; 0.1 if both vanish.
+/// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of [`centripetal`]; 0.1 if both
+/// vanish.
 pub(super) fn reference_acceleration(
     contact: &ContactPoint,
     velocities: &[Vec3],
@@ -306,10 +354,24 @@ pub(super) fn reference_acceleration(
     centripetal(contact, velocities).max(applied_acceleration(contact, accelerations))
 }
 
-/// Largest centripetal acceleration \[m/s²\] of the contact point on a rotating body.
+/// Largest centripetal acceleration `ω² |c − x|` \[m/s²\] of the centre of curvature `c` of a surface
+/// at the contact, for a body with centre of mass `x` and spin `ω`.
+///
+/// The contact point of a round surface does not turn with the body; `c` does. At a corner `c` is
+/// the corner itself, for a disc it is the centre.
 pub(super) fn centripetal(contact: &ContactPoint, velocities: &[Vec3]) -> f64 {
-    let of = |(omega, arm)| omega * omega * arm;
-    turning(contact, velocities).map(of).fold(0.0, f64::max)
+    let (rows, mut largest) = (&contact.rows, 0.0f64);
+    for (side, &body) in rows.bodies.iter().enumerate() {
+        if body != crate::contact::NO_BODY {
+            // moments of n and t: the components of the arm along t and n
+            let [n, t] = rows.jacobian[side];
+            // the surface lies the radius away from `c`, towards the other body
+            let arm = n.z.hypot(t.z + contact.radii[side]);
+            let omega = velocities[body as usize].z;
+            largest = largest.max(omega * omega * arm);
+        }
+    }
+    largest
 }
 
 /// `a_ref` \[m/s²\] of the forces alone: the scale of an impact located in time.

@@ -4,6 +4,8 @@
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
+use super::first_step::cache_touching;
+use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
 use super::joint_recovery::close_joints;
 use super::kinetic::kinetic;
@@ -165,6 +167,7 @@ impl MoreauStepper {
         let masses = model.inverse_mass();
         self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
+        std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
         self.solver.cache.commit();
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
@@ -192,6 +195,9 @@ impl MoreauStepper {
         }
         self.solver.clock.lap(|t| &mut t.detection);
         interval.free_velocities(model, w, self.time + 0.5 * dt, dt);
+        if self.time == 0.0 && rules.corrects_gaps() {
+            cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
+        }
         if rules.events {
             find_crowds(interval, w);
         }
@@ -285,13 +291,20 @@ impl MoreauStepper {
         let used = |i: usize| is_used(interval, in_cluster, i);
         record_interval(interval, solution, used, w, record.time, record, next);
         record.energy.forces += forces_work(interval, solution, w, |body| !in_cluster[body]);
+        let landings = &mut self.landings_next;
+        landings.clear();
+        let impacts = &mut record.impacts;
+        find_impacts(interval, solution, used, w, record.time, impacts, landings);
         for cluster in clusters {
             record.add(&cluster.record);
+            landings.extend_from_slice(&cluster.landings);
             next.extend(cluster.contacts.entries().iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 solution.end[body as usize] = *u;
             }
         }
+        finish_landings(&self.cache.landings, record);
+        record.impacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         record.energy.kinetic_end = kinetic(&solution.end, w);
         for link in &self.stiff {
             record.energy.kinetic_end += link.correction(&solution.end);

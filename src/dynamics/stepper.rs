@@ -1,6 +1,7 @@
 //! The stepper: its settings and its state between steps.
 
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
+use super::impacts::Landing;
 use super::interval::{Interval, movable};
 use super::island_cache::IslandCacheState;
 use super::model::{Configuration, ContactKey};
@@ -25,6 +26,7 @@ pub struct MoreauStepper {
     pub(super) cache: ContactCache,
     /// Cache entries that the current step writes; they replace the cache when the step succeeds.
     pub(super) contacts_next: CachedContacts,
+    pub(super) landings_next: Vec<Landing>,
     pub(super) interval: Interval,
     pub(super) solution: Solution,
     /// Problems of the last step, if they are stored.
@@ -79,6 +81,7 @@ impl MoreauStepper {
             time: 0.0,
             cache: ContactCache::default(),
             contacts_next: CachedContacts::default(),
+            landings_next: Vec::new(),
             interval: Interval {
                 whole: true,
                 ..Interval::default()

@@ -202,6 +202,7 @@ impl MultibodyModel for Linear {
                 gap: c.gap + terms.sum(),
                 // rounding of one sum of numbers of this size
                 gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + terms.abs().sum()),
+                radii: [0.0; 2],
                 friction: c.friction,
                 law: NormalLaw::Rigid {
                     restitution: c.restitution,

@@ -214,6 +214,7 @@ impl Planar {
             gap,
             gap_noise: (1e-12 * a.shape.size().min(b.shape.size()))
                 .max(4.0 * f64::EPSILON * coordinate),
+            radii: [a.shape.surface_radius(), radius],
             friction: 0.5 * (a.friction + b.friction),
             law: NormalLaw::Rigid {
                 restitution: 0.5 * (a.restitution + b.restitution),

@@ -40,6 +40,15 @@ impl PlanarShape {
         matches!(self, PlanarShape::Line | PlanarShape::Bowl { .. })
     }
 
+    /// Radius of the surface \[m\], negative inside a bowl; 0 where it is flat or sharp.
+    pub(super) fn surface_radius(&self) -> f64 {
+        match *self {
+            PlanarShape::Disc { radius } => radius,
+            PlanarShape::Bowl { radius } => -radius,
+            _ => 0.0,
+        }
+    }
+
     /// The contact points, in the order of the contact's feature number.
     pub(super) fn tips(&self) -> Vec<Tip> {
         let point = |x, y| (Vec2::new(x, y), 0.0);

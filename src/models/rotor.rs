@@ -151,6 +151,7 @@ impl MultibodyModel for Rotor {
                 gap: c.gap + c.lever.x * turned,
                 // the gap is one product and one sum of numbers of this size
                 gap_noise: 4.0 * f64::EPSILON * (c.gap.abs() + (c.lever.x * turned).abs()),
+                radii: [0.0; 2],
                 friction: c.friction,
                 law: c.law,
                 surface_velocity: 0.0,

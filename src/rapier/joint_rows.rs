@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::engine::dynamics::SpringCoefficients;
 use super::engine::prelude::*;
 use super::widen;
-use crate::contact::Vec2;
+use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{
     ContactKey, Coordinate, JointCoordinate, JointFrames, JointKind, JointPart, JointRow, Pose64,
     RowName, Spring,
@@ -114,7 +114,11 @@ impl Form {
             },
         };
         if self.pinned {
-            let point = placed.frames.point();
+            let moves = |k: u32| bodies.list[k as usize].inverse_mass != Vec3::zeros();
+            let point = match pair.into_iter().all(moves) {
+                true => placed.frames.shared_point(),
+                false => placed.frames.point(),
+            };
             out.push(point.lock(placed.name(JointPart::Pin), 0.0));
         }
         for axis in &self.axes {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{OutputFolder, ReportError};
-use crate::dynamics::record::{ContactRecord, StepRecord};
+use crate::dynamics::record::{ContactRecord, ImpactRecord, StepRecord};
 
 /// One row of one of the program's CSV files.
 pub trait Row: Serialize {
@@ -70,6 +70,23 @@ row! {
         load_slip_nm: f64,
         friction_work_j: f64,
         status: Cow<'static, str>,
+    }
+}
+
+row! {
+    /// One impact: see [`ImpactRecord`].
+    ImpactRow in "impacts.csv" {
+        time_s: f64,
+        body_1: u32,
+        body_2: u32,
+        x_m: f64,
+        y_m: f64,
+        nx: f64,
+        ny: f64,
+        approach_speed_m_s: f64,
+        impulse_n_ns: f64,
+        impulse_t_ns: f64,
+        energy_lost_j: f64,
     }
 }
 
@@ -222,6 +239,24 @@ impl ContactRow {
             load_slip_nm: contact.load_slip,
             friction_work_j: contact.friction_work,
             status: Cow::Borrowed(contact.status.word()),
+        }
+    }
+}
+
+impl From<&ImpactRecord> for ImpactRow {
+    fn from(impact: &ImpactRecord) -> Self {
+        ImpactRow {
+            time_s: impact.time,
+            body_1: impact.bodies[0],
+            body_2: impact.bodies[1],
+            x_m: impact.position.x,
+            y_m: impact.position.y,
+            nx: impact.normal.x,
+            ny: impact.normal.y,
+            approach_speed_m_s: impact.approach_speed,
+            impulse_n_ns: impact.impulse_n,
+            impulse_t_ns: impact.impulse_t,
+            energy_lost_j: impact.energy_lost,
         }
     }
 }
@@ -413,6 +448,11 @@ mod tests {
             header::<ContactRow>(),
             "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_ns,impulse_t_ns,slip_m,\
              load_slip_nm,friction_work_j,status\n"
+        );
+        assert_eq!(
+            header::<ImpactRow>(),
+            "time_s,body_1,body_2,x_m,y_m,nx,ny,approach_speed_m_s,impulse_n_ns,impulse_t_ns,\
+             energy_lost_j\n"
         );
         assert_eq!(
             header::<StepRow>(),

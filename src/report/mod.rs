@@ -29,8 +29,8 @@ pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
 pub use csv_files::{
-    BodyRow, ContactRow, CsvFile, DominationRow, PerformanceRow, PointRow, ResultRow, Row, StepRow,
-    UndominatedRow, parse_rows, read_rows, write_rows, written_rows,
+    BodyRow, ContactRow, CsvFile, DominationRow, ImpactRow, PerformanceRow, PointRow, ResultRow,
+    Row, StepRow, UndominatedRow, parse_rows, read_rows, write_rows, written_rows,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::OutputFolder;

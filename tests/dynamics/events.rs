@@ -384,6 +384,7 @@ impl MultibodyModel for Press {
                 normal: Vec2::x(),
                 gap,
                 gap_noise: 0.0,
+                radii: [0.0; 2],
                 friction: 0.0,
                 law,
                 surface_velocity: 0.0,

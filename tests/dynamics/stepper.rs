@@ -106,6 +106,7 @@ impl Cluster {
                 normal,
                 gap: 0.0,
                 gap_noise: 0.0,
+                radii: [0.0; 2],
                 friction: if friction {
                     random.between(0.0, 1.5)
                 } else {

@@ -15,6 +15,7 @@ mod fast_bodies;
 mod features;
 mod hand_written;
 mod hooks;
+mod impacts;
 mod joint_changes;
 mod joints;
 mod left_out;

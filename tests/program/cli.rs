@@ -171,7 +171,13 @@ fn every_scene_runs_and_leaves_its_files() {
         assert!(ended.out.starts_with(scene), "{}", ended.out);
         let folder = format!("out/{scene}");
         let mut expected = vec!["out".to_owned(), folder.clone()];
-        for file in ["bodies.csv", "contacts.csv", "steps.csv", "summary.json"] {
+        for file in [
+            "bodies.csv",
+            "contacts.csv",
+            "impacts.csv",
+            "steps.csv",
+            "summary.json",
+        ] {
             expected.push(format!("{folder}/{file}"));
         }
         assert_eq!(place.listing(), expected, "{scene}");

@@ -1,8 +1,10 @@
 //! An impact of zero duration at the current configuration of a cluster.
 
 use super::runner::{Context, Rest, Runner};
+use crate::contact::Vec2;
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
 use crate::dynamics::events::touch_tolerance;
+use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
 use crate::dynamics::recording::record_interval;
@@ -10,8 +12,7 @@ use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
 
 impl Runner {
-    /// Clears the sticking velocities. An impact makes them jump, which would disturb the drift
-    /// correction.
+    /// Clears the velocities of the last interval. An impact makes them jump.
     pub(super) fn forget_sticking(&mut self, context: &Context) {
         let mut contacts = self.own_contacts.take().unwrap_or_else(|| {
             let found = &self.instant.detection;
@@ -20,7 +21,9 @@ impl Runner {
                 .filter_map(|key| Some((key, *context.cache.get(&key)?)))
                 .collect()
         });
-        contacts.iter_mut().for_each(|m| m.stuck = None);
+        contacts
+            .iter_mut()
+            .for_each(|m| (m.stuck, m.left) = (None, None));
         self.own_contacts = Some(contacts);
     }
 
@@ -64,10 +67,13 @@ impl Runner {
             record,
             &mut contacts,
         );
+        let (impacts, over) = (&mut record.impacts, participants.over);
+        find_impacts(instant, hit, |_| true, w, over, impacts, &mut Vec::new());
         record.events += 1;
         if participants.lone {
             self.cache_landed(&participants.in_force, &contacts);
         }
+        self.cache_instant(&contacts);
         participants.lone
     }
 
@@ -138,6 +144,32 @@ impl Runner {
                 };
                 own.insert(contact.key, landed);
             }
+        }
+    }
+
+    /// Caches the velocities that the instant left its contacts with, for the interval after it. An
+    /// impulse of the instant is no load.
+    fn cache_instant(&mut self, contacts: &CachedContacts) {
+        let Some(own) = &mut self.own_contacts else {
+            return;
+        };
+        let pressed = contacts.entries().iter();
+        for (key, hit) in pressed.filter(|(_, hit)| hit.left.is_some()) {
+            let known = own.get(key).copied().unwrap_or(CachedContact {
+                impulse: Vec2::zeros(),
+                dt: f64::INFINITY,
+                rebounded: false,
+                ..*hit
+            });
+            let (stuck, left) = (hit.stuck, hit.left);
+            own.insert(
+                *key,
+                CachedContact {
+                    stuck,
+                    left,
+                    ..known
+                },
+            );
         }
     }
 }

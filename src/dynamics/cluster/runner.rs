@@ -3,6 +3,7 @@
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::events::{release_lone, see_from_the_start};
+use crate::dynamics::impacts::{Landing, find_impacts};
 use crate::dynamics::interval::{Interval, Source, belongs};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
@@ -43,6 +44,8 @@ pub(in crate::dynamics) struct Cluster {
     pub displacement: Vec<Vec3>,
     pub record: StepRecord,
     pub contacts: CachedContacts,
+    /// Landings that take another step.
+    pub landings: Vec<Landing>,
     /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
@@ -100,6 +103,7 @@ impl Cluster {
             bodies,
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
+            landings: Vec::new(),
             problems: Vec::new(),
         }
     }
@@ -210,6 +214,7 @@ impl Runner {
             step: context.dt,
             length: rest.length,
             horizon: 0.5 * (rest.length + context.dt),
+            strikes: false,
         };
         if known {
             self.take_trial(context);
@@ -390,6 +395,8 @@ impl Runner {
         solution.outcomes.iter().for_each(|o| o.count(record));
         cache.clear();
         record_interval(interval, solution, |_| true, w, time, record, cache);
+        let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
+        find_impacts(interval, solution, |_| true, w, time, impacts, landings);
         record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);

@@ -176,6 +176,7 @@ impl Runner {
                 step: context.dt,
                 length: time,
                 horizon: 0.5 * rest.length,
+                strikes: true,
             };
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);

@@ -545,6 +545,7 @@ impl Finder<'_> {
             friction: one.friction_with(two),
             belt: 0.0,
             size: one.size.min(two.size),
+            radii: sides.map(|leaf| leaf.part.radius()),
         }
     }
 

@@ -19,6 +19,7 @@ pub(super) struct Pair {
     pub friction: f64,
     pub belt: f64,
     pub size: f64,
+    pub radii: [f64; 2],
 }
 
 impl Pair {
@@ -85,6 +86,7 @@ impl Pair {
             normal: n,
             gap: touch.gap,
             gap_noise: (relative * self.size).max(4.0 * ulp * coordinate),
+            radii: self.radii,
             friction: self.friction,
             law: self.law,
             surface_velocity: self.belt,

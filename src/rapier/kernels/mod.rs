@@ -57,6 +57,17 @@ pub(super) struct Touch {
     pub feature: u32,
 }
 
+impl Part {
+    /// Radius of its round surfaces \[m\].
+    #[inline]
+    pub fn radius(&self) -> f64 {
+        match self.core {
+            Core::Ball(radius) => radius + self.rounding,
+            _ => self.rounding,
+        }
+    }
+}
+
 impl Touch {
     /// The same contact with the shapes in the other order.
     fn reversed(self) -> Touch {
