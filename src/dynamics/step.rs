@@ -352,10 +352,8 @@ impl MoreauStepper {
     ) -> Result<Option<f64>, StepError> {
         let (interval, solution) = (&self.interval, &self.solution);
         // positions are corrected with the true masses
-        let w: &[Vec3] = match self.stiff.is_empty() {
-            true => &self.inverse_mass,
-            false => &model.inverse_mass().to_vec(),
-        };
+        let own = (!self.stiff.is_empty()).then(|| model.inverse_mass().to_vec());
+        let w = own.as_ref().unwrap_or(&self.inverse_mass);
         let unclosed = !solution.unclosed.is_empty();
         let exempt = exempt_bodies(in_cluster, interval, solution);
         let overlaps = overlaps.map(|mut overlaps| {
