@@ -155,7 +155,7 @@ impl Finder<'_> {
                 axes.all().filter_map(other).collect::<Vec<_>>()
             },
         )?;
-        (!others.is_empty()).then(|| Tie {
+        (!others.is_empty()).then_some(Tie {
             contact,
             twice: found.len() > 1,
             setting: *setting,
