@@ -59,7 +59,9 @@ impl Finder<'_> {
     ) {
         let dt = self.span.dt;
         let size = sides[0].surface.size.min(sides[1].surface.size);
-        if (bodies[0].speed + bodies[1].speed) * dt <= 1e-7 * size {
+        let motion = (bodies[0].speed + bodies[1].speed) * dt;
+        // at rest, or so fast that one may pass the other in a step, which the sweeps see to
+        if !(1e-7 * size..=0.5 * size).contains(&motion) {
             return;
         }
         // a fixed chain sorts out its corners itself; one that moves may slide over seams
@@ -153,7 +155,7 @@ impl Finder<'_> {
                 axes.all().filter_map(other).collect::<Vec<_>>()
             },
         )?;
-        (!others.is_empty()).then(|| Tie {
+        (!others.is_empty()).then_some(Tie {
             contact,
             twice: found.len() > 1,
             setting: *setting,

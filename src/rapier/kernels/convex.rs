@@ -156,8 +156,13 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         let looks = base.edge.is_none() || sides[0] == Some(k);
         let met = match (other.edge, sides[1]) {
             (Some(edge), Some(face)) => {
-                // parallel faces, whichever of the two corners rounding made the nearer
-                m.dot(&edge.normals[face]) <= -1.0 + 1e-12 || edge.admits(nearest, -m)
+                // parallel faces, whichever of the two corners rounding made the nearer; else a
+                // corner, which the neighbour has if it alone faces the other shape
+                m.dot(&edge.normals[face]) <= -1.0 + 1e-12
+                    || edge.admits(nearest, -m)
+                        && !(base.edge.is_none()
+                            && edge.neighbours[nearest].is_some()
+                            && edge.is_behind(seen.apply_inverse(base.center)))
             }
             (Some(_), None) => false,
             (None, _) => true,

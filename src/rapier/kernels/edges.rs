@@ -60,6 +60,11 @@ impl Edge {
         }
     }
 
+    /// Whether a point lies in or beyond the solid behind a one-sided segment.
+    pub fn is_behind(&self, point: Vec2) -> bool {
+        self.one_sided && self.height(point) < 0.0
+    }
+
     /// Length \[m\].
     pub fn length(&self) -> f64 {
         (self.ends[1] - self.ends[0]).norm()
