@@ -88,6 +88,8 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             loaded: false,
             pressed_before: false,
             stuck_before: false,
+            continues: false,
+            on_surface: false,
         };
         let law = Law::Contact {
             friction: 0.5,
