@@ -251,8 +251,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let g_r = rest_velocity(now.acceleration, now.span.step) * now.span.step;
     // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
-    let touched = now.pressed || now.left.is_some_and(|left| left.on_surface);
-    let persists = touched && g < g_r && !again;
+    let persists = now.pressed && g < g_r && !again;
     let fast = e * closing > v_r || !now.crowded && closing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;

@@ -563,6 +563,7 @@ mod tests {
             dt: 0.25,
             accounted: true,
             contacts: vec![contact],
+            impacts: Vec::new(),
             unread: 0,
             joints: Vec::new(),
             islands: 2,
