@@ -148,7 +148,7 @@ impl Worker {
             if self.island.contradicts(report.residual.velocity) || hopeless(&report) {
                 self.solve_without_pushes(task.tolerance);
             }
-        } else if staggered && rules.law == ImpactLaw::Capped {
+        } else if staggered && rules.law != ImpactLaw::Newton {
             self.bound_contacts(task.tolerance);
         }
         (self.judge(task), fallback)

@@ -37,8 +37,9 @@ pub enum ImpactLaw {
     Capped,
     /// Newton's law without a bound, `γ_N⁺ = −e γ_N⁻`; the record has the energy it adds.
     Newton,
-    /// One coefficient for both directions, `e_T = e_N`. It never adds energy if all contacts of an
-    /// island have the same coefficient, but it reverses sliding.
+    /// One coefficient for both directions, `e_T = e_N`, which reverses sliding. It adds no energy if
+    /// all contacts of an island rebound with the same coefficient. Where some of them persist, it is
+    /// bounded like the first.
     Uniform,
 }
 
