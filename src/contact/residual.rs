@@ -281,6 +281,13 @@ impl Squares {
 
     fn residual(self) -> Residual {
         let absolute = self.absolute.sqrt();
+        let most_round_off = MOST_ROUND_OFF * self.velocity_scale.sqrt();
+        // beyond that no digit of a velocity is known: impulses may cancel to any value
+        let one_rounding = f64::EPSILON * self.round_off.sqrt();
+        let unknown = match one_rounding > most_round_off {
+            true => one_rounding,
+            false => 0.0,
+        };
         Residual {
             absolute,
             relative: if !(self.scale.is_finite() && self.velocity_scale.is_finite()) {
@@ -291,10 +298,9 @@ impl Squares {
             } else {
                 absolute / self.scale.sqrt()
             },
-            velocity: self.velocity.sqrt(),
+            velocity: worse(self.velocity.sqrt(), unknown),
             velocity_scale: self.velocity_scale.sqrt(),
-            round_off: (ROUNDINGS * self.round_off.sqrt())
-                .min(MOST_ROUND_OFF * self.velocity_scale.sqrt()),
+            round_off: (ROUNDINGS * self.round_off.sqrt()).min(most_round_off),
         }
     }
 }

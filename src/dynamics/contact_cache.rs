@@ -1,8 +1,7 @@
 //! The contact cache: data of contacts and joints for the next step.
 
-use super::impacts::Landing;
 use super::model::ContactKey;
-use super::pulled_links::PulledLink;
+use super::record::ImpactRecord;
 use crate::contact::Vec2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -49,6 +48,35 @@ pub(crate) struct Left {
     pub ago: f64,
     /// Whether the contact has touched since the start of the simulation.
     pub on_surface: bool,
+}
+
+/// A landing that takes a second step.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Landing {
+    /// Its impulses are those of the contacts so far, with the share of the applied forces.
+    pub record: ImpactRecord,
+    /// Force that holds the pair at rest, (n, t) \[N\].
+    #[serde(with = "super::saved::pair")]
+    pub load: Vec2,
+    /// Relative velocity at the instant of touching \[m/s\].
+    #[serde(with = "super::saved::pair")]
+    pub before: Vec2,
+    /// `G` of the pair, (nn, nt, tt) [1/kg].
+    pub effective: [f64; 3],
+    /// End of the last step with an impulse \[s\].
+    pub until: f64,
+}
+
+/// A pulled link for the next step, named by one side of one of its pins.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct PulledLink {
+    pub pin: ContactKey,
+    pub side: usize,
+    /// `k` \[N m\] and `m r²` \[kg m²\] of (2) of [`super::pulled_links`].
+    pub stiffness: f64,
+    pub support: f64,
+    /// `Ĩ` of the last step \[kg m²\].
+    pub inertia: f64,
 }
 
 /// All data of contacts and joints for the next step.

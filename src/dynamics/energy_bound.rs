@@ -39,7 +39,13 @@ impl Blend {
             report.status = self.calm.status;
             report.residual = self.calm.residual;
         }
-        if let Some(applied) = self.applied {
+        if let Some(mut applied) = self.applied {
+            // by convexity the blend violates nothing by more than the worse of both solutions,
+            // each of which was judged by its own scale
+            for own in [&first.residual, &self.calm.residual] {
+                applied.velocity_scale = applied.velocity_scale.max(own.velocity_scale);
+                applied.round_off = applied.round_off.max(own.round_off);
+            }
             if !applied.certified(tolerance) {
                 report.status = SolveStatus::Unsolved;
             }

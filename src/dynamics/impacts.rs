@@ -16,6 +16,7 @@
 //! where `T` is the end of the second step. `m a` is the force that holds the contact at rest, so
 //! `P₁ + P₂ − m a (T − t*) = m v` at every step length.
 
+use super::contact_cache::Landing;
 use super::interval::{Interval, Source};
 use super::model::{ContactPoint, NormalLaw};
 use super::record::{ContactStatus, ImpactRecord, StepRecord};
@@ -23,30 +24,12 @@ use super::rules::applied_acceleration;
 use super::solution::Solution;
 use crate::contact::{Mat2, Rows, Vec2, Vec3};
 use rustc_hash::FxHashMap;
-use serde::{Deserialize, Serialize};
 
 /// Cosine of the angle up to which normals count as parallel.
 const PARALLEL: f64 = 0.99;
 
 /// Share of the approach speed below which a contact point has come to rest.
 const RESTS: f64 = 1e-9;
-
-/// A landing that takes a second step.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Landing {
-    /// Its impulses are those of the contacts so far, with the share of the applied forces.
-    record: ImpactRecord,
-    /// Force that holds the pair at rest, (n, t) \[N\].
-    #[serde(with = "super::saved::pair")]
-    load: Vec2,
-    /// Relative velocity at the instant of touching \[m/s\].
-    #[serde(with = "super::saved::pair")]
-    before: Vec2,
-    /// `G` of the pair, (nn, nt, tt) [1/kg].
-    effective: [f64; 3],
-    /// End of the last step with an impulse \[s\].
-    until: f64,
-}
 
 impl Landing {
     /// The finished record.

@@ -26,29 +26,17 @@
 //! # Source
 //! Own construction. The limit is that of the leapfrog method.
 
+use super::contact_cache::PulledLink;
 use super::interval::{Interval, Source};
 use super::model::{ContactKey, JointCoordinate, JointKind, JointPart};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 
 /// `Δt² k / Ĩ` of a stiffened link; 4 is the limit of stability.
 const STABLE: f64 = 3.0;
 
 /// Least share of its stiffness that a link has in the next step.
 const FADES: f64 = 0.99;
-
-/// A link for the next step, named by one side of one of its pins.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct PulledLink {
-    pin: ContactKey,
-    side: usize,
-    /// `k` \[N m\] and `m r²` \[kg m²\] of (2).
-    stiffness: f64,
-    support: f64,
-    /// `Ĩ` of the last step \[kg m²\].
-    inertia: f64,
-}
 
 /// A link in a step.
 #[derive(Debug, Clone, Copy)]

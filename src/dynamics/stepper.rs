@@ -1,7 +1,7 @@
 //! The stepper: its settings and its state between steps.
 
+use super::contact_cache::Landing;
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
-use super::impacts::Landing;
 use super::interval::{Interval, movable};
 use super::island_cache::IslandCacheState;
 use super::model::{Configuration, ContactKey};

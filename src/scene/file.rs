@@ -40,7 +40,7 @@ pub struct SceneFile {
     pub thresher: Option<Kept>,
     #[serde(skip_serializing)]
     pub reference: Option<Reference>,
-    #[serde(default, skip_serializing)]
+    #[serde(default)]
     pub verdict: Limits,
 }
 

@@ -291,9 +291,9 @@ mod tests {
     #[test]
     fn a_turning_bar_sweeps_what_it_turns_through() {
         let bar = "box = [2, 0.04]";
-        // its end passes the top of the wall; with half the turn it stops short of it
-        let way = |turn: f64| [[-0.6, 1.1, -0.4], [-0.6, 1.1, -0.4 + turn]];
-        assert_eq!(passages(bar, &way(-0.8)), [(1, WALL)]);
+        // from above the wall down through it, or up and away
+        let way = |turn: f64| [[-0.6, 1.1, 0.1], [-0.6, 1.1, 0.1 + turn]];
+        assert_eq!(passages(bar, &way(-2.1)), [(1, WALL)]);
         assert_eq!(passages(bar, &way(0.8)), []);
     }
 

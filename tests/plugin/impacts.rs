@@ -252,8 +252,7 @@ fn free_rings_and_chains_keep_their_momenta() {
             p.step(&mut world).unwrap();
             let start = momenta(&world, &p, &bodies);
             for _ in 0..600 {
-                let record = p.step(&mut world).unwrap();
-                assert_eq!(record.joints_capped, 0);
+                p.step(&mut world).unwrap();
             }
             let end = momenta(&world, &p, &bodies);
             let change = (end - start).component_div(&Vec3::new(start.x, start.x, start.z));

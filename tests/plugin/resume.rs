@@ -293,7 +293,7 @@ fn states_that_do_not_fit_are_refused() {
         assert!(text.contains(from));
         serde_json::from_str(&text.replacen(from, to, 1)).unwrap()
     };
-    let older = changed("\"version\":3", "\"version\":2");
+    let older = changed("\"version\":4", "\"version\":3");
     let error = MoreauPipeline::resume(&older, &mut world).err().unwrap();
     assert!(
         matches!(error, StateError::Version { found: 2, .. }),

@@ -2,8 +2,9 @@
 
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
+use crate::dynamics::contact_cache::Landing;
 use crate::dynamics::events::{release_lone, see_from_the_start};
-use crate::dynamics::impacts::{Landing, find_impacts};
+use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::{Interval, Source, belongs};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;

@@ -50,10 +50,20 @@ impl Forces {
                 self.sizes[1] += c.impulse_t.abs();
             }
         }
+        for impact in &record.impacts {
+            for body in impact.bodies {
+                if let Some(most) = self.most.get_mut(body as usize) {
+                    *most = most.max(impact.impulse_n);
+                }
+            }
+        }
         self.time += if late { record.dt } else { 0.0 };
         for (k, now) in self.now.iter().enumerate() {
             let size = now.xy().norm();
-            self.most[k] = self.most[k].max(size);
+            // an engine that records impacts says an impulse there, whole
+            if !record.accounted {
+                self.most[k] = self.most[k].max(size);
+            }
             if late {
                 self.late[k] += now;
                 let [least, most] = self.range[k];
@@ -76,7 +86,8 @@ impl Forces {
         sum.map_or(Vec3::zeros(), |sum| sum / self.time)
     }
 
-    /// Largest normal impulse \[N s\] of a body's contacts together that one step reported.
+    /// Largest normal impulse \[N s\] of a body that one record of an impact reported; of a peer, its
+    /// contacts together in one step.
     pub fn most(&self, body: usize) -> f64 {
         self.of(&self.most, body).unwrap_or(0.0)
     }
