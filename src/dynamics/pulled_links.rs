@@ -172,7 +172,8 @@ pub(super) fn find_links(
         let stiffness = (own.pull - own.force.dot(&own.arm) / own.count)
             .max(before.map_or(0.0, |link| FADES * link.stiffness));
         let (support, inertia) = (own.support / w.x, 1.0 / w.z);
-        if dt * dt * stiffness / STABLE - support > inertia {
+        let pulled = dt * dt * stiffness / STABLE - support > inertia;
+        if pulled && is_supported(body, interval, solution) {
             links.push(PulledLink {
                 pin,
                 side,
@@ -184,4 +185,13 @@ pub(super) fn find_links(
     }
     links.sort_unstable_by_key(|link| (link.pin, link.side));
     links
+}
+
+/// Whether the island of a body touches a body that no impulse moves, or is pinned to one. Scaling
+/// spins changes the angular momentum, which an island without support must keep.
+fn is_supported(body: usize, interval: &Interval, solution: &Solution) -> bool {
+    let sides = |i: &u32| interval.sides[*i as usize];
+    let mut islands = (0..solution.islands.len()).map(|k| solution.islands.blocks(k));
+    let own = islands.find(|blocks| blocks.iter().any(|i| sides(i).contains(&(body as u32))));
+    own.is_some_and(|blocks| blocks.iter().any(|i| sides(i).contains(&NO_BODY)))
 }

@@ -337,7 +337,13 @@ fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [
     let whole = slop(contact, interval);
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let slow = REST * acceleration * interval.length;
-    let ends = [&interval.start, &solution.end].map(|u| contact.rows.velocity(u).norm());
+    // a body that rolls moves, though its contact point does not
+    let speed = |u: &Vec<Vec3>| {
+        let centre = |body: u32| u.get(body as usize).map_or(Vec2::zeros(), |u| u.xy());
+        let [a, b] = contact.rows.bodies.map(centre);
+        contact.rows.velocity(u).norm().max((b - a).norm())
+    };
+    let ends = [speed(&interval.start), speed(&solution.end)];
     if ends[0].max(ends[1]) > slow {
         return [TRIGGER * whole, whole];
     }

@@ -72,7 +72,17 @@ fn chains(world: &mut PhysicsWorld) {
             let link = ColliderBuilder::cuboid(0.15, 0.05).density(1.0 + k as Real);
             let (link, _) = world.insert(place, link);
             let joint = RevoluteJointBuilder::new()
-                .local_anchor1(Vector::new(if k == 0 { 0.0 } else { 0.2 }, 0.0))
+                // every fourth joint is built with a gap, which the energy bound does not let close at once
+                .local_anchor1(Vector::new(
+                    if k == 0 {
+                        0.0
+                    } else if k % 4 == 0 {
+                        0.6
+                    } else {
+                        0.2
+                    },
+                    0.0,
+                ))
                 .local_anchor2(Vector::new(-0.2, 0.0))
                 .limits([-0.9, 0.9])
                 .contacts_enabled(false);

@@ -25,7 +25,7 @@ fn yard() -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     let mut boxes = Vec::new();
     for k in 0..40 {
         let (column, row) = ((k % 10) as Real, (k / 10) as Real);
-        let place = Vector::new(0.35 * column - 1.5 + 0.05 * row, 0.3 + 0.5 * row);
+        let place = Vector::new(0.36 * column - 1.5 + 0.05 * row, 0.3 + 0.5 * row);
         let body = RigidBodyBuilder::dynamic().translation(place);
         boxes.push(world.insert(body, ColliderBuilder::cuboid(0.15, 0.15)).0);
     }

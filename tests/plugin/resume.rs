@@ -296,7 +296,7 @@ fn states_that_do_not_fit_are_refused() {
     let older = changed("\"version\":4", "\"version\":3");
     let error = MoreauPipeline::resume(&older, &mut world).err().unwrap();
     assert!(
-        matches!(error, StateError::Version { found: 2, .. }),
+        matches!(error, StateError::Version { found: 3, .. }),
         "{error}"
     );
     let precision = format!("\"{}\"", moreau2d::rapier::PRECISION);

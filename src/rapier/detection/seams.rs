@@ -4,8 +4,9 @@
 //! the largest separation at the midpoint of a step is often that along its way: the box then meets
 //! an edge that is not there (rapier's issues 142 and 669). Two rules choose the face.
 //!
-//! Moving parts: only a direction `k` that separates the two at the start of the step, `g_k(q_A) ≥
-//! −noise`, can be met. Of these the contact takes the one that will separate them most two
+//! Moving parts: a direction `k` in which the two touch at the start of the step, `−noise ≤
+//! g_k(q_A) ≤ flush`, can take the place of the present one; any that separates the two, `g_k(q_A) ≥
+//! −noise`, if the present one does not. Of these the contact takes the one that will separate them most two
 //! steps later, `max g_k(q_M + 2 Δt u_A)`. A real step overlaps along the floor's direction at the
 //! start, so it stops what runs into it.
 //!
@@ -23,6 +24,10 @@ use crate::dynamics::{ContactPoint, Pose64};
 /// How far ahead of the midpoint directions are compared, in steps. More than the one step after
 /// which gaps are closed: a body that gains speed in the step comes farther than `u_A` tells.
 const AHEAD: f64 = 2.0;
+
+/// Height over a face, as a share of the smaller part's size, up to which a part slides on it. A part
+/// that flies past corners higher up meets what it meets.
+const FLUSH: f64 = 1e-3;
 
 /// A contact at a corner that could as well be met along other directions.
 pub(super) struct Tie {
@@ -100,8 +105,9 @@ impl Finder<'_> {
         let (now, dt) = (sides.map(|leaf| leaf.pose), self.span.dt);
         let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
         let present = found[0].normal;
+        let flush = noise.max(FLUSH * sides[0].surface.size.min(sides[1].surface.size));
         let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
-            best_axis(axes, [&start, &now, &next], present, noise)
+            best_axis(axes, [&start, &now, &next], present, [noise, flush])
         });
         if let Some(Some(touch)) = better {
             found.clear();
@@ -220,23 +226,24 @@ fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>>
     of_body
 }
 
-/// The contact along the axis that will separate two parts most, of those that separate them at the
-/// start. `None` if the `present` direction is that one; `Some(None)` if a neighbour of a segment has
+/// The contact along the axis that will separate two parts most, of the `present` one and those
+/// along which they touch at the start; of all that separate them at the start if the present one
+/// does not. `None` if the `present` direction is that one; `Some(None)` if a neighbour of a segment has
 /// the contact. Poses of the start, now,
 /// and of the time to come.
 fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
     present: crate::contact::Vec2,
-    noise: f64,
+    [noise, flush]: [f64; 2],
 ) -> Option<Option<Touch>> {
-    let mut own = match axes.separation(start, present) >= -noise {
-        true => axes.separation(next, present),
-        false => f64::NEG_INFINITY,
+    let (mut own, highest) = match axes.separation(start, present) >= -noise {
+        true => (axes.separation(next, present), flush),
+        false => (f64::NEG_INFINITY, f64::INFINITY),
     };
     let mut best: Option<(f64, Axis)> = None;
     for axis in axes.all() {
-        if axes.separation(start, axes.direction(start, axis)) < -noise {
+        if !(-noise..=highest).contains(&axes.separation(start, axes.direction(start, axis))) {
             continue;
         }
         let later = axes.separation(next, axes.direction(next, axis));
