@@ -1,7 +1,7 @@
 //! Moves overlapping pairs apart, without adding velocity.
 
 use super::contact_cache::Overlaps;
-use super::fallback::{LARGE, soften};
+use super::fallback::{LARGE, regularise};
 use super::interval::{Interval, Source, diagonal, movable};
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
@@ -38,8 +38,8 @@ const STRIDE: f64 = 0.1;
 /// Softness of the rows of (1) if it has no solution, or none is found, as shares of their own
 /// inverse mass. The first is for rows that ask for a displacement and need not get all of it; the
 /// second for all other rows, which must not pay for it.
-const ASKED_SOFTNESS: f64 = 1.0;
-const OTHER_SOFTNESS: f64 = 1e-4;
+const ASKED_COMPLIANCE: f64 = 1.0;
+const OTHER_COMPLIANCE: f64 = 1e-4;
 
 /// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
 /// steps.
@@ -283,11 +283,11 @@ pub(super) fn displacements(
         // contradictory walls have no solution
         if !solved && pushed.contains(&true) {
             *wedged |= large;
-            soften(&mut problem, |i| {
+            regularise(&mut problem, |i| {
                 if pushed[i] {
-                    ASKED_SOFTNESS
+                    ASKED_COMPLIANCE
                 } else {
-                    OTHER_SOFTNESS
+                    OTHER_COMPLIANCE
                 }
             });
             push.fill(Vec2::zeros());
