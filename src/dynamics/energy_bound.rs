@@ -1,10 +1,11 @@
 //! Bounds on the energy that contacts and joints add. Newton's restitution, push-outs and the
 //! closing of gaps can create energy.
 //!
-//! Both bounds work alike. If the work of a solution exceeds the bound, the island is solved again
-//! with a plastic `b` that adds no energy. The result blends the two solutions, with the largest share
-//! of the first that satisfies the bound. Both solutions lie in the cone and do not penetrate; by
-//! convexity their blend does not either.
+//! Both bounds work alike. If the work of a solution exceeds the bound, the island is solved a
+//! second time, as a *plastic* problem: the same problem without restitution, without push-outs and
+//! without closing of gaps. Its `b` cannot add energy. The result is a blend of both solutions, with
+//! the largest share of the first one that satisfies the bound. Both solutions lie in the friction
+//! cone and do not penetrate; by convexity this also holds for their blend.
 
 use super::contact_cache::JointEnergy;
 use super::fallback::hopeless;
