@@ -1,11 +1,11 @@
 //! Distances of convex pieces: polygons, segments and points, from their corners alone.
 //!
-//! Nothing here knows of contacts. What engines are measured by must not share code with what they
-//! compute.
+//! This module uses no contact code: measurements of an engine must not share code with the engine.
 
 use crate::contact::Vec2;
 
-/// Distance of two cores \[m\], negative by the least overlap where both are more than a point.
+/// Distance of two cores \[m\]. Negative if they overlap: then minus the least overlap. A core that
+/// is a point has no overlap.
 pub(super) fn gap(a: &[Vec2], b: &[Vec2]) -> f64 {
     let apart = faces(a, b).max(faces(b, a));
     if apart < 0.0 && apart.is_finite() {
