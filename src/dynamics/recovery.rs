@@ -213,7 +213,7 @@ pub(super) fn part_overlaps(
             bodies: movable(joint.rows.bodies, inverse_mass),
             ..joint.rows
         };
-        // a joint limit must not be passed; all other joint rows must not move
+        // a limit may move by its remaining gap; all other joint rows must not move
         let gap = match joint.kind {
             JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
             _ => 0.0,

@@ -4,8 +4,7 @@
 
 use crate::contact::Vec2;
 
-/// Distance of two cores \[m\]. Negative if they overlap: then minus the least overlap. A core that
-/// is a point has no overlap.
+/// Distance of two cores \[m\]. If they overlap, minus the least overlap; two points never overlap.
 pub(super) fn gap(a: &[Vec2], b: &[Vec2]) -> f64 {
     let apart = faces(a, b).max(faces(b, a));
     if apart < 0.0 && apart.is_finite() {

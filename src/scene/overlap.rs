@@ -24,7 +24,7 @@ pub const LASTING: f64 = 0.25;
 /// is not an error of a step: for such a pair only the depth beyond its least depth so far counts.
 pub(super) struct Overlaps {
     leaves: Vec<Leaf>,
-    /// Size \[m\] of each body: the diameter of the smallest circle about its origin that contains it.
+    /// Size \[m\] of each body: the diameter of a circle about its origin that contains it.
     sizes: Vec<f64>,
     /// Pairs of bodies that a joint connects, which are left out; the smaller number first.
     tied: FxHashSet<(u32, u32)>,
