@@ -323,12 +323,12 @@ mod tests {
         let performance = sample();
         assert_eq!((performance.problems(), performance.unsolved()), (4, 1));
         let scores = performance.scores();
-        let told: Vec<_> = scores
+        let found: Vec<_> = scores
             .iter()
             .map(|s| (s.solver.as_str(), s.solved, s.wins, s.median_ratio))
             .collect();
         assert_eq!(
-            told,
+            found,
             [
                 ("a", 3, 2, Some(1.0)),
                 ("b", 3, 2, Some(1.0)),
