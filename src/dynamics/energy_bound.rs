@@ -1,10 +1,11 @@
 //! Bounds on the energy that contacts and joints add. Newton's restitution, push-outs and the
 //! closing of gaps can create energy.
 //!
-//! Both bounds work alike. If the work of a solution exceeds the bound, the island is solved again
-//! with a calm `b` that adds no energy. The result blends the two solutions, with the largest share
-//! of the first that satisfies the bound. Both solutions lie in the cone and do not penetrate; by
-//! convexity their blend does not either.
+//! Both bounds work alike. If the work of a solution exceeds the bound, the island is solved a
+//! second time, as a *plastic* problem: the same problem without restitution, without push-outs and
+//! without closing of gaps. Its `b` cannot add energy. The result is a blend of both solutions, with
+//! the largest share of the first one that satisfies the bound. Both solutions lie in the friction
+//! cone and do not penetrate; by convexity this also holds for their blend.
 
 use super::contact_cache::JointEnergy;
 use super::fallback::hopeless;
@@ -23,26 +24,27 @@ struct Blend {
     impulses: Vec<Vec2>,
     /// Share of the first solution.
     share: f64,
-    /// Report of the calm solution.
-    calm: SolveReport,
-    /// Violation of the constraints by the blended impulses, where they are neither solution.
+    /// Report of the solution of the plastic problem.
+    plastic: SolveReport,
+    /// Violation of the constraints by the blended impulses; `None` if they are one of the two
+    /// solutions.
     applied: Option<Residual>,
 }
 
 impl Blend {
-    /// The report of the blend, which solves neither problem exactly. Its residual is the worst of
-    /// these: that of the first solution, or of the calm one if it is `worse`, and the violation of
-    /// the constraints by the blended impulses themselves, see [`feasibility`].
+    /// The report of the blend, which solves neither problem exactly. Its residual is the larger of
+    /// two: the residual of the first solution, or of the plastic one if `worse` is set; and the
+    /// violation of the constraints by the blended impulses, see [`feasibility`].
     fn report(&self, first: &SolveReport, worse: bool, tolerance: f64) -> SolveReport {
-        let mut report = first.after(&self.calm);
+        let mut report = first.after(&self.plastic);
         if worse {
-            report.status = self.calm.status;
-            report.residual = self.calm.residual;
+            report.status = self.plastic.status;
+            report.residual = self.plastic.residual;
         }
         if let Some(mut applied) = self.applied {
             // by convexity the blend violates nothing by more than the worse of both solutions,
             // each of which was judged by its own scale
-            for own in [&first.residual, &self.calm.residual] {
+            for own in [&first.residual, &self.plastic.residual] {
                 applied.velocity_scale = applied.velocity_scale.max(own.velocity_scale);
                 applied.round_off = applied.round_off.max(own.round_off);
             }
@@ -58,27 +60,28 @@ impl Blend {
     }
 }
 
-/// Work of a blend that must not be positive \[J\], at a share of the first solution, with the
-/// blended impulses and `G P + b` of the calm solution. Several bounds may hold together.
+/// Energy \[J\] by which a blend exceeds a bound. Arguments: the share of the first solution, the
+/// blended impulses, and `G P + b` of the plastic solution. Several bounds may hold together.
 type Excess<'a> = &'a dyn Fn(f64, &[Vec2], &[Vec2]) -> f64;
 
-/// Solves `calm` from `start` and blends its solution with the `first` one, that of `problem`, which
-/// differs in `b` alone. Takes the largest share of the first at which no `excess` is above 0.
+/// Solves `plastic` from `start` and blends its solution with `first`, the solution of `problem`. The
+/// two problems differ only in `b`. The blend has the largest share of `first` at which no `excess`
+/// is above 0.
 fn blend(
     solver: &mut dyn ImpulseSolver,
-    [problem, calm]: [&ContactProblem; 2],
+    [problem, plastic]: [&ContactProblem; 2],
     start: Vec<Vec2>,
     (first, report): (&[Vec2], &SolveReport),
     tolerance: f64,
     excess: &[Excess],
 ) -> Blend {
     let mut second = start;
-    let calm_report = solver.solve(calm, &mut second, tolerance);
+    let plastic_report = solver.solve(plastic, &mut second, tolerance);
     let mut velocities = Vec::new();
-    calm.velocities(&second, &mut velocities);
+    plastic.velocities(&second, &mut velocities);
     let at = |share: f64| lerp(&second, first, share);
     // a hopeless solution gets no share
-    let share = if hopeless(report) && calm_report.solved() {
+    let share = if hopeless(report) && plastic_report.solved() {
         0.0
     } else {
         let shares = excess.iter().map(|excess| {
@@ -90,7 +93,7 @@ fn blend(
     let impulses = at(share);
     let applied = (share > 0.0 && share < 1.0).then(|| {
         let blended = ContactProblem {
-            free: lerp(&calm.free, &problem.free, share),
+            free: lerp(&plastic.free, &problem.free, share),
             ..problem.clone()
         };
         feasibility(&blended, &impulses)
@@ -98,7 +101,7 @@ fn blend(
     Blend {
         impulses,
         share,
-        calm: calm_report,
+        plastic: plastic_report,
         applied,
     }
 }
@@ -136,9 +139,9 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 /// W(P) = Σ Pᵀ (γ_A + γ_E)/2 ≤ 0                                              (1)
 /// ```
 ///
-/// If a solved island has `W > 0` (in a step with an impact; else above 2 % of `Σ P² G/2`), the
-/// calm problem is the one without restitution and push-out. `velocities` is `G P + b` \[m/s\] of
-/// the solution. Returns the report of the bounded solution; `None` if the bound already holds.
+/// An island exceeds the bound if `W > 0` in a step with an impact, or if `W` is above 2 % of
+/// `Σ P² G/2` in any other step. `velocities` is `G P + b` \[m/s\] of the solution. Returns the
+/// report of the bounded solution; `None` if the bound already holds.
 ///
 /// # Source
 /// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
@@ -167,8 +170,8 @@ pub(super) fn bound_contacts(
         return None;
     }
     let rigid = (0..impulses.len()).filter(|&i| terms[i].rigid);
-    // impulses of a wedge can be huge relative to the velocities they change, and round-off scales
-    // with the products
+    // impulses in a wedge can be huge relative to the velocities that they change: the round-off of
+    // the work scales with the products of both
     let allowed: f64 = if impact {
         let product = |i: usize| impulses[i].norm() * (terms[i].gamma_a.norm() + gamma_1(i).norm());
         1e-13 * rigid.map(product).sum::<f64>()
@@ -179,7 +182,7 @@ pub(super) fn bound_contacts(
     if work <= allowed {
         return None;
     }
-    let calm_added = |i: usize| {
+    let plastic_added = |i: usize| {
         if terms[i].rigid {
             Vec2::new(added[i].x.max(0.0), 0.0)
         } else if terms[i].bilateral {
@@ -188,19 +191,19 @@ pub(super) fn bound_contacts(
             added[i]
         }
     };
-    let mut calm = problem.clone();
-    for (i, b) in calm.free.iter_mut().enumerate() {
-        *b += calm_added(i) - added[i];
+    let mut plastic = problem.clone();
+    for (i, b) in plastic.free.iter_mut().enumerate() {
+        *b += plastic_added(i) - added[i];
     }
-    let excess = |share: f64, p: &[Vec2], calm_velocities: &[Vec2]| {
-        let gamma_0 = |i: usize| calm_velocities[i] - calm_added(i);
+    let excess = |share: f64, p: &[Vec2], plastic_velocities: &[Vec2]| {
+        let gamma_0 = |i: usize| plastic_velocities[i] - plastic_added(i);
         work_of(terms, p, |i| gamma_0(i).lerp(&gamma_1(i), share))
     };
     let start = vec![Vec2::zeros(); impulses.len()];
-    let (first, problems) = ((&*impulses, &report), [problem, &calm]);
+    let (first, problems) = ((&*impulses, &report), [problem, &plastic]);
     let found = blend(solver, problems, start, first, tolerance, &[&excess]);
     impulses.copy_from_slice(&found.impulses);
-    Some(found.report(&report, !found.calm.solved(), tolerance))
+    Some(found.report(&report, !found.plastic.solved(), tolerance))
 }
 
 /// `W` of equation (1) of [`bound_contacts`] \[J\].
@@ -242,27 +245,28 @@ pub(super) struct BoundJoints {
 ///
 /// `A` is the energy that they added before, limited to ±X. `T` is the kinetic energy of their
 /// bodies at the start, and `T_h` that of the velocities that forces alone give them in the step.
-/// The largest of these, and `A`, decay with a time constant of 256 steps. Closing gaps adds and
-/// takes energy in turn, far less than X if bodies turn by a small part of a radian in a step.
+/// The maximum in X, and `A`, decay with a time constant of 256 steps. Closing gaps adds and takes
+/// energy in turn. The amounts are far below X if bodies turn by a small part of a radian in a step.
 ///
-/// In steps without an impact, which has a bound of its own, the work `W_c` of rigid contacts is
-/// bounded together with it: else an island could gain in contacts what its pins take,
+/// In steps without an impact the work `W_c` of rigid contacts is bounded together with `W`.
+/// Otherwise an island could gain in contacts what its pins take. Impacts have a bound of their own.
 ///
 /// ```text
 /// A_c + W + W_c ≤ X,   A_c ← min(max(A_c + W + W_c, 0), X)                         (1b)
 /// ```
 ///
-/// Energy that friction takes is never given back: `A_c` is not below 0.
+/// `A_c` is not below 0, so that the island cannot regain energy that friction took.
 ///
-/// Without the bound a whip, or a joint that was built with a gap, would blow up. The calm problem
-/// has
+/// Without the bound a whip, or a joint that was built with a gap, would blow up. The plastic
+/// problem has
 ///
 /// ```text
-/// γ_E = 0   of its pins and locks, and no contact is pushed out,                (2)
+/// γ_E = 0   of its pins and locked axes, and no push-outs,                      (2)
 /// ```
 ///
-/// which takes energy. The rest of the gaps is closed by position, see [`super::joint_recovery`].
-/// `problem` is that of the island, or its softened form; `impulses` is its solution.
+/// which can only take energy. The rest of the gaps is closed by position, see
+/// [`super::joint_recovery`]. `problem` is the island's problem, or its regularised form; `impulses`
+/// is its solution.
 ///
 /// # Source
 /// Own construction, after the bound on restitution.
@@ -299,7 +303,7 @@ pub(super) fn bound_joints(
     let before = before.clamp(-limit, limit);
     let room = limit - before;
     let total = total.clamp(0.0, limit);
-    // impacts have a bound of their own
+    // whether the work of contacts is bounded with that of joints
     let counts = !island.impact() && terms.iter().any(|t| t.rigid);
     let by_contacts = |p: &[Vec2]| match counts {
         true => contact_work(problem, terms, p),
@@ -308,8 +312,8 @@ pub(super) fn bound_joints(
     let (mut now, mut contacts) = (work(1.0, impulses), by_contacts(impulses));
     let mut result = BoundJoints::default();
     if now > room || counts && total + now + contacts > limit || hopeless(&report) {
-        let mut calm = problem.clone();
-        for (b, terms) in calm.free.iter_mut().zip(terms) {
+        let mut plastic = problem.clone();
+        for (b, terms) in plastic.free.iter_mut().zip(terms) {
             if terms.rigid {
                 let push = terms.bias - terms.gamma_f;
                 *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
@@ -325,14 +329,14 @@ pub(super) fn bound_joints(
             false => &[&of_joints],
         };
         let (start, first) = (impulses.to_vec(), (&*impulses, &report));
-        let problems = [problem, &calm];
+        let problems = [problem, &plastic];
         let found = blend(solver, problems, start, first, tolerance, excess);
         now = work(found.share, &found.impulses);
         contacts = by_contacts(&found.impulses);
         impulses.copy_from_slice(&found.impulses);
-        let worse = found.share == 0.0 || !found.calm.solved();
+        let worse = found.share == 0.0 || !found.plastic.solved();
         let report = found.report(&report, worse, tolerance);
-        result.bounded = Some((report, lerp(&calm.free, &problem.free, found.share)));
+        result.bounded = Some((report, lerp(&plastic.free, &problem.free, found.share)));
     }
     let share = 1.0 / bilateral.len() as f64;
     let energy = JointEnergy {

@@ -1,7 +1,8 @@
-//! The fallback for an island without rigid impulses: its contacts are softened a little.
+//! The fallback for an island whose rigid problem has no solution, or none that the solver finds.
+//! Its problem is regularised: each rigid contact gets a small compliance.
 //!
-//! With `ξ_N + R P_N`, `R = softness G_NN`, every problem has a solution (the operator is strictly
-//! copositive), and it is bounded.
+//! With `ξ_N + R P_N` in place of `ξ_N`, `R = compliance · G_NN`, every problem has a solution (the
+//! operator is strictly copositive), and this solution is bounded.
 
 use super::interval::{Interval, Source};
 use super::island_problem::IslandProblem;
@@ -13,13 +14,13 @@ use serde::{Deserialize, Serialize};
 /// end at the same residual.
 pub(super) const LARGE: usize = 500;
 
-/// Share of the island's velocity scale that the best rigid impulses may leave unsolved and still
-/// be used. Once an island uses the fallback, it does so until a rigid solve is certified: nearly
-/// solved impulses are rarely nearly solved in the next step, and cost as much as a failed solve.
+/// Largest residual of the best rigid impulses, as a share of the island's velocity scale, at which
+/// they are still used. An island in fallback stays there until a rigid solve is certified: impulses
+/// that nearly solve one step rarely nearly solve the next, and they cost as much as a failed solve.
 const CLOSE: f64 = 1e-4;
 
-/// Above this unsolved share of the island's velocity scale, the problem may have no solution. A
-/// problem without a solution leaves about all of it unsolved.
+/// Residual, as a share of the island's velocity scale, above which the problem may have no
+/// solution. The residual of a problem without a solution is about as large as the velocity scale.
 const HOPELESS: f64 = 0.01;
 
 /// Steps without a rigid solve after the first failure. Each further failure doubles them, up to
@@ -27,15 +28,15 @@ const HOPELESS: f64 = 0.01;
 const FIRST: u8 = 4;
 const LONGEST: u8 = 32;
 
-/// Relative residual at which softened contacts of a large island count as solved. The softening
-/// itself is a hundred times as large.
+/// Relative residual at which the regularised problem of a large island counts as solved. The
+/// regularisation itself, [`COMPLIANCE`], is a hundred times as large.
 pub(super) const ENOUGH: f64 = 1e-4;
 
-/// Compliance of a softened contact, as a share of its own inverse mass.
-const SOFTNESS: f64 = 0.01;
+/// Compliance of a regularised contact, as a share of its own inverse mass `G_NN`.
+const COMPLIANCE: f64 = 0.01;
 
-/// The number of consecutive failures of a large island's rigid problem, and the remaining steps
-/// until the next try: 4, 8, 16 and 32.
+/// Fallback state of a large island: the number of consecutive failures of its rigid problem, and
+/// the number of steps left until the next rigid solve. That is 4, 8, 16 and then 32 steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub(super) struct Fallback {
     failed: u8,
@@ -62,8 +63,9 @@ impl Fallback {
         }
     }
 
-    /// The state after a step. `report` is that of the rigid problem, or of the start impulses if
-    /// it was left out. The island must use the fallback if the new state is active.
+    /// The state after a step. `report` judges the impulses of the rigid problem, or the start
+    /// impulses if the rigid problem was left out. The island must use the fallback if the new
+    /// state is active.
     pub fn after(self, report: &SolveReport) -> Fallback {
         let left = &report.residual;
         let close = left.velocity <= CLOSE * left.velocity_scale;
@@ -92,26 +94,27 @@ pub(super) fn hopeless(report: &SolveReport) -> bool {
     !report.solved() && left.velocity > HOPELESS * left.velocity_scale
 }
 
-/// Adds `ξ_N + R P_N`, `R = softness(i) G_NN`, to the rigid contacts of a problem.
-pub(super) fn soften(problem: &mut ContactProblem, softness: impl Fn(usize) -> f64) {
+/// Gives the rigid contacts of a problem `ξ_N + R P_N` in place of `ξ_N`, with
+/// `R = compliance_of(i) · G_NN`.
+pub(super) fn regularise(problem: &mut ContactProblem, compliance_of: impl Fn(usize) -> f64) {
     for i in 0..problem.len() {
         let block = problem.operator.diagonal(i);
         if let Law::Contact { compliance, .. } = &mut problem.laws[i]
             && *compliance == 0.0
         {
-            *compliance = softness(i) * block[(0, 0)];
+            *compliance = compliance_of(i) * block[(0, 0)];
         }
     }
 }
 
-/// The problem of an island with softened contacts.
-pub(super) fn softened(problem: &ContactProblem) -> ContactProblem {
-    let mut soft = problem.clone();
-    soften(&mut soft, |_| SOFTNESS);
-    soft
+/// The regularised problem of an island.
+pub(super) fn regularised(problem: &ContactProblem) -> ContactProblem {
+    let mut regularised = problem.clone();
+    regularise(&mut regularised, |_| COMPLIANCE);
+    regularised
 }
 
-/// Adds push-out to the contacts of a softened problem that were already soft in the last step:
+/// Adds push-outs to a regularised problem, for contacts that were regularised in the last step too:
 ///
 /// ```text
 /// b_N = −min(−g/Δt, max(−γ_A, R P_N,before))    of contacts with g < 0           (1)
@@ -121,7 +124,7 @@ pub(super) fn softened(problem: &ContactProblem) -> ContactProblem {
 /// spring. From step to step it returns at most `R (P²_before − P²)/2` \[J\], which it absorbed
 /// before. `P_before` is the start impulse.
 pub(super) fn push_back(
-    soft: &mut ContactProblem,
+    regularised: &mut ContactProblem,
     island: &IslandProblem,
     interval: &Interval,
     members: &[u32],
@@ -130,7 +133,7 @@ pub(super) fn push_back(
         let terms = &island.terms[k];
         let (Source::Contact(index), Law::Contact { compliance, .. }, true) = (
             interval.blocks[i as usize].source,
-            soft.laws[k],
+            regularised.laws[k],
             terms.rigid && !terms.impact,
         ) else {
             continue;
@@ -141,20 +144,20 @@ pub(super) fn push_back(
             let before = interval.warm[i as usize].x;
             let most = (compliance * before).max(-terms.gamma_a.x).max(0.0);
             let push = terms.gamma_f.x - most.min(depth / interval.length);
-            soft.free[k].x = soft.free[k].x.min(push);
+            regularised.free[k].x = regularised.free[k].x.min(push);
         }
     }
 }
 
 /// Chooses the impulses of an island in fallback. `impulses` holds the best rigid ones on entry,
-/// `found` those of the softened problem, which are used if they solve it. `total` is the report of
-/// that solve, including the work of all earlier ones. Returns the report for the rigid `problem`.
+/// `found` those of the regularised problem, which are used if they solve it. `total` is the report
+/// of that solve, including the work of all earlier ones. Returns the report for the rigid `problem`.
 ///
 /// Rigid boxes wedged between each other can hold any self-stress. If the best rigid impulses are
 /// not quite a solution, their self-stress is amplified from step to step until its residual
-/// scatters the heap. The softened problem bounds it. If that is not solved either, the impulses
-/// used are never worse than zero impulses.
-pub(super) fn choose_softened(
+/// scatters the heap. The regularised problem bounds the self-stress. If that is not solved either,
+/// the impulses used are never worse than zero impulses.
+pub(super) fn choose_regularised(
     problem: &ContactProblem,
     total: &SolveReport,
     found: &[Vec2],

@@ -141,26 +141,26 @@ fn what_gives_way_is_known_by_any_contact_and_within_its_step() {
     assert_eq!(step(9000, &[false, false]), 4);
 }
 
-/// Soft contacts get push-out, which contradicts the walls of a row of balls: with it no rigid
-/// impulses would ever be found.
+/// Regularised contacts get push-outs, which contradict the walls of a row of balls. The rigid
+/// problem would never have a solution with them.
 #[test]
 fn what_gave_way_is_tried_again_without_pushes() {
     let fails = FailsLarge::default();
     let mut solver = IslandSolver::new(Box::new(fails), 1e-8);
     solver.store_problems = true;
     let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
-    let mut posed = Vec::new();
+    let mut pushes = Vec::new();
     for _ in 0..6 {
         let (interval, mut solution) = (row(0, 600, -1e-3), Solution::default());
         solver.cache.begin();
         solver.solve(&interval, &mut solution, &masses, &RULES);
         solver.cache.commit();
-        posed.extend(solution.problems.iter().map(|s| s.problem.free[7].x));
+        pushes.extend(solution.problems.iter().map(|s| s.problem.free[7].x));
         // the solution has the original `b`
         assert_eq!(solution.bias[7].x, -1.0);
     }
     // a try with all pushes, four steps without a try, then a try without pushes
-    assert_eq!(posed, [-1.0, -1.0, -1.0, -1.0, -1.0, -0.5]);
+    assert_eq!(pushes, [-1.0, -1.0, -1.0, -1.0, -1.0, -0.5]);
 }
 
 fn report(status: SolveStatus, velocity: f64) -> SolveReport {

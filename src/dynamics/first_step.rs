@@ -7,14 +7,16 @@ use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, Norm
 use super::rules::{reference_acceleration, rest_velocity};
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
-/// Gap of a touching contact as a share of what the reference acceleration closes in a step. Poses in
-/// single precision leave gaps of 1e-8 m between bodies that touch.
+/// Largest gap of a touching contact, as a share of the distance that the reference acceleration
+/// covers in a step. Poses in single precision leave gaps of 1e-8 m between bodies that touch.
 const TOUCHES: f64 = 1e-2;
 
 /// Caches the velocities of moving contacts that touch and neither open nor close at the start, as
-/// if an instant had left them so. The first step then knows how their rows turn from the start on.
+/// if a step had just ended there. The first step can then use the change of their rows since the
+/// start, as later steps do.
 ///
-/// A body with prescribed motion may accelerate, which no row shows; its contacts are left out.
+/// Contacts of a body with prescribed motion are left out: the body may accelerate, and rows do not
+/// contain its acceleration.
 ///
 /// # Errors
 /// Those of the model.
@@ -64,7 +66,8 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
     Ok(())
 }
 
-/// Whether a rigid contact moves, and no body with prescribed motion with it.
+/// Whether a contact is rigid, some body of it moves, and none of its moving bodies has a prescribed
+/// motion.
 fn moves_freely(contact: &ContactPoint, velocities: &[Vec3], inverse_mass: &[Vec3]) -> bool {
     let bodies = contact.rows.bodies.iter().filter(|b| **b != NO_BODY);
     let moving = |b: &&u32| velocities[**b as usize] != Vec3::zeros();

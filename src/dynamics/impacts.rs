@@ -1,12 +1,12 @@
-//! Impacts: one record for each, however many contact points and steps share its impulse.
+//! Records each impact once, even if several contact points and steps share its impulse.
 //!
 //! An impact gives a pair of surfaces a jump of velocity. Its impulse is the momentum that it
-//! takes or reverses. The impulse of a step also holds the applied forces of that step, so their
-//! share is taken off: see [`ImpactRecord`].
+//! takes or reverses. The impulse of a step also balances the applied forces of that step, so their
+//! share is subtracted: see [`ImpactRecord`].
 //!
-//! Without event location a landing without rebound takes up to two steps. In the first one the
-//! contact point is left with the velocity that closes the gap at the next midpoint, in the second
-//! one it comes to rest. With the approach speed `v` at the instant `t*` of touching, the effective
+//! Without event location a landing without rebound takes up to two steps. After the first step the
+//! contact point has the velocity that closes the gap at the next midpoint. In the second step it
+//! comes to rest. With the approach speed `v` at the instant `t*` of touching, the effective
 //! mass `m` and the acceleration `a` of the applied forces, the two impulses are
 //!
 //! ```text
@@ -121,8 +121,8 @@ impl Hit {
     }
 }
 
-/// Adds the impacts of an interval among the blocks that `used` selects to `impacts`, those that
-/// take another step to `landings`. `time` is the end of the interval \[s\].
+/// Finds the impacts of an interval among the blocks that `used` selects. Adds them to `impacts`, and
+/// those that need another step to `landings`. `time` is the end of the interval \[s\].
 pub(super) fn find_impacts(
     interval: &Interval,
     solution: &Solution,
@@ -153,7 +153,8 @@ pub(super) fn find_impacts(
             impacts.push(record);
             continue;
         }
-        // speed that the forces give over the resolution of the gap: slower contacts rest
+        // a contact slower than the speed that the forces give over the resolution of the gap is at
+        // rest
         let forces = applied_acceleration(first, &interval.accelerations);
         if speed * speed <= 8.0 * forces * first.gap_noise {
             continue;

@@ -1,4 +1,5 @@
-//! One island of an interval: posed, solved, bounded and judged, in this order.
+//! Solves one island of an interval. The [`Worker`] sets up its contact problem, solves it, bounds
+//! the energy that it adds, and judges the solution, in this order.
 
 use super::contact_cache::JointEnergy;
 use super::energy_bound::{BoundJoints, bound_contacts, bound_joints, work};
@@ -46,7 +47,7 @@ pub(super) struct Task<'a> {
     pub store_problems: bool,
 }
 
-/// Impulses of an island, and the known data of them.
+/// Impulses of an island, and the data that the solver returned with them.
 struct Answer {
     impulses: Vec<Vec2>,
     report: SolveReport,
@@ -89,15 +90,15 @@ impl Answer {
     }
 }
 
-/// How to try the rigid problem of an island.
+/// Which form of the rigid problem of an island to solve.
 #[derive(Clone, Copy, PartialEq)]
 enum Attempt {
     /// The original problem.
-    Posed,
-    /// Without push-outs. The last step used the fallback, and in heaps wedged together push-outs
-    /// contradict each other.
+    Original,
+    /// The problem without push-outs. The last step used the fallback, and in heaps wedged together
+    /// push-outs contradict each other.
     WithoutPushes,
-    /// Not at all: it has failed too often.
+    /// None: the rigid problem has failed too often.
     None,
 }
 
@@ -119,7 +120,7 @@ impl Worker {
             interval, rules, ..
         } = task;
         self.island
-            .pose(interval, task.solution, members, task.inverse_mass);
+            .set_up(interval, task.solution, members, task.inverse_mass);
         clock.lap(|t| &mut t.assembly);
         let staggered = rules.scheme == Scheme::Staggered;
         let large = staggered && members.len() > LARGE;
@@ -127,10 +128,11 @@ impl Worker {
         let attempt = match (fallback.skips_rigid(), interval.whole && fallback.active()) {
             (true, _) => Attempt::None,
             (false, true) => Attempt::WithoutPushes,
-            (false, false) => Attempt::Posed,
+            (false, false) => Attempt::Original,
         };
         self.solve_rigid(attempt, factors, task);
-        // without a rigid solve there are no impulses to bound yet: the fallback bounds its own
+        // without a rigid solve there are no impulses to bound yet: `solve_regularised` bounds its
+        // own
         if rules.corrects_gaps() && attempt != Attempt::None {
             self.bound_joints(attempt, task.tolerance);
         }
@@ -143,7 +145,7 @@ impl Worker {
             fallback
         };
         if fallback.active() {
-            self.solve_softened(members, attempt, task);
+            self.solve_regularised(members, attempt, task);
         } else if staggered && !report.solved() {
             if self.island.contradicts(report.residual.velocity) || hopeless(&report) {
                 self.solve_without_pushes(task.tolerance);
@@ -154,7 +156,7 @@ impl Worker {
         (self.judge(task), fallback)
     }
 
-    /// Tries the rigid problem, as `attempt` says.
+    /// Solves the form of the rigid problem that `attempt` names.
     fn solve_rigid(&mut self, attempt: Attempt, factors: Option<&mut FactorCache>, task: Task) {
         let Worker {
             solver,
@@ -212,12 +214,12 @@ impl Worker {
             answer.joints_bounded = true;
             (answer.velocities_known, answer.change_known) = (false, false);
             island.problem.free.clone_from(&bias);
-            // the `b` of the step includes the pushes, which were dropped only from the problem
-            let mut posed = bias;
+            // the `b` of the step includes the push-outs, which were dropped only from the problem
+            let mut original = bias;
             if attempt == Attempt::WithoutPushes {
-                restore_pushes(&mut posed, &island.terms);
+                restore_pushes(&mut original, &island.terms);
             }
-            answer.bias = Some(posed);
+            answer.bias = Some(original);
         }
     }
 
@@ -229,8 +231,8 @@ impl Worker {
         });
     }
 
-    /// Solves a large island with softened contacts.
-    fn solve_softened(&mut self, members: &[u32], attempt: Attempt, task: Task) {
+    /// Solves the regularised problem of a large island.
+    fn solve_regularised(&mut self, members: &[u32], attempt: Attempt, task: Task) {
         let Worker {
             solver,
             island,
@@ -241,18 +243,18 @@ impl Worker {
             island.restore_pushes();
             island.count_added();
         }
-        let mut soft = fallback::softened(&island.problem);
+        let mut regularised = fallback::regularised(&island.problem);
         if attempt == Attempt::WithoutPushes || attempt == Attempt::None && task.interval.whole {
-            fallback::push_back(&mut soft, island, task.interval, members);
+            fallback::push_back(&mut regularised, island, task.interval, members);
         }
         let tolerance = task.tolerance.max(ENOUGH);
-        let found = solver.solve(&soft, &mut island.warm, tolerance);
+        let found = solver.solve(&regularised, &mut island.warm, tolerance);
         let mut total = found.after(&answer.report);
         if task.rules.corrects_gaps() && attempt == Attempt::None {
             let mut impulses = std::mem::take(&mut island.warm);
             let joints = bound_joints(
                 solver.as_mut(),
-                &soft,
+                &regularised,
                 island,
                 &mut impulses,
                 found,
@@ -264,7 +266,10 @@ impl Worker {
             if let Some((report, bias)) = joints.bounded {
                 total = report.after(&answer.report);
                 answer.joints_bounded = true;
-                let changes = bias.iter().zip(&soft.free).map(|(now, posed)| now - posed);
+                let changes = bias
+                    .iter()
+                    .zip(&regularised.free)
+                    .map(|(now, old)| now - old);
                 let free = island.problem.free.iter_mut();
                 free.zip(changes).for_each(|(b, change)| *b += change);
                 answer.bias = Some(island.problem.free.clone());
@@ -273,7 +278,8 @@ impl Worker {
         }
         let (problem, found) = (&island.problem, &island.warm);
         let impulses = &mut answer.impulses;
-        answer.report = fallback::choose_softened(problem, &total, found, impulses, task.tolerance);
+        answer.report =
+            fallback::choose_regularised(problem, &total, found, impulses, task.tolerance);
         (answer.velocities_known, answer.change_known) = (false, false);
         answer.relaxed = true;
         if let Some(stored) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
@@ -282,7 +288,7 @@ impl Worker {
         }
     }
 
-    /// Solves an island again without pushes. Softens its contacts if the result is hopeless.
+    /// Solves an island again without push-outs. Regularises it if the result is hopeless.
     fn solve_without_pushes(&mut self, tolerance: f64) {
         let Worker {
             solver,
@@ -300,14 +306,14 @@ impl Worker {
         } else {
             answer.report = answer.report.after(&again);
         }
-        // nearly solved rigid impulses are better than softened ones
+        // nearly solved rigid impulses are better than regularised ones
         if !again.solved() && hopeless(&answer.report) {
-            let soft = fallback::softened(problem);
+            let regularised = fallback::regularised(problem);
             island.warm.fill(Vec2::zeros());
-            let found = solver.solve(&soft, &mut island.warm, tolerance);
+            let found = solver.solve(&regularised, &mut island.warm, tolerance);
             let total = found.after(&answer.report);
             answer.report =
-                fallback::choose_softened(problem, &total, &island.warm, impulses, tolerance);
+                fallback::choose_regularised(problem, &total, &island.warm, impulses, tolerance);
             answer.relaxed = true;
         }
     }
@@ -331,7 +337,8 @@ impl Worker {
         answer.report = bounded.unwrap_or(answer.report);
     }
 
-    /// Judges the solution, and minimises redundant impulses if asked for.
+    /// Judges the solution. Replaces redundant impulses by those of minimum norm, if the settings
+    /// ask for it.
     fn judge(&mut self, task: Task) -> IslandResult {
         let Worker {
             sharing,

@@ -26,8 +26,8 @@ pub(super) struct IslandCache {
     next: Generation,
     /// Fallback state of islands that were solved for only a part of this step.
     within: FxHashMap<ContactKey, Fallback>,
-    /// Whether the overlaps of a large island had no solution. Its displacement problem is then
-    /// softened at once, as long as any pair overlaps.
+    /// Whether the displacement problem of a large island had no solution. It is then regularised
+    /// at once, as long as any pair overlaps.
     pub wedged: bool,
 }
 

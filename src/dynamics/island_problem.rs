@@ -51,9 +51,9 @@ pub(super) struct IslandProblem {
 }
 
 impl IslandProblem {
-    /// Poses the island of these blocks of an interval. `solution` has the results of islands of
+    /// Sets up the problem of the island of these blocks. `solution` has the results of islands of
     /// higher dominance and of earlier rounds.
-    pub fn pose(
+    pub fn set_up(
         &mut self,
         interval: &Interval,
         solution: &Solution,

@@ -34,7 +34,8 @@
 //! IslandCache          data for the next step, by island: factors, fallback state
 //! ```
 //! `MoreauStepper` owns all of them. Only the two caches and the time carry over to the next step;
-//! everything else is stored only to reuse its memory.
+//! everything else is stored only to reuse its memory. `PipelineState` of the rapier adapter saves
+//! these three, together with the adapter's own data, such as the exact poses of the bodies.
 
 mod cluster;
 mod collect;

@@ -12,7 +12,7 @@ pub(super) struct IslandOutcome {
     /// Whether the energy of its contacts, and of its joints, was bounded.
     pub contacts_bounded: bool,
     pub joints_bounded: bool,
-    /// Whether pushes were dropped, or contacts were softened.
+    /// Whether push-outs were dropped, or contacts were regularised.
     pub relaxed: bool,
     pub redundant: bool,
     /// Energy that an impact added \[J\], 0 or more.

@@ -1,27 +1,27 @@
-//! Keeps the turning of pulled links stable.
+//! Keeps the rotation of links under tension stable.
 //!
-//! Pins keep the rows of the midpoint, so that a step integrates the turning of a link explicitly.
-//! Forces `F_j` that pull a body apart at the arms `r_j` of its n pins resist a turn with the
-//! geometric stiffness
+//! A step uses the rows of pins at its midpoint, so it integrates the rotation of a link explicitly.
+//! Forces `F_j` that pull a body apart at the arms `r_j` of its n pins resist a rotation of the body
+//! with the geometric stiffness
 //!
 //! ```text
 //! k = Σ F_j · r_j − (Σ F) · (Σ r) / n          0 for a body on one pin             (1)
 //! ```
 //!
 //! In a belt under tension T the links of length L swing as a zigzag with `ω² = k/I`, `k = T L`.
-//! That is stable only for `Δt² k < 4 I`. A step therefore uses a larger inertia,
+//! The explicit integration is stable only for `Δt² k < 4 I`. A step therefore uses a larger inertia,
 //!
 //! ```text
 //! Ĩ = max(I, Δt² k/3 − m r²)                                                    (2)
 //! ω̃_A = ω_A √(Ĩ_before / Ĩ)                   where Ĩ grows                      (3)
 //! ```
 //!
-//! with the forces of the step before. A pin to the world at the arm r makes the body swing about
-//! it, with the inertia `I + m r²`. By (3) a growing inertia adds no energy. `k` may rise at once,
-//! but falls by 1 % in a step at most: changes back and forth would drive the swing.
+//! with the forces of the previous step. A body pinned to the world at the arm r swings about this
+//! pin, with the inertia `I + m r²`. Because of (3) a growing inertia adds no energy. `k` may rise at
+//! any rate, but falls by at most 1 % per step: if it oscillated, it would excite the swing.
 //!
-//! Energies use the true inertia, and so do position corrections. What the added inertia takes and
-//! returns counts as work of the pins, see [`StiffLink::added_work`].
+//! Energies and position corrections use the true inertia. The energy that the added inertia takes
+//! and returns counts as work of the pins, see [`StiffLink::added_work`].
 //!
 //! # Source
 //! Own construction. The limit is that of the leapfrog method.
@@ -35,7 +35,7 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 /// `Δt² k / Ĩ` of a stiffened link; 4 is the limit of stability.
 const STABLE: f64 = 3.0;
 
-/// Least share of its stiffness that a link has in the next step.
+/// Least stiffness of a link in the next step, as a share of its present one.
 const FADES: f64 = 0.99;
 
 /// A link in a step.
@@ -96,12 +96,12 @@ impl StiffLink {
         start[self.body].z = self.spin[0];
     }
 
-    /// Change of the kinetic energy at the end, if it is computed with the true inertia \[J\].
+    /// Kinetic energy at the end with the true inertia minus that with the added inertia \[J\].
     pub fn correction(&self, end: &[Vec3]) -> f64 {
         0.5 * (self.inertia[0] - self.inertia[1]) * end[self.body].z.powi(2)
     }
 
-    /// True change of kinetic energy minus the one that the impulses of the step work \[J\].
+    /// True change of kinetic energy minus the change that the impulses of the step cause \[J\].
     pub fn added_work(&self, end: &[Vec3]) -> f64 {
         let change =
             |k: usize| 0.5 * self.inertia[k] * (end[self.body].z.powi(2) - self.spin[k].powi(2));
@@ -119,12 +119,12 @@ struct Pins {
     arm: Vec2,
     /// Largest squared arm of a pin to the world \[m²\].
     support: f64,
-    /// Whether a joint holds its angle: then it does not swing alone.
+    /// Whether a joint locks its angle: such a body does not swing by itself.
     held: bool,
 }
 
-/// The links that the next step stiffens, from the pin forces of this one. `inverse_mass` is the
-/// true one.
+/// Finds the links that the next step stiffens, from the pin forces of this step. `inverse_mass` has
+/// the true masses.
 pub(super) fn find_links(
     stiff: &[StiffLink],
     interval: &Interval,

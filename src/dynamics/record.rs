@@ -199,8 +199,8 @@ pub struct StepRecord {
     pub redundant: usize,
     /// Islands whose restitution was limited by the energy bound.
     pub capped: usize,
-    /// Islands without rigid impulses for the original problem: their push-outs were dropped, or
-    /// their contacts softened.
+    /// Islands whose original rigid problem was not solved: their push-outs were dropped, or their
+    /// contacts were regularised.
     pub relaxed: usize,
     /// Islands whose joint gaps were not closed fully because that would have added energy: the
     /// step is too long for the spin of the bodies, or a joint was built with a gap.

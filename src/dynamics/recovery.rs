@@ -1,7 +1,7 @@
 //! Moves overlapping pairs apart, without adding velocity.
 
 use super::contact_cache::Overlaps;
-use super::fallback::{LARGE, soften};
+use super::fallback::{LARGE, regularise};
 use super::interval::{Interval, Source, diagonal, movable};
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
@@ -16,16 +16,17 @@ use std::collections::BTreeSet;
 /// Share of an overlap that a step corrects.
 const SHARE: f64 = 0.2;
 
-/// Overlap from which on a pair that came to overlap late is moved apart, in slops: of a pair that
-/// moves, whose overlap may be an error of the step that the next one takes back, and at rest.
+/// Overlap above which a *late* pair is moved apart, in multiples of its slop; late pairs did not
+/// overlap when first seen. The limit is larger for a pair that moves: its overlap may be an error
+/// of one step that the next step undoes.
 const TRIGGER: f64 = 10.0;
 const TRIGGER_AT_REST: f64 = 2.0;
 
-/// Slop of a pair at rest, as a share of that of a pair that moves.
+/// Slop of a pair at rest, as a share of the slop of a moving pair.
 const SLOP_AT_REST: f64 = 0.01;
 
-/// Velocity of a pair at rest, as a share of the one that the reference acceleration gives in a
-/// step.
+/// Speed below which a pair is at rest, as a share of the speed that the reference acceleration
+/// gives in a step.
 const REST: f64 = 0.1;
 
 /// Relative residual at which the displacements of a step count as solved: a micrometre per metre
@@ -35,11 +36,11 @@ const ENOUGH: f64 = 1e-6;
 /// Largest displacement of a body in a step, as a share of its size: (1) is linear in `d`.
 const STRIDE: f64 = 0.1;
 
-/// Softness of the rows of (1) if it has no solution, or none is found, as shares of their own
-/// inverse mass. The first is for rows that ask for a displacement and need not get all of it; the
-/// second for all other rows, which must not pay for it.
-const ASKED_SOFTNESS: f64 = 1.0;
-const OTHER_SOFTNESS: f64 = 1e-4;
+/// Compliance of the rows of (1) in [`part_overlaps`] if (1) has no solution, or none is found, as a
+/// share of their own inverse mass. The first is for rows that ask for a displacement, which may get
+/// only a part of it. The second is for all other rows, which must hardly be violated.
+const ASKED_COMPLIANCE: f64 = 1.0;
+const OTHER_COMPLIANCE: f64 = 1e-4;
 
 /// Surface pairs that overlapped when first seen, and those that [`find_late`] found in earlier
 /// steps.
@@ -80,12 +81,11 @@ pub(super) fn find_overlaps(
     Overlaps { seen, open, late }
 }
 
-/// Adds the pairs that a step left overlapped by more than the trigger of [`limits`], for example
-/// after an impact:
-/// the rules of contacts push nothing out faster than it came in.
+/// Adds the pairs that overlap after a step by more than the trigger of [`limits`], for example after
+/// an impact. Such overlaps can persist, because contacts push bodies out no faster than they came in.
 ///
-/// Contacts without impulse that open by themselves, and impacts of this very step, do not count.
-/// Nor do `exempt` bodies, see [`exempt_bodies`].
+/// Contacts without impulse that open by themselves, impacts of this step, and contacts of `exempt`
+/// bodies (see [`exempt_bodies`]) do not count.
 pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
@@ -110,7 +110,7 @@ pub(super) fn find_late(
         if -(contact.gap + opening) <= trigger {
             continue;
         }
-        // blocks are in the order of contacts, joints behind them
+        // blocks have the order of the contacts, followed by the joints
         let of = |source| match source {
             Source::Contact(index) => index,
             Source::Joint(_) => usize::MAX,
@@ -143,13 +143,13 @@ pub(super) fn find_late(
 ///
 /// This is a contact problem without friction. Velocities and kinetic energy do not change.
 ///
-/// Wedged bodies can move only along their surfaces. (1) then asks for many times the overlap. All
-/// displacements of an island are therefore scaled down by the same factor, so that no body moves
-/// farther than a tenth of its size.
+/// Wedged bodies can move only along their surfaces, and (1) may then need displacements of many
+/// times the overlap. All displacements of an island are therefore scaled down by the same factor,
+/// so that no body moves farther than a tenth of its size.
 ///
-/// If (1) has no solution, for example for a body wedged between walls, its rows get `R P_N` on the
-/// left: a large `R` for rows that ask for a displacement, a very small one for all others. The
-/// body then moves to where it overlaps the walls least.
+/// If (1) has no solution, for example for a body wedged between walls, it is regularised: its rows
+/// get `R P_N` on the left, with a large `R` for rows that ask for a displacement and a very small
+/// one for all others. The body then moves to where it overlaps the walls least.
 pub(super) fn part_overlaps(
     overlaps: &mut Overlaps,
     interval: &Interval,
@@ -186,7 +186,7 @@ pub(super) fn part_overlaps(
         if waits {
             late.insert(pair);
         }
-        // a share per step never reaches zero: a tenth of the slop is near enough
+        // correcting a share per step never reaches zero: stop at a tenth of the slop
         let moves = x > 0.1 * slop && (first || is_late) && !waits;
         if moves {
             if first { &mut open } else { &mut late }.insert(pair);
@@ -213,7 +213,7 @@ pub(super) fn part_overlaps(
             bodies: movable(joint.rows.bodies, inverse_mass),
             ..joint.rows
         };
-        // a limit keeps its distance from its end
+        // a limit may move by its remaining gap; all other joint rows must not move
         let gap = match joint.kind {
             JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
             _ => 0.0,
@@ -241,8 +241,8 @@ pub(super) fn part_overlaps(
     moves
 }
 
-/// Solves (1) to `tolerance` on every island with overlaps, see [`within`] for `stride`. If large
-/// islands are `wedged`, their problem is softened at once.
+/// Solves (1) of [`part_overlaps`] to `tolerance` on every island with overlaps. See [`within`] for
+/// `stride`. If `wedged` is set, the problems of large islands are regularised at once.
 pub(super) fn displacements(
     rows: &[Rows],
     free: &[Vec2],
@@ -283,11 +283,11 @@ pub(super) fn displacements(
         // contradictory walls have no solution
         if !solved && pushed.contains(&true) {
             *wedged |= large;
-            soften(&mut problem, |i| {
+            regularise(&mut problem, |i| {
                 if pushed[i] {
-                    ASKED_SOFTNESS
+                    ASKED_COMPLIANCE
                 } else {
-                    OTHER_SOFTNESS
+                    OTHER_COMPLIANCE
                 }
             });
             push.fill(Vec2::zeros());
@@ -331,8 +331,8 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
-/// Overlaps \[m\] of a pair that came to overlap late: from which on it is moved apart, and down to
-/// which.
+/// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
+/// which it is moved.
 fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [f64; 2] {
     let whole = slop(contact, interval);
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
@@ -351,8 +351,9 @@ fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [
     [TRIGGER_AT_REST * slop, slop]
 }
 
-/// Bodies whose late overlaps are left alone in this step: those `in_cluster`, which moved on a path
-/// of their own, and those of islands whose contacts were softened, where overlap carries the load.
+/// Bodies whose late overlaps are not corrected in this step: those `in_cluster`, whose path differs
+/// from that of the interval, and those of islands whose contacts were regularised, where the overlap
+/// carries the load.
 pub(super) fn exempt_bodies(
     mut in_cluster: Vec<bool>,
     interval: &Interval,
@@ -390,8 +391,8 @@ mod tests {
     use super::*;
     use std::sync::atomic::Ordering;
 
-    /// Bug: if (1) had no solution for a large island, every step spent seconds on a search for
-    /// one. (1) is not tried again until no pair overlaps any more.
+    /// If (1) has no solution for a large island, a solve takes seconds. It must not be tried again
+    /// until no pair overlaps any more.
     #[test]
     fn large_islands_without_a_solution_are_tried_once() {
         let fails = FailsLarge::default();
@@ -403,7 +404,7 @@ mod tests {
             let mut interval = row(0, balls, -0.1);
             let mut still = Solution::default();
             still.end.clone_from(&interval.start);
-            // the left wall overlaps by more: the softened solution moves to the right
+            // the left wall overlaps by more: the regularised solution moves to the right
             interval.detection.contacts[0].gap = -0.2;
             let mut overlaps = Overlaps::default();
             let look = |last: &mut Overlaps, interval: &Interval| {

@@ -1,4 +1,4 @@
-//! One step: detects contacts, poses and solves an interval, records the result and writes it to
+//! One step: detects contacts, sets up and solves an interval, records the result and writes it to
 //! the model.
 
 use super::cluster::{Cluster, Context, locate_impacts};
@@ -75,8 +75,8 @@ impl MoreauStepper {
         self.origin
             .extend(bodies.map(|body| model.configuration(body)));
         let mut rules = self.settings.rules();
-        // event location follows all fast bodies: sweeps matter only for bodies swept against all
-        // others
+        // event location already follows all fast bodies: sweeps then matter only for bodies that
+        // are swept against all others
         let sweeps = &interval.roles.sweeps;
         let against_all = sweeps.iter().any(|s| s.all);
         rules.sweeps =
@@ -90,7 +90,7 @@ impl MoreauStepper {
         record.energy.potential_start = model.potential_energy();
         record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
         model.advance(0.5 * dt);
-        // a landing crowd must be detected a step before it closes: see `find_crowds`
+        // contacts that close together must be detected one step earlier: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
             2.0 * dt
         } else {
@@ -144,7 +144,7 @@ impl MoreauStepper {
         result.map(|()| record)
     }
 
-    /// Poses, solves, records and writes a step. Changes the caches only when no more error can
+    /// Sets up, solves, records and writes a step. Changes the caches only when no more error can
     /// occur.
     fn take_step<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -153,7 +153,7 @@ impl MoreauStepper {
         record: &mut StepRecord,
     ) -> Result<(), StepError> {
         let dt = record.dt;
-        let overlaps = self.pose(model, rules, dt)?;
+        let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
         let mut clusters = self.locate(model, rules, dt)?;
         let mut in_cluster = vec![false; self.inverse_mass.len()];
@@ -180,8 +180,8 @@ impl MoreauStepper {
         Ok(())
     }
 
-    /// Poses the interval of the step. Returns the pairs to move apart after it.
-    fn pose<M: MultibodyModel + ?Sized>(
+    /// Sets up the interval of the step. Returns the pairs to move apart after it.
+    fn set_up<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         rules: &Rules,
@@ -249,8 +249,8 @@ impl MoreauStepper {
         Ok(clusters)
     }
 
-    /// Adds the work of all islands to the record, and the results and problems of those that are
-    /// not wholly `in_cluster`.
+    /// Adds the solver work of all islands to the record. Adds the results and problems of an island
+    /// only if at least one of its blocks is used, see [`is_used`].
     fn count_islands(
         &mut self,
         record: &mut StepRecord,
@@ -276,8 +276,8 @@ impl MoreauStepper {
         }
     }
 
-    /// Records contacts and energies of the interval and of the clusters (`in_cluster` bodies)
-    /// from it.
+    /// Records contacts and energies: from the clusters for the bodies `in_cluster`, from the
+    /// interval for all others.
     fn record<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
@@ -341,8 +341,8 @@ impl MoreauStepper {
         }
     }
 
-    /// Closes gaps of joints and moves overlapped pairs apart, by position alone. Returns the
-    /// potential energy \[J\] before, if any body may have moved.
+    /// Closes gaps of joints and moves overlapped pairs apart. Both change positions alone. Returns
+    /// the potential energy \[J\] before, if any body may have moved.
     fn close_gaps<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,

@@ -39,7 +39,8 @@ pub struct MoreauStepper {
     named: bool,
 }
 
-/// State of a stepper between two steps: two caches and the time.
+/// State of a stepper between two steps: the two caches and the time. `PipelineState` of the rapier
+/// adapter includes it in a saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,

@@ -1,4 +1,4 @@
-//! Whether a scene held: judged by its poses and its energy books, not by its solver.
+//! Judges whether a scene held, from its poses and its energy balance, not from its solver.
 
 use super::joint_gap::Pins;
 use super::simulate::{Engine, Totals};
@@ -6,26 +6,28 @@ use crate::dynamics::record::StepRecord;
 use crate::scene::{BodyKind, Built, LASTING, Limits, Scene};
 use serde::Serialize;
 
-/// Passages that are named one by one.
+/// Number of passages that are listed one by one.
 const NAMED: usize = 10;
 
 /// Whether a scene held in a run, and by what measures.
 ///
-/// The solver's certificates say that impulses solve the contacts that were posed. They do not see a
-/// contact that was not posed. So a run also measures what the bodies did, from their poses alone
-/// ([`crate::scene::Built::measure`]), and what contacts and joints did to the energy:
+/// The solver's certificates only say that the impulses solve the contact problems that were set up.
+/// They cannot detect that a contact is missing in these problems. So a run also measures the motion
+/// of the bodies, from their poses alone ([`crate::scene::Built::measure`]), and the energy that
+/// contacts and joints add:
 /// - `overlap`: the worst overlap that lasts [`LASTING`] seconds, over the size of the smaller body;
-/// - `joint_gap`: the same of the gaps of pins and welds;
+/// - `joint_gap`: the same for the gaps of pins and welds;
 /// - `passed_through`: pairs of bodies of which one passed through the other;
-/// - `energy`: what rigid contacts, pins, locks and limits gave to the bodies in all
-///   ([`StepRecord::constraint_work`]), over the energy of the scene: the largest kinetic energy,
-///   the range of the potential energy, and the weight of all moving bodies times their sizes. Not
-///   where a body oscillates: the work of a support that accelerates is not told apart from it;
+/// - `energy`: total energy that rigid contacts, pins, locked axes and limits added to the bodies
+///   ([`StepRecord::constraint_work`]), over the energy of the scene. The latter is the sum of the
+///   largest kinetic energy, the range of the potential energy, and the weight of all moving bodies
+///   times their sizes. Left out if a body oscillates, because the work of an accelerated support
+///   cannot be separated from it;
 /// - `imbalance`: the largest error of the energy balance of a step, over the same energy;
 /// - `unsolved`: islands that the solver did not solve to the tolerance.
 ///
-/// The limits are those of `[verdict]` in the scene file; the other two must be 0. A measure that an
-/// engine does not report, or that a model has not, is left out.
+/// The limits are those of `[verdict]` in the scene file. `passed_through` and `unsolved` must be 0.
+/// A measure that the engine or the model does not report is left out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     /// Whether all measures are within their limits.
@@ -37,14 +39,14 @@ pub struct Verdict {
     pub passed_through: Vec<Passage>,
 }
 
-/// One measure and its limit; no unit, see [`Verdict`].
+/// One measure and its limit, both dimensionless, see [`Verdict`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
     pub name: &'static str,
     pub value: f64,
     pub limit: f64,
     pub held: bool,
-    /// What it means when it is not within its limit.
+    /// Explanation for the sentence of the verdict if the value exceeds its limit.
     #[serde(skip)]
     why: String,
 }
@@ -70,7 +72,7 @@ pub struct Judge {
     /// Steps in which some pair passed through another, by pairs.
     passages: usize,
     named: Vec<Passage>,
-    /// Whether contacts move by laws of their own, so that what they give has another source.
+    /// Whether some body oscillates, so that its contacts do work from an external source.
     driven: bool,
     /// Weight times size of all moving bodies \[J\].
     weight: f64,
@@ -125,7 +127,7 @@ impl Judge {
             self.gap = smaller(self.gap, pins.relative_gap(built, engine));
             self.steps += 1;
             if self.steps == self.window {
-                self.worst_gap = Some(self.gap.max(self.worst_gap.unwrap_or(0.0)));
+                self.worst_gap = Some(larger(self.worst_gap.unwrap_or(0.0), self.gap));
                 (self.gap, self.steps) = (f64::INFINITY, 0);
             }
         }
@@ -140,7 +142,7 @@ impl Judge {
                 name,
                 value,
                 limit,
-                // not so for NaN
+                // false for NaN
                 held: value <= limit,
                 why,
             });
@@ -162,7 +164,12 @@ impl Judge {
             check("overlap", ratio, limits.overlap, of);
         }
         // a run shorter than a window counts as a whole
-        let gap = self.worst_gap.or((self.steps > 0).then_some(self.gap));
+        let half = 2 * self.steps >= self.window;
+        let last = (self.steps > 0 && (half || self.worst_gap.is_none())).then_some(self.gap);
+        let gap = match (self.worst_gap, last) {
+            (Some(worst), Some(last)) => Some(larger(worst, last)),
+            (worst, last) => worst.or(last),
+        };
         if let Some(ratio) = gap {
             let why = format!(
                 "a joint stays open by {:.2} % of its smaller body",
@@ -215,6 +222,15 @@ impl Judge {
             checks,
             passed_through: self.named,
         }
+    }
+}
+
+/// The larger of two; NaN once any value is NaN.
+fn larger(worst: f64, value: f64) -> f64 {
+    if worst.is_nan() || worst > value {
+        worst
+    } else {
+        value
     }
 }
 

@@ -1,35 +1,35 @@
-//! How a contact becomes an impulse, and an impulse becomes wear: every type on the way, and who
-//! calls whom. A test checks that each file and each name exists.
+//! How a contact becomes an impulse, and an impulse becomes wear: every type on the way, in the order
+//! of the calls. A test checks that each file and each name exists.
 //!
 //! | step | file | name | what it does |
 //! |---|---|---|---|
 //! | read | `src/rapier/pipeline.rs` | `MoreauPipeline` | reads what the user changed in the rapier world, then calls the stepper |
 //! | | `src/dynamics/step.rs` | `step` | one step of `MoreauStepper`: it calls everything down to the record, in this order |
 //! | find | `src/dynamics/model.rs` | `MultibodyModel` | seam 1: bodies and their contacts, by rapier or by a small exact model |
-//! | | `src/rapier/detection/mod.rs` | `Detector` | broad phase, narrow phase; fills `Detection` with a `ContactPoint` each |
-//! | | `src/dynamics/contact_cache.rs` | `ContactCache` | what each contact and joint hands on from the last step, by `ContactKey` |
-//! | pose | `src/dynamics/rules.rs` | `Rules` | which contacts take part, and the velocity that each must reach |
-//! | | `src/dynamics/interval.rs` | `Interval` | all of that for one step: blocks with bias `b`, law, warm start. Read only from here on |
+//! | | `src/rapier/detection/mod.rs` | `Detector` | broad phase, narrow phase; adds a `ContactPoint` for each contact to `Detection` |
+//! | | `src/dynamics/contact_cache.rs` | `ContactCache` | data of each contact and joint from the last step, by `ContactKey` |
+//! | set up | `src/dynamics/rules.rs` | `Rules` | decides which contacts take part, and the velocity that each must reach |
+//! | | `src/dynamics/interval.rs` | `Interval` | the result for one step: blocks with bias `b`, law and warm start; not changed after this |
 //! | | `src/dynamics/working_set.rs` | `WorkingSet` | leaves out contacts that are too far away to matter |
 //! | | `src/dynamics/islands.rs` | `Islands` | groups blocks that share moving bodies |
 //! | | `src/dynamics/island_problem.rs` | `IslandProblem` | one island as a contact problem |
-//! | | `src/contact/problem.rs` | `ContactProblem` | the problem as a plain value: Delassus operator `G`, free term `b`, one `Law` a block |
+//! | | `src/contact/problem.rs` | `ContactProblem` | the problem as a plain value: Delassus operator `G`, free term `b`, one `Law` per block |
 //! | solve | `src/dynamics/solve.rs` | `IslandSolver` | solves all islands, on one thread or several |
-//! | | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: pose, solve, bound, judge |
-//! | | `src/solver/impulse_solver.rs` | `ImpulseSolver` | seam 2: finds impulses; methods are the other files of `src/solver` |
-//! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors and fallback state that an island hands on |
-//! | bound | `src/dynamics/energy_bound.rs` | `bound_contacts` | impacts and joints add no energy: blends two solutions |
-//! | | `src/dynamics/fallback.rs` | `Fallback` | regularises an island without rigid solution; it stays reported as unsolved |
-//! | judge | `src/contact/residual.rs` | `natural_map` | the only judge of impulses, whoever found them |
+//! | | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: sets up, solves, bounds and judges an island |
+//! | | `src/solver/impulse_solver.rs` | `ImpulseSolver` | seam 2: finds impulses; the other files of `src/solver` have the methods |
+//! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors and fallback state of each island for the next step |
+//! | bound | `src/dynamics/energy_bound.rs` | `bound_contacts` | blends two solutions so that impacts add no energy; `bound_joints` does the same for joints |
+//! | | `src/dynamics/fallback.rs` | `Fallback` | regularises an island without a rigid solution; the step reports it as unsolved |
+//! | judge | `src/contact/residual.rs` | `natural_map` | the residual that judges all impulses, of every solver |
 //! | move | `src/dynamics/solution.rs` | `Solution` | impulses of all islands and velocities at the end |
-//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with events: impacts located in time, cluster by cluster of bodies |
-//! | | `src/dynamics/recovery.rs` | `part_overlaps` | moves bodies apart that started overlapped |
-//! | record | `src/dynamics/record.rs` | `StepRecord` | the result: one `ContactRecord` a contact, energies, residual, unsolved islands |
-//! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` in the cell that detection named |
+//! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location: locates impacts in time, one cluster of bodies after the other |
+//! | | `src/dynamics/recovery.rs` | `part_overlaps` | moves overlapping bodies apart by position |
+//! | record | `src/dynamics/record.rs` | `StepRecord` | the result: one `ContactRecord` per contact, energies, residual, unsolved islands |
+//! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` per surface cell; detection found the cell |
 //! | | `src/wear/archard.rs` | `Archard` | **here an impulse becomes wear**: depth = K load slip / area |
-//! | | `src/wear/jump.rs` | `JumpRule` | how many load cycles one simulated cycle stands for |
-//! | | `src/wear/state.rs` | `WearState` | wears the `Profile`, re-meshes it, keeps the `Life` |
-//! | | `src/thresher/life.rs` | `run_threshing` | the loop: simulate, wear, replace the collider, again |
+//! | | `src/wear/jump.rs` | `JumpRule` | number of load cycles that one simulated cycle stands for |
+//! | | `src/wear/state.rs` | `WearState` | wears the `Profile`, re-meshes it, and stores the `Life` |
+//! | | `src/thresher/life.rs` | `run_threshing` | the loop: simulate, wear, replace the collider, repeat |
 //!
 //! # Where to add
 //! | what | where |
@@ -39,5 +39,5 @@
 //! | a rung of the atlas | a line of `rungs` in a file of `scenes/atlas/`, see [`crate::scene::atlas`] |
 //! | an entry of the atlas | a file in `scenes/atlas/` and its name in `EMBEDDED` of `src/scene/atlas.rs`; its measures are in `src/experiment/atlas/measures.rs`, verdicts of quick rungs in `tests/data/atlas-quick.txt` |
 //! | a wear law | beside `src/wear/archard.rs`: a type with `depths` as `Archard` has; `WearSettings::law` in `src/wear/state.rs` holds it, `[wear]` in `src/thresher/blocks.rs` chooses it |
-//! | a shape's own contact kernel | `src/rapier/kernels/` |
-//! | a measure or a chart | a function in `src/experiment/reference/`; charts read the results table alone |
+//! | a contact kernel for a shape | `src/rapier/kernels/` |
+//! | a measure or a chart | a function in `src/experiment/reference/`; charts only read the results table |

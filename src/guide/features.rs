@@ -11,7 +11,7 @@
 //! |---|---|---|
 //! | dynamic, fixed | as rapier | `rapier_seam::poses_and_velocities_are_written_back_to_bodies_and_colliders` |
 //! | kinematic by velocity | as rapier; turns about its centre of mass | `bodies::a_body_driven_by_velocity_turns_about_its_centre` `rapier_seam::kinematic_bodies_push_and_are_not_pushed` |
-//! | kinematic by position | as rapier; `linvel()` is not written, [`MoreauPipeline::velocity`] knows it | `bodies::a_platform_driven_by_position_carries_its_load` |
+//! | kinematic by position | as rapier; `linvel()` is not written, [`MoreauPipeline::velocity`] returns it | `bodies::a_platform_driven_by_position_carries_its_load` |
 //! | change of kind | as rapier | `bodies::the_kind_of_a_body_can_change` |
 //! | forces, torques, forces at a point | as rapier, until they are reset | `bodies::forces_and_torques_act_until_they_are_reset` `bodies::a_force_at_a_point_turns` |
 //! | impulses | as rapier | `bodies::impulses_change_the_velocity_at_once` |
@@ -21,24 +21,24 @@
 //! | mass from colliders, additional mass, every change of it | counts in the next step; exact masses by [`MoreauPipeline::set_exact_mass`] | `bodies::every_change_of_mass_counts_in_the_next_step` `bodies::a_collider_moved_on_its_body_takes_the_centre_of_mass_along` `rapier_seam::an_exact_mass_counts_from_the_next_step_on` |
 //! | dominance groups | as rapier; a joint between bodies of different dominance is refused | `dominance::the_higher_one_does_not_notice` `dominance::weight_stops_at_the_higher_one` `dominance::a_joint_between_bodies_of_different_dominance_is_refused` |
 //! | teleporting, pushing, editing between steps | as rapier | `rapier_seam::a_body_that_the_user_moves_or_pushes_is_taken_over` |
-//! | inserting and removing | as rapier; a handle of what is gone is refused | `rapier_seam::bodies_that_come_and_go_are_noticed` `bodies::handles_of_removed_bodies_are_refused` |
+//! | inserting and removing | as rapier; the handle of a removed object is refused | `rapier_seam::bodies_that_come_and_go_are_noticed` `bodies::handles_of_removed_bodies_are_refused` |
 //! | enabling and disabling | as rapier | `bodies::disabled_bodies_are_not_there` `bodies::disabled_colliders_touch_nothing` |
-//! | sleeping and waking | by rapier's activation settings; impulses are kept and act again | `sleeping::a_pyramid_falls_asleep_and_stands_still` `sleeping::a_woken_pyramid_does_not_move` `sleeping::what_changes_wakes_and_nothing_else` `sleeping::activation_settings_are_the_bodys_own` |
+//! | sleeping and waking | by rapier's activation settings; impulses are stored during sleep and used again | `sleeping::a_pyramid_falls_asleep_and_stands_still` `sleeping::a_woken_pyramid_does_not_move` `sleeping::what_changes_wakes_and_nothing_else` `sleeping::activation_settings_are_the_bodys_own` |
 //! | CCD (`ccd_enabled`) | impacts of the body are located in time; scheme `staggered` only | `fast_bodies::bullets_stop_at_thin_walls` `fast_bodies::bullets_meet_each_other` `fast_bodies::nothing_passes_a_wall_that_rapier_would_stop` |
-//! | soft CCD prediction | nothing to set: what closes within a step is always seen | `fast_bodies::soft_prediction_changes_nothing` |
+//! | soft CCD prediction | nothing to set: contacts that close within a step are always detected | `fast_bodies::soft_prediction_changes_nothing` |
 //! | numbers that are not finite, masses that cannot be | refused by name, where rapier switches the body off | `bodies::states_that_are_not_finite_are_refused` `bodies::masses_that_cannot_be_are_refused` |
 //!
 //! # Colliders and contacts
 //! | rapier2d | here | tests |
 //! |---|---|---|
 //! | ball, box, capsule, segment, triangle, convex polygon, half-space, round shapes | gaps in `f64`, good to 1e-15 m | `detection::gaps_agree_with_the_distance_that_parry_computes` `detection::gaps_are_exact_a_kilometre_from_the_origin` |
-//! | polyline, oriented polyline, triangle mesh, height field, compound | piece by piece; joints of a flat surface cannot be felt; a mesh is met at its outline, or triangle by triangle where triangles overlap or share part of a side | `user_worlds::a_mesh_whose_triangles_share_part_of_a_side_is_met_at_its_border_only` `detection::the_tree_finds_what_trying_all_pairs_finds` `detection::nothing_stumbles_over_the_joints_of_a_flat_surface` `detection::a_joint_counts_once` |
+//! | polyline, oriented polyline, triangle mesh, height field, compound | piece by piece; bodies slide smoothly over the seams of a flat surface; a mesh is met at its outline, or triangle by triangle where triangles overlap or share part of a side | `user_worlds::a_mesh_whose_triangles_share_part_of_a_side_is_met_at_its_border_only` `detection::the_tree_finds_what_trying_all_pairs_finds` `detection::nothing_stumbles_over_the_joints_of_a_flat_surface` `detection::a_joint_counts_once` |
 //! | voxels, shapes of one's own | through parry, 3e-7 m for shapes of 1 m (1e-15 m with `f64`) | `features::a_box_rests_on_voxels` |
 //! | contact skin | as rapier | `detection::skins_keep_surfaces_apart` |
-//! | `set_shape`, colliders exchanged | the new shape is met where it is | `rapier_seam::a_shape_that_the_user_sets_is_met_where_it_is` `rapier_seam::a_collider_that_the_user_exchanges_is_met_where_it_is` |
+//! | `set_shape`, colliders exchanged | the next step detects contacts with the new shape | `rapier_seam::a_shape_that_the_user_sets_is_met_where_it_is` `rapier_seam::a_collider_that_the_user_exchanges_is_met_where_it_is` |
 //! | friction, restitution, combine rules | as rapier; the laws themselves are Coulomb's and Newton's | `rapier_seam::friction_and_restitution_combine_by_rapiers_rules` |
 //! | collision groups, solver groups | as rapier | `rapier_seam::groups_and_sensors_let_bodies_through` `hooks::groups_that_do_not_push_still_tell` |
-//! | sensors | told by the poses at the end of each step, where rapier takes those of its start; pairs by [`MoreauPipeline::intersections`] | `hooks::sensors_tell_what_enters_and_leaves_and_push_nothing` |
+//! | sensors | intersections at the end of each step, where rapier takes those at its start; pairs by [`MoreauPipeline::intersections`] | `hooks::sensors_tell_what_enters_and_leaves_and_push_nothing` |
 //! | contact softness, substeps, iterations, `contact_recycling` | change nothing: contacts are rigid, or compliant by [`SurfaceLaw`] | `features::rapiers_solver_settings_change_nothing` `detection::a_surface_law_given_later_counts` |
 //! | impulses of a contact | in the record, and by handle from [`MoreauPipeline::results`]; rapier's contact graph has none | `results::impulses_are_the_change_of_momentum` `results::handles_are_those_of_the_world` |
 //!
@@ -57,7 +57,7 @@
 //! | generic joints | any mix of locked, limited and driven axes; couplings other than a distance are refused | `joints::what_is_no_joint_is_refused_by_number_and_name` |
 //! | impulses of a joint | in the record, part by part; rapier's `ImpulseJoint::impulses` is not written | `joints::a_motor_holds_a_lever_and_gives_way_beyond_its_torque` `joints::a_fixed_joint_carries_force_and_moment` |
 //! | `contacts_enabled` of a joint | as rapier | `rapier_seam::jointed_bodies_touch_only_if_the_joint_lets_them` |
-//! | multibody joints | refused: use impulse joints, which hold as rigidly here | `rapier_seam::unsupported_joints_are_refused_by_name` |
+//! | multibody joints | refused: use impulse joints, which are as rigid here | `rapier_seam::unsupported_joints_are_refused_by_name` |
 //!
 //! # Hooks, events, queries
 //! | rapier2d | here | tests |
@@ -66,8 +66,8 @@
 //! | `modify_solver_contacts` | as rapier: one-way platforms, tangent velocity, friction, restitution, contacts taken away | `hooks::a_one_way_platform_is_passed_from_below_and_carries_from_above` `hooks::a_tangent_velocity_drives_as_in_rapier` `hooks::a_hook_sets_friction_and_takes_contacts_away` `hooks::a_hook_sets_restitution` |
 //! | collision events | as rapier, started once and stopped once | `hooks::collisions_start_once_and_stop_once` `hooks::who_falls_asleep_touches_on` |
 //! | contact force events | with our impulses over the step | `hooks::contact_forces_are_impulses_over_the_step` |
-//! | ray casts, shape casts, point queries, character controllers; `contact_pairs`, `intersection_pairs` | rapier's, once [`MoreauPipeline::refresh_queries`] has brought them up to date; **empty or behind without** | `user_worlds::a_character_stops_at_a_wall_once_queries_are_refreshed` `queries::queries_are_behind_until_they_are_refreshed` `queries::refreshing_changes_nothing` `queries::hooks_are_asked_which_pairs_to_leave_out` |
-//! | `world.step()` after steps of ours | goes on from there | `queries::rapiers_own_step_works_afterwards` |
+//! | ray casts, shape casts, point queries, character controllers; `contact_pairs`, `intersection_pairs` | rapier's, once [`MoreauPipeline::refresh_queries`] has updated them; **empty or out of date without it** | `user_worlds::a_character_stops_at_a_wall_once_queries_are_refreshed` `queries::queries_are_behind_until_they_are_refreshed` `queries::refreshing_changes_nothing` `queries::hooks_are_asked_which_pairs_to_leave_out` |
+//! | `world.step()` after steps of ours | continues from the present state | `queries::rapiers_own_step_works_afterwards` |
 //!
 //! # The rest
 //! | rapier2d | here | tests |
@@ -75,7 +75,7 @@
 //! | serialisation | [`MoreauPipeline::state`] and [`MoreauPipeline::resume`], bit for bit; rapier's own types with the feature `serde-serialize` | `resume::what_is_resumed_goes_on_bit_for_bit` `resume::a_world_saved_as_text_goes_on_bit_for_bit` |
 //! | rapier2d-f64 | feature `f64`; poses, velocities and masses are `f64` here in either case | `rapier_seam::a_box_rests_a_kilometre_from_the_origin` |
 //! | determinism | the same bytes for the same run, with any number of threads | `resume::the_same_run_gives_the_same_bytes` `determinism::a_drum_tumbles_the_same_way_twice` `threads::every_number_of_threads_gives_the_same_bytes` |
-//! | `parallel`, `simd8` | [`StepperSettings::threads`] shares islands out among threads, with the feature `parallel`; rapier's features change its own steps only | `threads::a_state_is_the_same_and_is_resumed_by_any_number` `determinism::a_pyramid_stands_the_same_way_twice` |
+//! | `parallel`, `simd8` | [`StepperSettings::threads`] distributes islands among threads, with the feature `parallel`; rapier's features change its own steps only | `threads::a_state_is_the_same_and_is_resumed_by_any_number` `determinism::a_pyramid_stands_the_same_way_twice` |
 //! | variable step length | [`MoreauPipeline::step_by`]; zero is refused | `bodies::bad_step_lengths_are_refused` |
 //! | long runs | memory is flat | `long_run::memory_is_flat_while_bodies_come_and_go` |
 //! | soft bodies | refused | `rapier_seam::unsupported_joints_are_refused_by_name` |

@@ -1,7 +1,7 @@
 //! From `world.step()` to [`MoreauPipeline::step`]: what changes, and how to read what it returns.
 //!
 //! # The first step
-//! Bodies, colliders and joints are rapier's, built as ever. One line changes:
+//! You build bodies, colliders and joints with rapier, as before. One line changes:
 //!
 //! ```
 //! use moreau2d::rapier::engine::prelude::*;
@@ -142,7 +142,7 @@
 //! - **Joints** hold rigidly, at order 2 in the step length.
 //! - **Damping** is exact in free motion.
 //! - **Overlaps** at the start are moved apart by position alone, without a launch.
-//! - **Cost**: what stands or holds together costs one to five times rapier's default step (a
+//! - **Cost**: structures that stand or hold together cost one to five times rapier's default step (a
 //!   pyramid of 5050 boxes 1.25). Hundreds of bodies that tumble in one heap, and a pile while it is
 //!   hit, cost ten to some hundred times, single steps up to a second, and now and then an island
 //!   stays unsolved; one of more than 500 contacts is then regularised, and counts as relaxed too.

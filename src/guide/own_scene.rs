@@ -1,15 +1,15 @@
 //! Your own scene: a small threshing machine, built step by step.
 //!
 //! A drum with teeth turns above a concave and drags grains through the gap; a belt feeds it; the
-//! teeth wear. Every step is compiled, run, and checked against what mechanics says. All of it is a
-//! slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
+//! teeth wear. Every step of this guide is compiled, run and checked against mechanics. The machine is
+//! a slice one metre deep: masses, loads and torques are per metre of width. The full-size machine,
 //! with its crop, its calibration and its life, is the scene `thresher` and
 //! [`crate::thresher`].
 //!
 //! # 1. A drum with teeth
 //! An oriented polyline is one-sided: the solid lies on the left of its direction.
 //! Counter-clockwise and closed it is a solid outline, concave corners included. Each of its
-//! segments is numbered, which will be the cells that wear.
+//! segments has a number; the segments are later the cells that wear.
 //!
 //! ```
 //! use moreau2d::rapier::engine::prelude::*;
@@ -34,8 +34,8 @@
 //! ```
 //!
 //! # 2. A concave
-//! The same kind of collider, open and run through clockwise: the steel now lies outside, and
-//! grains lie in the hollow.
+//! The same kind of collider, but open and clockwise: the steel is now outside, and grains lie in the
+//! hollow.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -62,8 +62,8 @@
 //! ```
 //!
 //! # 3. Crop
-//! Grains in the gap, and the first account: whatever they do on the way, what the steel gave them
-//! and what gravity gave them is the change of their momentum.
+//! Grains move through the gap, and a first balance: the impulses of the steel and of gravity on the
+//! grains are equal to the change of their momentum.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -91,9 +91,9 @@
 //! ```
 //!
 //! # 4. The drum turns
-//! A kinematic body moves on its own, whatever it meets. The torque it needs is the sum of the
-//! moments of its contacts, and the work that makes is what the grains took and what was lost
-//! between them.
+//! Contacts do not change the motion of a kinematic body. The torque that drives it is the sum of the
+//! moments of its contacts. The work of this torque is the energy that the grains gain plus the energy
+//! that friction and impacts dissipate.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -175,9 +175,9 @@
 //! ```
 //!
 //! # 6. A belt
-//! What a rapier collider cannot say about its surface is a [`SurfaceLaw`]. Its `speed` is that of
-//! a belt round the collider, counter-clockwise: a belt whose top runs to the right has a negative
-//! one.
+//! A [`SurfaceLaw`] adds surface properties that a rapier collider does not have. Its `speed` is that
+//! of a belt round the collider, counter-clockwise: it is negative if the top of the belt runs to the
+//! right.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
@@ -223,9 +223,8 @@
 //!
 //! # 8. Load and slip of every cell
 //! With `one_point_per_segment` the segments of a polyline are cells, numbered from 0 in the order
-//! of its points. Archard's law eats `load_slip`, the impulse times
-//! the slip velocity \[N m\]: no force is formed, an impact counts like sustained contact, and a
-//! cell that sticks stays at 0.
+//! of its points. Archard's law uses `load_slip`, the impulse times the slip velocity \[N m\]. It needs
+//! no force, so an impact counts like sustained contact. The `load_slip` of a cell that sticks is 0.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;

@@ -1,18 +1,17 @@
 //! Your own impulse solver: write it, judge it, compare it with `auto`, and use it in a step.
 //!
 //! # The problem
-//! A solver is given a [`ContactProblem`] and returns one pair (n, t) of impulses a block. The
-//! problem is a plain value: the operator `G`, the free term `b` and a law a block, see
-//! [`crate::contact`]. It never says where it came from, so a solver can be tried on towers and
-//! heaps without a simulation:
-//! [`crate::contact::examples`] makes them of any size, [`MoreauPipeline::keep_problems`] keeps those
-//! of a world, `moreau2d run SCENE --dump-problems DIR` writes those of a scene and
-//! [`crate::problems`] reads them.
+//! A solver gets a [`ContactProblem`] and returns one pair (n, t) of impulses per block. The problem
+//! is a plain value: the operator `G`, the free term `b` and one law per block, see
+//! [`crate::contact`]. It does not refer to a simulation, so you can try a solver on towers and heaps
+//! without one: [`crate::contact::examples`] makes problems of any size,
+//! [`MoreauPipeline::keep_problems`] stores those of a world, `moreau2d run SCENE --dump-problems DIR`
+//! writes those of a scene, and [`crate::problems`] reads them.
 //!
 //! # A solver
 //! The fixed point of the natural map, block after block: `P_i ← Π_i(P_i − ρ_i ξ̂_i)` with
-//! `ξ̂ = ξ + (μ |ξ_T|, 0)` and the projection `Π_i` on what the law of the block admits. Twenty lines do
-//! it; [`SweepState`] keeps `G P` up to date as single impulses change.
+//! `ξ̂ = ξ + (μ |ξ_T|, 0)` and the projection `Π_i` on what the law of the block admits. Twenty lines are
+//! enough; [`SweepState`] updates `G P` when a single impulse changes.
 //!
 //! ```
 //! use moreau2d::contact::{ContactProblem, Law, SweepState, Vec2, examples, natural_map};

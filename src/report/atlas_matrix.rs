@@ -42,8 +42,8 @@ struct Band<'a> {
     columns: Vec<Column<'a>>,
 }
 
-/// The atlas as a picture: a band an entry, a column a rung, a line an engine, in each cell how it
-/// went in a word, on a fill that tells the verdict.
+/// The atlas as a picture: a band for each entry, a column for each rung, a row for each engine. Each
+/// cell has one word for the result, on a fill that shows the verdict.
 ///
 /// # Arguments
 /// - `rows`: of an atlas's `results.csv`, in their order.
@@ -168,7 +168,7 @@ pub(super) fn frame(canvas: &Canvas, a: (f64, f64), b: (f64, f64), fill: RGBColo
     canvas.path(&corners, stroke(palette::GRID, 0.8))
 }
 
-/// `above`: the entry of the band before.
+/// `above`: the entry of the previous band.
 fn draw_band(canvas: &Canvas, band: &Band<'_>, top: f64, above: &str) -> Drawn {
     let flat = || FontTransform::None;
     if band.entry != above {

@@ -44,7 +44,7 @@ pub enum Colour {
 /// Points under one name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// In the legend; empty keeps it out of there.
+    /// Name in the legend; a series with an empty name is not in the legend.
     pub name: String,
     /// In the units of the axes. What is not finite, or not positive on a log axis, is skipped.
     pub points: Vec<(f64, f64)>,
@@ -91,7 +91,7 @@ pub struct PointLabel {
     pub text: String,
 }
 
-/// A chart: what to show, in the units of its axes, and nothing about how.
+/// A chart: its data in the units of its axes, without pixels or fonts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     pub title: String,
@@ -101,7 +101,7 @@ pub struct Chart {
     pub series: Vec<Series>,
     pub lines: Vec<HLine>,
     pub marks: Vec<Mark>,
-    /// The most important first: those that find no room are left out.
+    /// The most important first: labels without room are left out.
     pub labels: Vec<PointLabel>,
     /// Where on a log axis zeros are drawn: the axis says 0 there, and nothing below.
     pub zero: Option<f64>,

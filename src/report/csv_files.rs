@@ -437,7 +437,7 @@ mod tests {
         fs::read_to_string(path).unwrap()
     }
 
-    /// The headers as the interface document spells them; an empty file has one too.
+    /// The headers are those of the interface document; an empty file has one too.
     #[test]
     fn headers_are_those_of_the_interface() {
         assert_eq!(

@@ -132,8 +132,8 @@ impl Domination {
         self.pairs.push(pair);
     }
 
-    /// Peers' points and how many of them are dominated, the second number with no allowance for
-    /// the spread of times.
+    /// Number of the peers' points, of those dominated by (1), and of those dominated by (1) with
+    /// spreads of 0.
     pub fn counts(&self) -> (usize, usize, usize) {
         let sum = |of: fn(&DominationRow) -> usize| self.pairs.iter().map(of).sum();
         (

@@ -139,7 +139,7 @@ impl OutputFolder {
     }
 }
 
-/// tempfile's errors name its own folder, which is none of the user's.
+/// Errors of `tempfile` name its temporary folder, which the user does not know.
 fn without_path(error: io::Error) -> io::Error {
     let text = error.to_string();
     match text.split_once(" at path ") {
@@ -160,7 +160,7 @@ fn deepest_existing(target: &Path) -> Result<(PathBuf, Vec<OsString>), ReportErr
     let mut missing = Vec::new();
     let mut path = target;
     loop {
-        // The empty path is what is left above a relative one.
+        // The parent of a relative path of one part is the empty path.
         let here = if path.as_os_str().is_empty() {
             Path::new(".")
         } else {
@@ -176,7 +176,7 @@ fn deepest_existing(target: &Path) -> Result<(PathBuf, Vec<OsString>), ReportErr
                     path: here.to_path_buf(),
                 });
             }
-            // A link to nowhere is found here and is nothing that can be made.
+            // A broken link exists here, but no folder can be made in its place.
             Err(source)
                 if !matches!(
                     source.kind(),

@@ -1,4 +1,4 @@
-//! The atlas of complaints as a picture: a line a scene, a column an engine.
+//! The atlas of complaints as a picture, with a row for each scene and a column for each engine.
 
 use plotters::prelude::{IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, VPos};
@@ -18,7 +18,7 @@ pub enum Reply {
     Pass,
     /// It fails, and says that something is wrong, or stops with an error.
     Said,
-    /// It fails, and nothing tells.
+    /// It fails, and reports nothing.
     Silent,
     /// It cannot run the scene, or was not run.
     None,
@@ -72,12 +72,12 @@ const SCENE: f64 = 134.0;
 const CELL: f64 = 88.0;
 const LINE: f64 = 19.0;
 
-/// The picture: how each engine did on each scene, in a word, on a fill that tells a pass, a failure
-/// that the engine tells of, and one in silence.
+/// The picture: one word for the result of each engine on each scene. The fill distinguishes a pass,
+/// a failure that the engine reports, and a silent failure.
 ///
 /// # Arguments
 /// - `rows`: of `results.csv`.
-/// - `scenes`: name of each scene, and the threads it stands for.
+/// - `scenes`: name of each scene, and the issue threads that it stands for.
 ///
 /// # Errors
 /// `ReportError::EmptyChart` without a scene; `ReportError::Chart` with plotters' own word.

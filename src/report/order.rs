@@ -1,8 +1,7 @@
 /// Observed order of convergence: the slope of ln(error) against ln(Δt), by least squares.
 ///
 /// # Arguments
-/// - `points`: (Δt \[s\], error), in any order; those that are not positive and finite are left
-///   out.
+/// - `points`: (Δt \[s\], error), in any order; points that are not positive and finite are left out.
 ///
 /// # Returns
 /// The slope and its standard error; `None` for fewer than three points or a single Δt.

@@ -14,15 +14,15 @@ use std::collections::HashMap;
 /// ρ_s(τ) = |{p : r_ps ≤ τ}| / n                                              (2)
 /// ```
 ///
-/// `n` counts every problem, those that no solver solves too. `ρ_s(1)` is the share of problems on
-/// which s is the fastest, `ρ_s` at the right end the share that it solves.
+/// `n` counts every problem, including those that no solver solves. `ρ_s(1)` is the share of problems
+/// on which s is the fastest. At the right end, `ρ_s` is the share of problems that s solves.
 ///
 /// # Source
 /// Dolan & Moré, Math. Program. 91 (2002), eqs. 1 and 2.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Performance {
     solvers: Vec<String>,
-    /// What the rows say of their setting, if all say the same.
+    /// The setting in the rows, if it is the same in all of them.
     setting: String,
     /// Of every time that was repeated, rising.
     spreads: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Score {
     pub solver: String,
     /// Problems it solves.
     pub solved: usize,
-    /// Those that none solves faster; in a tie all win.
+    /// Problems that no other solver solves faster; in a tie all count.
     pub wins: usize,
     /// The least τ with `ρ(τ) ≥ 1/2`: half of the problems are solved within it. `None` where it
     /// does not solve half of them.
@@ -103,8 +103,8 @@ impl Performance {
         }
     }
 
-    /// Half the range of the repeats over their median, of the middle one of all times: ratios
-    /// that differ by less mean nothing. `None` where nothing was repeated.
+    /// Spread of the times: half the range of the repeats over their median, and of this the median
+    /// over all times. Differences of ratios below it mean nothing. `None` without repeats.
     pub fn spread(&self) -> Option<f64> {
         self.spreads.get(self.spreads.len() / 2).copied()
     }
@@ -323,12 +323,12 @@ mod tests {
         let performance = sample();
         assert_eq!((performance.problems(), performance.unsolved()), (4, 1));
         let scores = performance.scores();
-        let told: Vec<_> = scores
+        let found: Vec<_> = scores
             .iter()
             .map(|s| (s.solver.as_str(), s.solved, s.wins, s.median_ratio))
             .collect();
         assert_eq!(
-            told,
+            found,
             [
                 ("a", 3, 2, Some(1.0)),
                 ("b", 3, 2, Some(1.0)),

@@ -16,26 +16,26 @@ const FRONT: usize = 6;
 /// Failed points of a kind that are named beneath a picture.
 const LISTED: usize = 8;
 
-/// Solved rows that differ in their step length only, in its order.
+/// Solved rows that differ only in their step length, in the order of the step length.
 struct Family<'a> {
-    /// Index of the palette: one an engine and scheme.
+    /// Index of the palette: one for each engine and scheme.
     look: usize,
     measure: &'a str,
     name: String,
     rows: Vec<&'a ResultRow>,
 }
 
-/// Error against wall time for every measure that is not 0 everywhere: a chart a measure.
+/// Error against wall time: one chart for each measure that is not 0 everywhere.
 ///
-/// Points that differ in their step alone are joined where there are three or more; others are
-/// single points of their engine. Each is labelled with what tells it from the others of its
-/// engine, those first that no point of the same engine beats in both error and time. Stairs
-/// join the points of ours, and those of the peers, that none of the same side beats in both.
-/// Points that failed or are marked unsolved are not drawn: they stand beneath, with what came of
-/// them. A measure of which nothing can be drawn has no chart.
+/// A line joins three or more points that differ only in their step length. All others are single
+/// points of their engine. The label of a point has the settings that distinguish it from the others
+/// of its engine. Points that no point of the same engine beats in both error and time are labelled
+/// first. Stairs show the Pareto fronts of our points and of those of the peers. Points that failed
+/// or are marked unsolved are not drawn; notes below the chart list them with the cause. A measure
+/// without drawable points has no chart.
 ///
 /// # Arguments
-/// - `rows`: of one scene. A row without a time is not drawn.
+/// - `rows`: rows of one scene. A row without a time is not drawn.
 pub fn work_precision(rows: &[ResultRow]) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     let families = families(rows);
@@ -93,7 +93,7 @@ fn solved(row: &&ResultRow) -> bool {
     row.verdict != "unsolved"
 }
 
-/// Beneath everything else: the front of each side that has more than one point.
+/// Draws the Pareto front of each side that has more than one point, below all other series.
 fn add_fronts(chart: &mut Chart, of: &[&ResultRow], floor: f64) {
     for (ours, name, dash) in [
         (false, "front of the peers", Dash::Dotted),
@@ -114,7 +114,7 @@ fn add_fronts(chart: &mut Chart, of: &[&ResultRow], floor: f64) {
     }
 }
 
-/// A reference of our own says how well it is known: `self-converged ±1e-6 ...`.
+/// The error of a computed reference, from its text `self-converged ±1e-6 ...`.
 fn error_bar(row: &ResultRow) -> Option<HLine> {
     let (_, text) = row.reference.split_once('±')?;
     let value: f64 = text.split(' ').next()?.parse().ok()?;
@@ -124,7 +124,7 @@ fn error_bar(row: &ResultRow) -> Option<HLine> {
     })
 }
 
-/// A sentence for every engine and scheme and every way to fail.
+/// One sentence for each engine, scheme and kind of failure.
 fn failures<'a>(of: impl Iterator<Item = &'a ResultRow>, rows: &[ResultRow]) -> Vec<String> {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for row in of {
@@ -201,7 +201,7 @@ fn against_step(rows: &[ResultRow], wanted: impl Fn(&ResultRow) -> bool) -> Vec<
     charts
 }
 
-/// The order where one can be told; round-off has none.
+/// Text of the observed order, if it can be determined; errors of round-off alone have no order.
 fn order_text(points: &[(f64, f64)]) -> String {
     if points.iter().all(|p| p.1 == 0.0) {
         return "0".to_owned();
@@ -256,7 +256,7 @@ fn floor(rows: &[&ResultRow], chart: &mut Chart) -> f64 {
     floor
 }
 
-/// Adds `points` under one look: joined where positive, on the floor where 0.
+/// Adds `points` in one colour and marker: joined by a line where positive, on the floor where 0.
 ///
 /// Lines are drawn in their order, markers over them in the reverse order, so that of lines and
 /// points that lie on each other all can be seen; the name goes to the legend with a series that
@@ -304,7 +304,7 @@ fn draw(
     }
 }
 
-/// Time and error; a point that failed or was not timed has no place.
+/// Time and error of a point; `None` if it failed or was not timed.
 fn timed(row: &ResultRow) -> Option<(f64, f64)> {
     let time = row.seconds_per_simulated_second?;
     row.value.is_finite().then_some((time, row.value))

@@ -1,14 +1,14 @@
 use super::csv_files::ResultRow;
 use super::table::{number, step_length};
 
-/// Half of the range of a time over its median from which it is told to scatter.
+/// Ratio of half the range of a time to its median, above which the time counts as scattered.
 const SCATTERS: f64 = 0.1;
 
 /// A note about the scatter of times: how many points differ by more than ± 10 % between repeats, and
 /// which differs most. `None` without repeats or without such points.
 ///
 /// # Arguments
-/// - `rows`: `spread` of a point stands in all of its rows, which stand together.
+/// - `rows`: all rows of a point follow each other and have the same `spread`.
 pub fn scatter(rows: &[ResultRow]) -> Option<String> {
     let of_point = |a: &ResultRow, b: &ResultRow| {
         (&a.scene, &a.rung, &a.engine, &a.scheme) == (&b.scene, &b.rung, &b.engine, &b.scheme)

@@ -115,8 +115,7 @@ pub fn quantity(value: f64, unit: &str, significant: usize) -> String {
 
 /// A value with its error, to two digits of the error: `plus_minus(61.2345, 1.83)` is "61.2 ± 1.8".
 ///
-/// An error that is 0 or NaN, as an exact value and one of unknown error have it, is not written;
-/// every other is, whatever its size.
+/// An error of 0 (an exact value) or NaN (an unknown error) is not written; every other error is.
 pub fn plus_minus(value: f64, error: f64) -> String {
     if error == 0.0 || error.is_nan() || !value.is_finite() {
         return number(value, 4);

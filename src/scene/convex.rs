@@ -1,11 +1,10 @@
 //! Distances of convex pieces: polygons, segments and points, from their corners alone.
 //!
-//! Nothing here knows of contacts. What engines are measured by must not share code with what they
-//! compute.
+//! This module uses no contact code: measurements of an engine must not share code with the engine.
 
 use crate::contact::Vec2;
 
-/// Distance of two cores \[m\], negative by the least overlap where both are more than a point.
+/// Distance of two cores \[m\]. If they overlap, minus the least overlap; two points never overlap.
 pub(super) fn gap(a: &[Vec2], b: &[Vec2]) -> f64 {
     let apart = faces(a, b).max(faces(b, a));
     if apart < 0.0 && apart.is_finite() {

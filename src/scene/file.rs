@@ -1,5 +1,5 @@
-//! The schema of a scene file: one struct a block. [`super::keys::KEYS`] says what each key means,
-//! its unit, its range and its default; unknown keys are refused.
+//! The schema of a scene file: one struct for each block. [`super::keys::KEYS`] has the meaning,
+//! unit, range and default of each key. Unknown keys are refused.
 
 use super::joint::JointEntry;
 use super::linear::LinearBlock;
@@ -10,9 +10,9 @@ use crate::oracles::SOLVERS;
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
 
-/// A whole file, as written and with its defaults filled in; not yet checked.
+/// A whole file as written, with its defaults filled in, but not yet checked.
 ///
-/// The blocks of a machine are only noted here: see [`super::machine`].
+/// The blocks of a machine are only stored here; [`super::machine`] reads them.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
@@ -44,7 +44,7 @@ pub struct SceneFile {
     pub verdict: Limits,
 }
 
-/// `[scene]`: what the file is called and what it shows.
+/// `[scene]`: the scene's name, title and notes.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
@@ -83,11 +83,11 @@ impl Gravity {
     }
 }
 
-/// `[step]`: how long, how finely and by what method.
+/// `[step]`: simulated time, step length and method.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
-    /// Step \[s\], default 1/60.
+    /// Step length \[s\], default 1/60.
     pub dt: f64,
     /// Simulated time \[s\], default 10.
     pub time: f64,
@@ -95,17 +95,18 @@ pub struct Step {
     pub scheme: Scheme,
     /// Whether impacts are located in time inside the step, default no; `staggered` only.
     pub events: bool,
-    /// What impacts return, default `capped`: Newton's law that never adds energy.
+    /// Law of impacts, default `capped`: Newton's law with an energy bound, so that it never adds
+    /// energy.
     pub impact_law: ImpactLaw,
     /// Whether bodies that start overlapped are moved apart, default yes; `staggered` only.
     pub recovery: bool,
-    /// How a load is shared out among redundant contacts, default `found`: as the solver finds it.
+    /// Impulse distribution among redundant contacts, default `found`: the one that the solver finds.
     pub shares: Shares,
     /// A name of [`crate::oracles::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
     pub tolerance: f64,
-    /// Threads that islands are shared out among: of a run, no key of a file.
+    /// Number of threads that solve islands. An option of a run, not a key of the file.
     #[serde(skip)]
     pub threads: usize,
 }
@@ -127,7 +128,8 @@ impl Default for Step {
     }
 }
 
-/// `[verdict]`: up to where a scene held, see [`crate::experiment::Verdict`].
+/// `[verdict]`: limits of the measures that tell whether a scene held, see
+/// [`crate::experiment::Verdict`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
@@ -135,7 +137,7 @@ pub struct Limits {
     pub overlap: f64,
     /// Largest gap of a pin or weld that lasts, over the size of the smaller body; default 1e-3.
     pub joint_gap: f64,
-    /// Most energy that rigid contacts and joints give in all, over the energy of the scene;
+    /// Largest total energy that rigid contacts and joints add, over the energy of the scene;
     /// default 1e-3.
     pub energy: f64,
     /// Largest error of the energy balance of a step, over the energy of the scene; default 1e-9.
@@ -153,7 +155,7 @@ impl Default for Limits {
     }
 }
 
-/// `[[material]]`: what the surface of a body is like.
+/// `[[material]]`: properties of the surface of a body.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
@@ -168,7 +170,7 @@ pub struct Material {
     pub stiffness: Option<f64>,
     /// Damping [N s/m] of each contact, default 0; needs `stiffness`.
     pub damping: Option<f64>,
-    /// Instead of `damping`: the restitution coefficient in (0, 1] that the damping is fitted to.
+    /// In place of `damping`: a restitution coefficient in (0, 1], to which the damping is fitted.
     pub damping_restitution: Option<f64>,
 }
 
@@ -191,21 +193,21 @@ impl Default for Material {
     }
 }
 
-/// What moves a body.
+/// How a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BodyKind {
-    /// Forces and impulses.
+    /// Forces and impulses move it.
     #[default]
     Dynamic,
-    /// Nothing.
+    /// It does not move.
     Fixed,
-    /// Its own constant `velocity` and `spin`, whatever it meets.
+    /// It moves with its own constant `velocity` and `spin`; contacts do not change them.
     Kinematic,
 }
 
 impl BodyKind {
-    /// The word of the file.
+    /// The value of `kind` in the file.
     pub fn word(self) -> &'static str {
         match self {
             BodyKind::Dynamic => "dynamic",
@@ -219,8 +221,8 @@ impl BodyKind {
 /// `bowl`, `parts` gives its shape.
 ///
 /// A scene with a rod, a line or a bowl runs on closed-form geometry in `f64`, without rapier.
-/// There discs touch each other, and discs, rods and boxes touch lines and bowls; anything else is
-/// refused unless `touches` keeps it apart.
+/// There, discs touch each other, and discs, rods and boxes touch lines and bowls. Any other pair of
+/// shapes is refused, unless `touches` excludes that the two touch.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyEntry {
@@ -263,7 +265,7 @@ pub struct BodyEntry {
     pub touches: Option<Vec<String>>,
 }
 
-/// `oscillation = { amplitude, angular_frequency }`: moved by `A sin(ω t)`.
+/// `oscillation = { amplitude, angular_frequency }`: displaces the body by `A sin(ω t)`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Oscillation {
@@ -274,7 +276,7 @@ pub struct Oscillation {
 }
 
 impl BodyEntry {
-    /// The shape given, the first of several; `None` without one.
+    /// The shape of the body: the first one if the entry has several, `None` if it has none.
     pub fn shape(&self) -> Option<Shape> {
         let rectangle = |[width, height]: [f64; 2]| Shape::Box { width, height };
         let capsule = |[length, radius]: [f64; 2]| Shape::Capsule { length, radius };
@@ -311,8 +313,8 @@ impl BodyEntry {
     }
 }
 
-/// An element of `parts`: one of `disc`, `box`, `capsule`, `polygon` as in `[[body]]`, and where
-/// it is in the body's frame.
+/// An element of `parts`: one of `disc`, `box`, `capsule`, `polygon` as in `[[body]]`, with its
+/// position and angle in the body's frame.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PartEntry {
@@ -328,7 +330,7 @@ pub struct PartEntry {
 }
 
 impl PartEntry {
-    /// The part as if it were all of `body`.
+    /// The entry of a body that has this part as its only shape.
     pub(super) fn alone(&self, body: &BodyEntry) -> BodyEntry {
         BodyEntry {
             disc: self.disc,
@@ -341,7 +343,8 @@ impl PartEntry {
     }
 }
 
-/// The four corners of a voussoir, counter-clockwise: its joints are radii, its faces straight.
+/// The four corners of a voussoir, counter-clockwise. Its joint faces lie on radii; its inner and
+/// outer faces are straight.
 fn sector([radius, thickness, angle]: [f64; 3]) -> Shape {
     let (sin, cos) = (0.5 * angle).sin_cos();
     let (inner, outer) = (radius - 0.5 * thickness, radius + 0.5 * thickness);
@@ -360,8 +363,8 @@ pub const DEFAULT_DENSITY: f64 = 1000.0;
 
 /// `[[repeat]]`: copies of a body in a grid (`count`, `step`) or on a `ring`.
 ///
-/// The body `of` becomes a template: it is not placed itself. Copies of a grid are placed from
-/// the template's position on.
+/// The body `of` is only a template and is not placed itself. The first copy of a grid is at the
+/// template's position.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RepeatEntry {
@@ -381,8 +384,8 @@ pub struct RepeatEntry {
     pub seed: Option<u32>,
 }
 
-/// Copies evenly spaced on a circle, each turned with its place: on the whole circle with the first
-/// at angle 0, on an arc each in the middle of its share.
+/// Copies evenly spaced on a circle, each rotated by its angle on the circle. On a whole circle the
+/// first copy is at angle 0. An arc is divided into equal parts, with a copy in the middle of each.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ring {
@@ -403,7 +406,7 @@ impl Ring {
     }
 }
 
-/// `[reference]`: what the result is compared with.
+/// `[reference]`: the closed form that the result is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {

@@ -1,5 +1,5 @@
-//! What a scene's bodies do to each other by their poses alone: how deep they overlap, for how long,
-//! and whether one passed through another. The same for every engine.
+//! Measures overlaps of a scene's bodies from their poses alone: how deep and how long they overlap,
+//! and whether one passed through another. The measures are the same for every engine.
 
 use super::convex::{gap, width};
 use super::outline::signed_area;
@@ -9,22 +9,22 @@ use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// How long \[s\] an overlap must stay to count as one that lasts.
+/// Duration \[s\] from which an overlap counts as lasting.
 pub const LASTING: f64 = 0.25;
 
 /// Computes the overlaps of bodies in `f64`, without using the contacts of any engine.
 ///
-/// Shapes are convex polygons, segments or points with a radius r around them. For cores apart by
-/// d the depth is `r₁ + r₂ − d`, for cores that overlap `r₁ + r₂` and the least overlap along the
-/// normal of an edge (Gottschalk, Lin & Manocha 1996, in the plane). An edge of a polyline counts
-/// as a slab on its solid side, as thick as the largest other body but no thicker than the solid;
-/// an edge of a two-sided polyline as a segment.
+/// Each shape is a core (a convex polygon, a segment or a point) with a radius r around it. If two
+/// cores are at a distance d, the depth is `r₁ + r₂ − d`. If they overlap, the depth is `r₁ + r₂` plus
+/// the least overlap along the normal of an edge (Gottschalk, Lin & Manocha 1996, in the plane). An
+/// edge of a polyline counts as a slab on its solid side, as thick as the largest other body but no
+/// thicker than the solid. An edge of a two-sided polyline counts as a segment.
 ///
-/// One-way bodies are left out, because other bodies may pass through them. An overlap of the start is
-/// not an error of a step: the depth of such a pair counts only beyond its least depth so far.
+/// One-way bodies are left out, because other bodies may pass through them. An overlap at the start
+/// is not an error of a step: for such a pair only the depth beyond its least depth so far counts.
 pub(super) struct Overlaps {
     leaves: Vec<Leaf>,
-    /// Size \[m\] of each body: the diameter of a circle round its origin that holds it.
+    /// Size \[m\] of each body: the diameter of a circle about its origin that contains it.
     sizes: Vec<f64>,
     /// Pairs of bodies that a joint connects, which are left out; the smaller number first.
     tied: FxHashSet<(u32, u32)>,
@@ -52,7 +52,7 @@ pub struct Measured {
 /// A convex piece of a body.
 pub(super) struct Leaf {
     pub body: u32,
-    /// In the body's frame \[m\]: one point, two, or a polygon counter-clockwise.
+    /// In the body's frame \[m\]: one point, two points, or a counter-clockwise polygon.
     pub core: Vec<Vec2>,
     pub radius: f64,
     /// Least extent over all directions \[m\].
@@ -68,12 +68,14 @@ pub(super) struct Leaf {
     one_way: bool,
 }
 
-/// Overlaps that stay: per pair of bodies the least depth over its size in the present window of
-/// [`LASTING`] seconds.
+/// Lasting overlaps. For each pair of bodies it has the least ratio of depth to size in the present
+/// window of [`LASTING`] seconds.
 struct Lasting {
     /// Steps of a window, and steps so far in it.
     window: usize,
     steps: usize,
+    /// Whether a whole window has passed.
+    whole: bool,
     /// For each pair: steps in which it overlapped, and its least depth over its size in them.
     present: FxHashMap<(u32, u32), (usize, f64)>,
     /// Depth over size of each pair in this step.
@@ -100,19 +102,19 @@ impl Lasting {
         if self.steps >= self.window {
             (self.worst, self.pair) = self.so_far();
             self.present.clear();
-            self.steps = 0;
+            (self.steps, self.whole) = (0, true);
         }
     }
 
-    /// The worst overlap that lasts over its size, and its pair. A last window of less than half the
-    /// length does not count, unless there was none before it.
+    /// The worst ratio of depth to size of a lasting overlap, and its pair. A last window of less than
+    /// half the length counts only if there was no window before it.
     fn so_far(&self) -> (f64, Option<[u32; 2]>) {
         let mut found = (self.worst, self.pair);
-        if 2 * self.steps < self.window && self.worst.is_finite() && self.pair.is_some() {
+        if self.whole && 2 * self.steps < self.window {
             return found;
         }
         for (&(a, b), &(steps, least)) in &self.present {
-            // of equal ones the first pair, whatever the order of the map
+            // of equal ratios the first pair, so that the order of the map does not matter
             let better = least > found.0 || least == found.0 && Some([a, b]) < found.1;
             if steps == self.steps && better {
                 found = (least, Some([a, b]));
@@ -163,6 +165,7 @@ impl Overlaps {
             lasting: Lasting {
                 window: ((LASTING / dt).ceil() as usize).max(1),
                 steps: 0,
+                whole: false,
                 present: FxHashMap::default(),
                 now: FxHashMap::default(),
                 worst: 0.0,
@@ -269,8 +272,8 @@ impl Overlaps {
     }
 }
 
-/// Whether an overlap of two leaves is one: one of them moves, no joint connects them, neither is
-/// one-way.
+/// Whether an overlap of two leaves counts: they belong to different bodies, at least one moves, no
+/// joint connects them, and neither is one-way.
 fn counts(leaves: &[Leaf], tied: &FxHashSet<(u32, u32)>, i: u32, j: u32) -> bool {
     let (a, b) = (&leaves[i as usize], &leaves[j as usize]);
     let pair = (a.body.min(b.body), a.body.max(b.body));

@@ -1,4 +1,4 @@
-//! Whether one body passed through another, from their poses alone.
+//! Detects that one body passed through another, from their poses alone.
 
 use super::convex::gap;
 use super::overlap::Leaf;
@@ -7,21 +7,22 @@ use crate::dynamics::Pose64;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
-/// Depth over the thickness of the thinner leaf from which two leaves on a straight path are inside
-/// each other, not touching.
+/// Ratio of depth to the thickness of the thinner leaf above which two leaves on a straight path are
+/// inside each other, not just touching.
 const INSIDE: f64 = 0.25;
 
-/// Depth over the thickness of the thinner leaf up to which two leaves count as apart.
+/// Ratio of depth to the thickness of the thinner leaf up to which two leaves count as apart.
 const APART: f64 = 0.01;
 
-/// Most poses on a path.
+/// Largest number of poses that are tested on a path.
 const MOST_SAMPLES: f64 = 256.0;
 
-/// Finds pairs of leaves that were apart, are apart, and would have been deep inside each other
-/// between the two on a straight path: translation and angle proportional to time.
+/// Finds pairs of leaves that were apart before, are apart now, and were deep inside each other on
+/// the straight path between the two poses. On this path translation and angle are proportional to
+/// time.
 ///
-/// A pair that overlaps in between is followed from the last poses at which it was apart, for a
-/// window of steps; an overlap that lasts longer is not a passage but an overlap that lasts.
+/// A pair that begins to overlap is followed from the last poses at which it was apart, for a window
+/// of steps. An overlap beyond this window counts as a lasting overlap, not as a passage.
 pub(super) struct Passing {
     /// Steps for which an overlapped pair is followed.
     window: usize,
@@ -140,7 +141,7 @@ fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -
             continue;
         };
         let (a, b) = (from.apply(leaf.centre), to.apply(leaf.centre));
-        // the centre leaves the chord of its arc by at most the arc's height
+        // the centre moves on an arc: its distance from the chord is at most the arc's height
         let height = leaf.centre.norm() * (1.0 - (0.5 * turn(&from, &to)).cos());
         let r = leaf.radius_of_all + height;
         boxes.push((
@@ -174,7 +175,7 @@ fn turn(from: &Pose64, to: &Pose64) -> f64 {
     (from.cos * to.sin - from.sin * to.cos).atan2(from.cos * to.cos + from.sin * to.sin)
 }
 
-/// Thickness \[m\] of the thinner leaf; of the other one if it is a segment, 0 if both are.
+/// Thickness \[m\] of the thinner leaf. If one leaf is a segment, that of the other; 0 if both are.
 fn thinner([a, b]: [&Leaf; 2]) -> f64 {
     match (a.thickness > 0.0, b.thickness > 0.0) {
         (true, true) => a.thickness.min(b.thickness),

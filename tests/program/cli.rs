@@ -168,7 +168,7 @@ fn every_scene_runs_and_leaves_its_files() {
         let place = Place::new();
         let ended = place.run(&["run", scene, "--steps", "3"]);
         // links of the capstan lie 0.05 mm deep in its drum from the first step on, 0.2 % of a link
-        let code = if *scene == "capstan" { 2 } else { 0 };
+        let code = if scene == "capstan" { 2 } else { 0 };
         assert_eq!(ended.code, code, "{scene}: {}", ended.err);
         assert!(ended.out.starts_with(scene), "{}", ended.out);
         let folder = format!("out/{scene}");

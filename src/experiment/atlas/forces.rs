@@ -1,21 +1,22 @@
 use crate::contact::Vec3;
 use crate::dynamics::record::StepRecord;
 
-/// What the contacts of a run reported, by body.
+/// Contact forces of a run for each body, as the engine reported them.
 pub(in crate::experiment) struct Forces {
     /// The number of each body of the scene in records.
     numbers: Vec<Option<u32>>,
-    /// Normal impulses of the step \[N s\] and their moments about the origin, by number.
+    /// Sum of the normal impulses of the step \[N s\] and of their moments about the origin [N m s],
+    /// by body number.
     now: Vec<Vec3>,
-    /// Their sum over the late steps.
+    /// The same sum over the late steps, those of the last tenth of the run.
     late: Vec<Vec3>,
-    /// Largest size of a step's normal impulse \[N s\].
+    /// Largest magnitude of `now` in a step \[N s\].
     most: Vec<f64>,
-    /// Least and largest size over the late steps, as a force \[N\].
+    /// Least and largest magnitude of the force in a late step \[N\].
     range: Vec<[f64; 2]>,
     /// Duration of the late steps \[s\].
     time: f64,
-    /// Sizes of all normal and tangential impulses of the late steps \[N s\].
+    /// Sums of the magnitudes of all normal and of all tangential impulses of the late steps \[N s\].
     sizes: [f64; 2],
 }
 
@@ -34,7 +35,7 @@ impl Forces {
         }
     }
 
-    /// Adds the contacts of a step; `late` of the last tenth of the run.
+    /// Adds the contacts of a step; `late` if it is in the last tenth of the run.
     pub fn add(&mut self, record: &StepRecord, late: bool) {
         self.now.fill(Vec3::zeros());
         for c in &record.contacts {
@@ -80,7 +81,7 @@ impl Forces {
     }
 
     /// Over the last tenth of the run: mean normal force \[N\] of all contacts on a body, and its
-    /// moment \[N m\] about the origin. (rapier's friction has a size in its record, but no sign.)
+    /// moment \[N m\] about the origin. Friction is left out, because rapier reports it without a sign.
     pub fn wrench(&self, body: usize) -> Vec3 {
         let sum = self.of(&self.late, body);
         sum.map_or(Vec3::zeros(), |sum| sum / self.time)
@@ -92,12 +93,13 @@ impl Forces {
         self.of(&self.most, body).unwrap_or(0.0)
     }
 
-    /// Least and largest normal force \[N\] of a body's contacts together in a step of the last tenth.
+    /// Least and largest sum of the normal forces of a body's contacts \[N\], over the steps of the
+    /// last tenth of the run.
     pub fn range(&self, body: usize) -> [f64; 2] {
         self.of(&self.range, body).unwrap_or([0.0; 2])
     }
 
-    /// Tangential over normal impulses of all contacts in the last tenth of the run.
+    /// Ratio of the tangential to the normal impulses of all contacts in the last tenth of the run.
     pub fn friction(&self) -> f64 {
         self.sizes[1] / self.sizes[0]
     }

@@ -1,5 +1,5 @@
 //! The settings with which the atlas runs each engine: its defaults, and the remedy that its own
-//! documents give where the defaults fail.
+//! documentation recommends if the defaults fail.
 
 use super::super::baseline::Baseline;
 use super::super::setting::Setting;
@@ -18,7 +18,7 @@ pub struct Preset {
     pub setting: &'static str,
     /// Settings of a peer.
     pub baseline: Option<Baseline>,
-    /// For our engine: impacts are located within the step in every scene.
+    /// For our engine: whether impacts are located in time in every scene.
     events: bool,
 }
 
@@ -37,8 +37,9 @@ impl Preset {
         }
     }
 
-    /// Every engine of this build at its default and at its remedy: for ours the location of impacts,
-    /// for rapier and Box2D ten times the substeps and contacts as stiff as these allow.
+    /// Every engine of this build with its defaults and with its remedy. The remedy of our engine is
+    /// event location. That of rapier and Box2D is ten times the substeps, and contacts as stiff as
+    /// these allow.
     pub fn with_remedies() -> Vec<Preset> {
         let mut all = Vec::new();
         for (_, engine) in Engine::ALL {
@@ -59,7 +60,7 @@ impl Preset {
                     })),
                     ..Preset::of(engine)
                 }),
-                // its remedy is an engine of its own
+                // `RapierStiff` is the remedy of `Rapier`
                 Engine::Rapier | Engine::RapierStiff => {}
             }
         }

@@ -1,4 +1,4 @@
-//! A run that is saved as text at half time and resumed.
+//! Measures a run that is saved as text after half of its steps and resumed.
 
 use super::trace::{Trace, larger};
 use crate::experiment::setting::step_count;
@@ -6,8 +6,8 @@ use crate::experiment::simulate::{Engine, RunError};
 use crate::rapier::MoreauPipeline;
 use crate::scene::Built;
 
-/// Largest distance \[m\] of a body at the end from where it ends without the interruption; NaN where
-/// the run cannot be saved, resumed or stepped.
+/// Largest difference of the end position \[m\] or end angle \[rad\] of a body from the run without
+/// interruption. NaN if the run cannot be saved, resumed or stepped.
 pub(super) fn distance(t: &Trace) -> f64 {
     again(t).unwrap_or(f64::NAN)
 }

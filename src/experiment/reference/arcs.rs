@@ -5,9 +5,15 @@ use super::{Measure, Samples, down, find, friction};
 use crate::contact::Vec2;
 use crate::scene::{Scene, Shape};
 
-/// Angle at the end and energy of a disc of radius `r` in a bowl of radius `R`: a pendulum of
-/// length `l = R − r`, `φ̈ = −(g/l) sin φ` without friction, and `1 + J/(m r²)` times slower if it
-/// rolls. With friction it is taken to roll, and must start so (`ω = −l φ̇/r`).
+/// Angle at the end and energy of a disc of radius `r` in a bowl of radius `R`. The disc moves like
+/// a pendulum of length `l = R − r`:
+///
+/// ```text
+/// φ̈ = −(g/l) sin φ                         without friction
+/// φ̈ = −(g/l) sin φ / (1 + J/(m r²))        if it rolls
+/// ```
+///
+/// A disc with friction is assumed to roll. It must then start with `ω = −l φ̇/r`.
 pub(super) fn bowl(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(bowl), Some(disc)) = (find(scene, "bowl"), find(scene, "disc")) else {
         return Vec::new();
@@ -46,8 +52,8 @@ pub(super) fn bowl(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// A disc on a plate that swings up and down with less than g stays on it, at `A sin ω t + r`:
-/// the worst error of its height over the run.
+/// Largest error of the height of a disc on a plate that oscillates up and down. With an
+/// acceleration below g the disc stays on the plate, at `A sin ω t + r` above the plate's mean place.
 pub(super) fn riding_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(plate), Some(disc)) = (find(scene, "plate"), find(scene, "disc")) else {
         return Vec::new();

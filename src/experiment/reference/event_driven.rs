@@ -1,25 +1,26 @@
-//! A linear mechanism with contacts, followed from event to event.
+//! Exact motion of a linear mechanism with contacts, integrated from event to event.
 
 use crate::contact::Vec3;
 use crate::models::LinearContact;
 use crate::scene::LinearBlock;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-/// Between events \[s\]: the motion there is smooth, and a step of order 4 exact to round-off for
-/// everything slower than 1e-3 s.
+/// Step length between events \[s\]. The motion there is smooth, and an integration of order 4 is
+/// exact to round-off for time constants above 1e-3 s.
 const STEP: f64 = 1e-5;
 
-/// How far a law may be missed, relative to the largest free velocity or acceleration: by modes
-/// that are chosen (round-off), and before modes that held are dropped, so that a choice stands.
-const KEEPS: f64 = 1e-12;
-const BREAKS: f64 = 1e-10;
+/// Largest violation of a contact law, relative to the largest free velocity or acceleration: of new
+/// modes (round-off), and of present modes before an event ends them. The second is larger, so that
+/// new modes do not end at once.
+const TOLERANCE: f64 = 1e-12;
+const LEAVE_TOLERANCE: f64 = 1e-10;
 
-/// What a contact does between two events.
+/// State of a contact between two events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mode {
     Open,
     Stick,
-    /// With the sign of the sliding velocity.
+    /// Slides, with this sign of the sliding velocity.
     Slip(f64),
 }
 
@@ -32,12 +33,12 @@ struct Mechanism {
     modes: Vec<Mode>,
 }
 
-/// What the closed contacts do at one position.
-struct Held {
+/// Motion and multipliers of the closed contacts at one position.
+struct ClosedContacts {
     /// `q̈`.
     acceleration: Vec3,
     closed: Vec<usize>,
-    /// `λ` of the closed contacts, and what `w·q̈` would be without it; normal, tangential in turn.
+    /// `λ` of the closed contacts, and `w·q̈` without `λ`: normal and tangential values in turn.
     multipliers: DVector<f64>,
     free: DVector<f64>,
 }
@@ -45,8 +46,8 @@ struct Held {
 /// `q` and `q̇`.
 type State = [Vec3; 2];
 
-/// Times \[s\] and positions of the exact motion up to `end` \[s\]; `None` if it gets stuck in
-/// events that follow each other without end, or if a contact problem has no solution.
+/// Times \[s\] and positions of the exact motion up to `end` \[s\]. `None` after more than 10 000
+/// events, or if a contact problem has no solution.
 ///
 /// ```text
 /// M q̈ + K q = f + Σ (w_N λ_N + w_T λ_T)                                      (1)
@@ -54,12 +55,12 @@ type State = [Vec3; 2];
 /// impact:  M Δq̇ = Σ (w_N P_N + w_T P_T),  γ_N⁺ = −e γ_N⁻ where P_N > 0        (2)
 /// ```
 ///
-/// Between events every contact keeps its mode and (1) is an ordinary differential equation
-/// (Runge-Kutta, order 4). Events, found by bisection: a gap closes, `λ_N` or the sliding velocity
-/// changes its sign, `λ_T` reaches the cone. After each all combinations of modes are tried; the
-/// first that keeps (1) or (2) is taken.
+/// Between events every contact keeps its mode, and (1) is an ordinary differential equation
+/// (Runge-Kutta, order 4). Bisection locates the events: a gap closes, `λ_N` or the sliding velocity
+/// changes its sign, or `λ_T` reaches the friction cone. After an event the first combination of
+/// modes that satisfies (1) or (2) is used.
 ///
-/// Written apart from stepper and solvers: neither midpoints, nor time steps, nor their code.
+/// This function shares no method and no code with the stepper and its solvers.
 ///
 /// # Source
 /// Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996).
@@ -108,25 +109,30 @@ pub(super) fn event_driven(block: &LinearBlock, end: f64) -> Option<Vec<(f64, Ve
 }
 
 impl Mechanism {
-    /// Levers of the contacts in `who`, normal and tangential in turn.
-    fn levers(&self, who: &[usize]) -> Vec<Vec3> {
+    /// Levers of the contacts in `members`, normal and tangential in turn.
+    fn levers(&self, members: &[usize]) -> Vec<Vec3> {
         let levers = |&k: &usize| [self.contacts[k].normal, self.contacts[k].tangent];
-        who.iter().flat_map(levers).collect()
+        members.iter().flat_map(levers).collect()
     }
 
-    /// `λ` or `P` of the contacts in `who` in these modes, with `ξ = G λ + b`.
-    fn multipliers(&self, who: &[usize], modes: &[Mode], b: &DVector<f64>) -> Option<DVector<f64>> {
-        let levers = self.levers(who);
+    /// `λ` or `P` of the contacts in `members` in these modes, with `ξ = G λ + b`.
+    fn multipliers(
+        &self,
+        members: &[usize],
+        modes: &[Mode],
+        b: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let levers = self.levers(members);
         let n = levers.len();
         if n == 0 {
             return Some(DVector::zeros(0));
         }
         let mut a = DMatrix::from_fn(n, n, |i, j| levers[i].dot(&(self.inverse * levers[j])));
         let mut right = -b;
-        for (i, (&k, mode)) in who.iter().zip(modes).enumerate() {
+        for (i, (&k, mode)) in members.iter().zip(modes).enumerate() {
             let (normal, tangent) = (2 * i, 2 * i + 1);
-            // in place of ξ = 0: a multiplier that is given
-            let mut given = |row: usize, on_normal: f64| {
+            // replaces the row ξ = 0 by a prescribed multiplier
+            let mut prescribe = |row: usize, on_normal: f64| {
                 a.row_mut(row).fill(0.0);
                 a[(row, normal)] = on_normal;
                 a[(row, row)] = 1.0;
@@ -134,21 +140,22 @@ impl Mechanism {
             };
             match mode {
                 Mode::Open => {
-                    given(tangent, 0.0);
-                    given(normal, 1.0);
+                    prescribe(tangent, 0.0);
+                    prescribe(normal, 1.0);
                 }
-                Mode::Slip(sign) => given(tangent, sign * self.contacts[k].friction),
+                Mode::Slip(sign) => prescribe(tangent, sign * self.contacts[k].friction),
                 Mode::Stick => {}
             }
         }
         a.lu().solve(&right)
     }
 
-    /// Modes and multipliers of the contacts in `who` that keep the laws; a contact that slides
-    /// already (`sliding`, else 0) slides on.
+    /// Modes and multipliers of the contacts in `members` that satisfy the contact laws. `sliding` has
+    /// the sign of the sliding velocity of each contact, or 0. A contact that slides continues to
+    /// slide or opens.
     fn consistent(
         &self,
-        who: &[usize],
+        members: &[usize],
         sliding: &[f64],
         b: &DVector<f64>,
     ) -> Option<(Vec<Mode>, DVector<f64>)> {
@@ -162,11 +169,11 @@ impl Mechanism {
                 }
             })
             .collect();
-        let levers = self.levers(who);
+        let levers = self.levers(members);
         let g = DMatrix::from_fn(b.len(), b.len(), |i, j| {
             levers[i].dot(&(self.inverse * levers[j]))
         });
-        let slack = KEEPS * b.amax();
+        let slack = TOLERANCE * b.amax();
         let count: usize = choices.iter().map(Vec::len).product();
         (0..count).find_map(|mut number| {
             let modes: Vec<Mode> = choices
@@ -177,12 +184,12 @@ impl Mechanism {
                     mode
                 })
                 .collect();
-            let p = self.multipliers(who, &modes, b)?;
+            let p = self.multipliers(members, &modes, b)?;
             let xi = &g * &p + b;
             let good = modes.iter().enumerate().all(|(i, mode)| {
                 let (n, t) = (2 * i, 2 * i + 1);
-                let bound = self.contacts[who[i]].friction * p[n];
-                // [m/s] or [m/s²], of a multiplier by way of its own row
+                let bound = self.contacts[members[i]].friction * p[n];
+                // multiplied with its own row, a multiplier has the unit of the slack [m/s or m/s²]
                 let presses = p[n] * g[(n, n)] >= -slack;
                 match mode {
                     Mode::Open => xi[n] >= -slack,
@@ -195,16 +202,16 @@ impl Mechanism {
     }
 
     /// The closed contacts in the present modes.
-    fn held(&self, q: &Vec3) -> Option<Held> {
-        let unhindered = self.unhindered(q);
+    fn closed_contacts(&self, q: &Vec3) -> Option<ClosedContacts> {
+        let free_acceleration = self.free_acceleration(q);
         let closed: Vec<usize> = (0..self.modes.len())
             .filter(|&k| self.modes[k] != Mode::Open)
             .collect();
         let modes: Vec<Mode> = closed.iter().map(|&k| self.modes[k]).collect();
-        let free = self.along(&closed, &unhindered);
+        let free = self.along(&closed, &free_acceleration);
         let multipliers = self.multipliers(&closed, &modes, &free)?;
-        Some(Held {
-            acceleration: unhindered + self.pushed(&closed, &multipliers),
+        Some(ClosedContacts {
+            acceleration: free_acceleration + self.pushed(&closed, &multipliers),
             closed,
             multipliers,
             free,
@@ -212,26 +219,26 @@ impl Mechanism {
     }
 
     /// `M⁻¹ (f − K q)`.
-    fn unhindered(&self, q: &Vec3) -> Vec3 {
+    fn free_acceleration(&self, q: &Vec3) -> Vec3 {
         self.inverse * (self.load - self.stiffness * q)
     }
 
-    /// `w·x` of every lever of the contacts in `who`.
-    fn along(&self, who: &[usize], x: &Vec3) -> DVector<f64> {
-        let levers = self.levers(who);
+    /// `w·x` of every lever of the contacts in `members`.
+    fn along(&self, members: &[usize], x: &Vec3) -> DVector<f64> {
+        let levers = self.levers(members);
         DVector::from_iterator(levers.len(), levers.iter().map(|w| w.dot(x)))
     }
 
     /// `M⁻¹ Σ w p`.
-    fn pushed(&self, who: &[usize], p: &DVector<f64>) -> Vec3 {
-        let levers = self.levers(who);
+    fn pushed(&self, members: &[usize], p: &DVector<f64>) -> Vec3 {
+        let levers = self.levers(members);
         let sum: Vec3 = levers.iter().zip(p.iter()).map(|(w, p)| w * *p).sum();
         self.inverse * sum
     }
 
     /// One Runge-Kutta step of order 4 in the present modes.
     fn smooth(&self, [q, v]: &State, h: f64) -> Option<State> {
-        let rate = |q: Vec3, v: Vec3| Some((v, self.held(&q)?.acceleration));
+        let rate = |q: Vec3, v: Vec3| Some((v, self.closed_contacts(&q)?.acceleration));
         let (a, ka) = rate(*q, *v)?;
         let (b, kb) = rate(q + 0.5 * h * a, v + 0.5 * h * ka)?;
         let (c, kc) = rate(q + 0.5 * h * b, v + 0.5 * h * kb)?;
@@ -247,12 +254,12 @@ impl Mechanism {
         let opens = self.modes.iter().zip(&self.contacts).any(|(mode, c)| {
             *mode == Mode::Open && c.gap + c.normal.dot(q) < 0.0 && c.normal.dot(v) < 0.0
         });
-        let held = self.held(q)?;
-        let slack = BREAKS * held.free.amax();
+        let found = self.closed_contacts(q)?;
+        let slack = LEAVE_TOLERANCE * found.free.amax();
         let missed = |by: f64, lever: &Vec3| by * lever.dot(&(self.inverse * lever)) > slack;
-        let fails = held.closed.iter().enumerate().any(|(i, &k)| {
+        let fails = found.closed.iter().enumerate().any(|(i, &k)| {
             let c = &self.contacts[k];
-            let (n, t) = (held.multipliers[2 * i], held.multipliers[2 * i + 1]);
+            let (n, t) = (found.multipliers[2 * i], found.multipliers[2 * i + 1]);
             let tangential = match self.modes[k] {
                 Mode::Slip(s) => s * c.tangent.dot(v) < 0.0,
                 _ => missed(t.abs() - c.friction * n, &c.tangent),
@@ -262,9 +269,9 @@ impl Mechanism {
         Some(opens || fails)
     }
 
-    /// Impacts, if a gap closes, and the modes from here on.
+    /// The state after an event: applies an impact if a gap closes, then finds the new modes.
     fn after_event(&mut self, [q, mut v]: State) -> Option<State> {
-        // [m/s] below which a contact neither closes nor slides: far above round-off
+        // speed [m/s] below which a contact neither closes nor slides: far above round-off
         let rest = 1e-11 * v.amax().max(1e-3);
         let reached = |c: &LinearContact, v: &Vec3| {
             c.gap + c.normal.dot(&q) <= 0.0 && c.normal.dot(v) < -rest
@@ -301,7 +308,7 @@ impl Mechanism {
                 }
             })
             .collect();
-        let b = self.along(&closed, &self.unhindered(&q));
+        let b = self.along(&closed, &self.free_acceleration(&q));
         let (modes, _) = self.consistent(&closed, &sliding, &b)?;
         for (&k, mode) in closed.iter().zip(modes) {
             self.modes[k] = mode;
@@ -320,7 +327,7 @@ mod tests {
         scene.unwrap().linear.unwrap()
     }
 
-    /// From 1 m with e = 0.5: down after √(2/g), up again to a quarter.
+    /// A ball falls 1 m in √(2/g) and with e = 0.5 rises again to a quarter of it.
     #[test]
     fn a_ball_bounces_by_newtons_law() {
         let ball = block(

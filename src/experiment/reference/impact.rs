@@ -36,8 +36,8 @@ pub(super) fn bouncing_ball(scene: &Scene, s: &Samples) -> Vec<Measure> {
             break;
         }
     }
-    // at rest once the last impact is over that was located in time; without events from the first
-    // step after which the ball never has the millionth of its energy
+    // With event location, the ball is at rest after the last located impact. Without, it is at rest
+    // from the step after which its energy stays below a millionth of the initial one.
     let moving = s
         .states
         .iter()
@@ -79,7 +79,7 @@ pub(super) fn two_balls(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// The last ball leaves with the striker's speed, the others rest.
+/// The last ball leaves with the striker's speed, and all others are at rest.
 pub(super) fn cradle(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(striker) = find(scene, "striker") else {
         return Vec::new();
@@ -108,10 +108,11 @@ pub(super) fn cradle(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// n equal balls that touch, hit by the first at v: the others leave together with
-/// `w = (1 + e) v/n`, the first with `w − e v`.
+/// One ball hits a row of balls that touch, at speed v; all n balls are equal. The others then leave
+/// together with `w = (1 + e) v/n`, and the first has `w − e v`.
 ///
-/// Momentum, and `γ_E = −e γ_A`: e v at the contact that was hit, 0 at those at rest.
+/// This follows from the momentum and from `γ_E = −e γ_A`: the relative velocity is `e v` at the
+/// contact that was hit, and 0 at all contacts that were at rest.
 pub(super) fn touching_balls(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(striker) = find(scene, "striker") else {
         return Vec::new();

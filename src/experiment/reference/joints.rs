@@ -5,12 +5,14 @@ use crate::contact::Vec2;
 use crate::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
-/// Bodies that hang from one another on pins, the first from the world; each pin lies on the line
-/// through the last pin and the centre of mass of the body above.
+/// A chain of pendulums: the first body hangs on a pin from the world, each other body from the one
+/// above. Each pin lies on the line through the pin above it and the centre of mass between them.
 ///
-/// `position` compares the places at the end with [`Chain::swing`], over the chain's reach;
-/// `energy-drift` is relative to the energy above the hanging state; for a single pendulum let go
-/// at rest, `period` is compared with `T = 2π/(p agm(1, cos(θ₀/2)))`, `p² = m c g/(I + m c²)`.
+/// - `position`: largest distance of a centre of mass at the end from [`Chain::swing`], relative to
+///   the chain's reach;
+/// - `energy-drift`: relative to the energy above the hanging state;
+/// - `period`, of a single pendulum released at rest: relative to
+///   `T = 2π/(p agm(1, cos(θ₀/2)))`, `p² = m c g/(I + m c²)`.
 pub(super) fn pendulum(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some((chain, start)) = Chain::of(scene) else {
         return Vec::new();
@@ -40,7 +42,7 @@ pub(super) fn pendulum(scene: &Scene, s: &Samples) -> Vec<Measure> {
     out
 }
 
-/// Mean time \[s\] between passages of the lowest point in one direction.
+/// Mean time \[s\] between passages through the lowest point in the same direction.
 fn period(chain: &Chain, s: &Samples) -> Option<f64> {
     let x = |k: usize| s.states[k][chain.bodies[0]].0.translation.x - chain.pivot.x;
     let passages: Vec<f64> = (0..s.steps())
@@ -53,7 +55,7 @@ fn period(chain: &Chain, s: &Samples) -> Option<f64> {
 
 /// Gauss's arithmetic-geometric mean.
 fn agm(mut a: f64, mut b: f64) -> f64 {
-    // quadratic convergence: from any angle below 179 degrees 20 are more than enough
+    // quadratic convergence: 20 steps are more than enough for any angle below 179 degrees
     for _ in 0..20 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }
@@ -154,7 +156,7 @@ impl Chain {
         (0..self.bodies.len()).map(place).collect()
     }
 
-    /// Energy \[J\] above the state that hangs at rest.
+    /// Energy \[J\] relative to the chain that hangs at rest.
     fn energy(&self, at: &Swing) -> f64 {
         let n = self.bodies.len();
         let mut energy = 0.0;
@@ -184,7 +186,7 @@ impl Chain {
     }
 
     /// The state after `time` \[s\], by the classical Runge-Kutta method with steps of at most
-    /// 0.5 ms: 1e-12 for pendulums of a metre, as a test with half of that shows.
+    /// 0.5 ms. Its error is 1e-12 for pendulums of a metre; a test compares it with half the step.
     fn swing(&self, start: &Swing, time: f64) -> Swing {
         self.swing_by(start, time, 5e-4)
     }
@@ -229,13 +231,13 @@ mod tests {
             let fine = chain.swing_by(&start, 5.0, 2.5e-4);
             let apart = (&coarse.angles - &fine.angles).amax();
             assert!(apart < 1e-11, "{name}: {apart}");
-            // energy is no part of the equations as written
+            // the integration does not use the energy, so its drift is an independent check
             let drift = chain.energy(&fine) / chain.energy(&start) - 1.0;
             assert!(drift.abs() < 1e-11, "{name}: {drift}");
         }
     }
 
-    /// One period later a pendulum is back, so the two references agree.
+    /// After one period the pendulum is back: the integration agrees with the formula of the period.
     #[test]
     fn a_pendulum_is_back_after_its_period() {
         let (chain, start) = chain("pendulum");

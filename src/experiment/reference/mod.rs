@@ -1,8 +1,8 @@
 //! Closed forms, and the errors of a run against them. Their parameters come from the scene.
 //!
-//! One file per kind of mechanics. Each function finds the bodies it needs by their names in the
-//! scene. A *verdict* (does it hold?) is a measure too: the distance moved by a body that must hold,
-//! or the distance missing for a body that must move.
+//! Each file covers one kind of mechanics. Each function finds the bodies that it needs by their
+//! names in the scene. A *verdict* (does the structure hold?) is a measure too: the distance moved by
+//! a body that must stay in place, or the distance still missing for a body that must move.
 
 mod arcs;
 mod event_driven;
@@ -24,11 +24,11 @@ use crate::scene::{ClosedForm, Scene};
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Measure {
     pub name: &'static str,
-    /// Of `error`: "1" for a relative one.
+    /// Unit of `error`; "1" for a relative error.
     pub unit: &'static str,
     pub computed: f64,
     pub exact: f64,
-    /// `|computed/exact − 1|`, or `|computed − exact|` where the unit is not "1".
+    /// `|computed/exact − 1|` of a relative error, else `|computed − exact|`.
     pub error: f64,
 }
 
@@ -58,8 +58,12 @@ impl Measure {
         }
     }
 
-    /// Whether something holds: `creep` \[m\], how far it moved, if it must `hold`; else `standing`
-    /// \[m\], what is missing of the way `least` that it must have gone by the end.
+    /// Measures whether a body stays in place as it must. `motion` \[m\] is the distance that it
+    /// moved.
+    ///
+    /// If the body must `hold`, the measure is `creep` and its error is `motion`. If it must move, the
+    /// measure is `standing` and its error is the part of the distance `least` \[m\] that is still
+    /// missing at the end.
     pub(super) fn verdict(hold: bool, motion: f64, least: f64) -> Measure {
         let (name, exact) = if hold {
             ("creep", 0.0)
@@ -80,8 +84,8 @@ impl Measure {
     }
 }
 
-/// Errors of a run against the scene's closed form; empty where the scene names none or the run
-/// is too short to show it.
+/// Errors of a run against the scene's closed form. Empty if the scene names no closed form, or if
+/// the run ends before the measured event.
 pub fn measures(scene: &Scene, samples: &Samples) -> Vec<Measure> {
     let Some(form) = scene.reference else {
         return Vec::new();
@@ -119,7 +123,7 @@ fn find(scene: &Scene, name: &str) -> Option<usize> {
     scene.bodies.iter().position(|b| b.name == name)
 }
 
-/// Mean friction of a body with the floor, rapier's rule.
+/// Friction coefficient of two bodies: the mean of both, rapier's rule.
 fn friction(scene: &Scene, a: usize, b: usize) -> f64 {
     let of = |k: usize| scene.materials[scene.bodies[k].material].friction;
     0.5 * (of(a) + of(b))

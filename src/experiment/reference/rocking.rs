@@ -11,8 +11,8 @@ use crate::scene::{Scene, Shape};
 /// ω⁺/ω⁻ = 1 − (3/2) sin² α                  at each landing                        (2)
 /// ```
 ///
-/// so that it lands first after `∫ dθ/ω` and then rises to `cos(α − θ₁) = cos α + (ω⁺/ω⁻)²
-/// (cos(α − θ₀) − cos α)`.
+/// The block first lands after the time `∫ dθ/ω`. It then rises to the angle θ₁ with
+/// `cos(α − θ₁) = cos α + (ω⁺/ω⁻)² (cos(α − θ₀) − cos α)`.
 ///
 /// # Source
 /// Housner, *The behavior of inverted pendulum structures during earthquakes* (1963), without his
@@ -39,12 +39,12 @@ pub(super) fn rocking_block(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(k) = (1..=s.steps()).find(|&k| angle(k) <= 0.0) else {
         return Vec::new();
     };
-    // a landing spreads over two steps, and the step before may hold a part of it
+    // a landing takes two steps, and may begin in the step before them
     let (before, after) = (k.saturating_sub(2), k + 2);
     let mut out = Vec::new();
     let share = angle(k - 1) / (angle(k - 1) - angle(k));
     let time = s.time[k - 1] + share * s.step_length(k - 1);
-    // θ = θ₀ − x² takes the root out of 1/ω
+    // the substitution θ = θ₀ − x² removes the singularity of 1/ω at θ₀
     let landing = integral(0.0, start.sqrt(), |x| {
         2.0 * x / fall(start, start - x * x).sqrt()
     });
@@ -66,7 +66,7 @@ pub(super) fn rocking_block(scene: &Scene, s: &Samples) -> Vec<Measure> {
     out
 }
 
-/// `∫ f` by Gauss's rule of three points on 200 panels: round-off for what is smooth.
+/// `∫ f` by Gauss's rule of three points on 200 panels: exact to round-off for a smooth `f`.
 fn integral(from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
     const PANELS: usize = 200;
     let half = 0.5 * (to - from) / PANELS as f64;

@@ -1,4 +1,4 @@
-//! A thin rod on a floor: on a tip that sticks, slides freely, or jams.
+//! A thin rod that stands on a floor with one tip. The tip sticks, slides without friction, or jams.
 
 use super::motion::{integrate, turned_towards};
 use super::{Measure, Samples, down, find, friction};
@@ -12,7 +12,7 @@ struct Standing {
     half: f64,
     mass: f64,
     inertia: f64,
-    /// From the horizontal \[rad\], in (0, π), and its rate \[rad/s\].
+    /// Angle from the horizontal \[rad\], in (0, π), and its rate \[rad/s\].
     angle: f64,
     rate: f64,
 }
@@ -45,7 +45,7 @@ impl Standing {
     }
 }
 
-/// Falls about a tip that sticks: `(J + m l²) θ̈ = −m g l cos θ`.
+/// The rod falls about a tip that sticks: `(J + m l²) θ̈ = −m g l cos θ`.
 pub(super) fn stuck_rod(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(rod) = Standing::of(scene) else {
         return Vec::new();
@@ -65,7 +65,7 @@ pub(super) fn stuck_rod(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// Falls on a frictionless floor, its centre straight down:
+/// The rod falls on a frictionless floor. Its centre moves straight down:
 /// `(J + m l² cos² θ) θ̈ = m l² sin θ cos θ θ̇² − m g l cos θ`.
 pub(super) fn falling_rod(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let Some(rod) = Standing::of(scene) else {
@@ -86,15 +86,15 @@ pub(super) fn falling_rod(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// Painlevé's rod: sliding on a tip with velocity `v`, the normal force that holds the tip down
-/// goes with `1/p`,
+/// Painlevé's rod. While the tip slides with velocity `v`, the normal force at the tip is
+/// proportional to `1/p`,
 ///
 /// ```text
 /// p = 1 + (m l²/J) cos θ (cos θ + μ sgn(v) sin θ)                            (1)
 /// ```
 ///
-/// and where `p < 0` no sliding force exists: the tip jams at once. Whether the tip sticks within
-/// two steps, 1 or 0, against whether `p < 0`.
+/// If `p < 0` no contact force is consistent with sliding, and the tip jams at once. The measure
+/// compares whether the tip sticks within two steps (1 or 0) with whether `p < 0`.
 ///
 /// # Source
 /// Painlevé (1895); Génot & Brogliato, *Eur. J. Mech. A/Solids* 18 (1999).

@@ -4,35 +4,35 @@ use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use crate::scene::Built;
 
-/// A loaded contact: where, and `(P_N, P_T)` [N s].
+/// A loaded contact: its position \[m\] and impulse `(P_N, P_T)` [N s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Touch {
     pub position: Vec2,
     pub impulse: Vec2,
 }
 
-/// What the closed forms need of a run, step by step.
+/// Data of a run that the closed forms need, step by step.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
-    /// Time at the end of each step \[s\]; states of all bodies, the start first.
+    /// Time \[s\] and states of all bodies, at the start and at the end of each step.
     pub(super) time: Vec<f64>,
     pub(super) states: Vec<Vec<(Pose64, Vec3)>>,
     /// Kinetic and potential energy at the same instants \[J\].
     pub(super) energy: Vec<f64>,
-    /// Of each step: the sums of |P_T| and P_N, and whether anything sticks or slides.
+    /// For each step: the sums of |P_T| and P_N, and whether any loaded contact sticks.
     tangent: Vec<f64>,
     normal: Vec<f64>,
     pub(super) sticks: Vec<bool>,
-    /// Sum of all contacts' `load_slip` over the run \[N m\]: what wears.
+    /// Sum of all contacts' `load_slip` over the run \[N m\]; wear is proportional to it.
     pub(super) load_slip: f64,
-    /// When the last impact that was located in time was over \[s\].
+    /// Time of the last impact that was located inside a step \[s\].
     pub(super) settled: Option<f64>,
-    /// Of each step: its loaded contacts.
+    /// The loaded contacts of each step.
     pub(super) contacts: Vec<Vec<Touch>>,
 }
 
 impl Samples {
-    /// Takes in the start.
+    /// Samples with the state at the start.
     pub fn start(built: &Built, engine: Engine) -> Samples {
         let mut samples = Samples::default();
         samples.time.push(0.0);
@@ -40,7 +40,7 @@ impl Samples {
         samples
     }
 
-    /// Takes in one step.
+    /// Adds one step.
     pub fn add(&mut self, record: &StepRecord, built: &Built, engine: Engine) {
         self.time.push(record.time);
         let energy = &record.energy;
@@ -82,8 +82,8 @@ impl Samples {
         self.time.len() - 1
     }
 
-    /// Farthest that `point` of body `k` \[m, in its frame\] has been from its start \[m\]; infinite
-    /// if it was ever nowhere.
+    /// Largest distance \[m\] of a `point` of body `k` \[m, in its frame\] from its start. Infinite if
+    /// its position was ever not finite.
     pub(super) fn motion(&self, k: usize, point: Vec2) -> f64 {
         let start = self.states[0][k].0.apply(point);
         let way = |s: &Vec<(Pose64, Vec3)>| (s[k].0.apply(point) - start).norm();
@@ -116,7 +116,8 @@ impl Samples {
         self.time[k + 1] - self.time[k]
     }
 
-    /// When sliding ends: inside the first step that sticks, after the share `|P_T| / μ P_N` of it.
+    /// Time \[s\] at which sliding ends: in the first step that sticks, after the share
+    /// `|P_T| / (μ P_N)` of that step.
     pub(super) fn first_stick(&self, friction: f64) -> Option<f64> {
         let k = self.sticks.iter().position(|s| *s)?;
         let share = self.tangent[k] / (friction * self.normal[k]);

@@ -1,7 +1,7 @@
-//! Blocks and discs that slide, stop, roll or are carried along, and what that wears.
+//! Blocks and discs that slide, stop, roll or ride on a belt, and their wear.
 //!
-//! `wear` is the sum of `load_slip` over the run, load N times slip s of Archard's law: `m g s` of a
-//! body on level ground. Where nothing slides it must be 0.
+//! `wear` is the sum of `load_slip` over the run: load N times slip s in Archard's law. It is `m g s`
+//! for a body on level ground, and 0 if nothing slides.
 //!
 //! # Source
 //! Elementary mechanics with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Dynamics*.
@@ -32,7 +32,7 @@ pub(super) fn sliding_block(scene: &Scene, s: &Samples) -> Vec<Measure> {
     out
 }
 
-/// Slides with `a = g (sin φ − μ cos φ)`, or holds.
+/// The block slides with `a = g (sin φ − μ cos φ)`, or stays in place if this is not positive.
 pub(super) fn incline(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(floor), Some(block)) = (find(scene, "floor"), find(scene, "block")) else {
         return Vec::new();
@@ -56,7 +56,8 @@ pub(super) fn incline(scene: &Scene, s: &Samples) -> Vec<Measure> {
     }
 }
 
-/// Rolls from `t = (v + ω R)/(3 μ g)` with `(2 v − ω R)/3`; place at the end.
+/// The disc rolls from the time `t = (v + ω R)/(3 μ g)` on, with the speed `(2 v − ω R)/3`. Its
+/// place at the end follows from both.
 pub(super) fn spinning_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(floor), Some(disc)) = (find(scene, "floor"), find(scene, "disc")) else {
         return Vec::new();
@@ -92,7 +93,7 @@ pub(super) fn spinning_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
     out
 }
 
-/// Dropped on a belt of speed v: carried to it in `t = v/(μ g)`, then `u = v`.
+/// A block dropped on a belt of speed v reaches the speed of the belt after `t = v/(μ g)`.
 pub(super) fn conveyor(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(belt), Some(block)) = (find(scene, "belt"), find(scene, "block")) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Supports, contact forces, and whether something holds.
+//! Supports, contact forces, and whether a structure holds.
 //!
 //! # Source
 //! Equilibrium of rigid bodies with Coulomb's law, as in any text, e.g. Meriam & Kraige, *Statics*;
@@ -9,8 +9,9 @@ use super::{Measure, Samples, down, find, friction, mass};
 use crate::contact::Vec2;
 use crate::scene::{Scene, Shape};
 
-/// What must fall has to have gone this part of its size by the end of the run: far beyond creep,
-/// and within the two seconds of a scene for an excess of 1 % of gravity (0.2 m).
+/// Distance that a body which must fall has moved by the end of the run, as a share of its size. This
+/// is far beyond creep. An excess load of 1 % of gravity reaches it within the two seconds of a scene
+/// (0.2 m).
 const GONE: f64 = 1e-2;
 
 /// `N₁ = W b/(a+b)`, `N₂ = W a/(a+b)`, each with half of the beam's own weight.
@@ -37,11 +38,12 @@ pub(super) fn beam(scene: &Scene, s: &Samples) -> Vec<Measure> {
     ]
 }
 
-/// Three equal discs, the base ones apart, `sin α` = half their distance over the diameter: under
-/// the top disc `n = W/2`, `t = n tan(α/2)`, on the floor `3 W/2`; holds iff `μ ≥ tan(α/2)`.
+/// One disc on two others, all equal. The base discs are apart: `sin α` is half the distance of
+/// their centres over the diameter. The contacts with the top disc have `n = W/2`,
+/// `t = n tan(α/2)`, those with the floor `3 W/2`. The stack holds iff `μ ≥ tan(α/2)`.
 ///
-/// A base disc takes no moment: its two friction forces are equal, and the resultant of each
-/// contact passes through the other.
+/// No moment acts on a base disc: its two friction forces are equal, and the resultant of each of
+/// its two contacts passes through the other contact.
 pub(super) fn three_discs(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let [Some(left), Some(right), Some(top)] = ["left", "right", "top"].map(|n| find(scene, n))
     else {
@@ -58,7 +60,7 @@ pub(super) fn three_discs(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let motion = s.motion(top, Vec2::zeros());
     let mut out = vec![Measure::verdict(hold, motion, GONE * radius)];
     if hold {
-        // of the two sides, the one that is farther off
+        // the larger error of the two sides
         let worst = |name, a: f64, b: f64, exact: f64| {
             let [a, b] = [a, b].map(|f| Measure::relative(name, f / weight, exact));
             if a.error > b.error { a } else { b }
@@ -72,8 +74,8 @@ pub(super) fn three_discs(scene: &Scene, s: &Samples) -> Vec<Measure> {
     out
 }
 
-/// A capsule, half length l and radius r, at φ from the floor on a smooth wall: holds iff
-/// `μ ≥ l cos φ/(2 l sin φ + r)`.
+/// A capsule of half length l and radius r leans at the angle φ from the floor on a smooth wall. It
+/// holds iff `μ ≥ l cos φ/(2 l sin φ + r)`.
 ///
 /// Moments about the foot: `W l cos φ = H (2 l sin φ + r − r)` with the wall's push H at the height
 /// of the upper centre and the floor's friction at the foot, r below the lower centre.
@@ -91,8 +93,9 @@ pub(super) fn ladder(scene: &Scene, s: &Samples) -> Vec<Measure> {
     vec![Measure::verdict(hold, motion, GONE * length)]
 }
 
-/// A block, b wide and h high, on a slope: slides iff `tan > μ`, tips iff `tan > b/h`, whichever
-/// comes first. Sliding at `a = g (sin − μ cos)` it never tips, `μ < b/h`.
+/// A block of width b and height h on a slope of angle φ slides iff `tan φ > μ`, and tips iff
+/// `tan φ > b/h`; the smaller limit counts. A block that slides, with `a = g (sin φ − μ cos φ)`,
+/// does not tip if `μ < b/h`.
 pub(super) fn block_on_slope(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let (Some(floor), Some(block)) = (find(scene, "floor"), find(scene, "block")) else {
         return Vec::new();
@@ -115,10 +118,10 @@ pub(super) fn block_on_slope(scene: &Scene, s: &Samples) -> Vec<Measure> {
     vec![Measure::verdict(hold, motion, GONE * height)]
 }
 
-/// A wedge without weight, of half angle β, squeezed between two faces: stays iff `μ ≥ tan β`.
+/// A wedge without weight, of half angle β, squeezed between two faces stays iff `μ ≥ tan β`.
 ///
-/// Two forces, one at each face, balance only on a common line, which is at β from one of the two
-/// normals at least.
+/// The two forces, one at each face, balance only if they lie on one line. This line is at an angle
+/// of at least β from one of the two normals.
 pub(super) fn wedge(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let [Some(floor), Some(wedge), Some(lid)] = ["floor", "wedge", "lid"].map(|n| find(scene, n))
     else {
@@ -131,32 +134,32 @@ pub(super) fn wedge(scene: &Scene, s: &Samples) -> Vec<Measure> {
     vec![Measure::verdict(hold, inside, GONE * size)]
 }
 
-/// Voussoirs on two springings: stands iff a distribution of forces in the friction cones of the
-/// joints balances the weights.
+/// An arch of voussoirs on two springings stands iff some distribution of forces within the friction
+/// cones of its joints balances the weights.
 pub(super) fn arch(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let stones = (0..scene.bodies.len()).filter(|&k| scene.bodies[k].name.starts_with("voussoir["));
     let stones: Vec<usize> = stones.collect();
     let Some(Shape::Polygon { points }) = stones.first().map(|&k| &scene.bodies[k].shape) else {
         return Vec::new();
     };
-    // inner and outer radius: corners at the start of its angle
+    // inner and outer radius, from the first two corners of a voussoir
     let [Some(inner), Some(outer)] = [0, 1].map(|c| points.get(c).map(|p| p[0].hypot(p[1]))) else {
         return Vec::new();
     };
     let motion = |k: &usize| s.motion(*k, Vec2::new(0.5 * (inner + outer), 0.0));
     let most = stones.iter().map(motion).fold(0.0, f64::max);
-    // an error of the programme is no verdict: the measure is not a number
+    // without a result of the linear programme there is no verdict: the measure is NaN
     match can_stand(scene) {
         Ok(hold) => vec![Measure::verdict(hold, most, GONE * inner)],
         Err(_) => vec![Measure::absolute("creep", "m", f64::NAN, 0.0)],
     }
 }
 
-/// A belt without weight on a drum: slips iff its tensions differ by more than `exp(μ φ)`, and
-/// then by just that. (Euler 1769, Eytelwein 1808.)
+/// A belt without weight on a drum slips iff the ratio of its tensions exceeds `exp(μ φ)`. While it
+/// slips, the ratio is equal to that. (Euler 1769, Eytelwein 1808.)
 ///
-/// Tensions from the weights' accelerations, `T = m (g + a)`, in the first step: the belt is still
-/// at rest, without centrifugal force.
+/// The tensions follow from the weights' accelerations in the first step, `T = m (g + a)`. The belt
+/// is then still at rest, without centrifugal force.
 pub(super) fn capstan(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let [Some(heavy), Some(light), Some(drum)] = ["heavy", "light", "drum"].map(|n| find(scene, n))
     else {

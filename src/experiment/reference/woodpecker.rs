@@ -4,9 +4,9 @@ use super::event_driven::event_driven;
 use super::{Measure, Samples};
 use crate::scene::Scene;
 
-/// Instants \[s\] at which the woodpecker (`phi_s`) swings up through zero, the time between the
-/// first two, and the sleeve's height `y` \[m\] at 0.1 and 0.2 s, against the motion followed from
-/// event to event; those that the run is long enough for.
+/// Instants \[s\] at which the woodpecker's angle `phi_s` rises through zero, the time between the
+/// first two, and the sleeve's height `y` \[m\] at 0.1 and 0.2 s, all compared with [`event_driven`].
+/// Measures of instants after the end of the run are left out.
 ///
 /// # Source
 /// Glocker, *Set-Valued Force Laws* (2001).
@@ -49,7 +49,7 @@ fn value_of((pose, _): &(crate::dynamics::Pose64, crate::contact::Vec3)) -> f64 
     pose.translation.x
 }
 
-/// Where a path given by points (t, x) rises through zero; linear between points.
+/// Instants at which a path of points (t, x) rises through zero; linear between points.
 fn upward_crossings(path: Vec<(f64, f64)>) -> Vec<f64> {
     path.windows(2)
         .filter(|w| w[0].1 < 0.0 && w[1].1 >= 0.0)

@@ -1,17 +1,18 @@
-//! Which face two parts meet that stand corner to corner.
+//! Chooses the face at which two parts touch that are corner to corner.
 //!
-//! Several directions separate two such parts. Where a box slides over the seam of two flush boxes,
-//! the largest separation at the midpoint of a step is often that along its way: the box then meets
-//! an edge that is not there (rapier's issues 142 and 669). Two rules choose the face.
+//! Several directions separate two such parts. If a box slides over the seam of two flush boxes, the
+//! largest separation at the midpoint of a step is often that along its path. The box would then hit
+//! an edge that does not exist (rapier's issues 142 and 669). Two rules choose the face.
 //!
 //! Moving parts: a direction `k` in which the two touch at the start of the step, `−noise ≤
 //! g_k(q_A) ≤ flush`, can take the place of the present one; any that separates the two, `g_k(q_A) ≥
-//! −noise`, if the present one does not. Of these the contact takes the one that will separate them most two
-//! steps later, `max g_k(q_M + 2 Δt u_A)`. A real step overlaps along the floor's direction at the
-//! start, so it stops what runs into it.
+//! −noise`, if the present one does not. Of these the contact takes the direction with the largest
+//! separation two steps after the midpoint, `max g_k(q_M + 2 Δt u_A)`. In front of a real step in
+//! the floor the parts overlap along the floor's normal at the start, so the step stops the box.
 //!
 //! Parts at rest, `|g| ≤ noise`: the contact takes the direction of another contact of one of the
-//! two bodies in the same plane. There the two slide on one surface that is made of several parts.
+//! two bodies in the same plane. The two parts then slide on one surface that consists of several
+//! parts.
 
 use super::super::kernels::{Axes, Axis, Touch, with_axes};
 use super::Present;
@@ -21,8 +22,8 @@ use super::points::Pair;
 use crate::contact::NO_BODY;
 use crate::dynamics::{ContactPoint, Pose64};
 
-/// How far ahead of the midpoint directions are compared, in steps. More than the one step after
-/// which gaps are closed: a body that gains speed in the step comes farther than `u_A` tells.
+/// Time after the midpoint at which directions are compared, in steps. It is longer than the one step
+/// in which gaps close, because a body that gains speed in the step moves farther than with `u_A`.
 const AHEAD: f64 = 2.0;
 
 /// Height over a face, as a share of the smaller part's size, up to which a part slides on it. A part
@@ -33,7 +34,7 @@ const FLUSH: f64 = 1e-3;
 pub(super) struct Tie {
     /// Its index among all contacts.
     contact: usize,
-    /// Whether it stands twice.
+    /// Whether it is stored twice, as two contacts at the same point.
     twice: bool,
     setting: Pair,
     sides: [u32; 2],
@@ -42,8 +43,8 @@ pub(super) struct Tie {
     noise: f64,
 }
 
-/// Resolution of positions \[m\]: relative to the smaller part, and that of coordinates in `f32`, in
-/// which the user placed the parts.
+/// Resolution of positions \[m\]: the larger of 1e-7 of the smaller part's size, and the resolution
+/// of the user's coordinates in `f32`.
 fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
     let far = bodies[0].coordinate.max(bodies[1].coordinate);
     let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
@@ -52,8 +53,8 @@ fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
 }
 
 impl Finder<'_> {
-    /// Replaces the contacts of two parts that move, if their direction is not that in which they
-    /// meet.
+    /// Replaces the contacts of two moving parts if the parts meet along another direction than that
+    /// of the contacts.
     #[inline]
     pub(super) fn meet_moving(
         &self,
@@ -65,15 +66,18 @@ impl Finder<'_> {
         let dt = self.span.dt;
         let size = sides[0].surface.size.min(sides[1].surface.size);
         let motion = (bodies[0].speed + bodies[1].speed) * dt;
-        // at rest, or so fast that one may pass the other in a step, which the sweeps see to
+        // leave out parts at rest, and parts so fast that one may pass the other in a step: sweeps
+        // handle these
         if !(1e-7 * size..=0.5 * size).contains(&motion) {
             return;
         }
-        // a fixed chain sorts out its corners itself; one that moves may slide over seams
+        // the kernel of a chain chooses the face at its corners, but a moving chain may slide over
+        // seams of other parts
         if (0..2).any(|i| bodies[i].immovable && sides[i].part.is_chain()) {
             return;
         }
-        // may close in this step, in which it may be driven, or overlapped at its start
+        // a contact may have the wrong direction if it may close while forces accelerate the bodies,
+        // or if it overlapped at the start of the step
         let noise = noise(sides, bodies, found);
         let misled = |t: &Touch| {
             let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
@@ -115,8 +119,8 @@ impl Finder<'_> {
         }
     }
 
-    /// A contact of two parts at rest that could as well be met along other directions; `contact` is
-    /// its index.
+    /// The [`Tie`] of two parts at rest, if their only contact has the same gap along other
+    /// directions. `contact` is its index.
     #[inline]
     pub(super) fn tie(
         &self,

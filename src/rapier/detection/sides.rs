@@ -1,8 +1,9 @@
-//! On which side of a two-sided segment the other part of a pair lies.
+//! Finds the side of a two-sided segment on which the other part of a pair lies.
 //!
-//! A segment has no inside. At the midpoint of a step a part that lands on it may be on its far side,
-//! and a part that rests on it is on either side by rounding. So a pair that touches keeps the side
-//! on which it touched in the last step, and a new pair takes the side of the step's start.
+//! A segment has no inside, so positions alone do not give the side. At the midpoint of a step, a
+//! part that lands on the segment may already be on its far side. A part that rests on it is on one
+//! side or the other by rounding. A pair that touches therefore keeps its side of the last step, and
+//! a new pair takes its side at the start of the step.
 
 use super::super::kernels::{Core, Part, Sight, Touch};
 use super::Present;
@@ -16,7 +17,7 @@ fn is_two_sided(part: &Part) -> bool {
 }
 
 impl Finder<'_> {
-    /// What the kernels need to know of the past of a pair.
+    /// Data of earlier poses of a pair that the kernels need.
     pub(super) fn sight(
         &self,
         leaves: [u32; 2],
@@ -31,7 +32,7 @@ impl Finder<'_> {
             true => 0,
             false => memory.get(&Row::order(leaves, &self.leaves.names)),
         };
-        // motion since the start of the step of `other`, seen from `base`
+        // motion of `other` relative to `base` since the start of the step
         let moved = |base: usize, other: usize| {
             let place = sides[other].pose.translation;
             let u = bodies[other].velocity_at(place) - bodies[base].velocity_at(place);
@@ -50,7 +51,7 @@ impl Finder<'_> {
         }
     }
 
-    /// Stores the sides on which two parts touch, if they do or may in this step.
+    /// Stores the sides on which two parts touch, or may touch in this step.
     pub(super) fn remember_sides(
         &self,
         leaves: [u32; 2],

@@ -1,4 +1,4 @@
-//! The directions along which two convex parts may be separated: the normals of all their faces.
+//! The directions along which two convex parts can be separated: the normals of all their faces.
 
 use super::convex::View;
 use super::{Core, Part, Touch, corners};
@@ -28,9 +28,11 @@ pub(in crate::rapier) struct Axes<'a> {
     sides: [Option<usize>; 2],
 }
 
-/// Calls `run` with two parts at their poses, of which the second lies in the direction `toward` of
-/// the first. `None` if one has no corners, and for pairs whose kernel sorts out its corners itself: a
-/// ball with a segment that has neighbours, and two sharp segments.
+/// Calls `run` with two parts at their poses. The second part lies in the direction `toward` of the
+/// first.
+///
+/// `None` if a part has no corners, and for pairs whose own kernel chooses the face at corners: a
+/// ball with a segment that has neighbours, and two segments without rounding.
 pub(in crate::rapier) fn with_axes<R>(
     parts: [&Part; 2],
     poses: &[Pose64; 2],
@@ -81,7 +83,7 @@ pub(in crate::rapier) fn with_axes<R>(
 }
 
 impl Axes<'_> {
-    /// All faces that can be met.
+    /// All faces that the other part can touch.
     pub fn all(&self) -> impl Iterator<Item = Axis> + '_ {
         (0..2).flat_map(|part| {
             let faces = match self.sides[part] {
@@ -98,8 +100,7 @@ impl Axes<'_> {
         if axis.part == 0 { outward } else { -outward }
     }
 
-    /// How far the parts are apart along a direction from part 1 to part 2 \[m\]; negative where they
-    /// overlap.
+    /// Separation \[m\] of the parts along a direction from part 1 to part 2; negative if they overlap.
     pub fn separation(&self, poses: &[Pose64; 2], direction: Vec2) -> f64 {
         let [one, two] = [(0, direction), (1, -direction)].map(|(i, outward)| {
             let own = poses[i].unrotate(outward);
@@ -110,8 +111,9 @@ impl Axes<'_> {
         -one - two
     }
 
-    /// The contact along an axis: the other part's corner nearest to the face; of several within
-    /// `noise` \[m\], the one next to the face's middle. `None` if a segment does not admit it.
+    /// The contact along an axis, at the other part's corner that is nearest to the face. Of several
+    /// corners within `noise` \[m\], it takes the one nearest to the middle of the face. `None` if a
+    /// segment does not admit the contact.
     pub fn touch(&self, poses: &[Pose64; 2], axis: Axis, noise: f64) -> Option<Touch> {
         let Axis { part, face } = axis;
         let (base, other) = (&self.views[part], &self.views[1 - part]);
@@ -133,7 +135,7 @@ impl Axes<'_> {
             .filter(|(_, p)| outward.dot(p) <= low + noise)
             .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)))?;
         if let Some(edge) = base.edge {
-            // beyond a corner with a neighbour, the neighbour is met
+            // beyond an end with a neighbour, the contact belongs to the neighbour
             let reached = poses[part].apply_inverse(p);
             let out =
                 |end: usize| (reached - edge.ends[end]).dot(&(edge.ends[end] - edge.ends[1 - end]));

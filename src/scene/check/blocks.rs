@@ -1,4 +1,4 @@
-//! Which blocks go together: a scene is of bodies, a mechanism or a machine.
+//! Checks which blocks a file combines: a scene consists of bodies, of a mechanism or of a machine.
 
 use super::*;
 

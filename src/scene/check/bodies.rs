@@ -1,4 +1,4 @@
-//! Bodies.
+//! Checks the bodies of a file.
 
 use super::*;
 use crate::scene::file::{BodyEntry, BodyKind};
@@ -54,7 +54,8 @@ fn check_body(at: &At<'_>, body: &BodyEntry, materials: &[Material]) -> Result<(
     Ok(())
 }
 
-/// Drag is taken at the velocity of the step's start: beyond 1/dt it would turn the velocity round.
+/// Drag is computed from the velocity at the start of the step: above 1/dt it would reverse the
+/// velocity.
 fn check_drag(at: &At<'_>, body: &BodyEntry, dt: f64) -> Result<(), SceneError> {
     for (key, value) in [
         ("linear_damping", body.linear_damping),
@@ -70,7 +71,7 @@ fn check_drag(at: &At<'_>, body: &BodyEntry, dt: f64) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Every part is one shape by itself.
+/// Checks that each part has exactly one shape.
 fn check_parts(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     let at = at.key("parts");
     let parts = body.parts.as_deref().unwrap_or(&[]);
@@ -157,7 +158,7 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     at.refuse(&["mass"], body.density.is_some(), why)?;
     let why = "inertia needs a mass";
     at.refuse(&["inertia"], body.mass.is_none(), why)?;
-    // A chain has no area of its own, except where it encloses the solid.
+    // A polyline has an area only if it encloses the solid.
     let encloses = |points: &Vec<_>| body.closed == Some(true) && signed_area(points) > 0.0;
     if body.kind == BodyKind::Dynamic
         && body

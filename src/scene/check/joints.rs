@@ -1,4 +1,4 @@
-//! Joints.
+//! Checks the joints of a file.
 
 use super::*;
 use crate::scene::file::{BodyEntry, BodyKind};
@@ -94,11 +94,11 @@ fn check_motor(at: &At<'_>, motor: &Motor, kind: JointKind) -> Result<(), SceneE
     Ok(())
 }
 
-/// Every joint with the numbers of its bodies among those placed.
+/// All joints, with the numbers of their bodies among the `placed` ones.
 ///
 /// # Errors
-/// [`SceneError::UnknownName`]; [`SceneError::Conflict`] for a joint between two bodies neither
-/// of which it can move.
+/// [`SceneError::UnknownName`]; [`SceneError::Conflict`] for a joint between two bodies that are
+/// both not dynamic.
 pub(in crate::scene) fn joints(
     joints: &[JointEntry],
     placed: &[BodyEntry],

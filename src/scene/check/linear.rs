@@ -1,4 +1,4 @@
-//! The block of a mechanism with constant matrices.
+//! Checks the block `[linear]`, a mechanism with constant matrices.
 
 use super::*;
 use crate::scene::linear::LinearBlock;
@@ -52,7 +52,7 @@ pub(super) fn check(at: &At<'_>, block: &LinearBlock) -> Result<(), SceneError> 
             return Err(at.missing("tangent (friction needs it)"));
         }
     }
-    // what is left to the model: only whether the mass is positive definite
+    // the only check left to the model: whether the mass matrix is positive definite
     block.model().map(|_| ()).map_err(|_| {
         at.key("mass")
             .conflict("the mass matrix must be positive definite")
@@ -72,7 +72,7 @@ impl At<'_> {
         Ok(())
     }
 
-    /// A symmetric matrix as an array of rows.
+    /// Checks a symmetric matrix, given as an array of rows.
     fn matrix(&self, key: &str, rows: &[Vec<f64>], n: usize) -> Result<(), SceneError> {
         let at = self.key(key);
         if rows.len() != n {

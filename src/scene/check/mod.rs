@@ -1,5 +1,5 @@
-//! Whether a scene that could be read also makes sense. What each key allows by itself is in
-//! [`super::keys`]; here are references, contradictions, and ranges that depend on other keys.
+//! Checks that a scene file makes sense. [`super::keys`] has the values that each key allows by
+//! itself. This module checks references, contradictions, and ranges that depend on other keys.
 
 mod blocks;
 mod bodies;
@@ -17,8 +17,8 @@ use super::file::{Material, SceneFile, Step};
 use super::keys;
 use crate::dynamics::Scheme;
 
-/// Checks everything that can be checked without placing the bodies: every value by itself, then
-/// what concerns several keys at once.
+/// Checks everything that can be checked without placing the bodies: first every value by itself,
+/// then the rules between several keys.
 ///
 /// # Errors
 /// The first fault found, see [`SceneError`].
@@ -41,14 +41,14 @@ pub(super) fn check(file: &SceneFile, document: &Document) -> Result<(), SceneEr
     blocks::check(&top, file)
 }
 
-/// A place in the file under which values are checked.
+/// A place in the file, as a path of keys and indices, whose values are checked.
 #[derive(Clone)]
 pub struct At<'a> {
     document: &'a Document,
     path: Vec<Segment>,
 }
 
-/// A closed range of numbers and how errors call it.
+/// A closed range of numbers, and its text in errors.
 #[derive(Clone, Copy)]
 pub struct Range {
     least: f64,
@@ -69,12 +69,12 @@ impl<'a> At<'a> {
         }
     }
 
-    /// The block or key `key` in it.
+    /// The block or key `key` at this place.
     pub fn key(&self, key: &str) -> Self {
         self.then(Segment::Key(key.to_owned()))
     }
 
-    /// The element `index` in it, from 0.
+    /// The element `index` at this place, from 0.
     pub fn index(&self, index: usize) -> Self {
         self.then(Segment::Index(index))
     }
@@ -85,7 +85,7 @@ impl<'a> At<'a> {
         at
     }
 
-    /// What an error calls it.
+    /// The place as errors name it.
     pub fn place(&self) -> Box<Place> {
         self.document.place(&self.path)
     }
@@ -137,7 +137,7 @@ impl<'a> At<'a> {
         })
     }
 
-    /// Checks a name: it can stand in a path of keys, a file name and a CSV column.
+    /// Checks a name, which must be usable in a path of keys, a file name and a CSV column.
     ///
     /// # Errors
     /// [`SceneError::OutOfRange`].
@@ -159,7 +159,8 @@ impl<'a> At<'a> {
         self.document.node(&path).is_some()
     }
 
-    /// Refuses whichever of `keys` is written, where they have no place; `{key}` in `why` is the key.
+    /// If `when` is true, refuses the first of `keys` that the file has here. `{key}` in `why` stands
+    /// for that key.
     fn refuse(&self, keys: &[&str], when: bool, why: &str) -> Result<(), SceneError> {
         match keys.iter().find(|key| when && self.written(key)) {
             Some(key) => Err(self.key(key).conflict(why.replace("{key}", key))),

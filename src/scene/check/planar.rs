@@ -1,4 +1,5 @@
-//! Rods, lines and bowls, and what a scene with one may hold.
+//! Checks scenes with rods, lines and bowls. They run on closed-form geometry, which knows fewer
+//! shapes and keys.
 
 use super::*;
 use crate::models::PlanarShape;
@@ -8,16 +9,16 @@ use crate::scene::planar::{build, may_touch, shape, tied};
 use crate::scene::{Body, Joint, Model, Scene, Shape};
 
 const SHAPES: &str = "disc, box, rod, line and bowl";
-/// Half a million pairs.
+/// Most bodies of such a scene: half a million pairs.
 const MOST_BODIES: usize = 1000;
 
-/// Whether the file has a shape that only closed-form geometry has.
+/// Whether the file has a shape that only the closed-form geometry knows.
 pub(super) fn is_planar(bodies: &[BodyEntry]) -> bool {
     let only_planar = |b: &BodyEntry| b.rod.is_some() || b.line.is_some() || b.bowl.is_some();
     bodies.iter().any(only_planar)
 }
 
-/// What the body says of itself.
+/// Checks the keys of one body; `planar` if the scene runs on closed-form geometry.
 pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<(), SceneError> {
     let why = "`line = false` says nothing; leave it out";
     at.refuse(&["line"], body.line == Some(false), why)?;
@@ -53,7 +54,7 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
     at.refuse(&["oscillation"], body.kind != BodyKind::Kinematic, why)
 }
 
-/// The bodies that each body placed may touch, by number.
+/// For each placed body, the numbers of the bodies that it may touch; `None` if it may touch all.
 ///
 /// # Errors
 /// [`SceneError::UnknownName`].
@@ -83,7 +84,7 @@ pub(in crate::scene) fn touches(
         .collect()
 }
 
-/// Refuses two bodies that could meet without a closed form of their gap.
+/// Refuses two bodies that could touch although their gap has no closed form here.
 ///
 /// # Errors
 /// [`SceneError::Conflict`].
@@ -126,8 +127,8 @@ pub(in crate::scene) fn planar(
     Ok(())
 }
 
-/// Refuses a body that starts on the wrong side of what it may touch: a small overlap is pushed
-/// out, one deeper than the body cannot be meant.
+/// Refuses a body that starts on the wrong side of a surface that it may touch. The step pushes a
+/// small overlap out. An overlap deeper than the body is an error of the file.
 ///
 /// # Errors
 /// [`SceneError::Conflict`].
@@ -156,7 +157,8 @@ pub(in crate::scene) fn starts(scene: &Scene, document: &Document) -> Result<(),
     Ok(())
 }
 
-/// The entry of that name in the file; all bodies for a copy that a repeat made.
+/// The place of the body of that name in the file. For a copy made by a repeat, which has none, the
+/// place of all bodies.
 fn at_body<'d>(name: &str, document: &'d Document) -> At<'d> {
     let at = At::top(document).key("body");
     let index = match document.root.entry("body").map(|entry| &entry.node.value) {

@@ -1,11 +1,11 @@
-//! Copies of bodies: grids, rings and chains.
+//! Checks copies of bodies: grids, rings and chains.
 
 use super::*;
 use crate::scene::expand::copies;
 use crate::scene::file::{BodyEntry, BodyKind, RepeatEntry};
 use crate::scene::keys::MOST_BODIES;
 
-/// Checks every repeat, and that all of them together place a bounded number of bodies.
+/// Checks every repeat, and the total number of bodies that they place.
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("repeat");
     let mut placed = 0_u64;
@@ -127,7 +127,7 @@ fn check_grid(at: &At<'_>, repeat: &RepeatEntry, template: &BodyEntry) -> Result
     check_pins(at, repeat, count, template)
 }
 
-/// Copies named as fixed exist.
+/// Checks that the copies listed in `fixed` exist.
 fn check_fixed(
     at: &At<'_>,
     repeat: &RepeatEntry,
