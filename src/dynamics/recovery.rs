@@ -7,7 +7,7 @@ use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, JointKind, NormalLaw};
-use super::rules::{reference_acceleration, rest_velocity, turning};
+use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
@@ -380,10 +380,7 @@ fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
 /// Overlap \[m\] that is not corrected: noise, or a hundredth of the distance that the reference
 /// acceleration covers in a step.
 fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
-    let forced = reference_acceleration(contact, &interval.start, &interval.accelerations);
-    // a round body that rolls on a curve is held a little inside it, and comes out as it slows
-    let spins = turning(contact, &interval.start).map(|(omega, arm)| omega * omega * arm);
-    let acceleration = spins.fold(forced, f64::max);
+    let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let fall = rest_velocity(acceleration, interval.length) * interval.length;
     (2.0 * contact.gap_noise).max(0.01 * fall)
 }

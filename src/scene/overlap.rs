@@ -40,7 +40,7 @@ pub(super) struct Overlaps {
     lasting: Lasting,
 }
 
-/// What [`Overlaps::measure`] finds after a step.
+/// What [`Built::measure`](super::Built::measure) finds after a step.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Measured {
     /// Worst overlap \[m\].

@@ -95,7 +95,9 @@ fn a_small_bowl_meets_the_gates_as_well() {
     assert!(slides.error("angle") <= 4e-3, "{}", slides.error("angle"));
     let rough = "material=[{ name = \"rubber\", friction = 1 }]";
     let rolls = run(&load("rolling-bowl", &[&small[..], &[rough]].concat()));
-    assert!(rolls.error("angle") <= 1e-4, "{}", rolls.error("angle"));
+    // below 1e-4 before late overlaps were taken back by position: on so tight a curve the disc is
+    // held inside the bowl by more than the trigger
+    assert!(rolls.error("angle") <= 1e-3, "{}", rolls.error("angle"));
 }
 
 /// At speed the disc first sinks to the depth at which the scheme holds a curve, which costs the
