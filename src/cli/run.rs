@@ -120,10 +120,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })
 }
 
-/// A note for a scene with a closed form to which no result could be compared.
+/// A note for a run that ends before the first event that its closed form knows.
 fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
-    let why = "the scene's [reference] finds nothing to compare: it looks for bodies by the names of \
-               its catalogue scene, and for what a longer run would show";
+    let why = "the run is too short for its closed form: nothing is compared";
     (scene.reference.is_some() && found.is_empty()).then(|| why.to_owned())
 }
 

@@ -298,6 +298,13 @@ impl Simulation {
         }
     }
 
+    /// Sets whether the impacts of a body are located in time, in rapier's step and in ours.
+    pub fn set_ccd(&mut self, body: BodyId, on: bool) {
+        if let Some(body) = self.world.bodies.get_mut(body.0) {
+            body.enable_ccd(on);
+        }
+    }
+
     /// Replaces a collider by another, so that rapier keeps no stale contacts.
     ///
     /// # Errors

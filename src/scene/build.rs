@@ -80,6 +80,7 @@ impl Scene {
                 simulation.open_chains(id);
             }
             simulation.set_drag(id, body.gravity_scale, body.damping);
+            simulation.set_ccd(id, body.ccd);
             bodies.push(id);
         }
         for joint in &self.joints {

@@ -258,6 +258,7 @@ pub struct BodyEntry {
     #[serde(default)]
     pub surface_velocity: f64,
     pub one_way: Option<[f64; 2]>,
+    pub ccd: Option<bool>,
     pub gravity_scale: Option<f64>,
     pub linear_damping: Option<f64>,
     pub angular_damping: Option<f64>,
@@ -417,6 +418,8 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClosedForm {
+    /// The result is compared with nothing.
+    None,
     // sliding
     SlidingBlock,
     Incline,

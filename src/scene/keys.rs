@@ -147,6 +147,7 @@ pub const KEYS: &[Key] = &[
     key("body.material", Text, "", "Name of a `[[material]]`; default the first one"),
     key("body.surface_velocity", SPEED, "m/s", "Tangential velocity of the surface, as of a belt, positive counter-clockwise round the body; default 0"),
     key("body.one_way", PLACE, "", "Unit vector in the body's frame: the surface pushes only in this direction, within 0.1 rad, and bodies from other sides pass through; default: it pushes in all directions"),
+    key("body.ccd", Flag, "", "Whether the times of all impacts of a dynamic body are located, as with rapier's `ccd_enabled` and Box2D's bullets; staggered only; default false"),
     key("body.gravity_scale", Real(-1e3, 1e3), "", "Factor on the weight of a dynamic body; default 1"),
     key("body.linear_damping", Real(0.0, 1e9), "1/s", "Drag of a dynamic body, at most 1/dt; default 0"),
     key("body.angular_damping", Real(0.0, 1e9), "1/s", "The same for the angular velocity"),
@@ -204,7 +205,7 @@ pub const KEYS: &[Key] = &[
     key("verdict.joint_gap", Real(0.0, 1.0), "", "Up to which gap of a pin or weld that lasts 0.25 s a run counts as held, over the size of the smaller body; default 1e-3"),
     key("verdict.energy", Real(0.0, 1e6), "", "Up to which energy given by rigid contacts and joints in all a run counts as held, over the energy of the scene; default 1e-3"),
     key("verdict.imbalance", Real(0.0, 1e6), "", "Up to which error of the energy balance of a step a run counts as held, over the energy of the scene; default 1e-9"),
-    key("reference.closed_form", Text, "", "The closed form that the result is compared with"),
+    key("reference.closed_form", Text, "", "The closed form that the result is compared with; none: no comparison. It must fit the scene"),
 ];
 
 /// All keys as a table in Markdown.

@@ -129,6 +129,8 @@ pub struct Body {
     pub one_way: Option<[f64; 2]>,
     /// Whether its polyline touches from both sides.
     pub two_sided: bool,
+    /// Whether the times of all its impacts are located, as rapier's `ccd_enabled` asks.
+    pub ccd: bool,
     /// Factor on its weight.
     pub gravity_scale: f64,
     /// Drag on velocity and spin [1/s].
@@ -319,13 +321,17 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         bodies,
         joints,
         linear: file.linear,
-        reference: file.reference.map(|reference| reference.closed_form),
+        reference: file
+            .reference
+            .map(|reference| reference.closed_form)
+            .filter(|form| *form != ClosedForm::None),
         limits: file.verdict,
         hash,
         written: written::keys(document),
         changes: Vec::new(),
     };
     check::starts(&scene, document)?;
+    check::closed_form(&scene, document)?;
     Ok(scene)
 }
 
@@ -359,6 +365,7 @@ fn resolve_body(
         surface_velocity: entry.surface_velocity,
         one_way: entry.one_way,
         two_sided: entry.two_sided.unwrap_or(false),
+        ccd: entry.ccd.unwrap_or(false),
         gravity_scale: entry.gravity_scale.unwrap_or(1.0),
         damping: [entry.linear_damping, entry.angular_damping].map(|d| d.unwrap_or(0.0)),
         oscillation: entry.oscillation,

@@ -990,10 +990,10 @@ fn what_has_no_effect_is_not_taken_in_silence() {
         "--steps",
         "3",
     ]);
-    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(ended.code, 1, "{}", ended.err);
     assert!(
-        ended.out.contains("finds nothing to compare"),
+        ended.err.contains("does not fit the scene"),
         "{}",
-        ended.out
+        ended.err
     );
 }

@@ -91,6 +91,7 @@ pub fn measures(scene: &Scene, samples: &Samples) -> Vec<Measure> {
         return Vec::new();
     };
     let measures = match form {
+        ClosedForm::None => return Vec::new(),
         ClosedForm::SlidingBlock => sliding::sliding_block,
         ClosedForm::Incline => sliding::incline,
         ClosedForm::SpinningDisc => sliding::spinning_disc,

@@ -13,6 +13,10 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
         let at = at.index(index);
         check_body(&at, body, &file.material)?;
         check_drag(&at, body, file.step.dt)?;
+        if body.ccd == Some(true) && file.step.scheme == Scheme::Moreau {
+            let problem = "the times of impacts need the scheme staggered; moreau ignores gaps";
+            return Err(at.key("ccd").conflict(problem));
+        }
         planar::check_body(&at, body, closed_form)?;
     }
     for (index, joint) in file.joint.iter().enumerate() {
@@ -146,6 +150,7 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         "density",
         "mass",
         "inertia",
+        "ccd",
         "gravity_scale",
         "linear_damping",
         "angular_damping",

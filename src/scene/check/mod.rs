@@ -3,11 +3,13 @@
 
 mod blocks;
 mod bodies;
+mod closed_form;
 mod joints;
 mod linear;
 mod planar;
 mod repeats;
 
+pub(super) use closed_form::closed_form;
 pub(super) use joints::joints;
 pub(super) use planar::{planar, starts, touches};
 

@@ -44,6 +44,7 @@ pub(super) fn check_body(at: &At<'_>, body: &BodyEntry, planar: bool) -> Result<
     }
     let unknown = [
         "one_way",
+        "ccd",
         "gravity_scale",
         "linear_damping",
         "angular_damping",

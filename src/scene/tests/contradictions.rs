@@ -129,6 +129,16 @@ fn contradictions_and_bad_outlines_are_told() {
             "box = [10, 1]\ngravity_scale = 0",
             "gravity_scale has no effect on a fixed body",
         ),
+        (
+            "box = [10, 1]",
+            "box = [10, 1]\nccd = true",
+            "ccd has no effect on a fixed body",
+        ),
+        (
+            "dt = 0.01",
+            "dt = 0.01\nscheme = \"moreau\"\n[[body]]\nname = \"bullet\"\ndisc = 0.5\nccd = true",
+            "body.bullet.ccd: the times of impacts need the scheme staggered",
+        ),
     ];
     for (old, new, expected) in cases {
         assert_error(old, new, &[expected]);

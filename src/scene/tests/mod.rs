@@ -1,5 +1,6 @@
 //! What the tests of scenes share.
 
+mod closed_forms;
 mod content;
 mod contradictions;
 mod errors;
