@@ -120,7 +120,7 @@ fn what_has_no_effect_is_refused_and_named() {
         ("run thresher-study", "--set gravity.y=-5", "standard one"),
         (
             "run thresher-study",
-            "--set reference.closed_form=beam",
+            "--set reference.closed_form=none",
             own,
         ),
         (
@@ -199,8 +199,8 @@ fn keys_of_a_file_are_refused_with_their_line() {
         ),
         (
             "[study]",
-            "[reference]\nclosed_form = \"beam\"",
-            "reference.closed_form = \"beam\": has no effect",
+            "[reference]\nclosed_form = \"none\"",
+            "reference.closed_form = \"none\": has no effect",
         ),
         (
             "[thresher]",
