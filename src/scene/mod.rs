@@ -52,6 +52,7 @@ mod overrides;
 mod passing;
 mod planar;
 mod reader;
+mod slabs;
 mod time_scales;
 mod world;
 mod written;

@@ -2,8 +2,8 @@
 //! and whether one passed through another. The measures are the same for every engine.
 
 use super::convex::{gap, width};
-use super::outline::signed_area;
 use super::passing::Passing;
+use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
@@ -17,8 +17,8 @@ pub const LASTING: f64 = 0.25;
 /// Each shape is a core (a convex polygon, a segment or a point) with a radius r around it. If two
 /// cores are at a distance d, the depth is `r₁ + r₂ − d`. If they overlap, the depth is `r₁ + r₂` plus
 /// the least overlap along the normal of an edge (Gottschalk, Lin & Manocha 1996, in the plane). An
-/// edge of a polyline counts as a slab on its solid side, as thick as the largest other body but no
-/// thicker than the solid. An edge of a two-sided polyline counts as a segment.
+/// edge of a polyline counts as a piece of the solid behind it, see [`slabs`], no thicker than the
+/// largest other body. An edge of a two-sided polyline counts as a segment.
 ///
 /// One-way bodies are left out, because other bodies may pass through them. An overlap at the start
 /// is not an error of a step: for such a pair only the depth beyond its least depth so far counts.
@@ -346,27 +346,4 @@ fn add(body: &Body, shape: &Shape, place: &Pose64, largest: f64, out: &mut Vec<L
         }
         Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {}
     }
-}
-
-/// The solid behind each edge of a polyline, at most `thickness` \[m\] of it.
-fn slabs(points: &[[f64; 2]], closed: bool, thickness: f64) -> Vec<[[f64; 2]; 4]> {
-    let n = points.len();
-    let edges = if closed { n } else { n.saturating_sub(1) };
-    let edge = |k: usize| [points[k], points[(k + 1) % n]].map(Vec2::from);
-    let length: f64 = (0..edges).map(|k| (edge(k)[1] - edge(k)[0]).norm()).sum();
-    let area = if closed { signed_area(points) } else { 0.0 };
-    // twice the area over the outline is the radius of the largest circle inside, or more
-    let thickness = if area > 0.0 {
-        thickness.min(area / length)
-    } else {
-        thickness
-    };
-    (0..edges)
-        .map(|k| {
-            let [a, b] = edge(k);
-            let along = (b - a).normalize();
-            let inwards = Vec2::new(-along.y, along.x) * thickness;
-            [a, b, b + inwards, a + inwards].map(|p| [p.x, p.y])
-        })
-        .collect()
 }
