@@ -23,6 +23,7 @@ mod seams;
 mod shapes;
 mod sides;
 mod span;
+mod sweeps;
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;

@@ -321,8 +321,9 @@ impl Finder<'_> {
         if bound.is_none() {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
+        let met = self.meet_fast(sides, bodies, found);
         if !found.is_empty() {
-            if self.midpoint || self.within {
+            if !met && (self.midpoint || self.within) {
                 self.meet_moving(sides, bodies, reach, found);
             }
             if self.midpoint {
@@ -375,7 +376,8 @@ impl Finder<'_> {
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
         if let Some(bound) = touches(poses, parts, &sight, reach, found) {
-            if self.midpoint || self.within {
+            let met = self.meet_fast(sides, bodies, found);
+            if !met && (self.midpoint || self.within) {
                 self.meet_moving(sides, bodies, reach, found);
             }
             if self.midpoint {

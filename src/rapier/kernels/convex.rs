@@ -16,6 +16,8 @@ pub(in crate::rapier) struct Polygon {
     /// Outward normals of the face from each point to the next.
     pub normals: Box<[Vec2]>,
     pub center: Vec2,
+    /// Least width across a face.
+    pub thickness: f64,
 }
 
 impl Polygon {
@@ -37,8 +39,12 @@ impl Polygon {
             let along = (points[(i + 1) % n] - points[i]).normalize();
             Vec2::new(along.y, -along.x)
         });
+        let normals: Box<[Vec2]> = normals.collect();
+        let depth = |p: &Vec2, i: usize| normals[i].dot(&(points[i] - p));
+        let width = |i: usize| points.iter().map(|p| depth(p, i)).fold(0.0, f64::max);
         Some(Polygon {
-            normals: normals.collect(),
+            thickness: (0..n).map(width).fold(f64::INFINITY, f64::min),
+            normals,
             center: points.iter().sum::<Vec2>() / n as f64,
             points: points.into(),
         })
@@ -355,7 +361,14 @@ pub(super) fn convex_convex(
         // the solid behind a segment is taken to be as deep as the segment is long
         let longest = views.iter().filter_map(|view| view.edge).map(Edge::length);
         let deep = depth < -longest.fold(0.0, f64::max);
-        let opposed = facing < -0.5 || facing < 0.0 && deep;
+        // a thin shape in front of a segment is nearer to its own far face, through which it did not come
+        let (other, pose) = match flipped {
+            true => (first, &back),
+            false => (second, &seen),
+        };
+        let solid = base.edge.filter(|edge| edge.one_sided);
+        let in_front = solid.is_some_and(|edge| !edge.is_behind(pose.apply(other.center)));
+        let opposed = facing < -0.5 && !in_front || facing < 0.0 && deep;
         // a neighbour has the contact along the axis that separates the two most
         if depth < (most - slack).min(0.0) && (most > 0.0 || opposed) {
             return bound;
