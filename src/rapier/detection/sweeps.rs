@@ -12,7 +12,7 @@
 //!
 //! Source: Mirtich, *Impulse-based Dynamic Simulation of Rigid Body Systems* (1996), §2.3.
 
-use super::super::kernels::{Core, Part, Sight, Touch, touches};
+use super::super::kernels::{Core, Part, Sight, Touch, touches, with_axes};
 use super::Present;
 use super::leaves::Leaf;
 use super::pairs::Finder;
@@ -108,6 +108,17 @@ impl Finder<'_> {
                 touch.point += 0.5 * rest * (u1 + u2);
             }
             if early.iter().any(|touch| touch.gap < -shallow) {
+                // parts that slide along each other meet at the corners of a seam, and pass it
+                let now = sides.map(|leaf| leaf.pose);
+                let passes = with_axes(parts, &poses, early[0].normal, |axes| {
+                    axes.all().any(|axis| {
+                        let apart = |at| axes.separation(at, axes.direction(at, axis));
+                        apart(&poses) >= -touching && apart(&now) >= -shallow
+                    })
+                });
+                if passes == Some(true) {
+                    return false;
+                }
                 std::mem::swap(found, &mut early);
                 return true;
             }
