@@ -167,8 +167,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
                 m.dot(&edge.normals[face]) <= -1.0 + 1e-12
                     || edge.admits(nearest, -m)
                         && !(base.edge.is_none()
-                            && edge.neighbours[nearest].is_some()
-                            && edge.is_behind(seen.apply_inverse(base.center)))
+                            && edge.leaves_corner(nearest, seen.apply_inverse(base.center)))
             }
             (Some(_), None) => false,
             (None, _) => true,

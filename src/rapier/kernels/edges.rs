@@ -65,6 +65,17 @@ impl Edge {
         self.one_sided && self.height(point) < 0.0
     }
 
+    /// Whether the neighbour at corner `end` has the contacts there with a shape around `center`: it
+    /// faces the shape, and this segment does not. If neither does, one of them has the contacts.
+    pub fn leaves_corner(&self, end: usize, center: Vec2) -> bool {
+        let Some(leads) = self.neighbours[end] else {
+            return false;
+        };
+        let right = Vec2::new(leads.y, -leads.x) * if end == 0 { -1.0 } else { 1.0 };
+        let faces = right.dot(&(center - self.ends[end])) >= 0.0;
+        self.is_behind(center) && (faces || !self.owns[end])
+    }
+
     /// Length \[m\].
     pub fn length(&self) -> f64 {
         (self.ends[1] - self.ends[0]).norm()
