@@ -20,6 +20,7 @@ mod joint_changes;
 mod joints;
 mod left_out;
 mod long_run;
+mod places;
 mod queries;
 mod rapier_scenes;
 mod rapier_seam;

@@ -8,11 +8,11 @@ use super::colliders::{Colliders, Known};
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
-use super::points::{Pair, mix, parry_points, same_place};
+use super::points::{Pair, mix, parry_points, places, same_place};
 use super::rows::{Row, Rows};
 use super::seams::Tie;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64};
+use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64, SurfacePoint};
 use crate::rapier::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
@@ -614,12 +614,11 @@ impl Finder<'_> {
     #[inline]
     pub(super) fn point(&self, setting: &Pair, sides: [&Leaf; 2], touch: &Touch) -> ContactPoint {
         let bodies = sides.map(|leaf| self.present(leaf));
-        if sides.iter().all(|leaf| leaf.lone) {
-            return setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
-        }
-        let subs = sides.map(|leaf| leaf.sub);
-        let feature = mix([subs[0], subs[1], touch.feature, 0]);
-        setting.point(bodies, touch, subs, feature, true)
+        let feature = match sides.iter().all(|leaf| leaf.lone) {
+            true => touch.feature.into(),
+            false => mix([sides[0].sub, sides[1].sub, touch.feature, 0]),
+        };
+        setting.point(bodies, touch, places(sides, touch), feature, true)
     }
 
     fn ask_parry(
@@ -656,9 +655,10 @@ impl Finder<'_> {
                 if old.iter().any(|p| same_place(p, &touch, setting.size)) {
                     return;
                 }
-                let sub = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
+                let on = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
+                let on = on.map(SurfacePoint::on);
                 let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
-                let point = setting.point(bodies, &touch, sub, feature, false);
+                let point = setting.point(bodies, &touch, on, feature, false);
                 out.contacts.push(point);
             });
         }

@@ -70,6 +70,12 @@ impl Edge {
         (self.ends[1] - self.ends[0]).norm()
     }
 
+    /// The part of the way from the first end to the second at which a point lies, within [0, 1].
+    pub fn fraction(&self, point: Vec2) -> f64 {
+        let along = self.ends[1] - self.ends[0];
+        ((point - self.ends[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
+    }
+
     /// Height of a point above the line on the right \[m\].
     fn height(&self, point: Vec2) -> f64 {
         self.normals[0].dot(&(point - self.ends[0]))
