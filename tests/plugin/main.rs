@@ -5,6 +5,7 @@ mod common;
 
 mod bodies;
 mod borrowed;
+mod cells;
 #[cfg(feature = "debug-render")]
 mod debug_render;
 mod detection;

@@ -3,7 +3,7 @@
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
-use super::super::kernels::{Core, Sight, Touch, relative, touches};
+use super::super::kernels::{Core, Sight, Touch, cell_touches, relative, touches};
 use super::colliders::{Colliders, Known};
 use super::grid::Grid;
 use super::hooks::Hooks;
@@ -270,6 +270,8 @@ struct Terms {
     modified: bool,
     /// Only the deepest point per segment stays.
     deepest: bool,
+    /// The side whose segments are cells of a foundation.
+    foundation: Option<usize>,
     /// A surface has a [`SurfaceLaw`].
     own_law: bool,
 }
@@ -374,8 +376,10 @@ impl Finder<'_> {
         let found = &mut scratch.touches;
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
-        if let Some(bound) = touches(poses, parts, &sight, reach, found) {
-            if self.midpoint || self.within {
+        let cell = terms.foundation;
+        let pressed = cell.and_then(|cell| cell_touches(poses, parts, cell, reach, found));
+        if let Some(bound) = pressed.or_else(|| touches(poses, parts, &sight, reach, found)) {
+            if (self.midpoint || self.within) && pressed.is_none() {
                 self.meet_moving(sides, bodies, reach, found);
             }
             if self.midpoint {
@@ -444,6 +448,7 @@ impl Finder<'_> {
             events_only,
             modified: hooks.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
             deepest: known.iter().any(|k| k.law.one_point_per_segment),
+            foundation: (0..2).find(|&i| known[i].law.is_foundation()),
             own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
         })
     }
@@ -596,7 +601,8 @@ impl Finder<'_> {
                 });
             }
         }
-        if sides.iter().all(|leaf| leaf.lone) {
+        // cells that share an end are loaded there both
+        if terms.foundation.is_some() || sides.iter().all(|leaf| leaf.lone) {
             let points = found.iter().map(|t| self.point(&setting, sides, t));
             out.contacts.extend(points);
             return;

@@ -60,9 +60,46 @@ impl Edge {
         }
     }
 
-    /// Whether a point lies in or beyond the solid behind a one-sided segment.
-    pub fn is_behind(&self, point: Vec2) -> bool {
-        self.one_sided && self.height(point) < 0.0
+    /// Direction from the first end to the second.
+    pub fn along(&self) -> Vec2 {
+        Vec2::new(-self.normals[0].y, self.normals[0].x)
+    }
+
+    /// Normal of the neighbour at corner `end`, on the side of `face`.
+    fn next_normal(&self, end: usize, face: usize) -> Option<Vec2> {
+        let turn = if end == face { -1.0 } else { 1.0 };
+        self.neighbours[end].map(|leads| turn * Vec2::new(leads.y, -leads.x))
+    }
+
+    /// Whether corner `end` under `face`, met along a direction, is this segment's rather than its
+    /// neighbour's: the one that faces the direction more has it, both if they face it alike.
+    pub fn is_owner(&self, end: usize, direction: Vec2, face: usize) -> bool {
+        let own = direction.dot(&self.normals[face]);
+        self.next_normal(end, face)
+            .is_none_or(|next| own >= direction.dot(&next) - 1e-12)
+    }
+
+    /// Whether corner `end` of a one-sided segment, met along a direction, is its neighbour's.
+    pub fn cedes(&self, end: usize, direction: Vec2, face: usize) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let outward = self.ends[end] - self.ends[1 - end];
+        self.one_sided
+            && self.neighbours[end].is_some_and(|leads| direction.dot(&leads) <= ROUNDING)
+            && direction.dot(&outward) >= -ROUNDING * self.length()
+            && !self.is_owner(end, direction, face)
+    }
+
+    /// Whether what comes along a direction to corner `end` of a one-sided segment meets the
+    /// neighbour: it faces the direction more, and either does not lead on that way or faces it
+    /// within 45 degrees.
+    pub fn has_neighbour_facing(&self, end: usize, direction: Vec2) -> bool {
+        let next = self.next_normal(end, 0).map(|n| n.dot(&direction));
+        !self.is_owner(end, direction, 0) && (!self.leads_on(end, direction) || next > Some(0.7))
+    }
+
+    /// Whether a neighbour leads on from an end in a direction.
+    pub fn leads_on(&self, end: usize, direction: Vec2) -> bool {
+        self.neighbours[end].is_some_and(|leads| direction.dot(&leads) > 1e-12)
     }
 
     /// Length \[m\].
