@@ -68,7 +68,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             rows,
             bodies: rows.bodies,
             surfaces: rows.bodies,
-            cells: [0; 2],
+            places: Default::default(),
             position: Vec2::zeros(),
             normal: Vec2::x(),
             gap,

@@ -75,6 +75,7 @@ mod solution;
 mod solve;
 mod step;
 mod stepper;
+mod surface_point;
 #[cfg(feature = "parallel")]
 mod thread_pool;
 #[cfg(not(feature = "parallel"))]
@@ -99,3 +100,4 @@ pub use rules::{ImpactLaw, Scheme};
 pub use settings::{MOST_THREADS, StepError, StepperSettings};
 pub use stepper::MoreauStepper;
 pub(crate) use stepper::StepperState;
+pub use surface_point::SurfacePoint;

@@ -1,5 +1,6 @@
 use super::joint_frames::Bend;
 use super::roles::BodyRoles;
+use super::surface_point::SurfacePoint;
 use crate::contact::{Rows, Vec2, Vec3};
 use thiserror::Error;
 
@@ -35,8 +36,8 @@ pub struct ContactPoint {
     pub bodies: [u32; 2],
     /// The model's numbers of both surfaces: a body may have several.
     pub surfaces: [u32; 2],
-    /// The cell on each surface, see [`super::record::ContactRecord::cells`].
-    pub cells: [u32; 2],
+    /// Where the contact lies on each surface.
+    pub places: [SurfacePoint; 2],
     /// Point \[m\], unit normal, gap \[m\].
     pub position: Vec2,
     pub normal: Vec2,

@@ -1,6 +1,7 @@
 //! The record of a step: the input of every report, chart and wear law.
 
 use super::model::JointPart;
+pub use super::surface_point::SurfacePoint;
 use crate::contact::Vec2;
 use serde::{Deserialize, Serialize};
 
@@ -40,10 +41,10 @@ pub struct ContactRecord {
     pub bodies: [u32; 2],
     /// The model's number of each surface: a body may have several.
     pub surfaces: [u32; 2],
-    /// Cell of each surface that the contact lies on, by detection: the segment number of a
-    /// polyline, from 0; 0 on a surface of one piece.
-    pub cells: [u32; 2],
-    /// Contact point \[m\] and unit normal, at the configuration where it was detected.
+    /// Where the contact lies on each surface, by detection.
+    pub places: [SurfacePoint; 2],
+    /// Contact point \[m\] and unit normal, at the configuration where it was detected. If both
+    /// bodies move, the point is half way across the gap; [`ContactRecord::places`] are not.
     pub position: Vec2,
     pub normal: Vec2,
     /// `g_N` \[m\] there; positive is open.
@@ -66,10 +67,20 @@ pub struct ContactRecord {
 }
 
 impl ContactRecord {
-    /// The cell on `surface`; `None` if the contact is on other surfaces.
-    pub fn cell_on(&self, surface: u32) -> Option<u32> {
+    /// Where the contact lies on `surface`; `None` if it is on other surfaces.
+    pub fn place_on(&self, surface: u32) -> Option<SurfacePoint> {
         let side = self.surfaces.iter().position(|s| *s == surface)?;
-        Some(self.cells[side])
+        Some(self.places[side])
+    }
+
+    /// The cell on `surface`, [`SurfacePoint::edge`].
+    pub fn cell_on(&self, surface: u32) -> Option<u32> {
+        Some(self.place_on(surface)?.edge)
+    }
+
+    /// The cell on each surface.
+    pub fn cells(&self) -> [u32; 2] {
+        self.places.map(|place| place.edge)
     }
 }
 

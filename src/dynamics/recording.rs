@@ -126,7 +126,7 @@ fn record_contact(
             time,
             bodies: contact.bodies,
             surfaces: contact.surfaces,
-            cells: contact.cells,
+            places: contact.places,
             position: contact.position,
             normal: contact.normal,
             gap: contact.gap,

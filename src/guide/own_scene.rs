@@ -263,9 +263,9 @@
 //! let load_slip: f64 = sum.sums().iter().sum();
 //! assert!((volume / (1e-13 * load_slip) - 1.0).abs() < 1e-12);
 //! // of a tooth's five segments, trailing flank, tip, leading flank and twice the drum between, the
-//! // leading flank and the drum before it meet the grains
+//! // leading flank meets the grains: their spin holds them to the concave, clear of the drum
 //! let share = |kind: usize| (0..8).map(|k| sum.sums()[5 * k + kind]).sum::<f64>() / load_slip;
-//! assert!(share(2) + share(3) > 0.99);
+//! assert!(share(2) > 0.99);
 //! assert_eq!(depths[1], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -1,7 +1,7 @@
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, JointRow, ModelError, MultibodyModel,
-    NormalLaw,
+    NormalLaw, SurfacePoint,
 };
 use nalgebra::Matrix3;
 
@@ -195,7 +195,7 @@ impl MultibodyModel for Linear {
                 },
                 bodies: [NO_BODY, 0],
                 surfaces: [1, 0],
-                cells: [0, i as u32],
+                places: [0, i as u32].map(SurfacePoint::on),
                 // the model knows levers, not positions
                 position: Vec2::zeros(),
                 normal: Vec2::y(),

@@ -3,7 +3,7 @@ use super::planar_shape::{PlanarShape, Tip};
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NormalLaw,
+    JointRow, ModelError, MultibodyModel, NormalLaw, SurfacePoint,
 };
 use crate::dynamics::{JointFrames, Pose64, RowName};
 
@@ -208,7 +208,7 @@ impl Planar {
             rows: rows([Some(surface), Some(body)], arms, normal),
             bodies: [surface as u32, body as u32],
             surfaces: [surface as u32, body as u32],
-            cells: [0, feature as u32],
+            places: [0, feature as u32].map(SurfacePoint::on),
             position: tip - normal * below,
             normal,
             gap,

@@ -1,7 +1,7 @@
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 use crate::dynamics::{
     Bend, Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind,
-    JointPart, JointRow, ModelError, MultibodyModel, NormalLaw,
+    JointPart, JointRow, ModelError, MultibodyModel, NormalLaw, SurfacePoint,
 };
 
 /// A contact of a rotor: constant levers, gap linear in the angle.
@@ -145,7 +145,7 @@ impl MultibodyModel for Rotor {
                 rows: Rotor::rows(c.lever),
                 bodies: [NO_BODY, 0],
                 surfaces: [1, 0],
-                cells: [0, i as u32],
+                places: [0, i as u32].map(SurfacePoint::on),
                 position: c.position,
                 normal: Vec2::y(),
                 gap: c.gap + c.lever.x * turned,

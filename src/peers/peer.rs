@@ -2,7 +2,7 @@
 
 use crate::contact::{NO_BODY, Vec2};
 use crate::dynamics::Pose64;
-use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord};
+use crate::dynamics::record::{ContactRecord, ContactStatus, StepEnergy, StepRecord, SurfacePoint};
 use crate::rapier::engine::prelude::*;
 
 /// A record without contacts. All values that a peer does not report are NaN
@@ -191,7 +191,7 @@ impl PeerContact {
             time: record.time,
             bodies: colliders.map(number),
             surfaces: self.colliders.map(|h| h.into_raw_parts().0),
-            cells: self.cells,
+            places: self.cells.map(SurfacePoint::on),
             position: wide(self.touch.place),
             normal: self.touch.normal,
             gap: self.touch.gap,

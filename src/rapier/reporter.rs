@@ -296,7 +296,7 @@ fn fill(mut pair: ContactPair, world: &PhysicsWorld, handles: &Pair, met: &Met) 
         let mut data = ContactManifoldData::default();
         (data.rigid_body1, data.rigid_body2) = (c1.parent(), c2.parent());
         data.normal = real(first.normal);
-        let [part1, part2] = first.cells;
+        let [part1, part2] = first.cells();
         let mut manifold = ContactManifold::with_data(part1, part2, data);
         manifold.local_n1 = c1.position().rotation.inverse() * real(first.normal);
         manifold.local_n2 = c2.position().rotation.inverse() * real(-first.normal);

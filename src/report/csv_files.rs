@@ -227,7 +227,7 @@ impl ContactRow {
             time_s: contact.time,
             body_1: contact.bodies[0],
             body_2: contact.bodies[1],
-            cell: contact.cells[0].max(contact.cells[1]),
+            cell: contact.places[0].edge.max(contact.places[1].edge),
             x_m: contact.position.x,
             y_m: contact.position.y,
             nx: contact.normal.x,
@@ -421,7 +421,7 @@ fn rows_from<R: Row + DeserializeOwned>(
 mod tests {
     use super::*;
     use crate::contact::Vec2;
-    use crate::dynamics::record::{ContactStatus, StepEnergy};
+    use crate::dynamics::record::{ContactStatus, StepEnergy, SurfacePoint};
     use std::fs;
 
     fn written<R: Row>(rows: &[R]) -> (tempfile::TempDir, PathBuf) {
@@ -539,7 +539,7 @@ mod tests {
             time: 0.5,
             bodies: [1, 2],
             surfaces: [0, 0],
-            cells: [3, 0],
+            places: [3, 0].map(SurfacePoint::on),
             position: Vec2::new(4.0, 5.0),
             normal: Vec2::new(6.0, 7.0),
             gap: 8.0,

@@ -178,7 +178,7 @@ pub(super) fn load_cycle(
         let record = stepper.step(&mut rotor, h)?;
         totals.wall += start.elapsed().as_secs_f64();
         totals.add(&record);
-        sums.add(&record.contacts, |c| Some(c.cells[1] as usize))?;
+        sums.add(&record.contacts, |c| Some(c.cells()[1] as usize))?;
         let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
         most_worn = most_worn.max(worn);
         // round-off of a rotor at rest is no wear

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// from the solver's impulses. It needs no force and no division by a time step, so an impact
 /// counts like sustained contact, and the sum of a sticking cell stays at exactly 0.
 ///
-/// A cell is as detection counts it, [`ContactRecord::cells`]: an edge of a polyline.
+/// A cell is as detection counts it, [`ContactRecord::places`]: an edge of a polyline.
 /// [`Profile::on_nodes`](super::Profile::on_nodes) distributes the sums of the edges of a profile
 /// to its nodes.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,14 +148,14 @@ impl Archard {
 mod tests {
     use super::*;
     use crate::contact::Vec2;
-    use crate::dynamics::record::ContactStatus;
+    use crate::dynamics::record::{ContactStatus, SurfacePoint};
 
     fn record(cell: u32, load_slip: f64, status: ContactStatus) -> ContactRecord {
         ContactRecord {
             time: 0.0,
             bodies: [0, 1],
             surfaces: [7, 8],
-            cells: [cell, 0],
+            places: [cell, 0].map(SurfacePoint::on),
             position: Vec2::zeros(),
             normal: Vec2::y(),
             gap: 0.0,

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::contact::Vec2;
-use crate::dynamics::record::{ContactRecord, ContactStatus};
+use crate::dynamics::record::{ContactRecord, ContactStatus, SurfacePoint};
 
 /// A Winkler foundation of stiffness `k` [Pa/m] pressed straight down by `load` [N/m]: pressures
 /// \[Pa\] at the heights `y`, with the approach `D` from `Σ w k max(y − D, 0) = load`.
@@ -57,7 +57,7 @@ fn contact(cells: [u32; 2], load_slip: f64) -> ContactRecord {
         time: 0.0,
         bodies: [0, 1],
         surfaces: [0, 1],
-        cells,
+        places: cells.map(SurfacePoint::on),
         position: Vec2::zeros(),
         normal: Vec2::y(),
         gap: 0.0,

@@ -8,7 +8,7 @@
 //!
 //! A [`Profile`] is an open polyline in the frame of the part, from its tall end to its toe, with
 //! the solid on its right: `x` grows along it, and the outward normal is the tangent turned by +90
-//! degrees. Detection names the **edge** of a contact ([`ContactRecord::cells`]), and only this
+//! degrees. Detection names the **edge** of a contact ([`ContactRecord::places`]), and only this
 //! edge decides where the contact wears. A **node** belongs to the current mesh. A **cell** is a
 //! station `x` of the first mesh and never changes, so that reports keep their columns when the
 //! mesh changes. Both count from 0 here; the first cell of a table is cell 1.

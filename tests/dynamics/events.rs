@@ -379,7 +379,7 @@ impl MultibodyModel for Press {
                 },
                 bodies,
                 surfaces: [0, k as u32],
-                cells: [0; 2],
+                places: Default::default(),
                 position: Vec2::zeros(),
                 normal: Vec2::x(),
                 gap,

@@ -101,7 +101,7 @@ impl Cluster {
                 },
                 bodies: [first, second],
                 surfaces: [0, k as u32],
-                cells: [0; 2],
+                places: Default::default(),
                 position: Vec2::zeros(),
                 normal,
                 gap: 0.0,
@@ -723,8 +723,12 @@ fn a_contact_that_slides_at_full_speed_never_counts_as_sticking() {
                 break; // said so; nothing is claimed
             }
             for c in record.contacts.iter().filter(|c| c.impulse_n > 0.0) {
-                let slip = 70.0 * rotor.contacts[c.cells[1] as usize].lever.y * 1e-6;
-                let what = format!("{solver}, step {step}, cell {}: {:?}", c.cells[1], c.status);
+                let slip = 70.0 * rotor.contacts[c.cells()[1] as usize].lever.y * 1e-6;
+                let what = format!(
+                    "{solver}, step {step}, cell {}: {:?}",
+                    c.cells()[1],
+                    c.status
+                );
                 assert_ne!(c.status, ContactStatus::Stick, "{what}");
                 assert!((c.slip / slip - 1.0).abs() < 1e-6, "{what}, {}", c.slip);
             }

@@ -5,6 +5,7 @@ mod common;
 
 mod bodies;
 mod borrowed;
+mod cells;
 #[cfg(feature = "debug-render")]
 mod debug_render;
 mod detection;
@@ -20,6 +21,7 @@ mod joint_changes;
 mod joints;
 mod left_out;
 mod long_run;
+mod places;
 mod queries;
 mod rapier_scenes;
 mod rapier_seam;

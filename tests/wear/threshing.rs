@@ -77,7 +77,7 @@ fn no_part_of_a_tooth_gives_energy() {
         bending += record.energy.motors - world.drive_work(&record);
         for contact in &record.contacts {
             if let Some(Part::Tooth(_)) = world.part(contact) {
-                *cells.entry(contact.cells).or_insert(0.0) += contact.normal_work;
+                *cells.entry(contact.cells()).or_insert(0.0) += contact.normal_work;
             }
         }
     }

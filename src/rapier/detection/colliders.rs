@@ -20,6 +20,8 @@ pub(super) struct Surface {
     friction: f64,
     restitution: f64,
     rules: [CoefficientCombineRule; 2],
+    /// Whether its segments are cells of a foundation.
+    pub foundation: bool,
     /// No sensor, groups, hooks or surface law. Two plain colliders touch unless neither body can
     /// move.
     pub plain: bool,
@@ -41,6 +43,7 @@ impl Surface {
                 collider.friction_combine_rule(),
                 collider.restitution_combine_rule(),
             ],
+            foundation: law.is_foundation(),
             plain: !collider.is_sensor()
                 && groups.iter().all(open)
                 && collider.active_collision_types() == ActiveCollisionTypes::default()
@@ -196,6 +199,7 @@ impl Colliders {
         {
             known.law = law;
             known.surface.plain &= law == SurfaceLaw::default();
+            known.surface.foundation = law.is_foundation();
         }
     }
 

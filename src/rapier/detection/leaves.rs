@@ -2,7 +2,7 @@
 
 use super::super::bodies::Bodies;
 use super::super::joints::OUTSIDE;
-use super::super::kernels::Part;
+use super::super::kernels::{Core, Part};
 use super::colliders::{Colliders, Surface};
 use super::shapes;
 use crate::contact::Vec2;
@@ -23,6 +23,17 @@ pub(super) struct Leaf {
     pub lone: bool,
     /// Number of the body in this step.
     pub body: u32,
+}
+
+impl Leaf {
+    /// How deep \[m\] another part may lie in a cell of a foundation and press it: as deep as the cell
+    /// is long. 0 for other parts.
+    pub fn depth(&self) -> f64 {
+        match &self.part.core {
+            Core::Edge(edge) if self.surface.foundation => edge.length(),
+            _ => 0.0,
+        }
+    }
 }
 
 /// Index of the collider and number of the part, close together in memory.

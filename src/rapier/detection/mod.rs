@@ -63,8 +63,17 @@ pub struct SurfaceLaw {
     /// Tangential speed of the surface \[m/s\], positive counter-clockwise round the collider: a
     /// belt whose top runs to −x has a positive speed.
     pub speed: f64,
-    /// Keeps only the deepest point per segment of this polyline: its segments are cells.
+    /// Keeps only the deepest point per segment of this polyline: its segments are cells. Compliant
+    /// cells of one-sided polylines are pressed along their own normal. They may overlap with
+    /// another polyline as far as the segments of both are long.
     pub one_point_per_segment: bool,
+}
+
+impl SurfaceLaw {
+    /// Whether the segments of the surface are cells with springs along their normals.
+    fn is_foundation(&self) -> bool {
+        self.one_point_per_segment && self.compliance.is_some()
+    }
 }
 
 /// State that detection keeps from step to step.
@@ -302,7 +311,8 @@ impl Detector {
                 continue;
             };
             let body = leaf.body;
-            let growth = span.growth(present(&self.present, body), leaf.surface.size);
+            let growth =
+                span.growth(present(&self.present, body), leaf.surface.size) + leaf.depth();
             let travel = leaves.travel[k];
             leaves.reach(k, growth);
             if self.grid.holds(k, travel, growth) {

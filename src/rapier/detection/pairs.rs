@@ -3,16 +3,16 @@
 use super::super::bodies::Bodies;
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
-use super::super::kernels::{Core, Sight, Touch, relative, touches};
+use super::super::kernels::{Core, Sight, Touch, cell_touches, relative, touches};
 use super::colliders::{Colliders, Known};
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
-use super::points::{Pair, mix, parry_points, same_place};
+use super::points::{Pair, mix, parry_points, places, same_place};
 use super::rows::{Row, Rows};
 use super::seams::Tie;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64};
+use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64, SurfacePoint};
 use crate::rapier::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
@@ -270,6 +270,8 @@ struct Terms {
     modified: bool,
     /// Only the deepest point per segment stays.
     deepest: bool,
+    /// The side whose segments are cells of a foundation.
+    foundation: Option<usize>,
     /// A surface has a [`SurfaceLaw`].
     own_law: bool,
 }
@@ -375,8 +377,10 @@ impl Finder<'_> {
         let found = &mut scratch.touches;
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
-        if let Some(bound) = touches(poses, parts, &sight, reach, found) {
-            let met = self.meet_fast(sides, bodies, found);
+        let cell = terms.foundation;
+        let pressed = cell.and_then(|cell| cell_touches(poses, parts, cell, reach, found));
+        if let Some(bound) = pressed.or_else(|| touches(poses, parts, &sight, reach, found)) {
+            let met = pressed.is_some() || self.meet_fast(sides, bodies, found);
             if !met && (self.midpoint || self.within) {
                 self.meet_moving(sides, bodies, reach, found);
             }
@@ -446,6 +450,7 @@ impl Finder<'_> {
             events_only,
             modified: hooks.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
             deepest: known.iter().any(|k| k.law.one_point_per_segment),
+            foundation: (0..2).find(|&i| known[i].law.is_foundation()),
             own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
         })
     }
@@ -598,7 +603,8 @@ impl Finder<'_> {
                 });
             }
         }
-        if sides.iter().all(|leaf| leaf.lone) {
+        // cells that share an end are loaded there both
+        if terms.foundation.is_some() || sides.iter().all(|leaf| leaf.lone) {
             let points = found.iter().map(|t| self.point(&setting, sides, t));
             out.contacts.extend(points);
             return;
@@ -616,12 +622,11 @@ impl Finder<'_> {
     #[inline]
     pub(super) fn point(&self, setting: &Pair, sides: [&Leaf; 2], touch: &Touch) -> ContactPoint {
         let bodies = sides.map(|leaf| self.present(leaf));
-        if sides.iter().all(|leaf| leaf.lone) {
-            return setting.point(bodies, touch, [0, 0], touch.feature.into(), true);
-        }
-        let subs = sides.map(|leaf| leaf.sub);
-        let feature = mix([subs[0], subs[1], touch.feature, 0]);
-        setting.point(bodies, touch, subs, feature, true)
+        let feature = match sides.iter().all(|leaf| leaf.lone) {
+            true => touch.feature.into(),
+            false => mix([sides[0].sub, sides[1].sub, touch.feature, 0]),
+        };
+        setting.point(bodies, touch, places(sides, touch), feature, true)
     }
 
     fn ask_parry(
@@ -658,9 +663,10 @@ impl Finder<'_> {
                 if old.iter().any(|p| same_place(p, &touch, setting.size)) {
                     return;
                 }
-                let sub = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
+                let on = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
+                let on = on.map(SurfacePoint::on);
                 let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
-                let point = setting.point(bodies, &touch, sub, feature, false);
+                let point = setting.point(bodies, &touch, on, feature, false);
                 out.contacts.push(point);
             });
         }

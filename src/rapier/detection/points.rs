@@ -2,10 +2,11 @@
 
 use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
-use super::super::kernels::Touch;
+use super::super::kernels::{Core, Touch};
 use super::Present;
+use super::leaves::Leaf;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
-use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64};
+use crate::dynamics::{ContactKey, ContactPoint, NormalLaw, Pose64, SurfacePoint};
 use crate::rapier::parry::query::TrackedContact;
 
 /// The data that all contacts of a pair of colliders share.
@@ -37,7 +38,7 @@ impl Pair {
         &self,
         sides: [&Present; 2],
         touch: &Touch,
-        segments: [u32; 2],
+        places: [SurfacePoint; 2],
         feature: u64,
         exact: bool,
     ) -> ContactPoint {
@@ -81,7 +82,7 @@ impl Pair {
             },
             bodies: self.numbers,
             surfaces: self.surfaces,
-            cells: segments,
+            places,
             position: p,
             normal: n,
             gap: touch.gap,
@@ -92,6 +93,20 @@ impl Pair {
             surface_velocity: self.belt,
         }
     }
+}
+
+/// Where a contact of two parts lies on each.
+#[inline]
+pub(super) fn places(sides: [&Leaf; 2], touch: &Touch) -> [SurfacePoint; 2] {
+    let half = 0.5 * touch.gap * touch.normal;
+    let on = |leaf: &Leaf, half: Vec2| {
+        let at = match &leaf.part.core {
+            Core::Edge(segment) => segment.fraction(leaf.pose.apply_inverse(touch.point + half)),
+            _ => 0.0,
+        };
+        SurfacePoint { edge: leaf.sub, at }
+    };
+    [on(sides[0], -half), on(sides[1], half)]
 }
 
 /// Points of a parry manifold as touches, nearer than `reach`.

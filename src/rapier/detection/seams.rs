@@ -183,6 +183,7 @@ impl Finder<'_> {
         let of_body = contacts_of_bodies(self.present.len(), out);
         for tie in ties {
             let own = out[tie.contact];
+            let edges = |c: &ContactPoint| c.places.map(|place| place.edge);
             let moves = |body: &&u32| **body != NO_BODY && !self.present[**body as usize].immovable;
             let bodies = tie.setting.numbers;
             let chosen = tie.others.iter().find(|touch| {
@@ -195,7 +196,7 @@ impl Finder<'_> {
                             of_body[*body as usize].iter().map(|c| &out[*c as usize]);
                         contacts.any(|c| {
                             let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
-                            (c.key.pair, c.cells) != (own.key.pair, own.cells)
+                            (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
                                 && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
                                 && c.normal.dot(&(c.position - touch.point)).abs()
                                     <= 2.0 * tie.noise

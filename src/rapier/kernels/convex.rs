@@ -95,7 +95,7 @@ impl View<'_> {
     }
 
     /// Start and end of face `k`; a segment's left face runs the other way.
-    fn face(&self, k: usize) -> [Vec2; 2] {
+    pub(super) fn face(&self, k: usize) -> [Vec2; 2] {
         [self.points[k], self.next(k)]
     }
 
@@ -129,6 +129,8 @@ struct Separation {
     any: f64,
     /// Largest separation along a face on the side of the other shape, and this face.
     most: (f64, usize),
+    /// Whether the corner met along it belongs to a neighbour of the other segment.
+    ceded: bool,
     /// Largest separation along a direction that a contact may take, and its face.
     best: Option<(f64, usize)>,
 }
@@ -138,6 +140,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
     let mut found = Separation {
         any: f64::NEG_INFINITY,
         most: (f64::NEG_INFINITY, 0),
+        ceded: false,
         best: None,
     };
     // behind a one-sided segment there is solid, not a gap
@@ -160,20 +163,18 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
         let apart = n.dot(&(seen.translation - base.points[k])) + low;
         found.any = found.any.max(apart);
         let looks = base.edge.is_none() || sides[0] == Some(k);
-        let met = match (other.edge, sides[1]) {
+        let (met, ceded) = match (other.edge, sides[1]) {
+            // parallel faces, whichever of the two corners rounding made the nearer
+            (Some(edge), Some(face)) if m.dot(&edge.normals[face]) <= -1.0 + 1e-12 => (true, false),
             (Some(edge), Some(face)) => {
-                // parallel faces, whichever of the two corners rounding made the nearer; else a
-                // corner, which the neighbour has if it alone faces the other shape
-                m.dot(&edge.normals[face]) <= -1.0 + 1e-12
-                    || edge.admits(nearest, -m)
-                        && !(base.edge.is_none()
-                            && edge.leaves_corner(nearest, seen.apply_inverse(base.center)))
+                let ceded = edge.cedes(nearest, -m, face);
+                (edge.admits(nearest, -m) && !ceded, ceded)
             }
-            (Some(_), None) => false,
-            (None, _) => true,
+            (Some(_), None) => (false, false),
+            (None, _) => (true, false),
         };
         if looks && apart > found.most.0 {
-            found.most = (apart, k);
+            (found.most, found.ceded) = ((apart, k), ceded);
         }
         if looks && met && found.best.is_none_or(|(most, _)| apart > most) {
             found.best = Some((apart, k));
@@ -228,7 +229,7 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
 
 /// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
 /// front. `pose` is that of the shape in the frame of the segment.
-fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
+pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
     let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
     // the solid behind another segment counts
     let all = other.points.iter().map(height);
@@ -345,10 +346,11 @@ pub(super) fn convex_convex(
             true => -poses[1].rotate(normal),
             false => poses[0].rotate(normal),
         };
-        let ((most, face), from) = match of2.most.0 > of1.most.0 {
-            true => (of2.most, true),
-            false => (of1.most, false),
+        let (found, from) = match of2.most.0 > of1.most.0 {
+            true => (&of2, true),
+            false => (&of1, false),
         };
+        let (most, face) = found.most;
         let (base, own) = if flipped {
             (second, &of2)
         } else {
@@ -366,10 +368,10 @@ pub(super) fn convex_convex(
             false => (second, &seen),
         };
         let solid = base.edge.filter(|edge| edge.one_sided);
-        let in_front = solid.is_some_and(|edge| !edge.is_behind(pose.apply(other.center)));
+        let in_front = solid.is_some_and(|edge| edge.height(pose.apply(other.center)) >= 0.0);
         let opposed = facing < -0.5 && !in_front || facing < 0.0 && deep;
         // a neighbour has the contact along the axis that separates the two most
-        if depth < (most - slack).min(0.0) && (most > 0.0 || opposed) {
+        if depth < (most - slack).min(0.0) && (most > 0.0 || opposed || found.ceded) {
             return bound;
         }
     }

@@ -60,20 +60,46 @@ impl Edge {
         }
     }
 
-    /// Whether a point lies in or beyond the solid behind a one-sided segment.
-    pub fn is_behind(&self, point: Vec2) -> bool {
-        self.one_sided && self.height(point) < 0.0
+    /// Direction from the first end to the second.
+    pub fn along(&self) -> Vec2 {
+        Vec2::new(-self.normals[0].y, self.normals[0].x)
     }
 
-    /// Whether the neighbour at corner `end` has the contacts there with a shape around `center`: it
-    /// faces the shape, and this segment does not. If neither does, one of them has the contacts.
-    pub fn leaves_corner(&self, end: usize, center: Vec2) -> bool {
-        let Some(leads) = self.neighbours[end] else {
-            return false;
-        };
-        let right = Vec2::new(leads.y, -leads.x) * if end == 0 { -1.0 } else { 1.0 };
-        let faces = right.dot(&(center - self.ends[end])) >= 0.0;
-        self.is_behind(center) && (faces || !self.owns[end])
+    /// Normal of the neighbour at corner `end`, on the side of `face`.
+    fn next_normal(&self, end: usize, face: usize) -> Option<Vec2> {
+        let turn = if end == face { -1.0 } else { 1.0 };
+        self.neighbours[end].map(|leads| turn * Vec2::new(leads.y, -leads.x))
+    }
+
+    /// Whether corner `end` under `face`, met along a direction, is this segment's rather than its
+    /// neighbour's: the one that faces the direction more has it, both if they face it alike.
+    pub fn is_owner(&self, end: usize, direction: Vec2, face: usize) -> bool {
+        let own = direction.dot(&self.normals[face]);
+        self.next_normal(end, face)
+            .is_none_or(|next| own >= direction.dot(&next) - 1e-12)
+    }
+
+    /// Whether corner `end` of a one-sided segment, met along a direction, is its neighbour's.
+    pub fn cedes(&self, end: usize, direction: Vec2, face: usize) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let outward = self.ends[end] - self.ends[1 - end];
+        self.one_sided
+            && self.neighbours[end].is_some_and(|leads| direction.dot(&leads) <= ROUNDING)
+            && direction.dot(&outward) >= -ROUNDING * self.length()
+            && !self.is_owner(end, direction, face)
+    }
+
+    /// Whether what comes along a direction to corner `end` of a one-sided segment meets the
+    /// neighbour: it faces the direction more, and either does not lead on that way or faces it
+    /// within 45 degrees.
+    pub fn has_neighbour_facing(&self, end: usize, direction: Vec2) -> bool {
+        let next = self.next_normal(end, 0).map(|n| n.dot(&direction));
+        !self.is_owner(end, direction, 0) && (!self.leads_on(end, direction) || next > Some(0.7))
+    }
+
+    /// Whether a neighbour leads on from an end in a direction.
+    pub fn leads_on(&self, end: usize, direction: Vec2) -> bool {
+        self.neighbours[end].is_some_and(|leads| direction.dot(&leads) > 1e-12)
     }
 
     /// Length \[m\].
@@ -81,8 +107,14 @@ impl Edge {
         (self.ends[1] - self.ends[0]).norm()
     }
 
+    /// The part of the way from the first end to the second at which a point lies, within [0, 1].
+    pub fn fraction(&self, point: Vec2) -> f64 {
+        let along = self.ends[1] - self.ends[0];
+        ((point - self.ends[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
+    }
+
     /// Height of a point above the line on the right \[m\].
-    fn height(&self, point: Vec2) -> f64 {
+    pub fn height(&self, point: Vec2) -> f64 {
         self.normals[0].dot(&(point - self.ends[0]))
     }
 

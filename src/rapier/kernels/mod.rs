@@ -5,10 +5,12 @@
 
 mod axes;
 mod boxes;
+mod cells;
 mod convex;
 mod edges;
 
 pub(super) use axes::{Axes, Axis, with_axes};
+pub(super) use cells::cell_touches;
 pub(super) use convex::Polygon;
 pub(super) use edges::Edge;
 
@@ -295,6 +297,7 @@ fn plane(
 ) -> f64 {
     let normal = pose.rotate(n);
     let both = rounding[0] + rounding[1];
+    let toward = other_pose.unrotate(-normal);
     let height = |q: Vec2| normal.dot(&(other_pose.apply(q) - pose.translation));
     let bound = other.points.iter().map(|q| height(*q));
     let bound = bound.fold(f64::INFINITY, f64::min) - both;
@@ -307,7 +310,10 @@ fn plane(
     for j in [k, (k + 1) % other.points.len()] {
         let p = other_pose.apply(other.points[j]);
         let gap = height(other.points[j]) - both;
-        if gap <= reach {
+        let owned = other
+            .edge
+            .is_none_or(|edge| !edge.one_sided || edge.is_owner(j, toward, 0));
+        if gap <= reach && owned {
             out.push(Touch {
                 normal,
                 point: p - normal * (rounding[1] + 0.5 * gap),
