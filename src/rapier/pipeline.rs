@@ -279,7 +279,7 @@ impl MoreauPipeline {
             let mut model = self.model(world, &(), dt);
             out.contacts.clear();
             out.joints.clear();
-            model.find(dt, false, out)?;
+            model.find(dt, None, out)?;
             // sleeping bodies that are pressed on wake and then have contacts
             if !model.wakes_sleepers(out) {
                 return Ok(());
@@ -448,8 +448,8 @@ impl RapierModel<'_> {
 }
 
 impl RapierModel<'_> {
-    /// [`MultibodyModel::detect`], at the midpoint of a step or at any time.
-    fn find(&mut self, dt: f64, midpoint: bool, out: &mut Detection) -> Result<(), ModelError> {
+    /// [`MultibodyModel::detect`], at the midpoint of a step of this length \[s\] or at any time.
+    fn find(&mut self, dt: f64, step: Option<f64>, out: &mut Detection) -> Result<(), ModelError> {
         let acceleration = self.acceleration();
         if !acceleration.is_finite() {
             // the search for contacts would have no bound
@@ -463,7 +463,7 @@ impl RapierModel<'_> {
             world: self.world,
         };
         self.detector
-            .detect(hooks, self.bodies, (acceleration, midpoint), dt, out)?;
+            .detect(hooks, self.bodies, (acceleration, step), dt, out)?;
         self.joints.rows(self.bodies, self.dt, &mut out.joints);
         Ok(())
     }
@@ -542,7 +542,7 @@ impl MultibodyModel for RapierModel<'_> {
     }
 
     fn detect(&mut self, dt: f64, out: &mut Detection) -> Result<(), ModelError> {
-        self.find(dt, true, out)
+        self.find(dt, Some(self.dt), out)
     }
 
     fn detect_pairs(

@@ -14,7 +14,7 @@ fn at(x: f64, y: f64) -> Vector {
 
 const SLIDERS: [&str; 5] = ["box", "polygon", "capsule", "disc", "outline"];
 
-const FLOORS: [&str; 11] = [
+const FLOORS: [&str; 13] = [
     "two boxes",
     "tiles",
     "compound",
@@ -26,6 +26,8 @@ const FLOORS: [&str; 11] = [
     "voxels",
     "polygons",
     "bouncy",
+    "chains",
+    "outlines",
 ];
 
 /// A slider of 0.2 m in half height.
@@ -122,6 +124,23 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
                 ];
                 let top = ColliderBuilder::convex_polyline(points).unwrap();
                 world.insert(fixed(x, 0.0), smooth(top));
+            }
+        }
+        "chains" => {
+            // of two segments each, the solid below
+            for k in -30..60 {
+                let points = [0.5, 0.1, -0.5].map(|x| at(TILE * x, 0.0)).to_vec();
+                let chain = ColliderBuilder::oriented_polyline(points, None);
+                world.insert(fixed(TILE * f64::from(k), 0.0), smooth(chain));
+            }
+        }
+        "outlines" => {
+            for k in -30..60 {
+                let h = 0.5 * TILE;
+                let points = vec![at(h, 0.0), at(-h, 0.0), at(-h, -0.5), at(h, -0.5)];
+                let ring = vec![[0, 1], [1, 2], [2, 3], [3, 0]];
+                let outline = ColliderBuilder::oriented_polyline(points, Some(ring));
+                world.insert(fixed(TILE * f64::from(k), 0.0), smooth(outline));
             }
         }
         _ => {

@@ -5,7 +5,7 @@
 //! fat boxes overlap, sorted, and runs the narrow phase on a pair only when its two sides may have
 //! come close. [`DetectionDrive::Exhaustive`] stores nothing and tests every part against every
 //! other. Gaps come from `f64` kernels (accurate to 1e-15 m; 1e-13 m a kilometre from the origin).
-//! Shapes without a kernel (voxels, user-defined shapes) use parry, at relative poses computed in
+//! Shapes without a kernel (user-defined shapes) use parry, at relative poses computed in
 //! `f64` and never from a recycled manifold (accurate to 3e-7 m for 1 m shapes).
 //!
 //! rapier's own broad and narrow phase are not used: they would cost as much as rapier's step, and
@@ -117,7 +117,8 @@ impl Detector {
     }
 
     /// Finds all contacts at the present poses. `acceleration` \[m/s²\] bounds the acceleration of
-    /// every body. `midpoint` tells whether they are those of the midpoint of a step.
+    /// every body. `step` is the length of the step \[s\] of whose midpoint they are, if of any. All
+    /// contacts that may close within `dt` \[s\] are found, which may be longer.
     ///
     /// # Errors
     /// [`ModelError`] for colliders that use unsupported features.
@@ -125,7 +126,7 @@ impl Detector {
         &mut self,
         hooks: Hooks,
         bodies: &mut Bodies,
-        (acceleration, midpoint): (f64, bool),
+        (acceleration, step): (f64, Option<f64>),
         dt: f64,
         out: &mut Detection,
     ) -> Result<(), ModelError> {
@@ -144,7 +145,8 @@ impl Detector {
         apart(world, bodies, &mut self.apart);
         let mut pairs = std::mem::take(&mut self.pairs);
         let finder = Finder {
-            midpoint,
+            midpoint: step.is_some(),
+            step: step.unwrap_or(dt),
             ..self.finder(hooks, self.span)
         };
         let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
@@ -161,6 +163,7 @@ impl Detector {
             hooks,
             present: &self.present,
             span,
+            step: span.dt,
             midpoint: false,
             within: false,
         }

@@ -284,6 +284,8 @@ pub(super) struct Finder<'a> {
     pub hooks: Hooks<'a>,
     pub present: &'a [Present],
     pub span: Span,
+    /// Length of the step \[s\]; the span may look farther ahead.
+    pub step: f64,
     /// Whether the parts are at the midpoint of a step: half a step ago they were where their
     /// velocities take them back.
     pub midpoint: bool,

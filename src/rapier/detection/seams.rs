@@ -63,7 +63,7 @@ impl Finder<'_> {
         reach: f64,
         found: &mut Vec<Touch>,
     ) {
-        let dt = self.span.dt;
+        let dt = self.step;
         let size = sides[0].surface.size.min(sides[1].surface.size);
         let motion = (bodies[0].speed + bodies[1].speed) * dt;
         // leave out parts at rest, and parts so fast that one may pass the other in a step: sweeps
@@ -71,9 +71,9 @@ impl Finder<'_> {
         if !(1e-7 * size..=0.5 * size).contains(&motion) {
             return;
         }
-        // the kernel of a chain chooses the face at its corners, but a moving chain may slide over
-        // seams of other parts
-        if (0..2).any(|i| bodies[i].immovable && sides[i].part.is_chain()) {
+        // the kernel of a chain chooses the face within it; at its ends and sharp corners another
+        // part may lie flush, and a moving chain may slide over seams of other parts
+        if (0..2).any(|i| bodies[i].immovable && sides[i].part.goes_on()) {
             return;
         }
         // a contact may have the wrong direction if it may close while forces accelerate the bodies,
@@ -106,7 +106,7 @@ impl Finder<'_> {
                 pose
             })
         };
-        let (now, dt) = (sides.map(|leaf| leaf.pose), self.span.dt);
+        let (now, dt) = (sides.map(|leaf| leaf.pose), self.step);
         let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
         let present = found[0].normal;
         let flush = noise.max(FLUSH * sides[0].surface.size.min(sides[1].surface.size));
@@ -143,7 +143,7 @@ impl Finder<'_> {
         let apart = |t: &Touch| t.gap.abs() > noise || (t.point - found[0].point).norm() > noise;
         let place = found[0].point;
         let u = bodies[1].velocity_at(place) - bodies[0].velocity_at(place);
-        if u.norm() * self.span.dt > noise || found.iter().any(apart) {
+        if u.norm() * self.step > noise || found.iter().any(apart) {
             return None;
         }
         let now = sides.map(|leaf| leaf.pose);

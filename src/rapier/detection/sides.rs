@@ -36,7 +36,7 @@ impl Finder<'_> {
         let moved = |base: usize, other: usize| {
             let place = sides[other].pose.translation;
             let u = bodies[other].velocity_at(place) - bodies[base].velocity_at(place);
-            0.5 * self.span.dt * u
+            0.5 * self.step * u
         };
         Sight {
             faces: [0, 1].map(|i| match known >> (2 * i) & 3 {

@@ -13,7 +13,8 @@ const BOX_NORMALS: [Vec2; 4] = [
     Vec2::new(0.0, -1.0),
 ];
 
-/// A face of one of two parts.
+/// A face of one of two parts; for a one-sided segment, `2 + end` stands for that of the neighbour
+/// at an end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::rapier) struct Axis {
     pub part: usize,
@@ -32,7 +33,7 @@ pub(in crate::rapier) struct Axes<'a> {
 /// first.
 ///
 /// `None` if a part has no corners, and for pairs whose own kernel chooses the face at corners: a
-/// ball with a segment that has neighbours, and two segments without rounding.
+/// ball with a segment within a chain, and two segments of which one has two sides.
 pub(in crate::rapier) fn with_axes<R>(
     parts: [&Part; 2],
     poses: &[Pose64; 2],
@@ -61,19 +62,25 @@ pub(in crate::rapier) fn with_axes<R>(
     };
     let views = [view(0)?, view(1)?];
     let ball = |part: &Part| matches!(part.core, Core::Ball(_));
-    let chain = |view: &View| (view.edge).is_some_and(|e| e.neighbours.iter().any(Option::is_some));
+    let chain = |view: &View| view.edge.is_some_and(|edge| edge.goes_on());
     let rounding = parts.map(|part| match part.core {
         Core::Ball(radius) => radius + part.rounding,
         _ => part.rounding,
     });
     let chained_ball = parts.iter().any(|part| ball(part)) && views.iter().any(chain);
-    let segments = views.iter().all(|view| view.edge.is_some());
-    if chained_ball || segments && rounding == [0.0; 2] {
+    let lines = views.iter().all(|view| view.edge.is_some());
+    let solid = views
+        .iter()
+        .all(|view| view.edge.is_some_and(|edge| edge.one_sided));
+    if chained_ball || lines && !solid && rounding == [0.0; 2] {
         return None;
     }
     let side = |i: usize, sign: f64| {
-        let right = poses[i].rotate(views[i].edge?.normals[0]);
-        Some(usize::from(sign * right.dot(&toward) < 0.0))
+        let edge = views[i].edge?;
+        let right = poses[i].rotate(edge.normals[0]);
+        Some(usize::from(
+            !edge.one_sided && sign * right.dot(&toward) < 0.0,
+        ))
     };
     Some(run(&Axes {
         views,
@@ -85,19 +92,29 @@ pub(in crate::rapier) fn with_axes<R>(
 impl Axes<'_> {
     /// All faces that the other part can touch.
     pub fn all(&self) -> impl Iterator<Item = Axis> + '_ {
-        (0..2).flat_map(|part| {
+        (0..2).flat_map(move |part| {
             let faces = match self.sides[part] {
                 Some(face) => face..face + 1,
                 None => 0..self.views[part].normals.len(),
             };
-            faces.map(move |face| Axis { part, face })
+            let beside = (2..4).filter(move |face| self.beside(part, *face).is_some());
+            faces.chain(beside).map(move |face| Axis { part, face })
         })
+    }
+
+    /// Normal of the neighbour of a one-sided segment, see [`Axis`].
+    fn beside(&self, part: usize, face: usize) -> Option<Vec2> {
+        let edge = self.views[part].edge.filter(|edge| edge.one_sided)?;
+        edge.next_normal(face.checked_sub(2)?, 0)
     }
 
     /// The direction of an axis, from part 1 to part 2.
     pub fn direction(&self, poses: &[Pose64; 2], axis: Axis) -> Vec2 {
-        let outward = poses[axis.part].rotate(self.views[axis.part].normals[axis.face]);
-        if axis.part == 0 { outward } else { -outward }
+        let Axis { part, face } = axis;
+        let beside = self.beside(part, face);
+        let normal = beside.unwrap_or_else(|| self.views[part].normals[face]);
+        let outward = poses[part].rotate(normal);
+        if part == 0 { outward } else { -outward }
     }
 
     /// Separation \[m\] of the parts along a direction from part 1 to part 2; negative if they overlap.
@@ -113,9 +130,12 @@ impl Axes<'_> {
 
     /// The contact along an axis, at the other part's corner that is nearest to the face. Of several
     /// corners within `noise` \[m\], it takes the one nearest to the middle of the face. `None` if a
-    /// segment does not admit the contact.
+    /// segment does not admit the contact, or a neighbour has it.
     pub fn touch(&self, poses: &[Pose64; 2], axis: Axis, noise: f64) -> Option<Touch> {
         let Axis { part, face } = axis;
+        if self.beside(part, face).is_some() {
+            return None;
+        }
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let outward = poses[part].rotate(base.normals[face]);
         let along = Vec2::new(-outward.y, outward.x);

@@ -65,8 +65,16 @@ impl Edge {
         Vec2::new(-self.normals[0].y, self.normals[0].x)
     }
 
+    /// Whether both ends have neighbours, within 45 degrees of this segment.
+    pub fn goes_on(&self) -> bool {
+        (0..2).all(|end| {
+            let next = self.next_normal(end, 0);
+            next.is_some_and(|next| next.dot(&self.normals[0]) > std::f64::consts::FRAC_1_SQRT_2)
+        })
+    }
+
     /// Normal of the neighbour at corner `end`, on the side of `face`.
-    fn next_normal(&self, end: usize, face: usize) -> Option<Vec2> {
+    pub fn next_normal(&self, end: usize, face: usize) -> Option<Vec2> {
         let turn = if end == face { -1.0 } else { 1.0 };
         self.neighbours[end].map(|leads| turn * Vec2::new(leads.y, -leads.x))
     }

@@ -43,9 +43,9 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Whether this is a segment with neighbours.
-    pub fn is_chain(&self) -> bool {
-        matches!(&self.core, Core::Edge(edge) if edge.neighbours != [None, None])
+    /// Whether this is a segment of a chain that goes on at both ends, without a sharp corner.
+    pub fn goes_on(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if edge.goes_on())
     }
 }
 
