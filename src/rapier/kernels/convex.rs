@@ -375,32 +375,48 @@ pub(super) fn convex_convex(
             return bound;
         }
     }
-    let (base, other, pose, seen, own) = if flipped {
-        (second, first, poses[1], back, rounding[1])
-    } else {
-        (first, second, poses[0], seen, rounding[0])
+    let mut give = |flipped: bool, k: usize| {
+        let (base, other, pose, seen, own) = match flipped {
+            true => (second, first, poses[1], &back, rounding[1]),
+            false => (first, second, poses[0], &seen, rounding[0]),
+        };
+        let normal = base.normals[k];
+        let tangent = Vec2::new(-normal.y, normal.x);
+        let extent = normal.dot(&base.face(k)[0]);
+        let Some([a, b]) = clipped_incident(base, k, other, seen) else {
+            return false;
+        };
+        // features are numbered along the reference face, so they persist while that face does
+        let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
+        if flipped {
+            points.reverse();
+        }
+        let world = pose.rotate(normal);
+        for (i, (t, height)) in points.into_iter().enumerate() {
+            let gap = height - both;
+            if gap <= reach {
+                out.push(Touch {
+                    normal: if flipped { -world } else { world },
+                    point: pose.apply(tangent * t + normal * (extent + own + 0.5 * gap)),
+                    gap,
+                    feature: i as u32 | u32::from(flipped) << 1 | (k as u32) << 2,
+                });
+            }
+        }
+        true
     };
-    let normal = base.normals[k];
-    let tangent = Vec2::new(-normal.y, normal.x);
-    let extent = normal.dot(&base.face(k)[0]);
-    let Some([a, b]) = clipped_incident(base, k, other, &seen) else {
-        return bound;
-    };
-    // features are numbered along the reference face, so they persist while that face does
-    let mut points = if a.0 <= b.0 { [a, b] } else { [b, a] };
-    if flipped {
-        points.reverse();
-    }
-    let world = pose.rotate(normal);
-    for (i, (t, height)) in points.into_iter().enumerate() {
-        let gap = height - both;
-        if gap <= reach {
-            out.push(Touch {
-                normal: if flipped { -world } else { world },
-                point: pose.apply(tangent * t + normal * (extent + own + 0.5 * gap)),
-                gap,
-                feature: i as u32 | u32::from(flipped) << 1 | (k as u32) << 2,
-            });
+    if !give(flipped, k) && chosen.is_none() {
+        // what is deepest under the face of a segment lies beside it: the other shape's face may
+        // press the corner between
+        let (own, others) = if flipped { (&of2, &of1) } else { (&of1, &of2) };
+        let direction = |from: bool, k: usize| match from {
+            true => -poses[1].rotate(second.normals[k]),
+            false => poses[0].rotate(first.normals[k]),
+        };
+        if let (Some((_, k)), Some((_, next))) = (own.best, others.best)
+            && direction(flipped, k).dot(&direction(!flipped, next)) > 0.0
+        {
+            give(!flipped, next);
         }
     }
     bound
@@ -639,6 +655,46 @@ mod tests {
                 );
             }
             assert!((found[0].point - found[1].point).norm() > 0.099);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::sharp;
+    use super::super::{Core, touches};
+    use super::*;
+    use std::sync::Arc;
+
+    /// Bug: a box that landed with a face on the corner of two segments had no contact with either,
+    /// as the deepest of its own corners under one segment lay beside it.
+    #[test]
+    fn a_face_on_the_corner_of_two_segments_is_met_at_any_depth() {
+        let [p, q, r] = [[0.55, 0.34], [-0.55, 0.39], [-1.64, -0.31]].map(Vec2::from);
+        let mut edges = [[p, q], [q, r]].map(|[a, b]| Edge::new(a, b, true).unwrap());
+        edges[0].neighbours = [Some(Vec2::x()), Some((r - q).normalize())];
+        edges[1].neighbours = [Some((p - q).normalize()), Some(-Vec2::x())];
+        let fallen = sharp(Core::Box(Vec2::new(0.26, 0.175)));
+        let place = Pose64::new(Vec2::zeros(), 0.0);
+        for depth in [0.001, 0.01, 0.02, 0.05] {
+            let pose = Pose64::new(Vec2::new(-0.4776, 0.6928 - depth), -1.22);
+            for turned in [false, true] {
+                let mut out = Vec::new();
+                for edge in &edges {
+                    let part = sharp(Core::Edge(Arc::new(edge.clone())));
+                    let (poses, parts) = match turned {
+                        true => ([&pose, &place], [&fallen, &part]),
+                        false => ([&place, &pose], [&part, &fallen]),
+                    };
+                    touches(poses, parts, &Sight::default(), 0.0, &mut out);
+                }
+                let least = out.iter().map(|t| t.gap).fold(0.0, f64::min);
+                let up = out.iter().all(|t| t.normal.y.abs() > 0.8);
+                assert!(
+                    up && (-depth - 1e-3..-0.8 * depth + 1e-3).contains(&least),
+                    "{depth} {out:?}"
+                );
+            }
         }
     }
 }
