@@ -33,7 +33,7 @@
 //! |---|---|---|
 //! | ball, box, capsule, segment, triangle, convex polygon, half-space, round shapes | gaps in `f64`, good to 1e-15 m | `detection::gaps_agree_with_the_distance_that_parry_computes` `detection::gaps_are_exact_a_kilometre_from_the_origin` |
 //! | polyline, oriented polyline, triangle mesh, height field, compound | piece by piece; bodies slide smoothly over the seams of a flat surface; a mesh is met at its outline, or triangle by triangle where triangles overlap or share part of a side | `user_worlds::a_mesh_whose_triangles_share_part_of_a_side_is_met_at_its_border_only` `detection::the_tree_finds_what_trying_all_pairs_finds` `detection::nothing_stumbles_over_the_joints_of_a_flat_surface` `detection::a_joint_counts_once` |
-//! | voxels, shapes of one's own | through parry, 3e-7 m for shapes of 1 m (1e-15 m with `f64`) | `features::a_box_rests_on_voxels` |
+//! | voxels; shapes of one's own | by their border, as a mesh; through parry, 3e-7 m for shapes of 1 m (1e-15 m with `f64`) | `features::a_box_rests_on_voxels` |
 //! | contact skin | as rapier | `detection::skins_keep_surfaces_apart` |
 //! | `set_shape`, colliders exchanged | the next step detects contacts with the new shape | `rapier_seam::a_shape_that_the_user_sets_is_met_where_it_is` `rapier_seam::a_collider_that_the_user_exchanges_is_met_where_it_is` |
 //! | friction, restitution, combine rules | as rapier; the laws themselves are Coulomb's and Newton's | `rapier_seam::friction_and_restitution_combine_by_rapiers_rules` |

@@ -52,6 +52,16 @@ fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
         .max(4.0 * f64::from(f32::EPSILON) * far)
 }
 
+/// Poses of two parts at another time, by their present velocities.
+pub(super) fn poses_at(sides: [&Leaf; 2], bodies: [&Present; 2], time: f64) -> [Pose64; 2] {
+    [0, 1].map(|i: usize| {
+        let mut pose = sides[i].pose;
+        let center = pose.apply_inverse(bodies[i].center);
+        pose.advance(&bodies[i].velocity, center, time);
+        pose
+    })
+}
+
 impl Finder<'_> {
     /// Replaces the contacts of two moving parts if the parts meet along another direction than that
     /// of the contacts.
@@ -98,14 +108,7 @@ impl Finder<'_> {
         noise: f64,
         found: &mut Vec<Touch>,
     ) {
-        let at = |time: f64| {
-            [0, 1].map(|i: usize| {
-                let mut pose = sides[i].pose;
-                let center = pose.apply_inverse(bodies[i].center);
-                pose.advance(&bodies[i].velocity, center, time);
-                pose
-            })
-        };
+        let at = |time| poses_at(sides, bodies, time);
         let (now, dt) = (sides.map(|leaf| leaf.pose), self.step);
         let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
         let present = found[0].normal;

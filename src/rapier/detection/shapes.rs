@@ -6,7 +6,7 @@ use super::super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use crate::rapier::parry::bounding_volume::{Aabb, BoundingVolume};
-use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape};
+use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape, Voxels};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// One part of a collider.
@@ -23,7 +23,8 @@ pub(super) struct Piece {
 ///
 /// Segments of polylines and height fields know their neighbours, see [`Edge`]. A triangle mesh
 /// collides with its outline, like an oriented polyline: the borders between its triangles are no
-/// surface. A mesh without an outline collides triangle by triangle. `skin` \[m\] is added all
+/// surface. A mesh without an outline collides triangle by triangle. Voxels collide with their
+/// border, in the same way. `skin` \[m\] is added all
 /// round.
 pub(super) fn pieces(shape: &SharedShape, skin: f64) -> Vec<Piece> {
     let mut out = Vec::new();
@@ -122,6 +123,9 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
                 }
             }
         },
+        TypedShape::Voxels(voxels) => {
+            surface(border(voxels).into_iter(), true, skin, local, out);
+        }
         TypedShape::Compound(compound) => {
             for (pose, shape) in compound.shapes() {
                 add(shape, skin, local.compose(&Pose64::from_rapier(pose)), out);
@@ -212,6 +216,25 @@ fn outline(mesh: &TriMesh) -> Option<Vec<(usize, [Vec2; 2])>> {
         others.all(|t| share_inside(&triangles[t], [*a, *b], slack) < 1e-3)
     });
     conforms.then_some(sides)
+}
+
+/// The sides of voxels that no other voxel shares, solid on their left, numbered four to a voxel.
+fn border(voxels: &Voxels) -> Vec<(usize, [Vec2; 2])> {
+    let full = voxels.voxels().filter(|voxel| !voxel.state.is_empty());
+    let mut keys: Vec<[i32; 2]> = full.map(|v| [v.grid_coords.x, v.grid_coords.y]).collect();
+    keys.sort_unstable();
+    let taken: FxHashSet<[i32; 2]> = keys.iter().copied().collect();
+    let size = vec2(voxels.voxel_size());
+    let corner = |[i, j]: [i32; 2]| Vec2::new(size.x * f64::from(i), size.y * f64::from(j));
+    let mut sides = Vec::new();
+    for (id, &[i, j]) in keys.iter().enumerate() {
+        let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+        let beside = [[i, j - 1], [i + 1, j], [i, j + 1], [i - 1, j]];
+        for k in (0..4).filter(|k| !taken.contains(&beside[*k])) {
+            sides.push((4 * id + k, [corners[k], corners[(k + 1) % 4]].map(corner)));
+        }
+    }
+    sides
 }
 
 /// Relative rounding of single precision between two computations of one corner.

@@ -10,10 +10,15 @@ use super::Present;
 use super::leaves::Leaf;
 use super::pairs::{Finder, Marks};
 use super::rows::Row;
+use super::seams::poses_at;
 use crate::contact::Vec2;
 
 fn is_two_sided(part: &Part) -> bool {
     matches!(&part.core, Core::Edge(edge) if !edge.one_sided)
+}
+
+fn is_one_sided(part: &Part) -> bool {
+    matches!(&part.core, Core::Edge(edge) if edge.one_sided)
 }
 
 impl Finder<'_> {
@@ -48,6 +53,10 @@ impl Finder<'_> {
                 false => [Vec2::zeros(); 2],
             },
             motion: self.span.motion(bodies),
+            start: sides
+                .iter()
+                .any(|leaf| is_one_sided(&leaf.part))
+                .then(|| poses_at(sides, bodies, -0.5 * self.step)),
         }
     }
 

@@ -236,6 +236,17 @@ pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
     -all.fold(height(&other.center), f64::max)
 }
 
+/// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it, or on it
+/// by rounding, at the start of the step. Of `sight`, the one-sided one is part `own`.
+fn came_through(edge: &Edge, other: &View, far: f64, own: usize, sight: &Sight) -> bool {
+    let Some(start) = sight.start.filter(|_| far <= sight.motion) else {
+        return false;
+    };
+    let pose = relative(&start[own], &start[1 - own]);
+    other.edge.is_some_and(|line| !line.one_sided)
+        && behind(edge, other, &pose) <= 1e-6 * edge.length()
+}
+
 /// Whether all of a shape lies behind the line of a face of a segment.
 fn beyond(edge: &Edge, face: usize, other: &View, pose: &Pose64) -> bool {
     let height = |q: &Vec2| edge.normals[face].dot(&(pose.apply(*q) - edge.ends[0]));
@@ -277,8 +288,9 @@ pub(super) fn convex_convex(
     for (i, (view, pose)) in [(first, &seen), (second, &back)].into_iter().enumerate() {
         match view.edge {
             Some(edge) if edge.one_sided => {
-                let behind = behind(edge, &views[1 - i], pose);
-                if behind > 0.0 {
+                let other = &views[1 - i];
+                let behind = behind(edge, other, pose);
+                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
                     return 0.5 * behind - both;
                 }
                 sides[i] = Some(0);

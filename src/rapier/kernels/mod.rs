@@ -90,6 +90,8 @@ pub(super) struct Sight {
     /// How far the two may move in a step \[m\]: what lies farther beyond a segment has not come
     /// through it.
     pub motion: f64,
+    /// Poses of the two at the start of the step, for a two-sided segment with a one-sided one.
+    pub start: Option<[Pose64; 2]>,
 }
 
 /// The part of a [`Sight`] that belongs to one segment, in its frame.
