@@ -1,6 +1,7 @@
 //! Solves one island of an interval. The [`Worker`] sets up its contact problem, solves it, bounds
 //! the energy that it adds, and judges the solution, in this order.
 
+use super::closings::settle_closings;
 use super::energy_bound::{bound_contacts, bound_joints, joint_energies, work};
 use super::fallback::{self, ENOUGH, Fallback, LARGE, hopeless};
 use super::interval::Interval;
@@ -137,6 +138,9 @@ impl Worker {
             (false, false) => Attempt::Original,
         };
         self.solve_rigid(attempt, factors, task);
+        if attempt != Attempt::None {
+            self.settle_closings(task.tolerance);
+        }
         // without a rigid solve there are no impulses to bound yet: `solve_regularised` bounds its
         // own
         if rules.corrects_gaps() && attempt != Attempt::None {
@@ -194,6 +198,16 @@ impl Worker {
             answer.velocities.len() == island.terms.len()
         };
         answer.change_known = answer.velocities_known;
+    }
+
+    /// Replaces closing velocities of joints that contradict each other, see [`settle_closings`].
+    fn settle_closings(&mut self, tolerance: f64) {
+        let Worker { island, answer, .. } = self;
+        let report = settle_closings(island, &answer.impulses, &answer.report, tolerance);
+        if let Some(report) = report {
+            answer.report = report;
+            answer.bias = Some(original_bias(island, answer.relaxed));
+        }
     }
 
     /// Bounds the energy of joints, see [`bound_joints`].
