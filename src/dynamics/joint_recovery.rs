@@ -17,6 +17,14 @@ const CLOSED: f64 = 1e-12;
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
 
+/// What [`close_joints`] did.
+pub(super) struct Closed {
+    /// Displacement of the centre of mass of each body \[m\].
+    pub moved: Vec<Vec2>,
+    /// The movable bodies of each row.
+    pub sides: Vec<[u32; 2]>,
+}
+
 /// Closes the joint gaps that a step left open, at its end, by Newton's method. The displacements
 /// `d` have minimum kinetic norm under
 ///
@@ -25,7 +33,9 @@ const TURN: f64 = 0.5;
 /// J d ≥ −g   of these limits      J d ≥ −max(g, 0)   of contacts and other limits   (1)
 /// ```
 ///
-/// Velocities and kinetic energy stay as they are.
+/// Velocities stay as they are, which changes the angular momentum: see
+/// [`super::angular_momentum`]. Returns the displacement of every body, and the rows that coupled
+/// them.
 ///
 /// # Errors
 /// Those of the model.
@@ -35,9 +45,13 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     solution: &Solution,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
-) -> Result<(), ModelError> {
+) -> Result<Closed, ModelError> {
     let mut contacts = contacts_at_end(interval, solution, inverse_mass);
     let mut found = Vec::new();
+    let mut closed = Closed {
+        moved: vec![Vec2::zeros(); inverse_mass.len()],
+        sides: Vec::new(),
+    };
     for _ in 0..STEPS {
         found.clear();
         model.detect_joints(interval.length, &mut found)?;
@@ -82,6 +96,8 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             });
             laws.push(law);
         }
+        closed.sides.clear();
+        closed.sides.extend(rows.iter().map(|r| r.bodies));
         let (tolerance, far) = (solver.tolerance, f64::INFINITY);
         let way = (far, &mut false);
         let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, way);
@@ -91,6 +107,7 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
         for &(body, d) in &moves {
             model.shift(body as usize, &(d * share), 1.0);
             all[body as usize] = d * share;
+            closed.moved[body as usize] += d.xy() * share;
         }
         for (own, left) in &mut contacts {
             *left += own.velocity(&all).x;
@@ -99,7 +116,7 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
             break;
         }
     }
-    Ok(())
+    Ok(closed)
 }
 
 /// Rows of rigid contacts, and their gaps \[m\] at the end of the interval.

@@ -1,6 +1,7 @@
 //! One step: detects contacts, sets up and solves an interval, records the result and writes it to
 //! the model.
 
+use super::angular_momentum::restore_angular_momentum;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
@@ -363,10 +364,16 @@ impl MoreauStepper {
         let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
-            close_joints(model, interval, solution, w, &mut self.solver)?;
+            let closed = close_joints(model, interval, solution, w, &mut self.solver)?;
+            let end = &mut self.solution.end;
+            // conserves both momenta
+            let change = restore_angular_momentum(model, &closed, w, end);
+            record.energy.kinetic_end += change;
+            record.energy.joints += change;
+            model.set_velocities(end);
         }
         if let Some(mut overlaps) = overlaps {
-            let solver = &mut self.solver;
+            let (solver, solution) = (&mut self.solver, &self.solution);
             let moves = part_overlaps(&mut overlaps, interval, solution, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;

@@ -467,6 +467,9 @@ impl MultibodyModel for Plain {
     fn configuration(&self, body: usize) -> Configuration {
         self.0.configuration(body)
     }
+    fn centre(&self, body: usize) -> Option<Vec2> {
+        self.0.centre(body)
+    }
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
         self.0.set_configuration(body, configuration);
     }
