@@ -50,7 +50,6 @@ pub(crate) struct Left {
     pub on_surface: bool,
     /// Largest depth \[m\] at which the scheme has held the contact on a curved path since it is
     /// loaded.
-    #[serde(default)]
     pub held: f64,
 }
 
