@@ -29,6 +29,17 @@ impl Law {
         }
     }
 
+    /// Whether the law holds its rows whatever the impulse: a problem of such laws alone is linear.
+    pub(crate) fn is_bilateral(&self) -> bool {
+        match self {
+            Law::Pin => true,
+            Law::Bounded { lower, upper, .. } => {
+                *lower == f64::NEG_INFINITY && *upper == f64::INFINITY
+            }
+            Law::Contact { .. } => false,
+        }
+    }
+
     /// `R` [1/kg], zero for a pin.
     pub fn compliance(&self) -> f64 {
         match self {

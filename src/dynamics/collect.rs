@@ -112,6 +112,7 @@ impl Interval {
             stuck_before: now.stuck.is_some(),
             continues: now.pressed || now.left.is_some(),
             on_surface: now.left.is_some_and(|left| left.on_surface),
+            held: held_depth(now),
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
@@ -154,6 +155,7 @@ impl Interval {
                 stuck_before: false,
                 continues: false,
                 on_surface: false,
+                held: [0.0; 2],
             };
             self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
@@ -223,6 +225,15 @@ impl Interval {
     }
 }
 
+/// `h |γ_A − γ_E,prev| / 2` \[m\], the depth at which `b = g/h` is steady on a curved path, and the
+/// largest so far.
+fn held_depth(now: &Situation) -> [f64; 2] {
+    now.left.map_or([0.0; 2], |left| {
+        let turned = (now.gamma_a.x - left.gamma.x).abs();
+        [0.5 * now.span.length * turned, left.held]
+    })
+}
+
 fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) -> Block {
     Block {
         source: Source::Joint(index),
@@ -236,5 +247,6 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         stuck_before: false,
         continues: false,
         on_surface: false,
+        held: [0.0; 2],
     }
 }

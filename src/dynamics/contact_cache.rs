@@ -48,6 +48,9 @@ pub(crate) struct Left {
     pub ago: f64,
     /// Whether the contact has touched since the start of the simulation.
     pub on_surface: bool,
+    /// Largest depth \[m\] at which the scheme has held the contact on a curved path since it is
+    /// loaded.
+    pub held: f64,
 }
 
 /// A landing that takes a second step.

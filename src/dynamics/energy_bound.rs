@@ -228,13 +228,68 @@ fn contact_work(problem: &ContactProblem, terms: &[Terms], impulses: &[Vec2]) ->
     work_of(terms, impulses, gamma_end)
 }
 
-/// Result of the energy bound on the pins and locked axes of an island.
-#[derive(Default)]
-pub(super) struct BoundJoints {
-    /// If the bound was violated: the report of the bounded solution, and its `b`.
-    pub bounded: Option<(SolveReport, Vec<Vec2>)>,
-    /// Joint numbers of the detection, each with the energy it has added so far.
-    pub energies: Vec<(usize, JointEnergy)>,
+/// Energy account of the pins and locked axes of an island at the start of a step \[J\]. See
+/// [`bound_joints`].
+struct Account {
+    /// `A` and `A_c`.
+    added: f64,
+    total: f64,
+    /// The maximum in X, and X.
+    scale: f64,
+    limit: f64,
+    /// Whether the work of contacts is bounded with that of joints.
+    counts: bool,
+}
+
+impl Account {
+    fn of(island: &IslandProblem) -> Account {
+        let (mut added, mut total, mut most) = (0.0, 0.0, 0.0);
+        for own in &island.bilateral {
+            added += (1.0 - DECAY) * own.energy.added;
+            total += (1.0 - DECAY) * own.energy.total;
+            most += (1.0 - DECAY) * own.energy.scale;
+        }
+        let scale = island.energy.max(most);
+        let limit = SHARE * scale;
+        Account {
+            added: added.clamp(-limit, limit),
+            total: total.clamp(0.0, limit),
+            scale,
+            limit,
+            counts: !island.impact() && island.terms.iter().any(|t| t.rigid),
+        }
+    }
+}
+
+/// Joint numbers of the detection, each with its share of the account of [`bound_joints`] after the
+/// step, in which `impulses` act and give the velocities `G P + b`.
+pub(super) fn joint_energies(
+    island: &IslandProblem,
+    impulses: &[Vec2],
+    velocities: &[Vec2],
+) -> Vec<(usize, JointEnergy)> {
+    let bilateral = &island.bilateral;
+    if bilateral.is_empty() {
+        return Vec::new();
+    }
+    let account = Account::of(island);
+    let joints: f64 = (bilateral.iter().map(|h| h.block))
+        .map(|k| {
+            let gamma_end = velocities[k] - island.added[k];
+            0.5 * impulses[k].dot(&(island.terms[k].gamma_a + gamma_end))
+        })
+        .sum();
+    let contacts = match account.counts {
+        true => work(island, impulses, velocities),
+        false => 0.0,
+    };
+    let (limit, share) = (account.limit, 1.0 / bilateral.len() as f64);
+    let energy = JointEnergy {
+        added: share * (account.added + joints).clamp(-limit, limit),
+        total: share * (account.total + joints + contacts).clamp(0.0, limit),
+        scale: share * account.scale,
+    };
+    bilateral.iter().map(|h| (h.joint, energy)).collect()
 }
 
 /// Bounds the energy that pins and locked axes add,
@@ -266,7 +321,8 @@ pub(super) struct BoundJoints {
 ///
 /// which can only take energy. The rest of the gaps is closed by position, see
 /// [`super::joint_recovery`]. `problem` is the island's problem, or its regularised form; `impulses`
-/// is its solution.
+/// is its solution. Returns the report of the bounded solution and its `b`; `None` if the bound
+/// already holds.
 ///
 /// # Source
 /// Own construction, after the bound on restitution.
@@ -277,10 +333,10 @@ pub(super) fn bound_joints(
     impulses: &mut [Vec2],
     report: SolveReport,
     tolerance: f64,
-) -> BoundJoints {
+) -> Option<(SolveReport, Vec<Vec2>)> {
     let (terms, bilateral) = (&island.terms, &island.bilateral);
     if bilateral.is_empty() {
-        return BoundJoints::default();
+        return None;
     }
     // γ_E of a bilateral row is minus the velocity added to γ_F
     let added = bilateral
@@ -292,58 +348,45 @@ pub(super) fn bound_joints(
         let of = |(k, b): (usize, &Vec2)| 0.5 * p[k].dot(&(terms[k].gamma_a - b * share));
         blocks.map(of).sum()
     };
-    let (mut before, mut total, mut most) = (0.0, 0.0, 0.0);
-    for own in bilateral {
-        before += (1.0 - DECAY) * own.energy.added;
-        total += (1.0 - DECAY) * own.energy.total;
-        most += (1.0 - DECAY) * own.energy.scale;
-    }
-    let scale = island.energy.max(most);
-    let limit = SHARE * scale;
-    let before = before.clamp(-limit, limit);
+    let Account {
+        added: before,
+        total,
+        limit,
+        counts,
+        ..
+    } = Account::of(island);
     let room = limit - before;
-    let total = total.clamp(0.0, limit);
-    // whether the work of contacts is bounded with that of joints
-    let counts = !island.impact() && terms.iter().any(|t| t.rigid);
     let by_contacts = |p: &[Vec2]| match counts {
         true => contact_work(problem, terms, p),
         false => 0.0,
     };
-    let (mut now, mut contacts) = (work(1.0, impulses), by_contacts(impulses));
-    let mut result = BoundJoints::default();
-    if now > room || counts && total + now + contacts > limit || hopeless(&report) {
-        let mut plastic = problem.clone();
-        for (b, terms) in plastic.free.iter_mut().zip(terms) {
-            if terms.rigid {
-                let push = terms.bias - terms.gamma_f;
-                *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
-            } else if terms.bilateral {
-                *b = terms.gamma_f;
-            }
-        }
-        let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
-        let of_all =
-            |share: f64, p: &[Vec2], _: &[Vec2]| total + work(share, p) + by_contacts(p) - limit;
-        let excess: &[Excess] = match counts {
-            true => &[&of_joints, &of_all],
-            false => &[&of_joints],
-        };
-        let (start, first) = (impulses.to_vec(), (&*impulses, &report));
-        let problems = [problem, &plastic];
-        let found = blend(solver, problems, start, first, tolerance, excess);
-        now = work(found.share, &found.impulses);
-        contacts = by_contacts(&found.impulses);
-        impulses.copy_from_slice(&found.impulses);
-        let worse = found.share == 0.0 || !found.plastic.solved();
-        let report = found.report(&report, worse, tolerance);
-        result.bounded = Some((report, lerp(&plastic.free, &problem.free, found.share)));
+    let (now, contacts) = (work(1.0, impulses), by_contacts(impulses));
+    let gains = now > room || counts && total + now + contacts > limit;
+    if !gains && !hopeless(&report) {
+        return None;
     }
-    let share = 1.0 / bilateral.len() as f64;
-    let energy = JointEnergy {
-        added: share * (before + now).clamp(-limit, limit),
-        total: share * (total + now + contacts).clamp(0.0, limit),
-        scale: share * scale,
+    let mut plastic = problem.clone();
+    for (b, terms) in plastic.free.iter_mut().zip(terms) {
+        if terms.rigid {
+            let push = terms.bias - terms.gamma_f;
+            *b = terms.gamma_f + Vec2::new(push.x.max(0.0), 0.0);
+        } else if terms.bilateral {
+            *b = terms.gamma_f;
+        }
+    }
+    let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
+    let of_all =
+        |share: f64, p: &[Vec2], _: &[Vec2]| total + work(share, p) + by_contacts(p) - limit;
+    let excess: &[Excess] = match counts {
+        true => &[&of_joints, &of_all],
+        false => &[&of_joints],
     };
-    result.energies = bilateral.iter().map(|h| (h.joint, energy)).collect();
-    result
+    let (start, first) = (impulses.to_vec(), (&*impulses, &report));
+    let problems = [problem, &plastic];
+    let found = blend(solver, problems, start, first, tolerance, excess);
+    impulses.copy_from_slice(&found.impulses);
+    let worse = found.share == 0.0 || !found.plastic.solved();
+    let report = found.report(&report, worse, tolerance);
+    let bias = lerp(&plastic.free, &problem.free, found.share);
+    Some((report, bias))
 }

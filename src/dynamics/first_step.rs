@@ -52,6 +52,7 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
             gamma,
             ago: 0.0,
             on_surface: true,
+            held: 0.0,
         };
         let known = CachedContact {
             impulse: Vec2::zeros(),

@@ -30,6 +30,9 @@ pub(super) struct Block {
     pub continues: bool,
     /// See [`Left`](super::contact_cache::Left).
     pub on_surface: bool,
+    /// Depth \[m\] at which the scheme holds the contact on a curved path: in this step, and the
+    /// largest so far, see [`Left`](super::contact_cache::Left).
+    pub held: [f64; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Solves one island of an interval. The [`Worker`] sets up its contact problem, solves it, bounds
 //! the energy that it adds, and judges the solution, in this order.
 
-use super::contact_cache::JointEnergy;
-use super::energy_bound::{BoundJoints, bound_contacts, bound_joints, work};
+use super::closings::settle_closings;
+use super::energy_bound::{bound_contacts, bound_joints, joint_energies, work};
 use super::fallback::{self, ENOUGH, Fallback, LARGE, hopeless};
 use super::interval::Interval;
 use super::island_problem::{IslandProblem, restore_pushes};
@@ -61,7 +61,6 @@ struct Answer {
     relaxed: bool,
     /// See [`IslandResult`].
     bias: Option<Vec<Vec2>>,
-    energies: Vec<(usize, JointEnergy)>,
     problem: Option<SolvedProblem>,
 }
 
@@ -84,7 +83,6 @@ impl Answer {
             joints_bounded: false,
             relaxed: false,
             bias: None,
-            energies: Vec::new(),
             problem: None,
         }
     }
@@ -100,6 +98,15 @@ enum Attempt {
     WithoutPushes,
     /// None: the rigid problem has failed too often.
     None,
+}
+
+/// The `b` of the step. It includes the push-outs, which may be `dropped` from the problem.
+fn original_bias(island: &IslandProblem, dropped: bool) -> Vec<Vec2> {
+    let mut bias = island.problem.free.clone();
+    if dropped {
+        restore_pushes(&mut bias, &island.terms);
+    }
+    bias
 }
 
 impl Worker {
@@ -131,6 +138,9 @@ impl Worker {
             (false, false) => Attempt::Original,
         };
         self.solve_rigid(attempt, factors, task);
+        if attempt != Attempt::None {
+            self.settle_closings(task.tolerance);
+        }
         // without a rigid solve there are no impulses to bound yet: `solve_regularised` bounds its
         // own
         if rules.corrects_gaps() && attempt != Attempt::None {
@@ -167,7 +177,6 @@ impl Worker {
         answer.impulses.clone_from(&island.warm);
         (answer.contacts_bounded, answer.joints_bounded) = (false, false);
         (answer.bias, answer.problem) = (None, None);
-        answer.energies.clear();
         answer.relaxed = attempt == Attempt::WithoutPushes;
         if answer.relaxed {
             island.count_added();
@@ -191,6 +200,16 @@ impl Worker {
         answer.change_known = answer.velocities_known;
     }
 
+    /// Replaces closing velocities of joints that contradict each other, see [`settle_closings`].
+    fn settle_closings(&mut self, tolerance: f64) {
+        let Worker { island, answer, .. } = self;
+        let report = settle_closings(island, &answer.impulses, &answer.report, tolerance);
+        if let Some(report) = report {
+            answer.report = report;
+            answer.bias = Some(original_bias(island, answer.relaxed));
+        }
+    }
+
     /// Bounds the energy of joints, see [`bound_joints`].
     fn bound_joints(&mut self, attempt: Attempt, tolerance: f64) {
         let Worker {
@@ -200,7 +219,7 @@ impl Worker {
             ..
         } = self;
         let impulses = &mut answer.impulses;
-        let BoundJoints { bounded, energies } = bound_joints(
+        let bounded = bound_joints(
             solver.as_mut(),
             &island.problem,
             island,
@@ -208,18 +227,12 @@ impl Worker {
             answer.report,
             tolerance,
         );
-        answer.energies = energies;
         if let Some((report, bias)) = bounded {
             answer.report = report;
             answer.joints_bounded = true;
             (answer.velocities_known, answer.change_known) = (false, false);
-            island.problem.free.clone_from(&bias);
-            // the `b` of the step includes the push-outs, which were dropped only from the problem
-            let mut original = bias;
-            if attempt == Attempt::WithoutPushes {
-                restore_pushes(&mut original, &island.terms);
-            }
-            answer.bias = Some(original);
+            island.problem.free = bias;
+            answer.bias = Some(original_bias(island, attempt == Attempt::WithoutPushes));
         }
     }
 
@@ -252,7 +265,7 @@ impl Worker {
         let mut total = found.after(&answer.report);
         if task.rules.corrects_gaps() && attempt == Attempt::None {
             let mut impulses = std::mem::take(&mut island.warm);
-            let joints = bound_joints(
+            let bounded = bound_joints(
                 solver.as_mut(),
                 &regularised,
                 island,
@@ -261,9 +274,8 @@ impl Worker {
                 tolerance,
             );
             island.warm = impulses;
-            answer.energies = joints.energies;
             total = found.after(&answer.report);
-            if let Some((report, bias)) = joints.bounded {
+            if let Some((report, bias)) = bounded {
                 total = report.after(&answer.report);
                 answer.joints_bounded = true;
                 let changes = bias
@@ -372,6 +384,10 @@ impl Worker {
                 outcome.report.residual = natural_map(problem, impulses);
             }
         }
+        let energies = match task.rules.corrects_gaps() {
+            true => joint_energies(island, impulses, &answer.velocities),
+            false => Vec::new(),
+        };
         let own = &island.local.bodies;
         let change = (answer.change_known && answer.change.len() == own.len()).then(|| {
             own.iter()
@@ -386,7 +402,7 @@ impl Worker {
             resolution,
             bias: answer.bias.take(),
             change,
-            energies: std::mem::take(&mut answer.energies),
+            energies,
             unclosed: unclosed.map(|bilateral| bilateral.joint).collect(),
         }
     }

@@ -1,6 +1,7 @@
-//! Closes gaps of joints and passed limits by position, where velocities would add energy.
+//! Closes gaps of joints and passed limits by position, where velocities would add energy or come
+//! too late.
 
-use super::interval::{Interval, diagonal, movable};
+use super::interval::{Interval, diagonal, movable, side_velocities};
 use super::joint_rules::joint_impact_rule;
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
@@ -17,6 +18,28 @@ const CLOSED: f64 = 1e-12;
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
 
+/// Excess above which [`take_up_excess`] acts, as a share of the longest arm of the joint. It is
+/// reached where the turn of a body per step times its change is above 4e-3 rad². Without a limit
+/// every swing would be closed by position, which costs the order of the scheme.
+const EXCESS: f64 = 2e-3;
+
+/// What a correction of positions did.
+pub(super) struct Closed {
+    /// Displacement of the centre of mass of each body \[m\].
+    pub moved: Vec<Vec2>,
+    /// The movable bodies of each row.
+    pub sides: Vec<[u32; 2]>,
+}
+
+impl Closed {
+    /// Adds a further displacement.
+    fn add(&mut self, more: Closed) {
+        let moved = self.moved.iter_mut().zip(more.moved);
+        moved.for_each(|(d, more)| *d += more);
+        self.sides = more.sides;
+    }
+}
+
 /// Closes the joint gaps that a step left open, at its end, by Newton's method. The displacements
 /// `d` have minimum kinetic norm under
 ///
@@ -25,7 +48,9 @@ const TURN: f64 = 0.5;
 /// J d ≥ −g   of these limits      J d ≥ −max(g, 0)   of contacts and other limits   (1)
 /// ```
 ///
-/// Velocities and kinetic energy stay as they are.
+/// Velocities stay as they are, which changes the angular momentum: see
+/// [`super::angular_momentum`]. Returns the displacement of every body, and the rows that coupled
+/// them.
 ///
 /// # Errors
 /// Those of the model.
@@ -35,9 +60,13 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     solution: &Solution,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
-) -> Result<(), ModelError> {
+) -> Result<Closed, ModelError> {
     let mut contacts = contacts_at_end(interval, solution, inverse_mass);
     let mut found = Vec::new();
+    let mut closed = Closed {
+        moved: vec![Vec2::zeros(); inverse_mass.len()],
+        sides: Vec::new(),
+    };
     for _ in 0..STEPS {
         found.clear();
         model.detect_joints(interval.length, &mut found)?;
@@ -53,53 +82,139 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
         if worst <= CLOSED {
             break;
         }
-        let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
-        for (own, left) in &contacts {
-            rows.push(*own);
-            free.push(Vec2::new(left.max(0.0), 0.0));
-            laws.push(Law::Contact {
-                friction: 0.0,
-                compliance: 0.0,
-            });
-        }
-        for (k, joint) in found.iter().enumerate() {
-            let own = Rows {
-                bodies: movable(joint.rows.bodies, inverse_mass),
-                ..joint.rows
-            };
-            let Some((_, law)) = joint_impact_rule(joint, true) else {
-                continue;
-            };
-            if own.bodies == [NO_BODY; 2] || diagonal(joint, inverse_mass) <= 0.0 {
-                continue;
-            }
-            rows.push(own);
-            free.push(match joint.kind {
-                JointKind::Limit { gap } if open(k) => Vec2::new(gap, 0.0),
-                JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
-                _ if open(k) => gap(joint),
-                _ => Vec2::zeros(),
-            });
-            laws.push(law);
-        }
-        let (tolerance, far) = (solver.tolerance, f64::INFINITY);
-        let way = (far, &mut false);
-        let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, way);
-        let turn = moves.iter().map(|(_, d)| d.z.abs()).fold(0.0, f64::max);
-        let share = (TURN / turn).min(1.0);
-        let mut all = vec![Vec3::zeros(); inverse_mass.len()];
-        for &(body, d) in &moves {
-            model.shift(body as usize, &(d * share), 1.0);
-            all[body as usize] = d * share;
-        }
+        let wanted = |k: usize, joint: &JointRow| match joint.kind {
+            JointKind::Limit { gap } if open(k) => Vec2::new(gap, 0.0),
+            JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
+            _ if open(k) => gap(joint),
+            _ => Vec2::zeros(),
+        };
+        let (moved, all) = displace(model, &contacts, &found, wanted, inverse_mass, solver, TURN);
+        closed.add(moved);
         for (own, left) in &mut contacts {
             *left += own.velocity(&all).x;
         }
-        if moves.is_empty() {
+        if all.iter().all(|d| *d == Vec3::zeros()) {
             break;
         }
     }
-    Ok(())
+    Ok(closed)
+}
+
+/// Moves the bodies by the `d` of (1), with `wanted` on the left-hand sides of the joints. Scales `d`
+/// down so that no body turns by more than `turn` \[rad\]. Returns what moved, and `d`.
+fn displace<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    contacts: &[(Rows, f64)],
+    joints: &[JointRow],
+    wanted: impl Fn(usize, &JointRow) -> Vec2,
+    inverse_mass: &[Vec3],
+    solver: &mut IslandSolver,
+    turn: f64,
+) -> (Closed, Vec<Vec3>) {
+    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    for (own, left) in contacts {
+        rows.push(*own);
+        free.push(Vec2::new(left.max(0.0), 0.0));
+        laws.push(Law::Contact {
+            friction: 0.0,
+            compliance: 0.0,
+        });
+    }
+    for (k, joint) in joints.iter().enumerate() {
+        let own = Rows {
+            bodies: movable(joint.rows.bodies, inverse_mass),
+            ..joint.rows
+        };
+        let Some((_, law)) = joint_impact_rule(joint, true) else {
+            continue;
+        };
+        if own.bodies == [NO_BODY; 2] || diagonal(joint, inverse_mass) <= 0.0 {
+            continue;
+        }
+        rows.push(own);
+        free.push(wanted(k, joint));
+        laws.push(law);
+    }
+    let (tolerance, far) = (solver.tolerance, f64::INFINITY);
+    let way = (far, &mut false);
+    let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, way);
+    let most = moves.iter().map(|(_, d)| d.z.abs()).fold(0.0, f64::max);
+    let share = (turn / most).min(1.0);
+    let mut all = vec![Vec3::zeros(); inverse_mass.len()];
+    for &(body, d) in &moves {
+        model.shift(body as usize, &(d * share), 1.0);
+        all[body as usize] = d * share;
+    }
+    let closed = Closed {
+        moved: all.iter().map(|d| d.xy()).collect(),
+        sides: rows.iter().map(|r| r.bodies).collect(),
+    };
+    (closed, all)
+}
+
+/// Excess gap `e` \[m\] of pins and locks at the next midpoint, by joint number,
+///
+/// ```text
+/// e = g + h γ_E + n(u_E)/2                                                     (2)
+/// ```
+///
+/// beyond the gap `n(u_E)/2` of a steady turn, see [`super::joint_rules`]. Joints that are closed
+/// anyway, those without arms, and those without an excess above [`EXCESS`] are left out.
+pub(super) fn excess_gaps(
+    interval: &Interval,
+    solution: &Solution,
+    in_cluster: &[bool],
+) -> Vec<(usize, Vec2)> {
+    let mut all = Vec::new();
+    for (k, joint) in interval.detection.joints.iter().enumerate() {
+        let gap = match joint.kind {
+            JointKind::Pin { gap } => gap,
+            JointKind::Lock { gap } => Vec2::new(gap, 0.0),
+            _ => continue,
+        };
+        let located = |b: &u32| in_cluster.get(*b as usize).is_some_and(|c| *c);
+        if solution.unclosed.binary_search(&k).is_ok() || joint.rows.bodies.iter().any(located) {
+            continue;
+        }
+        let bend = (joint.bend).after(side_velocities(&joint.rows, &solution.end), interval.length);
+        let mut rate = joint.rows.velocity(&solution.end);
+        if let JointKind::Lock { .. } = joint.kind {
+            rate.y = 0.0;
+        }
+        let excess = gap + rate * interval.length + 0.5 * bend;
+        let reach = joint.bend.reach();
+        if reach > 0.0 && excess.norm() > EXCESS * reach {
+            all.push((k, excess));
+        }
+    }
+    all
+}
+
+/// Takes up the excess gaps (2) by position at the end of a step: `J d = −e` of these joints, and all
+/// other rows as in (1). If the turn of a body changes fast, for example in an impact, the velocities
+/// of the next step would close them with a jerk.
+///
+/// # Errors
+/// Those of the model.
+pub(super) fn take_up_excess<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    interval: &Interval,
+    solution: &Solution,
+    excess: &[(usize, Vec2)],
+    inverse_mass: &[Vec3],
+    solver: &mut IslandSolver,
+) -> Result<Closed, ModelError> {
+    let mut found = Vec::new();
+    model.detect_joints(interval.length, &mut found)?;
+    let contacts = contacts_at_end(interval, solution, inverse_mass);
+    let wanted = |k: usize, joint: &JointRow| match joint.kind {
+        JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
+        _ => match excess.binary_search_by_key(&k, |(joint, _)| *joint) {
+            Ok(at) => excess[at].1,
+            Err(_) => Vec2::zeros(),
+        },
+    };
+    Ok(displace(model, &contacts, &found, wanted, inverse_mass, solver, 1.0).0)
 }
 
 /// Rows of rigid contacts, and their gaps \[m\] at the end of the interval.

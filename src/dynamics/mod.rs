@@ -37,6 +37,8 @@
 //! everything else is stored only to reuse its memory. `PipelineState` of the rapier adapter saves
 //! these three, together with the adapter's own data, such as the exact poses of the bodies.
 
+mod angular_momentum;
+mod closings;
 mod cluster;
 mod collect;
 mod contact_cache;

@@ -201,6 +201,13 @@ pub trait MultibodyModel {
     /// Position of one body, in up to five numbers of the model's own.
     fn configuration(&self, body: usize) -> Configuration;
 
+    /// Centre of mass \[m\] of a body that moves in the plane, where `u` is its velocity and spin.
+    /// `None` for other coordinates; corrections of positions then do not keep their angular
+    /// momentum.
+    fn centre(&self, _body: usize) -> Option<Vec2> {
+        None
+    }
+
     /// Restores a position from [`MultibodyModel::configuration`], bit for bit.
     fn set_configuration(&mut self, body: usize, configuration: &Configuration);
 

@@ -158,6 +158,11 @@ fn record_contact(
             gamma: gamma_e,
             ago: 0.5 * interval.length,
             on_surface: block.on_surface,
+            held: {
+                // no deeper than it lies
+                let depth = -(contact.gap + interval.length * gamma_e.x);
+                block.held[0].min(depth).max(block.held[1])
+            },
         }),
         rebounded: block.impact,
         energy: JointEnergy::default(),

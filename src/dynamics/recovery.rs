@@ -106,23 +106,16 @@ pub(super) fn find_late(
             continue;
         }
         let opening = dt * contact.rows.velocity(&solution.end).x;
-        let [trigger, _] = limits(contact, interval, solution);
+        let [trigger, _] = limits((index, contact), interval, solution);
         if -(contact.gap + opening) <= trigger {
             continue;
         }
-        // blocks have the order of the contacts, followed by the joints
-        let of = |source| match source {
-            Source::Contact(index) => index,
-            Source::Joint(_) => usize::MAX,
-        };
-        let block = interval
-            .blocks
-            .binary_search_by_key(&index, |b| of(b.source));
+        let block = block_of(index, interval);
         let parts = opening > -SHARE * contact.gap;
         let stays = match block {
-            Ok(i) if interval.blocks[i].impact => false,
-            Ok(i) => solution.impulses[i].x > 0.0 || !parts,
-            Err(_) => !parts,
+            Some(i) if interval.blocks[i].impact => false,
+            Some(i) => solution.impulses[i].x > 0.0 || !parts,
+            None => !parts,
         };
         if stays {
             overlaps.late.insert(pair);
@@ -166,7 +159,7 @@ pub(super) fn part_overlaps(
     }
     let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
     let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
-    for contact in &interval.detection.contacts {
+    for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let movable = movable(contact.rows.bodies, inverse_mass);
         let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
         if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
@@ -177,7 +170,7 @@ pub(super) fn part_overlaps(
         let first = overlaps.open.contains(&pair);
         let is_late = !first && overlaps.late.contains(&pair);
         let slop = if is_late {
-            limits(contact, interval, solution)[1]
+            limits((index, contact), interval, solution)[1]
         } else {
             slop(contact, interval)
         };
@@ -333,7 +326,15 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
 
 /// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
 /// which it is moved.
-fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [f64; 2] {
+///
+/// Both begin at the depth at which the scheme holds a contact on a curved path, or has held it
+/// before: moved out of it, the contact sinks in again, and gains energy each time. A pair at rest
+/// is moved all the same.
+fn limits(
+    (index, contact): (usize, &ContactPoint),
+    interval: &Interval,
+    solution: &Solution,
+) -> [f64; 2] {
     let whole = slop(contact, interval);
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let slow = REST * acceleration * interval.length;
@@ -345,10 +346,23 @@ fn limits(contact: &ContactPoint, interval: &Interval, solution: &Solution) -> [
     };
     let ends = [speed(&interval.start), speed(&solution.end)];
     if ends[0].max(ends[1]) > slow {
-        return [TRIGGER * whole, whole];
+        let block = block_of(index, interval).map(|i| &interval.blocks[i]);
+        let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
+        return [held + TRIGGER * whole, held + whole];
     }
     let slop = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
     [TRIGGER_AT_REST * slop, slop]
+}
+
+/// The block of a contact of the detection. Blocks have the order of the contacts, followed by the
+/// joints.
+fn block_of(index: usize, interval: &Interval) -> Option<usize> {
+    let of = |source| match source {
+        Source::Contact(index) => index,
+        Source::Joint(_) => usize::MAX,
+    };
+    let blocks = &interval.blocks;
+    blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
 }
 
 /// Bodies whose late overlaps are not corrected in this step: those `in_cluster`, whose path differs

@@ -1,13 +1,14 @@
 //! One step: detects contacts, sets up and solves an interval, records the result and writes it to
 //! the model.
 
+use super::angular_momentum::restore_angular_momentum;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
 use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
-use super::joint_recovery::close_joints;
+use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
 use super::kinetic::kinetic;
 use super::model::{Detection, MultibodyModel};
 use super::pulled_links::{find_links, stiffen};
@@ -355,18 +356,30 @@ impl MoreauStepper {
         let own = (!self.stiff.is_empty()).then(|| model.inverse_mass().to_vec());
         let w = own.as_ref().unwrap_or(&self.inverse_mass);
         let unclosed = !solution.unclosed.is_empty();
+        let excess = match self.settings.rules().corrects_gaps() {
+            true => excess_gaps(interval, solution, &in_cluster),
+            false => Vec::new(),
+        };
         let exempt = exempt_bodies(in_cluster, interval, solution);
         let overlaps = overlaps.map(|mut overlaps| {
             find_late(&mut overlaps, interval, solution, w, &exempt);
             overlaps
         });
-        let moves = unclosed || overlaps.as_ref().is_some_and(|o| !o.is_empty());
+        let moves =
+            unclosed || !excess.is_empty() || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
-            close_joints(model, interval, solution, w, &mut self.solver)?;
+            let closed = close_joints(model, interval, solution, w, &mut self.solver)?;
+            keep_momenta(model, &closed, w, &mut self.solution.end, record);
+        }
+        if !excess.is_empty() {
+            let (interval, solution) = (&self.interval, &self.solution);
+            let solver = &mut self.solver;
+            let closed = take_up_excess(model, interval, solution, &excess, w, solver)?;
+            keep_momenta(model, &closed, w, &mut self.solution.end, record);
         }
         if let Some(mut overlaps) = overlaps {
-            let solver = &mut self.solver;
+            let (solver, solution) = (&mut self.solver, &self.solution);
             let moves = part_overlaps(&mut overlaps, interval, solution, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
@@ -376,6 +389,21 @@ impl MoreauStepper {
         }
         Ok(potential)
     }
+}
+
+/// Restores the angular momentum that a displacement of bodies changed, see
+/// [`restore_angular_momentum`].
+fn keep_momenta<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    closed: &Closed,
+    inverse_mass: &[Vec3],
+    end: &mut [Vec3],
+    record: &mut StepRecord,
+) {
+    let change = restore_angular_momentum(model, closed, inverse_mass, end);
+    record.energy.kinetic_end += change;
+    record.energy.joints += change;
+    model.set_velocities(end);
 }
 
 /// Whether a block is recorded with the interval: none of its bodies is in a cluster.

@@ -336,6 +336,10 @@ impl MultibodyModel for Planar {
         numbers
     }
 
+    fn centre(&self, body: usize) -> Option<Vec2> {
+        Some(self.poses[body].translation)
+    }
+
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
         self.poses[body] = Pose64::from_numbers(configuration);
         self.clocks[body] = configuration[4];

@@ -537,6 +537,11 @@ impl MultibodyModel for RapierModel<'_> {
         self.bodies.list[body].pose.numbers()
     }
 
+    fn centre(&self, body: usize) -> Option<Vec2> {
+        let body = &self.bodies.list[body];
+        Some(body.pose.apply(body.center))
+    }
+
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
         self.bodies.list[body].pose = Pose64::from_numbers(configuration);
     }

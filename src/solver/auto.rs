@@ -1,5 +1,5 @@
 use super::{Direct, Enumeration, FactorCache, ImpulseSolver, Lemke, SolveReport, Velocities};
-use crate::contact::{ContactProblem, Vec2};
+use crate::contact::{ContactProblem, Law, Vec2};
 
 /// Chooses the method by the size of the island, and falls back in a fixed order.
 ///
@@ -9,7 +9,7 @@ use crate::contact::{ContactProblem, Vec2};
 /// 2. Larger problems, and those that enumeration did not solve: [`Direct`]. Its stages depend on
 ///    how well the impulses of the last step still fit; at rest it only certifies them, which costs
 ///    almost nothing. From five blocks on no other method is cheaper (`moreau2d bench --solvers`).
-/// 3. Still unsolved, and up to [`Auto::lemke_limit`] blocks: [`Lemke`], in up to some 0.3 s. It solves
+/// 3. Still unsolved, not of joints alone, and up to [`Auto::lemke_limit`] blocks: [`Lemke`], in up to some 0.3 s. It solves
 ///    problems that nothing else does: without it 6 in place of 2 of the 600 steps of the scene
 ///    `card-house` are unsolved.
 ///
@@ -89,7 +89,8 @@ impl Auto {
             self.direct.run(problem, impulses, tolerance, cache)
         };
         self.direct_last = !few && report.solved();
-        if !report.solved() && problem.len() <= self.lemke_limit {
+        let linear = problem.laws.iter().all(Law::is_bilateral);
+        if !report.solved() && !linear && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();
             let lemke = Lemke::default().solve(problem, &mut trial, tolerance);
             if lemke.residual.merit() < report.residual.merit() {

@@ -29,6 +29,10 @@ use crate::contact::{ContactProblem, Judge, Law, Vec2};
 /// 7. From the best impulses found, 100, 300, 600 and 900 sweeps, each with up to eight Newton
 ///    steps.
 ///
+/// A problem of pins and rows without bounds alone is linear, and has no statuses. After stage 2 it
+/// gets twenty sweeps and Newton steps, and nothing else: if its rows contradict each other, no
+/// method solves it.
+///
 /// Above 500 blocks:
 ///
 /// - Start impulses that leave a larger velocity residual than zero impulses are dropped after
@@ -169,6 +173,13 @@ impl Direct {
         }
         if large && compliant(problem) {
             self.interior_point(problem, None, &mut report);
+        }
+        if problem.laws.iter().all(Law::is_bilateral) {
+            self.sweep_and_polish(problem, impulses, SWEEPS_FIRST[0], tolerance, &mut report);
+            if let Some(cache) = cache {
+                self.newton.store_factors(&mut self.response, cache);
+            }
+            return self.found(impulses, report);
         }
         self.approach(problem, impulses, warm, tolerance, &mut report);
         let large_warm = warm && large;

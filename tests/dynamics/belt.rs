@@ -84,8 +84,9 @@ fn a_belt_drives_a_pulley_at_a_sixtieth() {
             turned += built.state(1).unwrap().1.z / 240.0;
         }
     }
-    // at 1/240 s, where it was always stable, the gap is 0.2 mm: second order
-    assert!(gap < 5e-3, "{gap} m");
+    // at 1/240 s, where it was always stable, the gap is 0.2 mm: second order. Gaps of single steps
+    // in which the spin of a link jumped were 3.5 mm before they were closed by position
+    assert!(gap < 2e-3, "{gap} m");
     assert!((turned + 5.0).abs() < 0.05, "{turned} rad/s");
     // 27.6 J at 1/960 s
     assert!((20.0..40.0).contains(&motor), "{motor} J");

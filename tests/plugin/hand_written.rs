@@ -71,8 +71,7 @@ fn a_disc_in_a_frictionless_bowl_is_a_pendulum() {
 #[test]
 fn a_disc_rolls_in_a_bowl_as_a_slower_pendulum() {
     let run = run(&load("rolling-bowl", &[]));
-    // 9.7e-5 before late overlaps were taken back by position; the energy gained, 2.1e-4 to 1.5e-4
-    assert!(run.error("angle") <= 1.2e-4, "{}", run.error("angle"));
+    assert!(run.error("angle") <= 1e-4, "{}", run.error("angle"));
     assert!(run.error("energy") <= 1e-3, "{}", run.error("energy"));
     let rolls = |c: &moreau2d::dynamics::record::ContactRecord| c.status == ContactStatus::Stick;
     assert!(run.records.iter().all(|r| r.contacts.iter().all(rolls)));
@@ -92,12 +91,12 @@ fn a_small_bowl_meets_the_gates_as_well() {
     );
     let small = ["body.bowl.bowl=1", "body.disc.disc=0.1", place.as_str()];
     let slides = run(&load("bowl", &small));
-    assert!(slides.error("angle") <= 4e-3, "{}", slides.error("angle"));
+    assert!(slides.error("angle") <= 3e-3, "{}", slides.error("angle"));
     let rough = "material=[{ name = \"rubber\", friction = 1 }]";
     let rolls = run(&load("rolling-bowl", &[&small[..], &[rough]].concat()));
-    // below 1e-4 before late overlaps were taken back by position: on so tight a curve the disc is
-    // held inside the bowl by more than the trigger
-    assert!(rolls.error("angle") <= 1e-3, "{}", rolls.error("angle"));
+    // bug: on so tight a curve the scheme holds the disc deeper than the trigger of late overlap;
+    // moved out again and again it ended at 7.5e-4
+    assert!(rolls.error("angle") <= 1e-4, "{}", rolls.error("angle"));
 }
 
 /// At speed the disc first sinks to the depth at which the scheme holds a curve, which costs the
@@ -467,6 +466,9 @@ impl MultibodyModel for Plain {
     }
     fn configuration(&self, body: usize) -> Configuration {
         self.0.configuration(body)
+    }
+    fn centre(&self, body: usize) -> Option<Vec2> {
+        self.0.centre(body)
     }
     fn set_configuration(&mut self, body: usize, configuration: &Configuration) {
         self.0.set_configuration(body, configuration);

@@ -239,14 +239,12 @@ fn bars(closed: bool, spin: f64, dt: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>
 }
 
 /// The impulses of a pin once acted at both ends of its gap, which is a couple: 1.8 % of the angular
-/// momentum were lost in 3 s at 10 rad/s, and 67 % at 60 rad/s.
+/// momentum were lost in 3 s at 10 rad/s, and 67 % at 60 rad/s. Corrections of positions once
+/// changed it too: an open chain lost 19 % at 60 rad/s.
 #[test]
 fn free_rings_and_chains_keep_their_momenta() {
     for closed in [true, false] {
-        // at 60 rad/s the energy bound leaves a gap of an open chain to the position pass, which
-        // keeps velocities and so changes the angular momentum
-        let fastest = if closed { 60.0 } else { 20.0 };
-        for spin in [1.0, 10.0, fastest] {
+        for spin in [1.0, 10.0, 60.0, 300.0] {
             let (mut world, bodies) = bars(closed, spin, 1.0 / 60.0);
             let mut p = pipeline(false);
             p.step(&mut world).unwrap();
