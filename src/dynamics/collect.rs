@@ -1,11 +1,13 @@
 //! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::first_step::is_driven;
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
 use super::rules::{
-    Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule, rule,
+    Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule,
+    resting_speed, rule,
 };
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
@@ -71,15 +73,21 @@ impl Interval {
             acceleration = centripetal(contact, &self.start).max(applied);
         }
         let crowded = |b: &u32| self.crowded.get(*b as usize).is_some_and(|c| *c);
+        let mut left = cached.and_then(|m| m.left);
+        if let Some(left) = left.as_mut().filter(|l| l.on_surface) {
+            left.on_surface = !is_driven(contact, &self.start, inverse_mass);
+        }
+        let slow = resting_speed(contact, applied, span.step);
+        let held = left.is_some_and(|l| l.gamma.x.abs() <= slow);
         Situation {
             span,
             gamma_a,
             gamma_f: contact.rows.velocity(&self.free) + surface,
             acceleration,
             applied,
-            pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
+            pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.and_then(|m| m.stuck),
-            left: cached.and_then(|m| m.left),
+            left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
             crowded: !swept && contact.rows.bodies.iter().any(crowded),

@@ -46,7 +46,8 @@ pub(crate) struct Left {
     pub gamma: Vec2,
     /// Time from that midpoint to the end \[s\]; 0 after an instant.
     pub ago: f64,
-    /// Whether the contact has touched since the start of the simulation.
+    /// Whether the contact began with a gap of 0: at the start of the simulation, or at the instant
+    /// of an impact.
     pub on_surface: bool,
 }
 

@@ -11,7 +11,7 @@ use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
 use super::model::{Configuration, ContactPoint, Detection, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
+use super::rules::{Rules, reference_acceleration, rest_velocity, resting_speed, turning};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 
@@ -145,9 +145,8 @@ pub(super) fn release_lone(
         let speed = contact.rows.velocity(&interval.start).x;
         let at_start = contact.gap - 0.5 * interval.length * speed;
         let a = reference_acceleration(contact, &interval.start, &interval.accelerations);
-        // if all remaining bounces take less than a thousandth of a step, the contact rests
         let rests = at_start <= touch_tolerance(contact, interval, step)
-            && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
+            && speed.abs() <= resting_speed(contact, a, step);
         if e > 0.0 && !rests && solution.impulses[i as usize].x > 0.0 {
             solution.release(interval, i, index);
         }

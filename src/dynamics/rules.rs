@@ -113,8 +113,8 @@ pub(super) struct Situation {
     /// Accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
-    /// Whether it had a normal impulse in the last step, and its tangential velocity if it stuck
-    /// then.
+    /// Whether it had a normal impulse in the last step, or was left touching and at rest, and its
+    /// tangential velocity if it stuck then.
     pub pressed: bool,
     pub stuck: Option<f64>,
     /// Velocity at the end of the last step.
@@ -213,6 +213,16 @@ pub(super) fn rest_velocity(acceleration: f64, step: f64) -> f64 {
     0.5 * acceleration * step
 }
 
+/// Normal speed \[m/s\] up to which a touching contact is at rest: all bounces that are left take less
+/// than a thousandth of the step.
+pub(super) fn resting_speed(contact: &ContactPoint, acceleration: f64, step: f64) -> f64 {
+    let e = match contact.law {
+        NormalLaw::Rigid { restitution } => restitution,
+        _ => 0.0,
+    };
+    1e-3 * (1.0 - e) * rest_velocity(acceleration, step)
+}
+
 fn rigid(contact: &ContactPoint) -> Law {
     Law::Contact {
         friction: contact.friction,
@@ -307,18 +317,23 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     })
 }
 
-/// The normal velocity to add in a contact that has touched since the start of the simulation.
+/// The normal velocity to add in a contact that began with a gap of 0.
 ///
 /// With `c` the acceleration of the gap at constant velocities, the rows turn `γ` by `t = c h/2`
 /// from the midpoint to the end, and `b = t` lets the contact neither open nor close there. Between
 /// midpoints on a path that began on the surface the gap is `c h²/8`; on one along which the rule
-/// `b = g/h` is steady it is `c h²/2 = t h`. Both are right, and so is all between them. The rule
-/// `b = g/h` alone would go from the first to the second in one step, and its force be off by 3/8
-/// of that which `c` needs.
+/// `b = g/h` is steady it is `c h²/2 = t h`. The rule `b = g/h` alone would go from the first to the
+/// second in one step, and its force be off by 3/8 of that which `c` needs. Above a convex surface
+/// the first is restored; in a hollow, where that would push the bodies apart, all gaps between the
+/// two are left.
 fn on_surface(g: f64, turned: f64, span: &Span) -> f64 {
     let excess = g - turned * span.length;
     let edge = -0.75 * turned * span.length;
-    let allowed = excess.clamp(edge.min(0.0), edge.max(0.0));
+    let allowed = if turned > 0.0 {
+        edge
+    } else {
+        excess.clamp(0.0, edge)
+    };
     turned + (excess - allowed) / span.horizon
 }
 

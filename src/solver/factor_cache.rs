@@ -2,6 +2,7 @@
 
 use super::block_status::Status;
 use super::response::{Factored, Response};
+use super::status_newton::PROXIMAL;
 use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,8 @@ pub(super) struct Newton {
     /// The bodies of each row.
     pub bodies: Vec<[u32; 2]>,
     pub statuses: Vec<Status>,
+    /// Weight of the proximal term.
+    pub proximal: f64,
     /// Whether the factors leave out pairs of bodies that only open contacts couple.
     pub closed_only: bool,
     /// Whether the last problem was not already solved by its start impulses.
@@ -86,6 +89,7 @@ impl FactorCache {
             rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
+            proximal: newton.proximal,
             closed_only: newton.closed_only,
             needed_solve: newton.needed_solve,
         })
@@ -114,6 +118,7 @@ impl FactorCache {
                 bodies: state.bodies.clone(),
                 factored,
                 statuses: state.statuses.clone(),
+                proximal: state.proximal,
                 closed_only: state.closed_only,
                 needed_solve: state.needed_solve,
             })
@@ -128,10 +133,17 @@ pub(crate) struct FactorState {
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
+    #[serde(default = "proximal")]
+    proximal: f64,
     #[serde(rename = "lean")]
     closed_only: bool,
     #[serde(rename = "settles", default)]
     needed_solve: bool,
+}
+
+/// The weight of states that were saved without one.
+fn proximal() -> f64 {
+    PROXIMAL
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {
