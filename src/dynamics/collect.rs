@@ -1,6 +1,6 @@
 //! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
-use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::first_step::is_driven;
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
@@ -79,6 +79,7 @@ impl Interval {
         }
         let slow = resting_speed(contact, applied, span.step);
         let held = left.is_some_and(|l| l.gamma.x.abs() <= slow);
+        let since = |l: Left| 0.5 * span.length + l.ago;
         Situation {
             span,
             gamma_a,
@@ -87,6 +88,7 @@ impl Interval {
             applied,
             pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.and_then(|m| m.stuck),
+            turning: left.map(|l| (gamma_a - l.gamma) / since(l)),
             left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
@@ -120,6 +122,7 @@ impl Interval {
             stuck_before: now.stuck.is_some(),
             continues: now.pressed || now.left.is_some(),
             on_surface: now.left.is_some_and(|left| left.on_surface),
+            turning: now.turning,
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
@@ -162,6 +165,7 @@ impl Interval {
                 stuck_before: false,
                 continues: false,
                 on_surface: false,
+                turning: None,
             };
             self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
@@ -244,5 +248,6 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         stuck_before: false,
         continues: false,
         on_surface: false,
+        turning: None,
     }
 }

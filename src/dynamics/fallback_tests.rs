@@ -90,6 +90,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             stuck_before: false,
             continues: false,
             on_surface: false,
+            turning: None,
         };
         let law = Law::Contact {
             friction: 0.5,

@@ -60,6 +60,7 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
         let left = Left {
             gamma,
             ago: 0.0,
+            turning: None,
             on_surface: true,
         };
         let known = CachedContact {

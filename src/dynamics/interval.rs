@@ -28,8 +28,9 @@ pub(super) struct Block {
     pub stuck_before: bool,
     /// Whether the contact touched at the start of the interval.
     pub continues: bool,
-    /// See [`Left`](super::contact_cache::Left).
+    /// See [`Left`](super::contact_cache::Left); `turning` is that of this interval.
     pub on_surface: bool,
+    pub turning: Option<Vec2>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -157,6 +157,7 @@ fn record_contact(
         left: (impulse.x > 0.0).then_some(Left {
             gamma: gamma_e,
             ago: 0.5 * interval.length,
+            turning: block.turning,
             on_surface: block.on_surface,
         }),
         rebounded: block.impact,

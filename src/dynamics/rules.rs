@@ -117,8 +117,10 @@ pub(super) struct Situation {
     /// tangential velocity if it stuck then.
     pub pressed: bool,
     pub stuck: Option<f64>,
-    /// Velocity at the end of the last step.
+    /// Velocity at the end of the last step, and its change since then by the turning of the rows
+    /// alone, `c = (γ_A − γ_E,prev)/τ` \[m/s²\] with the time `τ` from that midpoint to this.
     pub left: Option<Left>,
+    pub turning: Option<Vec2>,
     /// Whether that impulse was a rebound.
     pub rebounded: bool,
     /// Whether it is deferred if it closes fast.
@@ -272,10 +274,9 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     // γ_A differs from the velocity that the last interval left because the rows have turned since.
     // They turn on from the midpoint to the end: `turned` is what that adds to γ.
     let half = 0.5 * now.span.length;
-    let share = now.left.map_or(0.5, |left| half / (half + left.ago));
-    if let (true, true, Some(left)) = (smooth, now.span.strikes, now.left) {
+    let turned = half * turning_at_end(now);
+    if smooth && now.span.strikes && now.left.is_some() {
         // the impact needs the velocities of its instant
-        let turned = share * (now.gamma_a - left.gamma);
         free.x = turned.x;
         if now.stuck.is_some() {
             free.y = turned.y;
@@ -286,6 +287,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
             impact: false,
         });
     }
+    let stays = now.left.is_some_and(|left| left.on_surface);
     if !smooth {
         if g + 0.5 * dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -295,9 +297,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // under the uniform law in both rows; a contact that only touches keeps b = g/Δt, or order
         // 2 is lost
         free = rebound(rules, e, now.gamma_a);
-    } else if let (Some(left), true) = (now.left.filter(|l| l.on_surface), e == 0.0 || g < g_r) {
-        let turned = share * (now.gamma_a.x - left.gamma.x);
-        free.x = on_surface(g, turned, &now.span).max(-closing.max(0.0));
+    } else if stays && (e == 0.0 || g < g_r) {
+        free.x = on_surface(g, turned.x, &now.span).max(-closing.max(0.0));
     } else if g >= 0.0 {
         if e > 0.0 && g > 0.0 && g >= g_r && g + dt * now.gamma_f.x > 0.0 {
             return Choice::Inactive;
@@ -308,13 +309,34 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     }
     // any other contact deep at the midpoint got there in this very step: a landing, not a rebound
     if let (true, Some(previous)) = (smooth, now.stuck) {
-        free.y = -share * (previous - now.gamma_a.y);
+        let share = now.left.map_or(0.5, |left| half / (half + left.ago));
+        free.y = match stays {
+            true => turned.y,
+            false => -share * (previous - now.gamma_a.y),
+        };
     }
     Choice::Active(Rule {
         free,
         law: rigid(contact),
         impact: !smooth,
     })
+}
+
+/// `c` \[m/s²\] at the end of the interval, from that at its start and that of the interval before;
+/// at most twice that at the start, and not of the other sign.
+fn turning_at_end(now: &Situation) -> Vec2 {
+    let half = 0.5 * now.span.length;
+    match (now.turning, now.left) {
+        (Some(c), Some(left)) => match left.turning.filter(|_| left.ago > 0.0) {
+            Some(before) => {
+                let more = (c - before) * (half / left.ago);
+                // not `clamp`, which panics at NaN
+                c + more.zip_map(&c.abs(), |more, most| more.max(-most).min(most))
+            }
+            None => c,
+        },
+        _ => Vec2::zeros(),
+    }
 }
 
 /// The normal velocity to add in a contact that began with a gap of 0.
@@ -332,7 +354,7 @@ fn on_surface(g: f64, turned: f64, span: &Span) -> f64 {
     let allowed = if turned > 0.0 {
         edge
     } else {
-        excess.clamp(0.0, edge)
+        excess.clamp(0.0, edge.max(0.0))
     };
     turned + (excess - allowed) / span.horizon
 }
