@@ -13,10 +13,11 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 ///
 /// 1. Certify the start impulses. If this fails, take up to four chord steps with the factors of
 ///    the island's last Newton step, as long as nine in ten statuses are unchanged
-///    ([`FactorCache`]). Impulses that are certified, but not to a thousandth of the tolerance, get
-///    chord steps too: what is left of their error grows in the next steps, and makes towers lean.
-///    Above 500 blocks only those that the last step had to compute do, down to a tenth of the
-///    tolerance; with it a pile that comes to rest needs no solve in most steps.
+///    ([`FactorCache`]). Above 500 blocks, impulses that the last step had to compute get chord
+///    steps down to a tenth of the tolerance, even if certified. Otherwise their error disturbs the
+///    next steps; with it a pile that comes to rest needs no solve in most steps. With fewer blocks,
+///    an island at rest gets chord steps down to a thousandth: what is left of an error grows in the
+///    next steps, and makes towers lean.
 /// 2. Up to four status-Newton steps from the start impulses. The stage is left out if they are all
 ///    zero, or if the residual times the number of blocks is large: then so many statuses have
 ///    changed that Newton hardly ever converges.
@@ -67,9 +68,9 @@ pub struct Direct {
 
 /// Share of the tolerance for impulses that had to be computed: see stage 1 of [`Direct`].
 const REST: f64 = 0.1;
-/// The same for smaller islands, where a chord step costs little. What is left of a residual adds up
-/// from contact to contact: 1e-9 m/s in a tower of 50 boxes were 1e-6 m/s at its top, and under
-/// constant impulses it grows. From round-off it takes ten steps to grow to this share.
+/// The same for smaller islands at rest, where a chord step costs little. What is left of a residual
+/// adds up from contact to contact: 1e-9 m/s in a tower of 50 boxes were 1e-6 m/s at its top, and
+/// under constant impulses it grows. From round-off it takes ten steps to grow to this share.
 const EXACT: f64 = 1e-3;
 /// Velocity up to which a contact rests, as a share of the velocity scale of its island.
 const AT_REST: f64 = 1e-6;
@@ -85,7 +86,7 @@ const SWEEPS_FIRST: [usize; 2] = [20, 80];
 const SWEEPS_LAST: [usize; 4] = [100, 300, 600, 900];
 const NEWTON_STEPS: usize = 8;
 
-/// Whether a smaller island needs no chord step: its residual is within [`EXACT`] of the tolerance,
+/// Whether an island at rest needs no chord step: its residual is within [`EXACT`] of the tolerance,
 /// or is round-off.
 fn is_exact(residual: &Residual, tolerance: f64) -> bool {
     residual.certified(EXACT * tolerance)
@@ -144,19 +145,20 @@ impl Direct {
         let solved = report.solved();
         self.judged_last = solved;
         let large = problem.len() > LARGE;
-        let refines = |c: &&mut &mut FactorCache| match large {
-            true => c.needed_solve(),
-            false => !is_exact(&residual, tolerance),
+        let light = cache.as_ref().is_some_and(|c| c.is_light());
+        let refines = |c: &&mut &mut FactorCache| match light {
+            true => !is_exact(&residual, tolerance),
+            false => large && c.needed_solve(),
         };
         let factors = (cache.as_mut()).filter(|c| !solved || refines(c));
         let newton = factors.and_then(|c| c.of(problem));
         if solved && newton.is_none() {
             return report;
         }
-        let enough = match (large, solved) {
-            (false, _) => EXACT * tolerance,
-            (true, true) => REST * tolerance,
-            (true, false) => tolerance,
+        let enough = match (light, solved) {
+            (true, _) => EXACT * tolerance,
+            (false, true) => REST * tolerance,
+            (false, false) => tolerance,
         };
         self.best.start(impulses, residual, enough);
         if let Some(newton) = newton {
@@ -174,6 +176,7 @@ impl Direct {
             if solved {
                 return report;
             }
+            newton.light_failed |= light;
         }
         self.best.set_tolerance(tolerance);
         if large {
@@ -211,7 +214,7 @@ impl Direct {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         if let Some(cache) = cache {
-            if !large && self.best.solved() {
+            if !large && self.best.solved() && !cache.light_failed() {
                 self.refine(problem, impulses, tolerance, &mut report);
             }
             self.newton.store_factors(&mut self.response, cache);
@@ -219,8 +222,9 @@ impl Direct {
         self.found(impulses, report)
     }
 
-    /// Factorises once more, with a light proximal term, for an island at rest. These factors also
-    /// correct what the usual ones hardly see: a lean of all bodies of a tower.
+    /// Factorises once more, with a light proximal term, for an island that rests. These factors
+    /// also correct what the usual ones hardly see: a lean of all bodies of a tower. They are given
+    /// up for an island where they failed once: its contacts may be on the border of two statuses.
     fn refine(
         &mut self,
         problem: &ContactProblem,

@@ -185,13 +185,12 @@ fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
     let loss = |run: &crate::common::Run| 1.0 - run.totals.energy_end / run.totals.energy_start;
     assert!(located.totals.events > 100);
     // slow contacts land without rebound, by rule
-    assert!(loss(&located) < 0.02, "{}", loss(&located));
-    assert!(loss(&plain) > -1e-12, "{}", loss(&plain));
+    assert!(loss(&located) < 1e-3, "{}", loss(&located));
+    assert!(loss(&plain).abs() < 1e-12, "{}", loss(&plain));
     assert!(located.totals.energy_rise <= 1e-9);
-    // of the poses at the end: a corner on an arm of 0.29 m that turns by 0.4 in a step lies
-    // r φ²/2 deeper than its velocity said
+    // of the poses at the end: after the last impact of a step the plain rule applies
     let depths = [&located, &plain].map(|run| run.totals.penetration);
-    assert!(depths[0] < 0.031 && depths[0] < depths[1], "{depths:?}");
+    assert!(depths[0] < 2e-3 && depths[0] < depths[1], "{depths:?}");
     assert_eq!(located.totals.unsolved_islands, 0);
 }
 
