@@ -1,6 +1,7 @@
 //! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
+use super::events::LOCATED_CROWD;
 use super::first_step::is_driven;
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
@@ -72,7 +73,9 @@ impl Interval {
             applied = applied_acceleration(contact, &self.accelerations);
             acceleration = centripetal(contact, &self.start).max(applied);
         }
-        let crowded = |b: &u32| self.crowded.get(*b as usize).is_some_and(|c| *c);
+        let crowd = |b: &u32| self.crowded.get(*b as usize).copied();
+        let crowd = contact.rows.bodies.iter().filter_map(crowd).max();
+        let crowd = crowd.filter(|_| !swept).unwrap_or(0);
         let mut left = cached.and_then(|m| m.left);
         if let Some(left) = left.as_mut().filter(|l| l.on_surface) {
             left.on_surface = !is_driven(contact, &self.start, inverse_mass);
@@ -92,7 +95,8 @@ impl Interval {
             left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
-            crowded: !swept && contact.rows.bodies.iter().any(crowded),
+            unseen: cached.is_none() && crowd <= LOCATED_CROWD,
+            crowded: crowd > 0,
         }
     }
 

@@ -70,8 +70,8 @@ pub(super) struct Interval {
     /// Pairs that overlapped when first seen; their penetration does not count as an error of the
     /// step.
     pub known_overlaps: BTreeSet<u64>,
-    /// For each body, whether it is in a crowd: see [`super::events::find_crowds`].
-    pub crowded: Vec<bool>,
+    /// For each body, the number of bodies of its crowd, 0 outside crowds: see [`super::events::find_crowds`].
+    pub crowded: Vec<u32>,
 }
 
 impl Interval {

@@ -127,6 +127,8 @@ pub(super) struct Situation {
     pub located: bool,
     /// Whether it belongs to a crowd, see [`super::events::find_crowds`].
     pub crowded: bool,
+    /// Whether it took no part in the last step.
+    pub unseen: bool,
 }
 
 /// How a contact enters the contact problem.
@@ -257,7 +259,8 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// the interval, off by first order, which the impact would keep.
 ///
 /// With event location, new contacts that close fast are deferred: those that rebound, and outside
-/// crowds those that land faster than `v_r/2`.
+/// crowds those that land faster than `v_r/2`. In a crowd the step before keeps a contact from
+/// closing; one that took no part in it, and is closed at the midpoint, is deferred too.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
     let v_r = rest_velocity(now.applied, now.span.step);
@@ -265,7 +268,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
     let persists = now.pressed && g < g_r && !again;
-    let fast = e * closing > v_r || !now.crowded && closing > 0.5 * v_r;
+    let alone = !now.crowded || now.unseen && g < 0.0;
+    let fast = e * closing > v_r || alone && closing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;
     }

@@ -20,10 +20,11 @@ use crate::dynamics::solve::IslandSolver;
 
 /// Most lengths that are tried for one slide: two are enough under constant forces.
 const LENGTHS: usize = 8;
-/// Least time to the end, as a share of the interval.
-const ENDS: f64 = 1e-9;
+/// Least time from the start of an interval to the end of a slide, and from there to its end, as a
+/// share of the interval.
+const ENDS: f64 = 1e-7;
 /// Resolution of distances, as a share of the gap below which surfaces touch.
-const RESOLVED: f64 = 1e-5;
+const RESOLVED: f64 = 1e-3;
 
 /// A pair of surfaces whose slide ends within an interval.
 #[derive(Debug, Clone, Copy)]
@@ -43,20 +44,19 @@ pub(super) struct Slide {
 }
 
 impl Slide {
-    /// `φ` of an interval of this length.
-    fn early(&self, length: f64) -> f64 {
-        if self.most > 0.0 {
-            length * (1.0 - self.against / self.most)
-        } else {
-            length - self.turns
-        }
+    /// `φ` of an interval of this length, at the end of which the contact sticks.
+    fn early(&self, length: f64) -> Option<f64> {
+        (self.most > 0.0).then(|| length * (1.0 - self.against / self.most))
     }
 
-    /// The end by one value of `φ`. Where forces drive the contact back that friction stops, it may
-    /// lie before the start; half of the interval is then as good.
+    /// A guess of the end. If forces drive the contact back, `φ` can be the length or more, and a
+    /// contact that slides back has stopped long before its mean velocity vanishes.
     fn time(&self, length: f64) -> f64 {
-        let time = length - self.early(length);
-        if time > 0.0 { time } else { 0.5 * length }
+        match self.early(length) {
+            Some(early) if early < 0.99 * length => length - early,
+            Some(_) => 0.5 * length,
+            None => 0.5 * self.turns,
+        }
     }
 }
 
@@ -68,7 +68,7 @@ pub(super) fn ended_slides(
     step: f64,
     used: impl Fn(usize) -> bool,
 ) -> Vec<Slide> {
-    let crowded = |b: &u32| interval.crowded.get(*b as usize).is_some_and(|c| *c);
+    let crowded = |b: &u32| interval.crowded.get(*b as usize).is_some_and(|c| *c > 0);
     let mut found: Vec<Slide> = Vec::new();
     for (i, block) in interval.blocks.iter().enumerate() {
         let Source::Contact(index) = block.source else {
@@ -151,7 +151,7 @@ impl Runner {
         rest: Rest,
     ) -> Result<f64, StepError> {
         let mut time = guess;
-        let mut last = (rest.length, slide.early(rest.length));
+        let mut last = slide.early(rest.length).map(|early| (rest.length, early));
         for _ in 0..LENGTHS {
             self.restore(model);
             let span = Span {
@@ -166,14 +166,14 @@ impl Runner {
             let Some(found) = found.iter().find(same) else {
                 break;
             };
-            let early = found.early(time);
-            let secant = time - early * (last.0 - time) / (last.1 - early);
-            last = (time, early);
-            // `φ` of a slide that turns back is another function
-            time = match secant > 0.0 && secant < time {
-                true => secant,
-                false => found.time(time),
-            };
+            let now = found.early(time).map(|early| (time, early));
+            let secant = now.zip(last).map(|(now, last)| {
+                let slope = (last.1 - now.1) / (last.0 - now.0);
+                now.0 - now.1 / slope
+            });
+            last = now;
+            let between = secant.filter(|t| *t > 0.0 && *t < time);
+            time = between.unwrap_or_else(|| found.time(time));
         }
         self.finish_interval(model);
         Ok(self.interval.length)
