@@ -1,11 +1,14 @@
 //! Collects the blocks of an interval: chooses the rule of every contact and joint.
 
-use super::contact_cache::{CachedContact, CachedContacts, JointEnergy};
+use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
+use super::events::LOCATED_CROWD;
+use super::first_step::is_driven;
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
 use super::rules::{
-    Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule, rule,
+    Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule,
+    resting_speed, rule,
 };
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
@@ -70,19 +73,30 @@ impl Interval {
             applied = applied_acceleration(contact, &self.accelerations);
             acceleration = centripetal(contact, &self.start).max(applied);
         }
-        let crowded = |b: &u32| self.crowded.get(*b as usize).is_some_and(|c| *c);
+        let crowd = |b: &u32| self.crowded.get(*b as usize).copied();
+        let crowd = contact.rows.bodies.iter().filter_map(crowd).max();
+        let crowd = crowd.filter(|_| !swept).unwrap_or(0);
+        let mut left = cached.and_then(|m| m.left);
+        if let Some(left) = left.as_mut().filter(|l| l.on_surface) {
+            left.on_surface = !is_driven(contact, &self.start, inverse_mass);
+        }
+        let slow = resting_speed(contact, applied, span.step);
+        let held = left.is_some_and(|l| l.gamma.x.abs() <= slow);
+        let since = |l: Left| 0.5 * span.length + l.ago;
         Situation {
             span,
             gamma_a,
             gamma_f: contact.rows.velocity(&self.free) + surface,
             acceleration,
             applied,
-            pressed: cached.is_some_and(|m| m.impulse.x > 0.0),
+            pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.and_then(|m| m.stuck),
-            left: cached.and_then(|m| m.left),
+            turning: left.map(|l| (gamma_a - l.gamma) / since(l)),
+            left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
-            crowded: !swept && contact.rows.bodies.iter().any(crowded),
+            unseen: cached.is_none() && crowd <= LOCATED_CROWD,
+            crowded: crowd > 0,
         }
     }
 
@@ -113,6 +127,7 @@ impl Interval {
             continues: now.pressed || now.left.is_some(),
             on_surface: now.left.is_some_and(|left| left.on_surface),
             held: held_depth(now),
+            turning: now.turning,
         };
         self.push(block, sides, gamma_f + free, law, rows(warm));
     }
@@ -156,6 +171,7 @@ impl Interval {
                 continues: false,
                 on_surface: false,
                 held: [0.0; 2],
+                turning: None,
             };
             self.push(block, sides, gamma + free, law, Vec2::zeros());
         }
@@ -248,5 +264,6 @@ fn joint_block(index: usize, joint: &JointRow, [gamma_a, gamma_f]: [Vec2; 2]) ->
         continues: false,
         on_surface: false,
         held: [0.0; 2],
+        turning: None,
     }
 }

@@ -46,7 +46,11 @@ pub(crate) struct Left {
     pub gamma: Vec2,
     /// Time from that midpoint to the end \[s\]; 0 after an instant.
     pub ago: f64,
-    /// Whether the contact has touched since the start of the simulation.
+    /// `c` of [`Situation`](super::rules::Situation) \[m/s²\] in that interval.
+    #[serde(with = "super::saved::some_pair", default)]
+    pub turning: Option<Vec2>,
+    /// Whether the contact began with a gap of 0: at the start of the simulation, or at the instant
+    /// of an impact.
     pub on_surface: bool,
     /// Largest depth \[m\] at which the scheme has held the contact on a curved path since it is
     /// loaded.

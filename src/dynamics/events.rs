@@ -11,7 +11,7 @@ use super::contact_cache::CachedContacts;
 use super::interval::{Interval, Source, movable};
 use super::islands::Islands;
 use super::model::{Configuration, ContactPoint, Detection, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{Rules, reference_acceleration, rest_velocity, turning};
+use super::rules::{Rules, reference_acceleration, rest_velocity, resting_speed, turning};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 
@@ -87,10 +87,16 @@ pub(super) fn lands(contact: &ContactPoint) -> bool {
 /// Least number of linked bodies that form a crowd.
 const CROWD: usize = 5;
 
+/// Most bodies of a crowd in which a landing is located that the last step did not see. Each costs
+/// some solves of the whole crowd; without them such a landing overlaps by up to half of its way in
+/// the step.
+pub(super) const LOCATED_CROWD: u32 = 64;
+
 /// Finds the crowds: groups of many bodies linked by contacts that may close within the step.
 ///
 /// A crowd has too many landings without rebound to locate each of them. Its near contacts are kept
-/// from closing instead, as without events.
+/// from closing instead, as without events. Only a landing that the last step did not see is located,
+/// and in a crowd of more than [`LOCATED_CROWD`] bodies not even that.
 pub(super) fn find_crowds(interval: &mut Interval, inverse_mass: &[Vec3]) {
     let contacts = interval.detection.contacts.iter();
     let links: Vec<[u32; 2]> = contacts
@@ -100,15 +106,16 @@ pub(super) fn find_crowds(interval: &mut Interval, inverse_mass: &[Vec3]) {
     let mut islands = Islands::default();
     islands.build(inverse_mass.len(), links.iter().copied());
     interval.crowded.clear();
-    interval.crowded.resize(inverse_mass.len(), false);
+    interval.crowded.resize(inverse_mass.len(), 0);
     for k in 0..islands.len() {
         let blocks = islands.blocks(k);
         let mut bodies: Vec<u32> = blocks.iter().flat_map(|&i| links[i as usize]).collect();
         bodies.sort_unstable();
         bodies.dedup();
         if bodies.len() >= CROWD {
+            let count = bodies.len() as u32;
             for body in bodies {
-                interval.crowded[body as usize] = true;
+                interval.crowded[body as usize] = count;
             }
         }
     }
@@ -145,9 +152,8 @@ pub(super) fn release_lone(
         let speed = contact.rows.velocity(&interval.start).x;
         let at_start = contact.gap - 0.5 * interval.length * speed;
         let a = reference_acceleration(contact, &interval.start, &interval.accelerations);
-        // if all remaining bounces take less than a thousandth of a step, the contact rests
         let rests = at_start <= touch_tolerance(contact, interval, step)
-            && speed.abs() <= 1e-3 * (1.0 - e) * rest_velocity(a, step);
+            && speed.abs() <= resting_speed(contact, a, step);
         if e > 0.0 && !rests && solution.impulses[i as usize].x > 0.0 {
             solution.release(interval, i, index);
         }

@@ -94,6 +94,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             continues: false,
             on_surface: false,
             held: [0.0; 2],
+            turning: None,
         };
         let law = Law::Contact {
             friction: 0.5,

@@ -11,11 +11,11 @@ use crate::contact::{NO_BODY, Vec2, Vec3};
 /// covers in a step. Poses in single precision leave gaps of 1e-8 m between bodies that touch.
 const TOUCHES: f64 = 1e-2;
 
-/// Caches the velocities of moving contacts that touch and neither open nor close at the start, as
-/// if a step had just ended there. The first step can then use the change of their rows since the
-/// start, as later steps do.
+/// Caches the velocities of contacts that touch and neither open nor close at the start, as if a
+/// step had just ended there. The first step can then use the change of their rows since the start,
+/// as later steps do.
 ///
-/// Contacts of a body with prescribed motion are left out: the body may accelerate, and rows do not
+/// Contacts of a body that moves as prescribed are left out: it may accelerate, and rows do not
 /// contain its acceleration.
 ///
 /// # Errors
@@ -27,20 +27,29 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
     cache: &mut CachedContacts,
     dt: f64,
 ) -> Result<(), ModelError> {
-    let moving = |c: &&ContactPoint| moves_freely(c, &interval.start, model.inverse_mass());
-    let contacts = interval.detection.contacts.iter().filter(moving);
     let (mut pairs, mut bodies): (Vec<[u32; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
-    for contact in contacts {
+    // contacts of bodies at rest are at the midpoint as at the start
+    let mut found: Vec<ContactPoint> = Vec::new();
+    for contact in &interval.detection.contacts {
+        if !matches!(contact.law, NormalLaw::Rigid { .. })
+            || is_driven(contact, &interval.start, model.inverse_mass())
+        {
+            continue;
+        }
+        if moving(contact, &interval.start).next().is_none() {
+            found.push(*contact);
+            continue;
+        }
         pairs.push(contact.surfaces);
         bodies.extend(contact.rows.bodies.iter().filter(|b| **b != NO_BODY));
     }
-    if pairs.is_empty() {
-        return Ok(());
+    if !pairs.is_empty() {
+        pairs.dedup();
+        let place = |body: u32| Some(origin[body as usize]);
+        found.extend(detect_at(model, &pairs, bodies, place, dt)?.contacts);
     }
-    pairs.dedup();
-    let place = |body: u32| Some(origin[body as usize]);
-    let found = detect_at(model, &pairs, bodies, place, dt)?;
-    for contact in &found.contacts {
+    let first = cache.entries().is_empty();
+    for contact in &found {
         let a = reference_acceleration(contact, &interval.start, &interval.accelerations);
         let touch = (2.0 * contact.gap_noise).max(TOUCHES * rest_velocity(a, dt) * dt);
         let surface = Vec2::new(0.0, contact.surface_velocity);
@@ -51,6 +60,7 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
         let left = Left {
             gamma,
             ago: 0.0,
+            turning: None,
             on_surface: true,
             held: 0.0,
         };
@@ -62,18 +72,28 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
             rebounded: false,
             energy: JointEnergy::default(),
         };
-        cache.insert(contact.key, known);
+        if first {
+            cache.push(contact.key, known);
+        } else {
+            cache.insert(contact.key, known);
+        }
     }
     Ok(())
 }
 
-/// Whether a contact is rigid, some body of it moves, and none of its moving bodies has a prescribed
-/// motion.
-fn moves_freely(contact: &ContactPoint, velocities: &[Vec3], inverse_mass: &[Vec3]) -> bool {
+/// The bodies of a contact that move.
+fn moving<'a>(contact: &'a ContactPoint, velocities: &'a [Vec3]) -> impl Iterator<Item = u32> + 'a {
     let bodies = contact.rows.bodies.iter().filter(|b| **b != NO_BODY);
-    let moving = |b: &&u32| velocities[**b as usize] != Vec3::zeros();
-    let mut moving = bodies.filter(moving).peekable();
-    matches!(contact.law, NormalLaw::Rigid { .. })
-        && moving.peek().is_some()
-        && moving.all(|b| inverse_mass[*b as usize] != Vec3::zeros())
+    bodies
+        .copied()
+        .filter(|b| velocities[*b as usize] != Vec3::zeros())
+}
+
+/// Whether a body of the contact moves as prescribed.
+pub(super) fn is_driven(
+    contact: &ContactPoint,
+    velocities: &[Vec3],
+    inverse_mass: &[Vec3],
+) -> bool {
+    moving(contact, velocities).any(|b| inverse_mass[b as usize] == Vec3::zeros())
 }

@@ -28,11 +28,12 @@ pub(super) struct Block {
     pub stuck_before: bool,
     /// Whether the contact touched at the start of the interval.
     pub continues: bool,
-    /// See [`Left`](super::contact_cache::Left).
+    /// See [`Left`](super::contact_cache::Left); `turning` is that of this interval.
     pub on_surface: bool,
     /// Depth \[m\] at which the scheme holds the contact on a curved path: in this step, and the
     /// largest so far, see [`Left`](super::contact_cache::Left).
     pub held: [f64; 2],
+    pub turning: Option<Vec2>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,8 +73,8 @@ pub(super) struct Interval {
     /// Pairs that overlapped when first seen; their penetration does not count as an error of the
     /// step.
     pub known_overlaps: BTreeSet<u64>,
-    /// For each body, whether it is in a crowd: see [`super::events::find_crowds`].
-    pub crowded: Vec<bool>,
+    /// For each body, the number of bodies of its crowd, 0 outside crowds: see [`super::events::find_crowds`].
+    pub crowded: Vec<u32>,
 }
 
 impl Interval {

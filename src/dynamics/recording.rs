@@ -147,7 +147,10 @@ fn record_contact(
     if block.impact || instant {
         record.penetration_impact = record.penetration_impact.max(-contact.gap);
     } else if !interval.known_overlaps.contains(&contact.key.pair) {
-        let end_gap = contact.gap + 0.5 * interval.length * gamma_e.x;
+        let h = interval.length;
+        let turning = block.turning.filter(|_| block.on_surface);
+        let bend = turning.map_or(0.0, |c| 0.125 * c.x * h * h);
+        let end_gap = contact.gap + 0.5 * h * gamma_e.x + bend;
         record.penetration = record.penetration.max(-end_gap);
     }
     CachedContact {
@@ -157,6 +160,7 @@ fn record_contact(
         left: (impulse.x > 0.0).then_some(Left {
             gamma: gamma_e,
             ago: 0.5 * interval.length,
+            turning: block.turning,
             on_surface: block.on_surface,
             held: {
                 // no deeper than it lies

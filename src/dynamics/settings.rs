@@ -21,7 +21,8 @@ const WHY: &str = if cfg!(feature = "parallel") {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepperSettings {
     pub scheme: Scheme,
-    /// Whether impacts are located in time inside the step; needs [`Scheme::Staggered`].
+    /// Whether impacts and the ends of slides are located in time inside the step; needs
+    /// [`Scheme::Staggered`].
     pub events: bool,
     /// The impact law; the published scheme has no energy bound.
     pub impact_law: ImpactLaw,

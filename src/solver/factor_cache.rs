@@ -2,6 +2,7 @@
 
 use super::block_status::Status;
 use super::response::{Factored, Response};
+use super::status_newton::PROXIMAL;
 use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,9 @@ pub(super) struct Newton {
     /// The bodies of each row.
     pub bodies: Vec<[u32; 2]>,
     pub statuses: Vec<Status>,
+    /// Weight of the proximal term, and whether a light one has failed.
+    pub proximal: f64,
+    pub light_failed: bool,
     /// Whether the factors leave out pairs of bodies that only open contacts couple.
     pub closed_only: bool,
     /// Whether the last problem was not already solved by its start impulses.
@@ -66,6 +70,16 @@ impl FactorCache {
         self.0.as_deref().is_some_and(|newton| newton.needed_solve)
     }
 
+    /// Whether the factors have a light proximal term: the island was at rest.
+    pub(super) fn is_light(&self) -> bool {
+        self.0.as_deref().is_some_and(|n| n.proximal < PROXIMAL)
+    }
+
+    /// Whether factors with a light proximal term have failed before.
+    pub(super) fn light_failed(&self) -> bool {
+        self.0.as_deref().is_some_and(|n| n.light_failed)
+    }
+
     /// The stored system, if its blocks have the same bodies as those of `problem`.
     pub(super) fn of(&mut self, problem: &ContactProblem) -> Option<&mut Newton> {
         let Delassus::Bodies(op) = &problem.operator else {
@@ -86,6 +100,8 @@ impl FactorCache {
             rows: newton.factored.rows.iter().map(numbers).collect(),
             gains: newton.factored.gains.iter().map(|a| (*a).into()).collect(),
             statuses: newton.statuses.clone(),
+            proximal: newton.proximal,
+            light_failed: newton.light_failed,
             closed_only: newton.closed_only,
             needed_solve: newton.needed_solve,
         })
@@ -114,6 +130,8 @@ impl FactorCache {
                 bodies: state.bodies.clone(),
                 factored,
                 statuses: state.statuses.clone(),
+                proximal: state.proximal,
+                light_failed: state.light_failed,
                 closed_only: state.closed_only,
                 needed_solve: state.needed_solve,
             })
@@ -128,10 +146,19 @@ pub(crate) struct FactorState {
     rows: Vec<[f64; 12]>,
     gains: Vec<[[f64; 2]; 2]>,
     statuses: Vec<Status>,
+    #[serde(default = "proximal")]
+    proximal: f64,
+    #[serde(default)]
+    light_failed: bool,
     #[serde(rename = "lean")]
     closed_only: bool,
     #[serde(rename = "settles", default)]
     needed_solve: bool,
+}
+
+/// The weight of states that were saved without one.
+fn proximal() -> f64 {
+    PROXIMAL
 }
 
 fn numbers(rows: &Rows) -> [f64; 12] {

@@ -29,13 +29,16 @@ pub(super) struct StatusNewton {
     /// Velocity change of the bodies in a chord step.
     change: Vec<Vec3>,
     proximal: f64,
+    /// The first weight of the proximal term; 0 for [`PROXIMAL`].
+    pub first: f64,
     /// All status vectors so far, one after the other.
     history: Vec<Status>,
-    /// Statuses and gains of the last factors, and the number of factorisations when they were
-    /// made.
+    /// Statuses, gains and proximal weight of the last factors, and the number of factorisations
+    /// when they were made.
     statuses: Vec<Status>,
     made_gains: Vec<Mat2>,
     made: usize,
+    made_proximal: f64,
 }
 
 /// Most chord steps with factors of another problem.
@@ -44,7 +47,7 @@ const CHORDS: usize = 4;
 const CHANGED: usize = 10;
 
 /// First weight of the proximal term. A smaller one loses digits in the stiff system.
-const PROXIMAL: f64 = 1e-6;
+pub(super) const PROXIMAL: f64 = 1e-6;
 /// If a step with unchanged statuses leaves more than this share of the residual, the weight falls
 /// by [`LIGHTER`], not below [`LIGHTEST`]. Large mass ratios need this.
 const SLOW: f64 = 0.1;
@@ -81,7 +84,12 @@ impl StatusNewton {
         self.history.clear();
         let (mut changed_before, mut merit_before) = (n, f64::INFINITY);
         let (mut step, mut lighter) = (0, false);
-        self.proximal = PROXIMAL;
+        let first = if self.first > 0.0 {
+            self.first
+        } else {
+            PROXIMAL
+        };
+        self.proximal = first;
         loop {
             response.start(problem, &self.current);
             let guess = guess.filter(|_| step == 0);
@@ -107,11 +115,12 @@ impl StatusNewton {
                 if !response.factorise(problem, &self.gains) {
                     return step;
                 }
-                if self.proximal == PROXIMAL {
+                if self.proximal == first {
                     self.statuses
                         .extend_from_slice(&self.history[self.history.len() - n..]);
                     self.made_gains.clone_from(&self.gains);
                     self.made = response.count();
+                    self.made_proximal = first;
                 }
                 changed_before = changed;
             }
@@ -163,7 +172,7 @@ impl StatusNewton {
         let mut last = false;
         self.current.clear();
         self.current.extend_from_slice(start);
-        self.proximal = PROXIMAL;
+        self.proximal = newton.proximal;
         let mut merit_before = best.residual.merit();
         for _ in 0..CHORDS {
             self.history.clear();
@@ -212,6 +221,7 @@ impl StatusNewton {
         (newton.bodies).extend(newton.factored.rows.iter().map(|r| r.bodies));
         std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
         (newton.closed_only, newton.needed_solve) = (false, true);
+        newton.proximal = self.made_proximal;
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();
     }

@@ -185,13 +185,12 @@ fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
     let loss = |run: &crate::common::Run| 1.0 - run.totals.energy_end / run.totals.energy_start;
     assert!(located.totals.events > 100);
     // slow contacts land without rebound, by rule
-    assert!(loss(&located) < 0.02, "{}", loss(&located));
-    assert!(loss(&plain) > -1e-12, "{}", loss(&plain));
+    assert!(loss(&located) < 1e-3, "{}", loss(&located));
+    assert!(loss(&plain).abs() < 1e-12, "{}", loss(&plain));
     assert!(located.totals.energy_rise <= 1e-9);
-    // of the poses at the end: a corner on an arm of 0.29 m that turns by 0.4 in a step lies
-    // r φ²/2 deeper than its velocity said
+    // of the poses at the end: after the last impact of a step the plain rule applies
     let depths = [&located, &plain].map(|run| run.totals.penetration);
-    assert!(depths[0] < 0.031 && depths[0] < depths[1], "{depths:?}");
+    assert!(depths[0] < 2e-3 && depths[0] < depths[1], "{depths:?}");
     assert_eq!(located.totals.unsolved_islands, 0);
 }
 
@@ -489,4 +488,69 @@ fn a_crowd_that_lands_overlaps_no_more_than_without_events() {
     let (a, b) = (plain.totals.penetration, located.totals.penetration);
     assert!(b <= a + noise, "{b} m with events, {a} m without");
     assert_eq!(located.totals.unsolved_islands, 0);
+}
+
+/// What a closed form measures is no less accurate with events, and nothing overlaps more. A disc that
+/// started on a curve once met it in an event of its first step, and went round the loop with three
+/// times the error.
+#[test]
+fn events_are_no_worse_than_the_plain_step() {
+    let scenes = [
+        "block-on-slope",
+        "bouncing-ball",
+        "bowl",
+        "conveyor",
+        "cradle",
+        "elastic-gas",
+        "falling-rod",
+        "incline",
+        "ladder",
+        "loop",
+        "riding-disc",
+        "rocking-block",
+        "rolling-bowl",
+        "sliding-block",
+        "spinning-disc",
+        "stuck-rod",
+        "touching-balls",
+        "two-balls",
+    ];
+    for scene in scenes {
+        let [plain, located] =
+            ["step.events=false", "step.events=true"].map(|events| run(&load(scene, &[events])));
+        for (a, b) in plain.measures.iter().zip(&located.measures) {
+            // stop times follow from shares of impulses: some digits less
+            let most = a.error * (1.0 + 1e-6) + 1e-10;
+            assert!(
+                b.error <= most,
+                "{scene}, {}: {} {}",
+                a.name,
+                a.error,
+                b.error
+            );
+        }
+        // the resolution of single precision: 2e-6 of the smaller body
+        let [a, b] = [&plain, &located].map(|run| run.totals.penetration);
+        assert!(b <= a + 2e-6, "{scene}: {a} m, with events {b} m");
+        assert!(located.totals.unsolved_islands <= plain.totals.unsolved_islands);
+    }
+}
+
+/// An arch that falls is chaos: the mean over several of them counts, of the logarithms.
+#[test]
+fn falling_arches_overlap_less_with_events() {
+    let mut depths = [0.0, 0.0];
+    for k in 0..5 {
+        let thickness = 0.1046 * (1.0 - 0.003 * f64::from(k));
+        let sector = format!("body.voussoir.sector=[1, {thickness}, 0.11635528346628864]");
+        for (events, sum) in [false, true].into_iter().zip(&mut depths) {
+            let events = format!("step.events={events}");
+            let run = run(&load(
+                "arch",
+                &[&sector, &events, "step.dt=0.008333333333333333"],
+            ));
+            *sum += run.totals.penetration.ln();
+        }
+    }
+    assert!(depths[1] < depths[0], "{depths:?}");
 }

@@ -11,5 +11,6 @@ mod events;
 mod factor_cache;
 mod late_overlap;
 mod own_solver;
+mod slides;
 mod stepper;
 mod threads;

@@ -1,6 +1,7 @@
 //! Which bodies form clusters, and which clusters run into other bodies.
 
 use super::runner::{Cluster, Context, Runner};
+use super::slides::ended_slides;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::events::{crossing, may_close, touch_tolerance};
 use crate::dynamics::interval::{Source, movable};
@@ -9,7 +10,7 @@ use crate::dynamics::model::{ContactPoint, MultibodyModel, NormalLaw};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Steps every cluster of bodies in which a contact closes. `main` is the whole step, `trial` its
+/// Steps every cluster of bodies in which a contact closes or a slide ends. `main` is the whole step, `trial` its
 /// solution.
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted.
@@ -20,13 +21,21 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
 ) -> Result<Vec<Cluster>, StepError> {
     let (main, trial) = (context.main, context.trial);
     let count = main.start.len();
-    let crossing: Vec<[u32; 2]> = trial
+    let mut crossing: Vec<[u32; 2]> = trial
         .deferred
         .iter()
         .map(|&i| &main.detection.contacts[i])
         .filter(|c| crossing(main, trial, c, context.dt).is_some() || may_close(main, trial, c))
         .map(|contact| movable(contact.rows.bodies, context.inverse_mass))
         .collect();
+    if context.rules.events {
+        let slides = ended_slides(main, trial, context.dt, |_| true);
+        crossing.extend(
+            slides
+                .iter()
+                .map(|s| movable(s.bodies, context.inverse_mass)),
+        );
+    }
     if crossing.is_empty() {
         return Ok(Vec::new());
     }

@@ -2,7 +2,7 @@
 
 use super::runner::{Context, Rest, Runner};
 use crate::contact::Vec2;
-use crate::dynamics::contact_cache::{CachedContact, CachedContacts};
+use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
 use crate::dynamics::events::touch_tolerance;
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::belongs;
@@ -161,7 +161,11 @@ impl Runner {
                 rebounded: false,
                 ..*hit
             });
-            let (stuck, left) = (hit.stuck, hit.left);
+            let on_surface = |left| Left {
+                on_surface: true,
+                ..left
+            };
+            let (stuck, left) = (hit.stuck, hit.left.map(on_surface));
             own.insert(
                 *key,
                 CachedContact {

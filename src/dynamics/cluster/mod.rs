@@ -1,9 +1,10 @@
-//! Clusters of bodies that collide within a step. Each is stepped separately from event to event.
+//! Clusters of bodies that collide, or stop sliding, within a step. Each is stepped separately from event to event.
 
 mod all;
 mod instant;
 mod runner;
 mod search;
+mod slides;
 
 pub(super) use all::locate_impacts;
 pub(super) use runner::{Cluster, Context};

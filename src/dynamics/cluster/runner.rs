@@ -1,5 +1,6 @@
 //! Steps one cluster of bodies from event to event.
 
+use super::slides::Slide;
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::contact_cache::Landing;
@@ -15,10 +16,24 @@ use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 
-/// Most impacts of a cluster in a step; then the plain rule steps the rest.
+/// Most rebounds of a cluster in a step; then the plain rule steps the rest.
 const EVENTS: usize = 4;
+/// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
+/// end by themselves; the plain rule would leave an overlap where one closes in the first half of
+/// what is left of the step.
+const LANDINGS: usize = 16;
 /// The same for two bodies that touch nothing else: each of their events costs one small solve.
 const LONE_EVENTS: usize = 64;
+/// Most ends of slides of a cluster in a step.
+const STOPS: usize = 8;
+
+/// What ends an interval.
+pub(super) enum Next {
+    /// A contact of a deferred pair closes.
+    Closes(ContactPoint),
+    /// A pair stops sliding.
+    Stops(Slide),
+}
 
 /// Data that all clusters of a step share.
 pub(in crate::dynamics) struct Context<'a> {
@@ -135,9 +150,10 @@ impl Runner {
         self.start(model, context);
         let mut cluster = Cluster::of(bodies);
         let (mut elapsed, mut limit) = (0.0, LONE_EVENTS);
+        let (mut rebounds, mut landings, mut stops) = (0, 0, 0);
         loop {
             let rest = Rest::of(context, elapsed);
-            let plain = self.record.events >= limit;
+            let plain = rebounds >= limit || landings >= LANDINGS.max(limit);
             let rules = Rules {
                 events: context.rules.events && !plain,
                 sweeps: context.rules.sweeps && !plain,
@@ -145,10 +161,23 @@ impl Runner {
             };
             // the trial of the whole step already gives the path from the start
             let known = elapsed == 0.0 && !plain;
-            let next = self.try_rest(model, solver, context, &rules, rest, known)?;
-            let Some((contact, time)) = next else {
+            let slides = context.rules.events && stops < STOPS;
+            let next = self.try_rest(model, solver, context, &rules, rest, [known, slides])?;
+            let Some((next, time)) = next else {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
+            };
+            let contact = match next {
+                Next::Closes(contact) => contact,
+                Next::Stops(slide) => {
+                    stops += 1;
+                    elapsed += self.stop(model, solver, context, &rules, (slide, time), rest)?;
+                    self.record_last(context, context.time + elapsed, &mut cluster);
+                    self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
+                    self.here = places(model, &self.moved);
+                    self.interval.start.clone_from(&self.solution.end);
+                    continue;
+                }
             };
             let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
             let Some((key, time)) = found else {
@@ -166,6 +195,10 @@ impl Runner {
             let rest = Rest::of(context, elapsed);
             if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
                 limit = EVENTS;
+            }
+            match self.instant.blocks.iter().any(|b| b.impact) {
+                true => rebounds += 1,
+                false => landings += 1,
             }
             self.here = places(model, &self.moved);
             std::mem::swap(&mut self.interval.start, &mut self.hit.end);
@@ -200,8 +233,8 @@ impl Runner {
     }
 
     /// Solves the rest of the step without impacts, unless the trial of the whole step has `known`
-    /// it. Returns the first contact to close and the time until then. `None` if no contact closes:
-    /// the bodies are then at the end of the step.
+    /// it. Returns the first contact to close, or with `slides` the first slide to end, and the time
+    /// until then. `None` if there is neither: the bodies are then at the end of the step.
     fn try_rest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -209,8 +242,8 @@ impl Runner {
         context: &Context,
         rules: &Rules,
         rest: Rest,
-        known: bool,
-    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
+        [known, slides]: [bool; 2],
+    ) -> Result<Option<(Next, f64)>, StepError> {
         let span = Span {
             step: context.dt,
             length: rest.length,
@@ -224,10 +257,20 @@ impl Runner {
         }
         // the search leaves the bodies at the last configuration it tried
         let middle = places(model, &self.moved);
-        if rules.locates()
-            && let Some(next) = self.next(model, context)?
-        {
-            return Ok(Some(next));
+        let closes = match rules.locates() {
+            true => self.next(model, context)?,
+            false => None,
+        };
+        let stops = match slides {
+            true => self.first_stop(context, known),
+            false => None,
+        };
+        let before = closes.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
+        if let Some((slide, time)) = stops.filter(|(_, time)| *time < before) {
+            return Ok(Some((Next::Stops(slide), time)));
+        }
+        if let Some((contact, time)) = closes {
+            return Ok(Some((Next::Closes(contact), time)));
         }
         if known {
             self.restore(model);

@@ -57,7 +57,9 @@ impl Samples {
         self.sticks
             .push(loaded.clone().any(|c| c.status == ContactStatus::Stick));
         self.load_slip += record.contacts.iter().map(|c| c.load_slip).sum::<f64>();
-        let impacts = loaded.clone().filter(|c| c.time < record.time);
+        let located =
+            |c: &&ContactRecord| c.status == ContactStatus::Impact && c.time < record.time;
+        let impacts = loaded.clone().filter(located);
         let settled = impacts.map(|c| c.time).reduce(f64::max);
         self.settled = settled.or(self.settled);
         let touch = |c: &ContactRecord| Touch {

@@ -114,7 +114,8 @@ impl Finder<'_> {
         let present = found[0].normal;
         let flush = noise.max(FLUSH * sides[0].surface.size.min(sides[1].surface.size));
         let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
-            best_axis(axes, [&start, &now, &next], present, [noise, flush])
+            let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * dt;
+            best_axis(axes, [&start, &now, &next], present, [noise, flush, slide])
         });
         if let Some(Some(touch)) = better {
             found.clear();
@@ -236,14 +237,15 @@ fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>>
 
 /// The contact along the axis that will separate two parts most, of the `present` one and those
 /// along which they touch at the start; of all that separate them at the start if the present one
-/// does not. `None` if the `present` direction is that one; `Some(None)` if a neighbour of a segment has
-/// the contact. Poses of the start, now,
-/// and of the time to come.
+/// does not. `None` if the `present` direction is that one, or if the corner that touches lies
+/// farther beyond the face than the parts `slide` \[m\]: nearly parallel faces then meet elsewhere.
+/// `Some(None)` if a neighbour of a segment has the contact. Poses of the start, now, and of the time
+/// to come.
 fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
     present: crate::contact::Vec2,
-    [noise, flush]: [f64; 2],
+    [noise, flush, slide]: [f64; 3],
 ) -> Option<Option<Touch>> {
     let (mut own, highest) = match axes.separation(start, present) >= -noise {
         true => (axes.separation(next, present), flush),
@@ -262,5 +264,11 @@ fn best_axis(
         }
     }
     let (later, axis) = best?;
-    (later > own + 1e-2 * noise).then(|| axes.touch(now, axis, noise))
+    if later <= own + 1e-2 * noise {
+        return None;
+    }
+    match axes.touch(now, axis, noise) {
+        Some(touch) if axes.beyond(now, axis, touch.point) > slide => None,
+        touch => Some(touch),
+    }
 }

@@ -128,6 +128,14 @@ impl Axes<'_> {
         -one - two
     }
 
+    /// How far a point lies beyond the nearer end of a face, along it \[m\]; negative above the face.
+    pub fn beyond(&self, poses: &[Pose64; 2], Axis { part, face }: Axis, point: Vec2) -> f64 {
+        let points = self.views[part].points;
+        let [a, b] = [face, (face + 1) % points.len()].map(|k| poses[part].apply(points[k]));
+        let along = (b - a).try_normalize(0.0).unwrap_or_default();
+        (a - point).dot(&along).max((point - b).dot(&along))
+    }
+
     /// The contact along an axis, at the other part's corner that is nearest to the face. Of several
     /// corners within `noise` \[m\], it takes the one nearest to the middle of the face. `None` if a
     /// segment does not admit the contact, or a neighbour has it.
