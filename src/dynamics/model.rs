@@ -26,6 +26,18 @@ pub enum NormalLaw {
     Load { force: f64 },
 }
 
+impl NormalLaw {
+    /// How fast the normal force grows with the overlap [N/m]: infinite for a rigid contact, 0 for a
+    /// given load.
+    pub fn stiffness(&self) -> f64 {
+        match self {
+            NormalLaw::Rigid { .. } => f64::INFINITY,
+            NormalLaw::ViscoElastic { stiffness, .. } => *stiffness,
+            NormalLaw::Load { .. } => 0.0,
+        }
+    }
+}
+
 /// One contact at the configuration where it was detected. Signs as in [`crate::contact`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPoint {

@@ -63,6 +63,8 @@ pub struct ContactRecord {
     pub friction_work: f64,
     /// `P_N γ̄_N` \[J\], work of the normal impulse on the bodies; negative for a loss.
     pub normal_work: f64,
+    /// Stiffness `k` [N/m] of the contact: infinite for a rigid one, 0 where the load is given.
+    pub stiffness: f64,
     pub status: ContactStatus,
 }
 

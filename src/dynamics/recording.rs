@@ -141,6 +141,7 @@ fn record_contact(
             load_slip: impulse.x * slip_velocity.abs(),
             friction_work: -impulse.y * slip_velocity,
             normal_work: impulse.x * gamma_mean.x,
+            stiffness: contact.law.stiffness(),
             status: status(impulse.x, block.impact || instant, sticks, gamma_e.y),
         });
     }

@@ -25,8 +25,8 @@
 //! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location: locates impacts in time, one cluster of bodies after the other |
 //! | | `src/dynamics/recovery.rs` | `part_overlaps` | moves overlapping bodies apart by position |
 //! | record | `src/dynamics/record.rs` | `StepRecord` | the result: one `ContactRecord` per contact, energies, residual, unsolved islands |
-//! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` per surface cell; detection found the cell |
-//! | | `src/wear/archard.rs` | `Archard` | **here an impulse becomes wear**: depth = K load slip / area |
+//! | wear | `src/wear/archard.rs` | `LoadSlip` | sums `ContactRecord::load_slip` on the nodes of the cell that detection found |
+//! | | `src/wear/archard.rs` | `Archard` | **here an impulse becomes wear**: depth = K load slip / width; `feedback` bounds the jump |
 //! | | `src/wear/jump.rs` | `JumpRule` | number of load cycles that one simulated cycle stands for |
 //! | | `src/wear/state.rs` | `WearState` | wears the `Profile`, re-meshes it, and stores the `Life` |
 //! | | `src/thresher/life.rs` | `run_threshing` | the loop: simulate, wear, replace the collider, repeat |

@@ -200,7 +200,7 @@
 //!
 //! # 7. A surface that gives way
 //! Straw is soft: `compliance` makes a contact a spring and a damper, \[N/m\] and \[N s/m\] a
-//! contact point (per metre of covered segment with `one_point_per_segment`). It is implicit, so any
+//! contact point (per metre of covered segment with `cells`). It is implicit, so any
 //! stiffness is stable.
 //!
 //! ```
@@ -222,15 +222,17 @@
 //! ```
 //!
 //! # 8. Load and slip of every cell
-//! With `one_point_per_segment` the segments of a polyline are cells, numbered from 0 in the order
-//! of its points. Archard's law uses `load_slip`, the impulse times the slip velocity \[N m\]. It needs
-//! no force, so an impact counts like sustained contact. The `load_slip` of a cell that sticks is 0.
+//! With `cells` the segments of a polyline are cells, numbered from 0 in the order of its points.
+//! Detection says on which cell of either surface a contact lies, and where on it. Archard's law uses
+//! `load_slip`, the impulse times the slip velocity \[N m\], shared between the two nodes of the cell.
+//! It needs no force, so an impact counts like sustained contact. The `load_slip` of a node whose
+//! cells stick is 0.
 //!
 //! ```
 //! # use moreau2d::rapier::engine::prelude::*;
 //! # use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
 //! # use moreau2d::contact::Vec2;
-//! use moreau2d::wear::{Archard, CellArea, LoadSlip};
+//! use moreau2d::wear::{Archard, LoadSlip};
 //! # mod machine {
 //! #     include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/machine/all.rs"));
 //! # }
@@ -238,24 +240,20 @@
 //! let (mut world, mut pipeline, drum, _) = machine();
 //! world.bodies[drum].set_angvel(10.0, true);
 //! let steel = world.bodies[drum].colliders()[0];
-//! let cells = SurfaceLaw { one_point_per_segment: true, ..SurfaceLaw::default() };
+//! let cells = SurfaceLaw { cells: true, ..SurfaceLaw::default() };
 //! pipeline.set_surface(steel, cells);
 //!
-//! let mut sum = LoadSlip::new(40);
+//! let mut sum = LoadSlip::ring(40);
 //! for _ in 0..400 {
 //!     let record = pipeline.step(&mut world)?;
-//!     sum.add(&record.contacts, |contact| {
-//!         let cell = contact.cell_on(steel.into_raw_parts().0)?;
-//!         Some(cell as usize)
-//!     })?;
+//!     sum.add(&record.contacts, |contact| contact.place_on(steel.into_raw_parts().0))?;
 //! }
 //!
-//! // depth = K S / A over the length of each segment, one metre deep
+//! // depth = K S / w over half of the two segments beside each node, one metre deep
 //! let points = drum_outline();
-//! let widths: Vec<f64> = (0..40)
-//!     .map(|i| f64::from((points[(i + 1) % 40] - points[i]).length()))
-//!     .collect();
-//! let law = Archard { coefficient: 1e-13, area: CellArea::Tributary };
+//! let length = |i: usize| f64::from((points[(i + 1) % 40] - points[i % 40]).length());
+//! let widths: Vec<f64> = (0..40).map(|i| 0.5 * (length(i + 39) + length(i))).collect();
+//! let law = Archard { coefficient: 1e-13 };
 //! let depths = law.depths(sum.sums(), &widths)?;
 //!
 //! // the worn volume is K times all load and slip
@@ -263,9 +261,10 @@
 //! let load_slip: f64 = sum.sums().iter().sum();
 //! assert!((volume / (1e-13 * load_slip) - 1.0).abs() < 1e-12);
 //! // of a tooth's five segments, trailing flank, tip, leading flank and twice the drum between, the
-//! // leading flank meets the grains: their spin holds them to the concave, clear of the drum
-//! let share = |kind: usize| (0..8).map(|k| sum.sums()[5 * k + kind]).sum::<f64>() / load_slip;
-//! assert!(share(2) > 0.99);
+//! // leading flank, between the nodes 2 and 3, meets the grains: their spin holds them to the
+//! // concave, clear of the drum
+//! let share = |node: usize| (0..8).map(|k| sum.sums()[5 * k + node]).sum::<f64>() / load_slip;
+//! assert!(share(2) + share(3) > 0.99);
 //! assert_eq!(depths[1], 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

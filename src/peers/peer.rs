@@ -202,6 +202,8 @@ impl PeerContact {
             load_slip: impulse_n * slip_velocity.abs(),
             friction_work: -impulse_t * slip_velocity,
             normal_work: impulse_n * self.velocity(world).dot(&self.touch.normal),
+            // the engine regularises its contacts in its own way
+            stiffness: f64::INFINITY,
             status: if impulse_n <= 0.0 {
                 ContactStatus::Open
             } else if impulse_t.abs() < 0.999 * self.friction * impulse_n {

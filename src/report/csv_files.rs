@@ -550,6 +550,7 @@ mod tests {
             load_slip: 12.0,
             friction_work: 13.0,
             normal_work: 0.0,
+            stiffness: 14.0,
             status: ContactStatus::SlipMinus,
         };
         let (_root, path) = written(&[ContactRow::new(&contact)]);

@@ -141,7 +141,7 @@ impl Scene {
             law: SurfaceLaw {
                 compliance,
                 speed: body.surface_velocity,
-                one_point_per_segment: false,
+                cells: false,
             },
             one_way: body.one_way.map(Vec2::from),
             ..Surface::default()

@@ -54,20 +54,23 @@ impl Tooth {
     }
 }
 
-/// `[wear]`: Archard's law `h = K/dΩ Σ load_slip`, and how a life is computed with it.
+/// `[wear]`: Archard's law, worn volume `K Σ load_slip`, and how a life is computed with it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wear {
-    /// `K/dΩ` [1/N], default 5e-17 m²/N over 3e-8 m². Depth data cannot separate the two.
-    pub coefficient_over_area: f64,
+    /// `K` [m²/N] of the material, the same on every mesh: worn volume per load and slip. Default
+    /// 3.33e-12: the study's 5e-17 m²/N over 3e-8 m², on its cells of 2 mm by 1 m. Depth data
+    /// cannot separate the two numbers of the study.
+    pub coefficient: f64,
     /// Heights whose crossing is reported; default none.
     pub limits: Vec<Limit>,
-    /// Largest depth of one cycle jump, as a fraction of the cell size; default 0.1.
+    /// Largest depth of one cycle jump \[m\], default 2e-4. A jump is shortened further where the
+    /// mesh cannot follow it, and where a node would wear by more than its elastic penetration.
     pub jump: f64,
     /// Simulated revolutions per jump, default 1.
     pub revolutions: u32,
-    /// Length over which wear is smoothed along the surface \[m\], the standard deviation of a
-    /// diffusion; default 0, none.
+    /// Length of the medium over which wear is smoothed along the surface \[m\], the standard
+    /// deviation of a diffusion, the same on every mesh; default 0, none.
     pub smoothing_length: f64,
     /// Longest life that is computed \[h\], default 1000.
     pub max_hours: f64,
@@ -76,9 +79,9 @@ pub struct Wear {
 impl Default for Wear {
     fn default() -> Self {
         Wear {
-            coefficient_over_area: 5e-17 / 3e-8,
+            coefficient: 5e-17 / 3e-8 * 2e-3,
             limits: Vec::new(),
-            jump: 0.1,
+            jump: 2e-4,
             revolutions: 1,
             smoothing_length: 0.0,
             max_hours: 1000.0,
@@ -103,8 +106,8 @@ impl Wear {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Update {
-    /// Along the local normal, node by node, with area balance: load and wear are proportional to a
-    /// node's width along the surface.
+    /// Along the local normal, node by node, with area balance: the load of a node is proportional
+    /// to its width along the surface, and its depth independent of it.
     Normal,
     /// The method of the study: vertically, then refitted to a quadratic by least squares, every
     /// cell with the same weight. It flattens a local scar and adds steel elsewhere.

@@ -49,16 +49,11 @@ fn tooth(at: &At<'_>, tooth: &Tooth) -> Result<(), SceneError> {
 }
 
 fn wear(at: &At<'_>, wear: &Wear) -> Result<(), SceneError> {
-    let coefficient = range(1e-30, 1.0, "1e-30 to 1 1/N");
-    at.within(
-        "coefficient_over_area",
-        wear.coefficient_over_area,
-        coefficient,
-    )?;
-    // Re-meshing refuses jumps longer than 0.3 of an edge.
-    at.within("jump", wear.jump, range(1e-6, 0.3, "1e-6 to 0.3"))?;
+    let coefficient = range(1e-30, 1.0, "1e-30 to 1 m2/N");
+    at.within("coefficient", wear.coefficient, coefficient)?;
+    // Jumps longer than 0.3 of an edge are shortened to it.
+    at.within("jump", wear.jump, range(1e-9, 1.0, "1e-9 to 1 m"))?;
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
-    // Explicit diffusion on equal cells is monotone up to 1/4 with both neighbours moving.
     at.within(
         "smoothing_length",
         wear.smoothing_length,

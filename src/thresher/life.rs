@@ -10,7 +10,7 @@ use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
 use crate::report::Progress;
 use crate::scene::Scene;
-use crate::wear::{Archard, CellArea, JumpRule, LoadSlip, Profile, WearError, WearState};
+use crate::wear::{Archard, JumpRule, LoadSlip, Profile, WearError, WearState};
 use std::f64::consts::TAU;
 
 /// Revolutions that fill the machine before anything is measured.
@@ -59,9 +59,8 @@ impl PowerBudget {
 /// One measured cycle.
 #[derive(Debug, Clone)]
 struct Cycle {
-    /// `load_slip` per node and revolution [N m] of the slice, mean over the bars.
-    load_slip: Vec<f64>,
-
+    /// Load and slip per node and revolution of the slice, mean over the bars.
+    load: LoadSlip,
     /// Relative standard error of the most loaded node's mean over the bars.
     sampling: f64,
     /// Mean torque of the drive \[N m\], machine total.
@@ -77,6 +76,8 @@ struct Worn {
     jumps: usize,
     /// Largest [`Cycle::sampling`].
     sampling: f64,
+    /// Largest `K k S` of a jump.
+    feedback: f64,
 }
 
 /// Results of a run of the thresher.
@@ -104,6 +105,8 @@ pub struct ThreshingOutcome {
     pub calibration: Option<(Calibration, f64)>,
     /// Largest relative standard error of the most loaded cell's wear in a cycle.
     pub sampling: f64,
+    /// Largest `K k S` of a jump, measured: see [`crate::wear::Archard::feedback`].
+    pub feedback: f64,
     /// The machine with new teeth, after its first measured revolution, and with the last teeth.
     pub picture_new: Outlines,
     pub picture_worn: Outlines,
@@ -174,7 +177,7 @@ impl<'a> Threshing<'a> {
         observe: Observer,
     ) -> Result<Cycle, RunError> {
         let bars = self.parameters.bars as usize;
-        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count() - 1); bars];
+        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
         let steps = self.steps(f64::from(revolutions));
         let mut power = PowerBudget::default();
         let mut angle = 0.0;
@@ -212,15 +215,13 @@ impl<'a> Threshing<'a> {
             *term *= scale;
         }
         let per_bar = f64::from(revolutions);
-        let nodes = profile.node_count();
-        let each = sums.iter().map(|s| profile.on_nodes(s.sums()));
-        let each = each.collect::<Result<Vec<_>, _>>()?;
-        let mean: Vec<f64> = (0..nodes)
-            .map(|i| each.iter().map(|sum| sum[i]).sum::<f64>() / bars as f64 / per_bar)
-            .collect();
+        let mut load = LoadSlip::new(profile.node_count());
+        for sum in &sums {
+            load.add_share(sum, 1.0 / (bars as f64 * per_bar))?;
+        }
         Ok(Cycle {
-            sampling: sampling_error(&each, &mean, per_bar),
-            load_slip: mean,
+            sampling: sampling_error(&sums, load.sums(), per_bar),
+            load,
             torque,
             speed: angle / time,
             power,
@@ -265,7 +266,7 @@ impl<'a> Threshing<'a> {
         let hidden = Progress::new("", 1, true);
         let rule = JumpRule {
             cycles: 1e12,
-            fraction: wear.jump,
+            depth: wear.jump,
             stability: 1.0,
         };
         let heights = wear.limits.iter().map(|l| l.height);
@@ -275,6 +276,7 @@ impl<'a> Threshing<'a> {
             last: new.clone(),
             jumps: 0,
             sampling: 0.0,
+            feedback: 0.0,
         };
         loop {
             let now = state.life().last();
@@ -288,22 +290,24 @@ impl<'a> Threshing<'a> {
             if now.height <= lowest || now.hours >= wear.max_hours {
                 break;
             }
-            let load_slip = &worn.last.load_slip;
+            let load_slip = worn.last.load.sums();
             worn.sampling = worn.sampling.max(worn.last.sampling);
-            let jump = state.next_jump(&rule, load_slip, 0.0)?;
+            let feedback = state.feedback(worn.last.load.stiffness())?;
+            let jump = state.next_jump(&rule, load_slip, feedback)?;
             let left = (wear.max_hours - now.hours) * 3600.0 / self.revolution;
             let cycles = jump.cycles.min(left);
             if !cycles.is_finite() || load_slip.iter().all(|s| *s == 0.0) {
                 break;
             }
             state.advance(load_slip, cycles, worn.last.sampling)?;
+            worn.feedback = worn.feedback.max(feedback * cycles);
             worn.jumps += 1;
             history.add_profile(1, state);
             self.world.set_profile(state.profile())?;
             self.run(SETTLING, &hidden)?;
             worn.last = self.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
         }
-        state.close(&worn.last.load_slip)?;
+        state.close(worn.last.load.sums())?;
         Ok(worn)
     }
 
@@ -315,8 +319,8 @@ impl<'a> Threshing<'a> {
     ) -> Result<(), WearError> {
         for (bar, sum) in sums.iter_mut().enumerate() {
             sum.add(&record.contacts, |contact| {
-                let (worn, edge) = self.world.worn_edge(contact, profile)?;
-                (worn == bar).then_some(edge)
+                let (worn, place) = self.world.worn_place(contact, profile)?;
+                (worn == bar).then_some(place)
             })?;
         }
         Ok(())
@@ -341,7 +345,7 @@ impl<'a> Threshing<'a> {
 }
 
 /// Relative standard error of the most loaded node's mean over the bars.
-fn sampling_error(sums: &[Vec<f64>], mean: &[f64], revolutions: f64) -> f64 {
+fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
     let Some(node) = (0..mean.len()).max_by(|&a, &b| mean[a].total_cmp(&mean[b])) else {
         return 0.0;
     };
@@ -351,7 +355,7 @@ fn sampling_error(sums: &[Vec<f64>], mean: &[f64], revolutions: f64) -> f64 {
     }
     let variance: f64 = sums
         .iter()
-        .map(|s| (s[node] / revolutions - mean[node]).powi(2))
+        .map(|s| (s.sums()[node] / revolutions - mean[node]).powi(2))
         .sum::<f64>()
         / (n - 1.0);
     (variance / n).sqrt() / mean[node]
@@ -362,7 +366,8 @@ fn sampling_error(sums: &[Vec<f64>], mean: &[f64], revolutions: f64) -> f64 {
 /// 1. The strip fills the machine. The crop's stiffness is scaled until the mean torque of a new
 ///    tooth is the operating torque.
 /// 2. A few revolutions are simulated. `load_slip` per node, mean over the equal bars, wears the
-///    one profile that stands for all bars, over as many cycles as wear a fraction of a cell.
+///    one profile that stands for all bars, over as many cycles as the depth of a jump, the mesh and
+///    the elastic penetration of the crop allow.
 /// 3. All bars get the worn profile; back to 2, until the last limit or the longest time.
 ///
 /// # Errors
@@ -403,6 +408,7 @@ pub fn run_threshing(
         jumps: worn.jumps,
         steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
         sampling: worn.sampling,
+        feedback: worn.feedback,
         concave_moved: machine.world.concave_moved(),
         picture_new,
         picture_worn: machine.world.outlines(state.profile())?,
@@ -426,7 +432,7 @@ pub(super) fn first_cycle(
     machine.run(FILLING, progress)?;
     let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
     let cycle = machine.measure(state.profile(), 1, progress, &mut ignore)?;
-    state.advance(&cycle.load_slip, 1.0, 0.0)?;
+    state.advance(cycle.load.sums(), 1.0, 0.0)?;
     Ok(WornCycle {
         depth: state.depth().to_vec(),
         exact: None,
@@ -442,11 +448,8 @@ pub(super) fn first_cycle_steps(p: &Thresher, dt: f64) -> usize {
 }
 
 fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, WearError> {
-    let cell = tooth.width / f64::from(tooth.cells - 1);
-    // K/dΩ is per cell of one cell's width by one metre
     let law = Archard {
-        coefficient: wear.coefficient_over_area * cell,
-        area: CellArea::Tributary,
+        coefficient: wear.coefficient,
     };
     let profile = tooth.profile()?.raised_to(0.0)?;
     WearState::new(profile, wear.settings(law, TAU / p.speed))
@@ -482,15 +485,9 @@ mod tests {
     use super::*;
     use crate::contact::Vec2;
     use crate::dynamics::Pose64;
+    use crate::dynamics::record::SurfacePoint;
     use crate::peers::ShapeSpec;
     use crate::thresher::{Machine, load};
-
-    /// Distance \[m\] of a point from the segment between two.
-    fn distance(point: Vec2, [a, b]: [Vec2; 2]) -> f64 {
-        let edge = b - a;
-        let t = (edge.dot(&(point - a)) / edge.norm_squared()).clamp(0.0, 1.0);
-        (point - a - t * edge).norm()
-    }
 
     /// Regression test: wear combined the position of a contact, which is at the midpoint of the
     /// step, with the pose at the end of the step, and so found another cell than detection. At
@@ -516,7 +513,7 @@ mod tests {
 
         let mut start = machine.world.bodies()[0];
         let (mut all, mut elsewhere, mut late) = (0, 0, 0);
-        let mut expected = vec![0.0; profile.node_count() - 1];
+        let mut expected = vec![0.0; profile.node_count()];
         let mut observe = |record: &StepRecord, world: &ThreshingWorld| {
             let end = world.bodies()[0];
             // detection runs at the midpoint of the step
@@ -524,9 +521,11 @@ mod tests {
             let turned = pose.angle() + 0.5 * dt * u.z;
             let middle = Pose64::new(pose.translation + 0.5 * dt * u.xy(), turned);
             for contact in record.contacts.iter().filter(|c| c.load_slip > 0.0) {
-                let Some((bar, edge)) = world.worn_edge(contact, &profile) else {
+                let Some((bar, SurfacePoint { edge, at })) = world.worn_place(contact, &profile)
+                else {
                     continue;
                 };
+                let edge = edge as usize;
                 // the contact lies in the middle of the gap, its point of the tooth on the surface
                 let side = if contact.bodies[0] == number {
                     -0.5
@@ -535,11 +534,14 @@ mod tests {
                 };
                 let touched = contact.position + side * contact.gap * contact.normal;
                 let ends = [chains[bar][edge], chains[bar][edge + 1]];
-                let off = |pose: &Pose64| distance(pose.apply_inverse(touched), ends) > 1e-5;
+                let place = ends[0] + at * (ends[1] - ends[0]);
+                let off = |pose: &Pose64| (pose.apply_inverse(touched) - place).norm() > 1e-5;
                 all += 1;
                 elsewhere += usize::from(off(&middle));
                 late += usize::from(off(&end.1));
-                expected[edge] += contact.load_slip / f64::from(p.bars);
+                let share = contact.load_slip / f64::from(p.bars);
+                expected[edge] += (1.0 - at) * share;
+                expected[edge + 1] += at * share;
             }
             start = end;
             Ok(())
@@ -549,9 +551,8 @@ mod tests {
         assert_eq!(elsewhere, 0, "of {all}");
         // the test would detect the bug
         assert!(late > all / 2, "{late} of {all}");
-        let expected = profile.on_nodes(&expected).unwrap();
         let most = expected.iter().copied().fold(0.0, f64::max);
-        for (node, (found, expected)) in cycle.load_slip.iter().zip(&expected).enumerate() {
+        for (node, (found, expected)) in cycle.load.sums().iter().zip(&expected).enumerate() {
             // sums of thousands in another order
             assert!(
                 (found - expected).abs() < 1e-12 * most,

@@ -61,6 +61,7 @@ impl ThreshingOutcome {
             "jumps": self.jumps,
             "steel_lost_kg": self.steel_lost,
             "sampling_error": self.sampling,
+            "largest_k_k_s": self.feedback,
             "life": self.history.life_json(),
         })
     }
@@ -115,15 +116,16 @@ impl ThreshingOutcome {
         }
         out.push_str(
             "assumed: tip radius, number of bars, inertia, width, drive, entry speed, concave friction,\n  \
-             bending stiffness of the crop, the grain over which it wears, one profile for all bars\n\n",
+             bending stiffness of the crop, one profile for all bars\n\n",
         );
         out.push_str(&budget(&self.power_new, &self.power_worn));
         out.push_str(&format!(
-            "\n{} revolutions in {} steps, {} jumps; {} per step; worst residual {}; sampling error \
-             of a cycle up to {} %\n",
+            "\n{} revolutions in {} steps, {} jumps of a depth up to {} of the elastic penetration (K k \
+             S); {} per step; worst residual {}; sampling error of a cycle up to {} %\n",
             number(self.revolutions, 4),
             self.totals.steps,
             self.jumps,
+            number(self.feedback, 2),
             quantity(
                 self.totals.wall / self.totals.steps.max(1) as f64,
                 "s",

@@ -60,7 +60,7 @@ pub struct Thresher {
     pub clearance_outlet: f64,
     /// Whether the concave follows the worn teeth, default `follows`.
     pub concave: ConcaveSetting,
-    /// The published depth to which `K/dΩ` is fitted; without it, `[wear]` applies unchanged.
+    /// The published depth to which `K` is fitted; without it, `[wear]` applies unchanged.
     pub calibrate: Option<Calibration>,
 }
 

@@ -141,6 +141,6 @@ pub(super) fn steel_law(p: &Thresher, stiffness: f64) -> SurfaceLaw {
     SurfaceLaw {
         compliance: Some((stiffness, damping)),
         speed: 0.0,
-        one_point_per_segment: true,
+        cells: true,
     }
 }

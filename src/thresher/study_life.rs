@@ -115,7 +115,7 @@ fn wear_on(
 ) -> Result<Vec<f64>, RunError> {
     let rule = JumpRule {
         cycles: LONGEST_JUMP,
-        fraction: wear.jump,
+        depth: wear.jump,
         stability: 1.0,
     };
     loop {
@@ -128,6 +128,7 @@ fn wear_on(
         if ended || worn_through || idle || done(state) {
             return Ok(load_slip);
         }
+        // the loads are given, and fall with the overlap of 8 mm alone
         let jump = state.next_jump(&rule, &load_slip, 0.0)?;
         let mut cycles = jump.cycles.min(left[1]);
         if left[0] > ROUND_OFF * stops[0] {

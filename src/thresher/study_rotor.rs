@@ -7,7 +7,7 @@ use crate::experiment::{RunError, Totals};
 use crate::models::{Rotor, RotorContact, RotorMotor};
 use crate::oracles::solver_by_name;
 use crate::scene::Scene;
-use crate::wear::{self, Archard, CellArea, LoadSlip, Profile, WearError, WearSettings, WearState};
+use crate::wear::{self, Archard, LoadSlip, Profile, WearError, WearSettings, WearState};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Standard gravity \[m/s²\], for the weight of the bar.
@@ -178,7 +178,7 @@ pub(super) fn load_cycle(
         let record = stepper.step(&mut rotor, h)?;
         totals.wall += start.elapsed().as_secs_f64();
         totals.add(&record);
-        sums.add(&record.contacts, |c| Some(c.cells()[1] as usize))?;
+        sums.add(&record.contacts, |c| Some(c.places[1]))?;
         let worn: f64 = record.contacts.iter().map(|c| c.load_slip).sum();
         most_worn = most_worn.max(worn);
         // round-off of a rotor at rest is no wear
@@ -194,33 +194,20 @@ pub(super) fn load_cycle(
     })
 }
 
-/// A new tooth under the study's wear law, worn by `update`.
-///
-/// `K/dΩ` is for a cell of one cell's width: the study's 26 cells have the same weight, the nodes
-/// of any other mesh their width.
+/// A new tooth under the study's wear law, worn by `update`: with the refit all nodes have the same
+/// width, as they have the same weight in it; otherwise their own.
 pub(super) fn new_tooth(
     tooth: &Tooth,
     wear: &Wear,
     speed: f64,
     update: Update,
 ) -> Result<WearState, WearError> {
-    let cell = tooth.width / f64::from(tooth.cells - 1);
-    let (law, update) = match update {
-        // the depth depends only on the quotient K/dΩ
-        Update::Quadratic => {
-            let law = Archard {
-                coefficient: wear.coefficient_over_area,
-                area: CellArea::Fixed(1.0),
-            };
-            (law, wear::Update::Quadratic)
-        }
-        Update::Normal => {
-            let law = Archard {
-                coefficient: wear.coefficient_over_area * cell,
-                area: CellArea::Tributary,
-            };
-            (law, wear::Update::Normal)
-        }
+    let law = Archard {
+        coefficient: wear.coefficient,
+    };
+    let update = match update {
+        Update::Quadratic => wear::Update::Quadratic,
+        Update::Normal => wear::Update::Normal,
     };
     let settings = WearSettings {
         update,

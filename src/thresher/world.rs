@@ -12,7 +12,7 @@ use super::shapes::{
     steel, steel_law, strip_pose, tooth_chain, turned, unit,
 };
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord};
+use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord, SurfacePoint};
 use crate::dynamics::{JointPart, ModelError, StepError};
 use crate::peers::{
     BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec,
@@ -212,15 +212,17 @@ impl ThreshingWorld {
         })
     }
 
-    /// The bar and the edge of its profile that a contact wears, both from 0, by the cells that
-    /// detection found. `None` for a contact on no bar, and on the sides and the back of a bar,
-    /// which do not wear.
-    pub fn worn_edge(&self, contact: &ContactRecord, profile: &Profile) -> Option<(usize, usize)> {
+    /// The bar, from 0, and the place on its profile that a contact wears, by detection. `None` for
+    /// a contact on no bar, and on the sides and the back of a bar, which do not wear.
+    pub fn worn_place(
+        &self,
+        contact: &ContactRecord,
+        profile: &Profile,
+    ) -> Option<(usize, SurfacePoint)> {
         let mut bars = self.bars.iter().enumerate();
-        let (bar, segment) =
-            bars.find_map(|(bar, b)| Some((bar, contact.cell_on(b.number())? as usize)))?;
+        let (bar, place) = bars.find_map(|(bar, b)| Some((bar, contact.place_on(b.number())?)))?;
         // the outline of a bar starts with its profile, see `tooth_chain`
-        (segment + 1 < profile.node_count()).then_some((bar, segment))
+        ((place.edge as usize) + 1 < profile.node_count()).then_some((bar, place))
     }
 
     /// Work \[J\] of the drive in a step, without the work of the strip's springs.

@@ -24,12 +24,9 @@ fn winkler(y: &[f64], w: &[f64], k: f64, load: f64) -> Vec<f64> {
     }
 }
 
-fn state(profile: Profile, k: f64, area: CellArea, update: Update) -> WearState {
+fn state(profile: Profile, k: f64, update: Update) -> WearState {
     let settings = WearSettings {
-        law: Archard {
-            coefficient: k,
-            area,
-        },
+        law: Archard { coefficient: k },
         update,
         smoothing_length: 0.0,
         cycle_seconds: 1.0,
@@ -38,7 +35,7 @@ fn state(profile: Profile, k: f64, area: CellArea, update: Update) -> WearState 
 }
 
 fn tributary(profile: Profile, k: f64) -> WearState {
-    state(profile, k, CellArea::Tributary, Update::Normal)
+    state(profile, k, Update::Normal)
 }
 
 fn heights(profile: &Profile) -> Vec<f64> {
@@ -52,12 +49,12 @@ fn rough(n: usize) -> Vec<f64> {
 }
 
 /// A contact on an edge of each of two surfaces, 0 and 1.
-fn contact(cells: [u32; 2], load_slip: f64) -> ContactRecord {
+fn contact(places: [SurfacePoint; 2], load_slip: f64) -> ContactRecord {
     ContactRecord {
         time: 0.0,
         bodies: [0, 1],
         surfaces: [0, 1],
-        places: cells.map(SurfacePoint::on),
+        places,
         position: Vec2::zeros(),
         normal: Vec2::y(),
         gap: 0.0,
@@ -68,6 +65,7 @@ fn contact(cells: [u32; 2], load_slip: f64) -> ContactRecord {
         load_slip,
         friction_work: 0.0,
         normal_work: 0.0,
+        stiffness: 0.0,
         status: ContactStatus::SlipPlus,
     }
 }
@@ -207,25 +205,27 @@ fn reciprocating_pad() {
             k_pad,
         );
         let mut face = tributary(Profile::quadratic(0.0, 0.0, 0.0, 0.08, 81).unwrap(), k_face);
-        let (mut on_pad, mut on_face) = (LoadSlip::new(nodes - 1), LoadSlip::new(80));
+        let (mut on_pad, mut on_face) = (LoadSlip::new(nodes), LoadSlip::new(81));
         let points = 2 * (nodes - 1);
         let step = 1e-4;
-        // forth and back; 0.037 mm keeps the points off the borders between edges of 1 mm
+        // forth and back; 0.037 mm keeps the points off the nodes
         for i in 0..2 * 300 {
             let along = if i < 300 { i } else { 599 - i };
             let left = 0.04 - 0.5 * (stroke + width) + 3.7e-5 + f64::from(along) * step;
             let at = |j: usize| left + (j as f64 + 0.5) * 5e-4;
             let share = load * step / points as f64;
-            let cells = |j: usize| [j as u32 / 2, (at(j) / 1e-3) as u32];
-            let contacts: Vec<_> = (0..points).map(|j| contact(cells(j), share)).collect();
+            let on = |x: f64| SurfacePoint {
+                edge: (x / 1e-3) as u32,
+                at: (x / 1e-3).fract(),
+            };
+            let places = |j: usize| [on((j as f64 + 0.5) * 5e-4), on(at(j))];
+            let contacts: Vec<_> = (0..points).map(|j| contact(places(j), share)).collect();
             for (surface, sum) in [(0, &mut on_pad), (1, &mut on_face)] {
-                let edge = |c: &ContactRecord| Some(c.cell_on(surface)? as usize);
-                sum.add(&contacts, edge).unwrap();
+                sum.add(&contacts, |c| c.place_on(surface)).unwrap();
             }
         }
         for (part, sum) in [(&mut pad, &on_pad), (&mut face, &on_face)] {
-            let load_slip = part.profile().on_nodes(sum.sums()).unwrap();
-            part.advance(&load_slip, cycles, 0.0).unwrap();
+            part.advance(sum.sums(), cycles, 0.0).unwrap();
         }
         let expected = k_pad * load * 2.0 * stroke * cycles / width;
         // sums of thousands of equal shares: round-off
@@ -305,7 +305,8 @@ fn study_load_slip(profile: &Profile, torque: f64, omega: f64) -> Vec<f64> {
 /// error of the deepest cell [µm].
 fn study(torque: f64, omega: f64, batches: usize) -> (Vec<f64>, Option<Vec<f64>>) {
     let tooth = Profile::quadratic(-5.539, -0.1014, 0.0188, 0.05, 26).unwrap();
-    let mut tooth = state(tooth, 5e-17, CellArea::Fixed(3e-8), Update::Quadratic);
+    // K/dΩ of the study over cells of 2 mm
+    let mut tooth = state(tooth, 5e-17 / 3e-8 * 2e-3, Update::Quadratic);
     for _ in 0..batches {
         let load_slip = study_load_slip(tooth.profile(), torque, omega);
         tooth

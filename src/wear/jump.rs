@@ -6,18 +6,19 @@ use super::{WearError, all_finite, in_range, same_length};
 pub struct JumpRule {
     /// The requested length \[cycles\].
     pub cycles: f64,
-    /// Largest ratio of the depth of one jump to the cell size: 0.1 for accuracy, 0.3 at most.
-    pub fraction: f64,
+    /// Largest depth of one jump \[m\]. It belongs to the part, not to its mesh, so that runs on
+    /// two meshes have the same error of the jumps.
+    pub depth: f64,
     /// Bound on `K k S` of one jump, below 2; at most 1 keeps the approach monotone.
     pub stability: f64,
 }
 
 impl Default for JumpRule {
-    /// 1e6 cycles, a tenth of a cell, `K k S ≤ 1`.
+    /// 1e6 cycles, 0.2 mm, `K k S ≤ 1`.
     fn default() -> Self {
         JumpRule {
             cycles: 1e6,
-            fraction: 0.1,
+            depth: 2e-4,
             stability: 1.0,
         }
     }
@@ -28,7 +29,7 @@ impl Default for JumpRule {
 pub enum JumpBound {
     /// The requested length.
     Requested,
-    /// The depth at this node.
+    /// The depth at this node, by the rule or by the mesh.
     Depth { node: usize },
     /// The stability bound.
     Stability,
@@ -46,7 +47,7 @@ impl JumpRule {
     /// The next jump.
     ///
     /// ```text
-    /// N = min( N_requested,  fraction · size / max_i r_i,  stability / (K k s) )              (1)
+    /// N = min( N_requested,  min(depth, limit) / max_i r_i,  stability / (K k s) )            (1)
     /// ```
     ///
     /// The last bound is that of explicit wear on a Winkler foundation of stiffness `k` [Pa/m]
@@ -55,19 +56,20 @@ impl JumpRule {
     ///
     /// # Arguments
     /// - `rates`: `r_i ≥ 0`, depth per cycle \[m\], one per node.
-    /// - `size`: cell size \[m\].
+    /// - `limit`: largest depth that the mesh can follow \[m\]; infinite for none.
     /// - `feedback`: `K k s` of one cycle, by how much a node's rate falls when it is worn by 1 m
-    ///   [1/cycle]; 0 if the rate does not depend on the depth.
+    ///   [1/cycle], measured by [`Archard::feedback`](super::Archard::feedback); 0 if the rate does
+    ///   not depend on the depth.
     ///
     /// # Errors
-    /// [`WearError::NonFinite`]; [`WearError::Range`] for a negative rate, a size, length or
-    /// fraction not above 0 (fraction at most 0.3), a stability bound outside (0, 2), or a negative
-    /// `feedback`.
+    /// [`WearError::NonFinite`]; [`WearError::Range`] for a negative rate, a length, depth or limit
+    /// not above 0, a stability bound outside (0, 2), or a `feedback` that is negative or infinite:
+    /// rigid contacts have no elastic penetration that a jump could stay below.
     ///
     /// # Source
     /// Põdra & Andersson (1999) for explicit wear steps; the bound is the linear one of the
     /// explicit Euler rule.
-    pub fn next(&self, rates: &[f64], size: f64, feedback: f64) -> Result<Jump, WearError> {
+    pub fn next(&self, rates: &[f64], limit: f64, feedback: f64) -> Result<Jump, WearError> {
         all_finite("rate of node", rates)?;
         for &r in rates {
             in_range("depth per cycle [m]", r, r >= 0.0, "at least 0")?;
@@ -75,13 +77,17 @@ impl JumpRule {
         let above =
             |what, v: f64| in_range(what, v, v > 0.0 && v.is_finite(), "finite and above 0");
         above("jump length [cycles]", self.cycles)?;
-        above("cell size [m]", size)?;
-        let inside = self.fraction > 0.0 && self.fraction <= 0.3;
-        in_range("jump fraction", self.fraction, inside, "in (0, 0.3]")?;
+        above("jump depth [m]", self.depth)?;
+        in_range("jump limit of the mesh [m]", limit, limit > 0.0, "above 0")?;
         let inside = self.stability > 0.0 && self.stability < 2.0;
         in_range("jump stability K k S", self.stability, inside, "in (0, 2)")?;
         let inside = feedback >= 0.0 && feedback.is_finite();
-        in_range("feedback K k s", feedback, inside, "finite and at least 0")?;
+        in_range(
+            "feedback K k s",
+            feedback,
+            inside,
+            "finite and at least 0: rigid contacts need a compliance",
+        )?;
 
         let mut jump = Jump {
             cycles: self.cycles,
@@ -91,7 +97,7 @@ impl JumpRule {
         // a rate or feedback of 0 gives infinity, which never bounds the jump
         let by_depth = rates
             .get(node)
-            .map_or(f64::INFINITY, |r| self.fraction * size / r);
+            .map_or(f64::INFINITY, |r| self.depth.min(limit) / r);
         for (cycles, bound) in [
             (by_depth, JumpBound::Depth { node }),
             (self.stability / feedback, JumpBound::Stability),
@@ -135,53 +141,50 @@ mod tests {
     fn the_tightest_bound_wins() {
         let rule = JumpRule {
             cycles: 100.0,
-            fraction: 0.25,
+            depth: 5e-4,
             stability: 1.0,
         };
-        let next = |rates: &[f64], feedback| rule.next(rates, 2e-3, feedback).unwrap();
-        let free = next(&[0.0, 0.0], 0.0);
+        let next = |rates: &[f64], limit, feedback| rule.next(rates, limit, feedback).unwrap();
+        let far = f64::INFINITY;
+        let free = next(&[0.0, 0.0], far, 0.0);
         assert_eq!((free.cycles, free.bound), (100.0, JumpBound::Requested));
-        let deep = next(&[1e-6, 1e-4], 0.0);
+        let deep = next(&[1e-6, 1e-4], far, 0.0);
         assert_eq!(deep.bound, JumpBound::Depth { node: 1 });
-        // one rounding each of three operations
+        // a rounding
         assert!((deep.cycles - 5.0).abs() < 1e-14);
-        let stiff = next(&[1e-6, 1e-4], 0.5);
+        let fine = next(&[1e-6, 1e-4], 1e-4, 0.0);
+        assert_eq!(
+            (fine.cycles, fine.bound),
+            (1.0, JumpBound::Depth { node: 1 })
+        );
+        let stiff = next(&[1e-6, 1e-4], far, 0.5);
         assert_eq!((stiff.cycles, stiff.bound), (2.0, JumpBound::Stability));
     }
 
     #[test]
     fn bounds_outside_their_range_are_refused() {
-        let refused = |rule: JumpRule, rates: &[f64], feedback| {
-            assert!(rule.next(rates, 1.0, feedback).is_err());
+        let refused = |rule: JumpRule, rates: &[f64], limit, feedback| {
+            assert!(rule.next(rates, limit, feedback).is_err());
         };
         let rule = JumpRule::default();
-        refused(
-            JumpRule {
-                fraction: 0.31,
-                ..rule
-            },
-            &[1.0],
-            0.0,
-        );
-        refused(
-            JumpRule {
-                stability: 2.0,
-                ..rule
-            },
-            &[1.0],
-            0.0,
-        );
-        refused(
-            JumpRule {
-                cycles: f64::INFINITY,
-                ..rule
-            },
-            &[1.0],
-            0.0,
-        );
-        refused(rule, &[f64::NAN], 0.0);
-        refused(rule, &[-1.0], 0.0);
-        refused(rule, &[1.0], f64::NAN);
+        let deep = JumpRule { depth: 0.0, ..rule };
+        let unstable = JumpRule {
+            stability: 2.0,
+            ..rule
+        };
+        let endless = JumpRule {
+            cycles: f64::INFINITY,
+            ..rule
+        };
+        for bad in [deep, unstable, endless] {
+            refused(bad, &[1.0], 1.0, 0.0);
+        }
+        refused(rule, &[f64::NAN], 1.0, 0.0);
+        refused(rule, &[-1.0], 1.0, 0.0);
+        refused(rule, &[1.0], 0.0, 0.0);
+        refused(rule, &[1.0], 1.0, f64::NAN);
+        // a rigid contact
+        refused(rule, &[1.0], 1.0, f64::INFINITY);
     }
 
     #[test]

@@ -1,17 +1,18 @@
 //! Archard wear of a surface: from the contact records of a simulated cycle to the life of a part.
 //!
 //! ```text
-//! contact records → load_slip per edge → per node → Archard depth → cycle jump → profile → re-mesh → life
+//! contact records → load_slip per node → Archard depth → cycle jump → profile → re-mesh → life
 //! ```
 //!
 //! # Conventions
 //!
 //! A [`Profile`] is an open polyline in the frame of the part, from its tall end to its toe, with
 //! the solid on its right: `x` grows along it, and the outward normal is the tangent turned by +90
-//! degrees. Detection names the **edge** of a contact ([`ContactRecord::places`]), and only this
-//! edge decides where the contact wears. A **node** belongs to the current mesh. A **cell** is a
-//! station `x` of the first mesh and never changes, so that reports keep their columns when the
-//! mesh changes. Both count from 0 here; the first cell of a table is cell 1.
+//! degrees. Detection names the **edge** of a contact and the place on it
+//! ([`ContactRecord::places`]), and only they decide where the contact wears. A **node** belongs to
+//! the current mesh. A **cell** is a station `x` of the first mesh and never changes, so that reports
+//! keep their columns when the mesh changes ([`CellMap`]). Both count from 0 here; the first cell of a table is
+//! cell 1.
 //!
 //! A planar scene is one metre deep: loads are per metre of width, and a worn area \[m²\] is a worn
 //! volume per metre. Depth is positive for removed material.
@@ -26,6 +27,7 @@
 use crate::dynamics::record::ContactRecord;
 
 mod archard;
+mod cells;
 #[cfg(test)]
 mod closed_forms;
 mod contain;
@@ -37,12 +39,13 @@ mod remesh;
 mod state;
 mod update;
 
-pub use archard::{Archard, CellArea, LoadSlip};
+pub use archard::{Archard, LoadSlip};
+pub use cells::CellMap;
 pub use jump::{Jump, JumpBound, JumpRule, trapezoid_error};
 pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
 pub use polygon::{check_polygon, signed_area};
 pub use profile::Profile;
-pub use remesh::{CellMap, clip_loops, remesh};
+pub use remesh::{clip_loops, remesh};
 pub use state::{WearSettings, WearState, WearStep};
 pub use update::{Update, refit_quadratic, smooth_depths, wear_normal};
 

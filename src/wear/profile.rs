@@ -1,5 +1,5 @@
 use super::polygon::{check_nodes, check_polygon, crossing};
-use super::{WearError, in_range, same_length};
+use super::{WearError, in_range};
 use crate::contact::Vec2;
 
 /// The worn surface: an open polyline of nodes in the frame of the part.
@@ -140,23 +140,6 @@ impl Profile {
         self.area_vectors().iter().map(|v| v.y).collect()
     }
 
-    /// Distributes sums over the edges to the nodes: half of each edge's sum to either end.
-    ///
-    /// A uniform load wears every node of a straight profile alike, also the ends: a node's
-    /// tributary width is half of the edges beside it.
-    ///
-    /// # Errors
-    /// [`WearError::Length`] unless there is one sum per edge.
-    pub fn on_nodes(&self, edges: &[f64]) -> Result<Vec<f64>, WearError> {
-        same_length("sums over edges", edges.len(), self.nodes.len() - 1)?;
-        let mut nodes = vec![0.0; self.nodes.len()];
-        for (i, sum) in edges.iter().enumerate() {
-            nodes[i] += 0.5 * sum;
-            nodes[i + 1] += 0.5 * sum;
-        }
-        Ok(nodes)
-    }
-
     /// The highest node and its height `max y` \[m\].
     pub fn highest(&self) -> (usize, f64) {
         let mut best = (0, self.nodes[0].y);
@@ -244,23 +227,6 @@ mod tests {
         assert!(matches!(
             Profile::new(low).unwrap().outline(8e-3),
             Err(WearError::WornThrough { node: 25, .. })
-        ));
-    }
-
-    #[test]
-    fn an_even_load_on_edges_wears_all_nodes_alike() {
-        let flat = Profile::quadratic(0.0, 0.0, 0.0, 4.0, 5).unwrap();
-        let nodes = flat.on_nodes(&[3.0; 4]).unwrap();
-        for (sum, width) in nodes.iter().zip(flat.widths()) {
-            assert_eq!(sum / width, 3.0);
-        }
-        assert!(matches!(
-            flat.on_nodes(&[3.0; 5]),
-            Err(WearError::Length {
-                found: 5,
-                expected: 4,
-                ..
-            })
         ));
     }
 

@@ -1,6 +1,6 @@
 use super::contain::lowered;
 use super::polygon::crossing;
-use super::{Profile, WearError, in_range, same_length, signed_area};
+use super::{Profile, WearError, in_range, signed_area};
 use crate::contact::Vec2;
 
 /// Shortest and longest edge allowed, in cell sizes.
@@ -155,103 +155,6 @@ pub fn clip_loops(profile: &Profile) -> Result<(Profile, f64), WearError> {
     Ok((simple, change))
 }
 
-/// Maps every node of the current mesh to a cell of the first one: the nearest station.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CellMap {
-    stations: Vec<f64>,
-    of_node: Vec<usize>,
-}
-
-impl CellMap {
-    /// The map of a first mesh onto itself; the `x` of its nodes are the stations, ascending.
-    pub fn new(first: &Profile) -> Self {
-        let mut stations: Vec<f64> = first.nodes().iter().map(|p| p.x).collect();
-        stations.sort_by(f64::total_cmp);
-        let mut map = CellMap {
-            stations,
-            of_node: Vec::new(),
-        };
-        map.renew(first);
-        map
-    }
-
-    /// Maps the nodes of a new mesh; a node halfway between two stations goes to the first.
-    pub fn renew(&mut self, profile: &Profile) {
-        let nearest = |x: f64| {
-            let above = self.stations.partition_point(|s| *s < x);
-            match above {
-                0 => 0,
-                n if n == self.stations.len() => n - 1,
-                n if x - self.stations[n - 1] <= self.stations[n] - x => n - 1,
-                n => n,
-            }
-        };
-        self.of_node = profile.nodes().iter().map(|p| nearest(p.x)).collect();
-    }
-
-    /// Stations `x` \[m\], one per cell.
-    pub fn stations(&self) -> &[f64] {
-        &self.stations
-    }
-
-    /// Cell of every node.
-    pub fn of_node(&self) -> &[usize] {
-        &self.of_node
-    }
-
-    /// Sum over every cell of an additive quantity of the nodes (`load_slip`).
-    ///
-    /// # Errors
-    /// [`WearError::Length`].
-    pub fn sum(&self, values: &[f64]) -> Result<Vec<f64>, WearError> {
-        same_length("node values", values.len(), self.of_node.len())?;
-        let mut sums = vec![0.0; self.stations.len()];
-        for (&cell, value) in self.of_node.iter().zip(values) {
-            sums[cell] += value;
-        }
-        Ok(sums)
-    }
-
-    /// Mean depth of every cell \[m\], `Σ h_i w_i / Σ w_i` over its nodes; for a cell without a
-    /// node, linear interpolation between its neighbours that have one.
-    ///
-    /// # Errors
-    /// [`WearError::Length`].
-    pub fn mean(&self, depths: &[f64], widths: &[f64]) -> Result<Vec<f64>, WearError> {
-        same_length("depths", depths.len(), widths.len())?;
-        let areas: Vec<f64> = depths.iter().zip(widths).map(|(h, w)| h * w).collect();
-        let (area, width) = (self.sum(&areas)?, self.sum(widths)?);
-        let full: Vec<usize> = (0..width.len()).filter(|&c| width[c] > 0.0).collect();
-        let mut nodes_of = vec![0usize; width.len()];
-        let mut only = vec![0usize; width.len()];
-        for (node, &cell) in self.of_node.iter().enumerate() {
-            nodes_of[cell] += 1;
-            only[cell] = node;
-        }
-        // a single node gives its own depth to the last digit, not (h w) / w
-        let mean = |c: usize| match nodes_of[c] {
-            1 => depths[only[c]],
-            _ => area[c] / width[c],
-        };
-        Ok((0..width.len())
-            .map(|c| {
-                let next = full.partition_point(|&f| f < c);
-                match (next.checked_sub(1).map(|n| full[n]), full.get(next)) {
-                    (_, Some(&b)) if b == c => mean(c),
-                    (Some(a), Some(&b)) => {
-                        let x = &self.stations;
-                        let t = (x[c] - x[a]) / (x[b] - x[a]);
-                        mean(a) + t * (mean(b) - mean(a))
-                    }
-                    (None, Some(&b)) => mean(b),
-                    (Some(a), None) => mean(a),
-                    (None, None) => 0.0,
-                }
-            })
-            .collect())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,19 +241,5 @@ mod tests {
         // the loop (2,1) (3,2) (1,2) runs against the sense of steel above: area −1 under it
         assert_eq!(change, 1.0);
         assert_eq!(clip_loops(&simple), Ok((expected, 0.0)));
-    }
-
-    #[test]
-    fn cells_keep_their_depth_when_the_mesh_changes() {
-        let first = profile(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]);
-        let mut map = CellMap::new(&first);
-        assert_eq!(map.of_node(), [0, 1, 2, 3]);
-        // cell 1 has lost its node, cell 2 has two
-        let next = profile(&[(0.0, 0.0), (1.6, 0.0), (2.2, 0.0), (3.0, 0.0)]);
-        map.renew(&next);
-        assert_eq!(map.of_node(), [0, 2, 2, 3]);
-        let depth = map.mean(&[1.0, 2.0, 4.0, 7.0], &[0.5, 1.0, 1.0, 0.5]);
-        assert_eq!(depth, Ok(vec![1.0, 2.0, 3.0, 7.0]));
-        assert_eq!(map.sum(&[1.0, 2.0, 4.0, 7.0]), Ok(vec![1.0, 0.0, 6.0, 7.0]));
     }
 }

@@ -13,9 +13,9 @@ const JUMP_LIMIT: f64 = 0.3;
 pub struct WearSettings {
     pub law: Archard,
     pub update: Update,
-    /// Length σ \[m\] over which [`smooth_depths`] spreads the wear; 0 for none. A rough medium
-    /// loads a surface over its grain size, not at points. Without smoothing a corner wears in
-    /// steps.
+    /// Length σ \[m\] over which [`smooth_depths`] spreads the wear; 0 for none. A property of the
+    /// medium, the same on every mesh: a rough medium loads a surface over its grain size, not at
+    /// points.
     pub smoothing_length: f64,
     /// Duration of one load cycle \[s\]: `2π / ω` of a rotor.
     pub cycle_seconds: f64,
@@ -76,7 +76,7 @@ impl WearState {
         let edges = profile.edges();
         let cell_size = edges.iter().sum::<f64>() / edges.len() as f64;
         let (node, height) = profile.highest();
-        let life = Life::new(cells.stations().len(), height, cells.of_node()[node]);
+        let life = Life::new(cells.stations().len(), height, cells.of_node(node));
         Ok(WearState {
             settings,
             new: profile.clone(),
@@ -97,6 +97,11 @@ impl WearState {
         &self.cells
     }
 
+    /// The wear law.
+    pub fn law(&self) -> &Archard {
+        &self.settings.law
+    }
+
     /// Mean edge of the first mesh \[m\].
     pub fn cell_size(&self) -> f64 {
         self.cell_size
@@ -114,26 +119,34 @@ impl WearState {
     }
 
     /// Depth per cycle of every node \[m\], after smoothing, by [`Archard::depths`] and
-    /// [`smooth_depths`].
+    /// [`smooth_depths`]. With [`Update::Quadratic`] all nodes have the same width, as in the fit.
     ///
     /// # Errors
     /// Those of both functions.
     pub fn rates(&self, load_slip: &[f64]) -> Result<Vec<f64>, WearError> {
         let widths = self.widths();
         let mut rates = self.settings.law.depths(load_slip, &widths)?;
-        // n passes with ν have a standard deviation σ = cell √(2 ν n)
-        let spread = 0.5 * (self.settings.smoothing_length / self.cell_size).powi(2);
-        if spread > 0.0 {
-            let passes = (spread / 0.25).ceil();
-            smooth_depths(&mut rates, &widths, spread / passes, passes as usize)?;
-        }
+        let length = self.settings.smoothing_length;
+        smooth_depths(&mut rates, &widths, &self.profile.edges(), length)?;
         Ok(rates)
+    }
+
+    /// `K k s` of one cycle by [`Archard::feedback`], from the `A_i` \[N\] of one cycle,
+    /// [`LoadSlip::stiffness`](super::LoadSlip::stiffness).
+    ///
+    /// # Errors
+    /// Those of [`Archard::feedback`].
+    pub fn feedback(&self, stiffness: &[f64]) -> Result<f64, WearError> {
+        self.settings.law.feedback(stiffness, &self.widths())
     }
 
     /// The next jump by a rule, from the `load_slip` of one cycle [N m], one per node.
     ///
-    /// With [`Update::Normal`], [`WearState::advance`] accepts this jump: the size in the rule is
-    /// the cell size, or the shortest edge if that is less.
+    /// With [`Update::Normal`] no node wears by more than 0.3 of the shortest edge, so that
+    /// [`WearState::advance`] accepts this jump.
+    ///
+    /// # Arguments
+    /// - `feedback`: [`WearState::feedback`] of the same cycle.
     ///
     /// # Errors
     /// Those of [`WearState::rates`] and [`JumpRule::next`].
@@ -143,17 +156,17 @@ impl WearState {
         load_slip: &[f64],
         feedback: f64,
     ) -> Result<Jump, WearError> {
-        let size = match self.settings.update {
-            Update::Normal => self.cell_size.min(self.profile.shortest_edge()),
-            Update::Quadratic => self.cell_size,
+        let limit = match self.settings.update {
+            Update::Normal => JUMP_LIMIT * self.profile.shortest_edge(),
+            Update::Quadratic => f64::INFINITY,
         };
-        rule.next(&self.rates(load_slip)?, size, feedback)
+        rule.next(&self.rates(load_slip)?, limit, feedback)
     }
 
     /// Wears the part by one jump. On an error nothing has changed.
     ///
     /// ```text
-    /// h_i = N K S_i / A_i  →  smoothing  →  update  →  loops cut off  →  re-mesh
+    /// h_i = N K S_i / w_i  →  smoothing  →  update  →  loops cut off  →  re-mesh
     /// ```
     ///
     /// With [`Update::Normal`] the worn profile stays within the new one; the quadratic refit can
@@ -183,6 +196,7 @@ impl WearState {
         let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
 
         let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
+        let mut cells = self.cells.clone();
         let profile = match self.settings.update {
             Update::Quadratic => refit_quadratic(&self.profile, &depths)?,
             Update::Normal => {
@@ -195,11 +209,12 @@ impl WearState {
                 remeshed = meshed.is_some() || simple != worn;
                 let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
                 clipped_area -= taken;
+                if remeshed {
+                    cells.renew(&worn, &meshed)?;
+                }
                 meshed
             }
         };
-        let mut cells = self.cells.clone();
-        cells.renew(&profile);
         let (node, height) = profile.highest();
         let rate = self.cells.mean(&rates, &widths)?;
         let requested: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
@@ -219,7 +234,7 @@ impl WearState {
             load_slip: &self.cells.sum(load_slip)?,
             area: &self.cells.sum(&removed)?,
             height,
-            highest: cells.of_node()[node],
+            highest: cells.of_node(node),
         })?;
         let step = WearStep {
             depth: rate.iter().map(|r| r * cycles).collect(),
@@ -247,7 +262,13 @@ impl WearState {
     fn widths(&self) -> Vec<f64> {
         match self.settings.update {
             Update::Normal => self.profile.widths(),
-            Update::Quadratic => self.profile.spans(),
+            // the fit gives every node the same weight, and so must the load
+            Update::Quadratic => {
+                let nodes = self.profile.nodes();
+                let last = nodes.len() - 1;
+                let width = (nodes[last].x - nodes[0].x) / last as f64;
+                vec![width; nodes.len()]
+            }
         }
     }
 

@@ -142,7 +142,7 @@ fn cases() -> Vec<Case> {
 fn every_covered_cell_carries_by_its_width_and_no_wall_does() {
     let law = SurfaceLaw {
         compliance: Some((STIFFNESS, 0.0)),
-        one_point_per_segment: true,
+        cells: true,
         ..SurfaceLaw::default()
     };
     for case in cases() {
@@ -216,7 +216,7 @@ fn cells_that_share_a_corner_both_carry() {
     let mut pipeline = MoreauPipeline::new(settings).unwrap();
     let law = SurfaceLaw {
         compliance: Some((STIFFNESS, 0.0)),
-        one_point_per_segment: true,
+        cells: true,
         ..SurfaceLaw::default()
     };
     pipeline.set_surface(wedge, law);

@@ -1,5 +1,7 @@
-//! Wear of machine and study.
+//! Wear of machine and study, and closed forms through rapier bodies.
 
+mod closed_forms;
+mod rig;
 mod study_life;
 mod threshing;
 mod wear_containment;

@@ -4,9 +4,7 @@
 use moreau2d::contact::Vec2;
 use moreau2d::report::Progress;
 use moreau2d::thresher::{self, Machine, WearHistory, run_study, run_threshing};
-use moreau2d::wear::{
-    Archard, CellArea, JumpRule, Profile, Update, WearError, WearSettings, WearState,
-};
+use moreau2d::wear::{Archard, JumpRule, Profile, Update, WearError, WearSettings, WearState};
 use proptest::prelude::*;
 
 /// Steel above the new profile that is called round-off \[m\], and area that is \[m²\].
@@ -92,7 +90,7 @@ fn the_tooth_of_the_study_grows_nowhere() {
 
 #[test]
 fn the_teeth_of_the_thresher_grow_nowhere() {
-    let short = ["wear.max_hours=40", "wear.revolutions=1", "wear.jump=0.3"].map(str::to_owned);
+    let short = ["wear.max_hours=40", "wear.revolutions=1", "wear.jump=6e-4"].map(str::to_owned);
     let (scene, Some(Machine::Thresher(setup))) = thresher::load("thresher", &short).unwrap()
     else {
         panic!("no thresher");
@@ -104,10 +102,7 @@ fn the_teeth_of_the_thresher_grow_nowhere() {
 
 fn part(nodes: Vec<Vec2>) -> WearState {
     let settings = WearSettings {
-        law: Archard {
-            coefficient: 1.0,
-            area: CellArea::Tributary,
-        },
+        law: Archard { coefficient: 1.0 },
         update: Update::Normal,
         smoothing_length: 0.0,
         cycle_seconds: 1.0,
@@ -115,11 +110,11 @@ fn part(nodes: Vec<Vec2>) -> WearState {
     WearState::new(Profile::new(nodes).unwrap(), settings).unwrap()
 }
 
-/// One jump of a third of an edge at most.
+/// One jump of the longest that the mesh can follow, 0.3 of an edge.
 fn jump(state: &mut WearState, load: impl Fn(usize) -> f64) -> Result<(), WearError> {
     let rule = JumpRule {
         cycles: 1e300,
-        fraction: 0.3,
+        depth: 1e300,
         stability: 1.0,
     };
     let load: Vec<f64> = (0..state.profile().node_count()).map(load).collect();

@@ -56,23 +56,25 @@ pub enum DetectionDrive {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfaceLaw {
     /// Kelvin-Voigt stiffness \[N/m\] and damping [N s/m] of each contact point, in place of
-    /// rigidity and restitution. Two compliant surfaces act in series. With `one_point_per_segment`
-    /// both are per metre of the segment that the other shape covers: a Winkler foundation. A ball
-    /// covers the whole segment.
+    /// rigidity and restitution. Two compliant surfaces act in series. With `cells` both are per
+    /// metre of the segment that the other shape covers: a Winkler foundation.
     pub compliance: Option<(f64, f64)>,
     /// Tangential speed of the surface \[m/s\], positive counter-clockwise round the collider: a
     /// belt whose top runs to −x has a positive speed.
     pub speed: f64,
-    /// Keeps only the deepest point per segment of this polyline: its segments are cells. Compliant
-    /// cells of one-sided polylines are pressed along their own normal. They may overlap with
-    /// another polyline as far as the segments of both are long.
-    pub one_point_per_segment: bool,
+    /// The segments of this polyline are cells: a compliant contact with a segment has a point at
+    /// either end of what the other shape covers, with half of its length each, whatever the
+    /// neighbours report; the two together carry a pressure that is linear along the cell. A ball
+    /// has one point, for the whole segment. Compliant cells of one-sided polylines are pressed along
+    /// their own normal. They may overlap with another polyline as far as the segments of both are
+    /// long.
+    pub cells: bool,
 }
 
 impl SurfaceLaw {
     /// Whether the segments of the surface are cells with springs along their normals.
     fn is_foundation(&self) -> bool {
-        self.one_point_per_segment && self.compliance.is_some()
+        self.cells && self.compliance.is_some()
     }
 }
 

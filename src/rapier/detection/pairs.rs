@@ -268,8 +268,8 @@ struct Terms {
     events_only: bool,
     /// A hook modifies their contacts.
     modified: bool,
-    /// Only the deepest point per segment stays.
-    deepest: bool,
+    /// A side's segments are cells, see [`SurfaceLaw::cells`].
+    cells: bool,
     /// The side whose segments are cells of a foundation.
     foundation: Option<usize>,
     /// A surface has a [`SurfaceLaw`].
@@ -397,7 +397,7 @@ impl Finder<'_> {
                 }));
                 return Some(bound);
             }
-            let covered = match terms.deepest {
+            let covered = match terms.cells {
                 true => self.covered(poses, sides, reach, found),
                 false => None,
             };
@@ -432,7 +432,7 @@ impl Finder<'_> {
         // only shapes with a kernel support hooks that modify contacts; user-defined shapes have
         // none
         let setting = self.setting(sides, terms, None);
-        self.ask_parry(sides, setting, reach, group, terms.deepest, out);
+        self.ask_parry(sides, setting, reach, group, terms.cells, out);
         Some(f64::NEG_INFINITY)
     }
 
@@ -451,7 +451,7 @@ impl Finder<'_> {
         Some(Terms {
             events_only,
             modified: hooks.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
-            deepest: known.iter().any(|k| k.law.one_point_per_segment),
+            cells: known.iter().any(|k| k.law.cells),
             foundation: (0..2).find(|&i| known[i].law.is_foundation()),
             own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
         })
@@ -574,12 +574,16 @@ impl Finder<'_> {
             belt: -known[0].law.speed - known[1].law.speed,
             ..setting
         };
-        let cell = (0..2).find(|&i| known[i].law.one_point_per_segment);
+        let cell = (0..2).find(|&i| known[i].law.cells);
         match cell.map(|i| &sides[i].part.core) {
             Some(Core::Edge(edge)) => {
                 let length = (edge.ends[1] - edge.ends[0]).norm();
-                // a contact stays one, however little of the segment it covers
-                setting.over(covered.map_or(length, |c| c.clamp(1e-6 * length, length)))
+                setting.over(match covered {
+                    // each of the two ends has a half; a contact stays one, however little of the
+                    // segment it covers
+                    Some(covered) => 0.5 * covered.clamp(1e-6 * length, length),
+                    None => length,
+                })
             }
             _ => setting,
         }
@@ -594,18 +598,7 @@ impl Finder<'_> {
         found: &mut Vec<Touch>,
         out: &mut Detection,
     ) {
-        if terms.deepest {
-            let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
-            if let Some(&deepest) = deepest {
-                found.clear();
-                // one point per segment: its feature must not flicker between the two ends
-                found.push(Touch {
-                    feature: 0,
-                    ..deepest
-                });
-            }
-        }
-        // cells that share an end are loaded there both
+        // at the common end of two cells each has its own share of the load
         if terms.foundation.is_some() || sides.iter().all(|leaf| leaf.lone) {
             let points = found.iter().map(|t| self.point(&setting, sides, t));
             out.contacts.extend(points);
