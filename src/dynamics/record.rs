@@ -236,6 +236,10 @@ pub struct StepRecord {
     /// Work \[J\] of rigid contacts and of pins, locks and limits, `Σ P · (γ_A + γ_E)/2` with the
     /// velocity of one side relative to the other: what they take out is negative, and what moving
     /// supports and belts bring in is not part of it.
+    ///
+    /// The error of the scheme is in it. Pins of turning bodies exchange energy with the motion to
+    /// third order in the step: at 1/60 s a pendulum of 2 s gets and returns 3e-5 of its energy in
+    /// every swing, and keeps 3e-6 per second. Half the step makes both an eighth.
     pub constraint_work: f64,
     /// Pairs of bodies of which one passed through the other. Experiments find them from the poses
     /// before and after the step, for every engine alike; a step alone leaves it empty.
