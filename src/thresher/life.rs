@@ -101,6 +101,8 @@ pub struct ThreshingOutcome {
     pub concave_moved: f64,
     /// Steel lost by all bars \[kg\], machine total.
     pub steel_lost: f64,
+    /// Wear coefficient of the steel [m²/N].
+    pub coefficient: f64,
     /// Depth \[m\] at the calibration point, if the run is at its operating point.
     pub calibration: Option<(Calibration, f64)>,
     /// Largest relative standard error of the most loaded cell's wear in a cycle.
@@ -396,6 +398,7 @@ pub fn run_threshing(
     history.close(1, &state, &wear.limits)?;
     let lost = area_new - state.profile().area_above(-tooth.base);
     Ok(ThreshingOutcome {
+        coefficient: wear.coefficient,
         calibration: calibration(parameters, &state),
         history,
         stiffness,

@@ -49,6 +49,7 @@ impl ThreshingOutcome {
             "calibrated": {
                 "crop_stiffness_pa_m": self.stiffness,
                 "operating_torque_nm": p.operating_torque,
+                "wear_coefficient_m2_n": self.coefficient,
                 "depth_at_calibration_m": self.calibration.map(|(_, depth)| depth),
             },
             "concave_moved_m": self.concave_moved,
@@ -102,8 +103,9 @@ impl ThreshingOutcome {
         ));
         out.push_str(&format!(
             "calibrated: crop stiffness {} Pa/m, so that new teeth take the operating torque; the wear \
-             coefficient",
-            number(self.stiffness, 3)
+             coefficient {} m2/N",
+            number(self.stiffness, 3),
+            number(self.coefficient, 3)
         ));
         match &self.calibration {
             Some((target, depth)) => out.push_str(&format!(

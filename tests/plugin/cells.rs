@@ -225,7 +225,8 @@ fn cells_that_share_a_corner_both_carry() {
     let mut places: Vec<_> = out.contacts.iter().map(|c| c.places[1]).collect();
     places.sort_by_key(|place| place.edge);
     let found: Vec<_> = places.iter().map(|p| (p.edge, p.at)).collect();
-    assert_eq!(found, [(0, 1.0), (1, 0.0)]);
+    // both ends of either cell, among them the corner twice
+    assert_eq!(found, [(0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0)]);
 }
 
 /// A rigid pad whose walls come first: the corners of its lower face are the cells', on every belt.
