@@ -14,6 +14,7 @@ mod drops;
 mod edits;
 mod fast_bodies;
 mod features;
+mod gaps;
 mod hand_written;
 mod hooks;
 mod impacts;
