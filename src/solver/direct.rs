@@ -174,6 +174,10 @@ impl Direct {
             self.judged_last = self.newton.chord(problem, judge, impulses, newton, best);
             self.best.set_tolerance(tolerance);
             if self.best.solved() {
+                if !self.judged_last {
+                    self.judge.natural_map(problem, &self.best.impulses);
+                    self.judged_last = true;
+                }
                 return self.found(impulses, report);
             }
             self.judged_last = false;
@@ -225,7 +229,8 @@ impl Direct {
             self.sweep_and_polish(problem, impulses, sweeps, tolerance, &mut report);
         }
         if let Some(cache) = cache {
-            if !large && self.best.solved() && !cache.light_failed() {
+            let needed = report.factorisations > 0 && !cache.light_failed();
+            if !large && self.best.solved() && needed {
                 self.refine(problem, impulses, tolerance, &mut report);
             }
             self.newton.store_factors(&mut self.response, cache);

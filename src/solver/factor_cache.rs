@@ -2,7 +2,6 @@
 
 use super::block_status::Status;
 use super::response::{Factored, Response};
-use super::status_newton::PROXIMAL;
 use crate::contact::{ContactProblem, Delassus, Mat2, NO_BODY, Rows, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +33,9 @@ pub(super) struct Newton {
     /// Whether the last problem was not already solved by its start impulses.
     pub needed_solve: bool,
 }
+
+/// First weight of the proximal term. A smaller one loses digits in the stiff system.
+pub(super) const PROXIMAL: f64 = 1e-6;
 
 /// Least share of open contacts at which the stored factors leave them out.
 const OPEN: f64 = 0.1;

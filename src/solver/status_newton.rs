@@ -1,6 +1,6 @@
 use super::best::Best;
 use super::block_status::Status;
-use super::factor_cache::{FactorCache, Newton};
+use super::factor_cache::{FactorCache, Newton, PROXIMAL};
 use super::response::Response;
 use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2, Vec3, project_onto_cone};
 
@@ -46,8 +46,6 @@ const CHORDS: usize = 4;
 /// See [`StatusNewton::chord`].
 const CHANGED: usize = 10;
 
-/// First weight of the proximal term. A smaller one loses digits in the stiff system.
-pub(super) const PROXIMAL: f64 = 1e-6;
 /// If a step with unchanged statuses leaves more than this share of the residual, the weight falls
 /// by [`LIGHTER`], not below [`LIGHTEST`]. Large mass ratios need this.
 const SLOW: f64 = 0.1;

@@ -48,6 +48,13 @@ fn assert_order_two(scene: &str, name: &str) {
     assert!((p - 2.0).abs() < 0.1, "{scene}, {name}: order {p}");
 }
 
+/// For an error whose terms of third order are as large as those of second order on the ladder.
+#[track_caller]
+fn assert_order_two_or_more(scene: &str, name: &str) {
+    let p = observed_order(scene, name, 1, unchanged);
+    assert!(p > 1.9, "{scene}, {name}: order {p}");
+}
+
 #[test]
 fn a_disc_in_a_frictionless_bowl_is_a_pendulum() {
     let run = run(&load("bowl", &[]));
@@ -75,9 +82,8 @@ fn a_disc_rolls_in_a_bowl_as_a_slower_pendulum() {
     assert!(run.error("energy") <= 1e-3, "{}", run.error("energy"));
     let rolls = |c: &moreau2d::dynamics::record::ContactRecord| c.status == ContactStatus::Stick;
     assert!(run.records.iter().all(|r| r.contacts.iter().all(rolls)));
-    for name in ["angle", "energy"] {
-        assert_order_two("rolling-bowl", name);
-    }
+    assert_order_two("rolling-bowl", "angle");
+    assert_order_two_or_more("rolling-bowl", "energy");
 }
 
 /// A bowl of 1 m and a disc of 0.1 m let go at 1 rad: the normal turns twice as far in a
@@ -122,21 +128,25 @@ fn a_disc_rolls_through_a_loop() {
 #[test]
 fn a_rod_falls_about_its_stuck_tip() {
     let run = run(&load("stuck-rod", &[]));
-    assert!(run.error("angle") <= 4e-4, "{}", run.error("angle"));
-    assert!(run.error("tip-drift") <= 5e-4, "{}", run.error("tip-drift"));
-    for name in ["angle", "tip-drift"] {
-        assert_order_two("stuck-rod", name);
-    }
+    // 4.0e-4 each while the turning of the rows lagged by a step
+    assert!(run.error("angle") <= 1.3e-4, "{}", run.error("angle"));
+    assert!(run.error("tip-drift") <= 7e-5, "{}", run.error("tip-drift"));
+    assert_order_two_or_more("stuck-rod", "angle");
+    // two parts of the drift cancel at 1/30 s: the order from 1/250 to 1/1000 s
+    let drift = ["step.dt=0.004", "step.dt=0.001"]
+        .map(|dt| crate::common::run(&load("stuck-rod", &[dt])).error("tip-drift"));
+    let p = (drift[0] / drift[1]).ln() / 4f64.ln();
+    assert!(p > 1.85, "tip-drift: order {p}");
 }
 
 #[test]
 fn a_rod_falls_on_a_frictionless_floor() {
     let run = run(&load("falling-rod", &[]));
-    assert!(run.error("angle") <= 4e-4, "{}", run.error("angle"));
+    // 3.0e-4 while the tip floated by c dt²/2 at the midpoints: a part of the error cancelled another
+    // at coarse steps, where the order was 1.6
+    assert!(run.error("angle") <= 4.2e-4, "{}", run.error("angle"));
     assert_eq!(run.error("centre-drift"), 0.0);
-    let p = observed_order("falling-rod", "angle", 1, unchanged);
-    // the coarse end has not reached its order: 1.6 from 1/30 to 1/60, 2.0 at the fine end
-    assert!((p - 2.0).abs() < 0.2, "order {p}");
+    assert_order_two("falling-rod", "angle");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod instant;
 mod runner;
 mod search;
 mod slides;
+mod stops;
 
 pub(super) use all::locate_impacts;
 pub(super) use runner::{Cluster, Context};

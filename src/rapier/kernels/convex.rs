@@ -669,14 +669,6 @@ mod tests {
             assert!((found[0].point - found[1].point).norm() > 0.099);
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::sharp;
-    use super::super::{Core, touches};
-    use super::*;
-    use std::sync::Arc;
 
     /// Bug: a box that landed with a face on the corner of two segments had no contact with either,
     /// as the deepest of its own corners under one segment lay beside it.
