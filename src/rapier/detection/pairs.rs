@@ -595,7 +595,7 @@ impl Finder<'_> {
         sides: [&Leaf; 2],
         terms: &Terms,
         group: &mut Group,
-        found: &mut Vec<Touch>,
+        found: &[Touch],
         out: &mut Detection,
     ) {
         // at the common end of two cells each has its own share of the load
