@@ -580,6 +580,7 @@ mod tests {
     use super::super::tests::sharp;
     use super::super::{Core, Part, touches};
     use super::*;
+    use std::sync::Arc;
 
     fn rectangle(half: Vec2) -> Part {
         let corner = |x: f64, y: f64| Vec2::new(x * half.x, y * half.y);
