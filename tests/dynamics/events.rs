@@ -186,7 +186,11 @@ fn a_pile_of_boxes_keeps_its_energy_and_its_distance() {
     assert!(located.totals.events > 100);
     // slow contacts land without rebound, by rule
     assert!(loss(&located) < 1e-3, "{}", loss(&located));
-    assert!(loss(&plain).abs() < 1e-12, "{}", loss(&plain));
+    assert!(
+        loss(&plain) > -1e-12 && loss(&plain) < 1e-3,
+        "{}",
+        loss(&plain)
+    );
     assert!(located.totals.energy_rise <= 1e-9);
     // of the poses at the end: after the last impact of a step the plain rule applies
     let depths = [&located, &plain].map(|run| run.totals.penetration);

@@ -269,6 +269,12 @@ fn the_distance_of_the_sliding_block_converges_with_order_two() {
             .map(|r| (r.dt_s, r.value))
             .collect();
         assert_eq!(points.len(), 6);
+        if events {
+            // the end of the slide is located: what is left is round-off, without an order
+            let worst = points.iter().map(|p| p.1).fold(0.0, f64::max);
+            assert!(worst < 1e-9, "{worst}");
+            continue;
+        }
         let (order, error) = observed_order(&points).unwrap();
         assert!((order - 2.0).abs() < 0.2, "{scheme}: {order} ± {error}");
         for (dt, error) in points {

@@ -21,6 +21,9 @@ use super::pairs::Finder;
 /// Half of it is the depth at which the nearest surface may be that of the far side.
 const SHALLOW: f64 = 0.1;
 
+/// Cosine of 45 degrees: directions within it count as the same.
+const NEARLY: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Most instants that a pair is looked at in a step. A faster pair takes longer strides, and may
 /// then start as deep as they are long.
 const MOST: f64 = 500.0;
@@ -108,6 +111,11 @@ impl Finder<'_> {
                 touch.point += 0.5 * rest * (u1 + u2);
             }
             if early.iter().any(|touch| touch.gap < -shallow) {
+                // the midpoint tells the gap exactly, if it tells the direction
+                let agrees = |touch: &Touch| touch.normal.dot(&early[0].normal) > NEARLY;
+                if !found.is_empty() && found.iter().all(agrees) {
+                    return false;
+                }
                 // parts that slide along each other meet at the corners of a seam, and pass it
                 let now = sides.map(|leaf| leaf.pose);
                 let passes = with_axes(parts, &poses, early[0].normal, |axes| {
