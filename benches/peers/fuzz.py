@@ -34,13 +34,14 @@ KINDS = ["disc", "box", "capsule", "hull", "star", "parts"]
 FLOORS = ["box", "tiles", "chain", "closed", "vee", "steps"]
 DENSITY = 1000.0
 GRAVITY = 9.81
-# depth over the size of a body, for the last 0.3 s, and growth of energy, that count as wrong
-DEEP = 3e-3
+# depth over the diameter of the smaller body, for the last 0.3 s, and growth of energy, that count as
+# wrong; the program's own limits are half of that, and less
+DEEP = 2e-3
 GAIN = 5e-3
 WALL = Polygon([(-0.5, -8), (0.5, -8), (0.5, 8), (-0.5, 8)])
 LID = Polygon([(-6, -0.5), (6, -0.5), (6, 0.5), (-6, 0.5)])
 
-# name, keys of the file, outline, size [m], start (x, y, angle), velocity (vx, vy, spin), fixed
+# name, keys of the file, outline, diameter [m], start (x, y, angle), velocity (vx, vy, spin), fixed
 Body = collections.namedtuple("Body", "name keys outline size start velocity fixed")
 
 
@@ -86,27 +87,27 @@ def star(draw, size):
 
 
 def shape(draw, kind, smallest):
-    """Keys of the file, outline, and size of a random body of a kind."""
+    """Keys of the file, and outline, of a random body of a kind."""
     s = draw.uniform(smallest, 0.6)
     if kind == "disc":
-        return f"disc = {s!r}", Point(0, 0).buffer(s, 64), s
+        return f"disc = {s!r}", Point(0, 0).buffer(s, 64)
     if kind == "box":
         t = s * draw.uniform(0.3, 1.0)
-        return f"box = [{2 * s!r}, {2 * t!r}]", rectangle(2 * s, 2 * t), t
+        return f"box = [{2 * s!r}, {2 * t!r}]", rectangle(2 * s, 2 * t)
     if kind == "capsule":
         r = s * draw.uniform(0.2, 0.8)
         line = LineString([(-s, 0), (s, 0)])
-        return f"capsule = [{2 * s!r}, {r!r}]", line.buffer(r, 64), r
+        return f"capsule = [{2 * s!r}, {r!r}]", line.buffer(r, 64)
     if kind == "hull":
         points = hull(draw, s)
-        return f"polygon = {listed(points)}", Polygon(points), 0.3 * s
+        return f"polygon = {listed(points)}", Polygon(points)
     if kind == "star":
         points = star(draw, s)
-        return f"polyline = {listed(points)}\nclosed = true", Polygon(points), 0.3 * s
+        return f"polyline = {listed(points)}\nclosed = true", Polygon(points)
     w = 0.6 * s
     parts = f"{{ box = [{2 * s!r}, {w!r}] }}, {{ box = [{w!r}, {2 * s!r}], position = [{s!r}, 0] }}"
     both = unary_union([rectangle(2 * s, w), rectangle(w, 2 * s, s)])
-    return f"parts = [{parts}]", both, 0.5 * w
+    return f"parts = [{parts}]", both
 
 
 def floor(draw, kind):
@@ -146,11 +147,12 @@ def scene(seed, kinds, smallest):
     kinds = draw.sample(kinds, draw.randint(1, len(kinds)))
     ground = floor(draw, draw.choice(FLOORS))
     bodies = [
-        Body(f"floor{k}", keys, outline, 1.0, (*place, 0.0), (0.0, 0.0, 0.0), True)
+        Body(f"floor{k}", keys, outline, math.inf, (*place, 0.0), (0.0, 0.0, 0.0), True)
         for k, (keys, outline, place) in enumerate(ground)
     ]
     for k in range(draw.randint(1, 10)):
-        keys, outline, size = shape(draw, draw.choice(kinds), smallest)
+        keys, outline = shape(draw, draw.choice(kinds), smallest)
+        size = 2 * max(math.hypot(*p) for p in outline.exterior.coords)
         for _ in range(60):
             start = (draw.uniform(-3.8, 3.8), draw.uniform(1.5, 9), draw.uniform(-3, 3))
             here = placed(outline, start)
@@ -264,7 +266,7 @@ def main():
     arguments.add_argument("--first", type=int, default=0, help="number of the first scene")
     arguments.add_argument("--count", type=int, default=100)
     arguments.add_argument("--kinds", default=",".join(KINDS), help="kinds of bodies")
-    arguments.add_argument("--smallest", type=float, default=0.1, help="size of a body [m]")
+    arguments.add_argument("--smallest", type=float, default=0.1, help="least radius of a body [m]")
     arguments.add_argument("--keep", help="folder for the scenes that are not held")
     chosen = arguments.parse_args()
     totals = collections.Counter()
