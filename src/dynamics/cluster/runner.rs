@@ -30,7 +30,7 @@ const STOPS: usize = 8;
 /// What ends an interval.
 pub(super) enum Next {
     /// A contact of a deferred pair closes.
-    Closes(ContactPoint),
+    Closes(Box<ContactPoint>),
     /// A pair stops sliding.
     Stops(Slide),
 }
@@ -168,7 +168,7 @@ impl Runner {
                 break;
             };
             let contact = match next {
-                Next::Closes(contact) => contact,
+                Next::Closes(contact) => *contact,
                 Next::Stops(slide) => {
                     stops += 1;
                     elapsed += self.stop(model, solver, context, &rules, (slide, time), rest)?;
@@ -270,7 +270,7 @@ impl Runner {
             return Ok(Some((Next::Stops(slide), time)));
         }
         if let Some((contact, time)) = closes {
-            return Ok(Some((Next::Closes(contact), time)));
+            return Ok(Some((Next::Closes(Box::new(contact)), time)));
         }
         if known {
             self.restore(model);
