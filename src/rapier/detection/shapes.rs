@@ -6,7 +6,7 @@ use super::super::widen;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use crate::rapier::parry::bounding_volume::{Aabb, BoundingVolume};
-use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape, Voxels};
+use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape, VoxelData, Voxels};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// One part of a collider.
@@ -221,11 +221,13 @@ fn outline(mesh: &TriMesh) -> Option<Vec<(usize, [Vec2; 2])>> {
 /// The sides of voxels that no other voxel shares, solid on their left, numbered four to a voxel.
 fn border(voxels: &Voxels) -> Vec<(usize, [Vec2; 2])> {
     let full = voxels.voxels().filter(|voxel| !voxel.state.is_empty());
-    let mut keys: Vec<[i32; 2]> = full.map(|v| [v.grid_coords.x, v.grid_coords.y]).collect();
+    // 32 bits, or 64 with rapier's feature f64
+    let key = |v: VoxelData| [v.grid_coords.x, v.grid_coords.y].map(i64::from);
+    let mut keys: Vec<[i64; 2]> = full.map(key).collect();
     keys.sort_unstable();
-    let taken: FxHashSet<[i32; 2]> = keys.iter().copied().collect();
+    let taken: FxHashSet<[i64; 2]> = keys.iter().copied().collect();
     let size = vec2(voxels.voxel_size());
-    let corner = |[i, j]: [i32; 2]| Vec2::new(size.x * f64::from(i), size.y * f64::from(j));
+    let corner = |[i, j]: [i64; 2]| Vec2::new(size.x * i as f64, size.y * j as f64);
     let mut sides = Vec::new();
     for (id, &[i, j]) in keys.iter().enumerate() {
         let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
