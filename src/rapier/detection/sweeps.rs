@@ -16,6 +16,8 @@ use super::super::kernels::{Core, Part, Sight, Touch, touches, with_axes};
 use super::Present;
 use super::leaves::Leaf;
 use super::pairs::Finder;
+use super::seams::poses_at;
+use crate::contact::Vec2;
 
 /// Depth at the midpoint, as a share of the thinner part, up to which the midpoint's contacts hold.
 /// Half of it is the depth at which the nearest surface may be that of the far side.
@@ -61,7 +63,7 @@ impl Finder<'_> {
     ) -> bool {
         let speed = bodies[0].speed + bodies[1].speed;
         // half a step takes them no deeper than a shallow depth
-        let half = 0.5 * self.span.dt;
+        let half = 0.5 * self.step;
         if !self.midpoint || speed * half <= SHALLOW * thickness(sides) {
             return false;
         }
@@ -76,19 +78,14 @@ impl Finder<'_> {
         speed: f64,
         found: &mut Vec<Touch>,
     ) -> bool {
-        let half = 0.5 * self.span.dt;
+        let half = 0.5 * self.step;
         let shallow = SHALLOW * thickness(sides);
         let stride = (0.5 * shallow).max(speed * half / MOST);
         let touching = 1e-2 * shallow;
         let mut early = Vec::new();
         let mut time = 0.0;
         while time < half {
-            let poses = [0, 1].map(|i: usize| {
-                let mut pose = sides[i].pose;
-                let center = pose.apply_inverse(bodies[i].center);
-                pose.advance(&bodies[i].velocity, center, time - half);
-                pose
-            });
+            let poses = poses_at(sides, bodies, time - half);
             let parts = sides.map(|leaf| &leaf.part);
             let sight = Sight::default();
             let Some(bound) = touches([&poses[0], &poses[1]], parts, &sight, touching, &mut early)
@@ -99,7 +96,7 @@ impl Finder<'_> {
             let velocity = |touch: &Touch, i: usize| {
                 let r = touch.point - (bodies[i].center - rest * bodies[i].velocity.xy());
                 let u = bodies[i].velocity;
-                u.xy() + u.z * crate::contact::Vec2::new(-r.y, r.x)
+                u.xy() + u.z * Vec2::new(-r.y, r.x)
             };
             for touch in &mut early {
                 let [u1, u2] = [velocity(touch, 0), velocity(touch, 1)];
