@@ -4,6 +4,7 @@
 pub mod movers;
 pub mod problems;
 pub mod program;
+pub mod series;
 
 use moreau2d::contact::Vec3;
 use moreau2d::dynamics::Pose64;

@@ -1,6 +1,7 @@
 //! Finding contacts: the tree against trying all pairs, gaps against independent ones, surfaces
 //! made of many pieces.
 
+use crate::common::series::Series;
 use moreau2d::dynamics::{ContactPoint, Detection, NormalLaw};
 use moreau2d::rapier::engine::parry::query;
 use moreau2d::rapier::engine::parry::shape::TypedShape;
@@ -8,23 +9,6 @@ use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{DetectionDrive, MoreauPipeline, MoreauSettings, SurfaceLaw};
 
 const DT: f64 = 1.0 / 60.0;
-
-/// A repeatable series of numbers in [0, 1).
-struct Series(u64);
-
-impl Series {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 33) as f64 / (1u64 << 31) as f64
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 fn at(x: f64, y: f64) -> Vector {
     Vector::new(x as Real, y as Real)

@@ -1,26 +1,10 @@
 //! Random drops of every kind of body on every kind of floor. Nothing falls through, and nothing stays
 //! inside the floor, judged by geometry that shares nothing with contact detection.
 
+use crate::common::series::Series;
 use moreau2d::dynamics::StepperSettings;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
-
-/// A repeatable series of numbers in [0, 1).
-struct Series(u64);
-
-impl Series {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 33) as f64 / (1u64 << 31) as f64
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 type Point = [f64; 2];
 

@@ -1,27 +1,11 @@
 //! Contacts of random pairs that collide, against the two shapes as convex sets: no kernel is used.
 
+use crate::common::series::Series;
 use moreau2d::contact::Vec2;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, Pose64};
 
 const DT: f64 = 1.0 / 60.0;
-
-/// A repeatable series of numbers in [0, 1).
-struct Series(u64);
-
-impl Series {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 33) as f64 / (1u64 << 31) as f64
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 /// Corners of a convex set, and the radius added all round.
 struct Set {
