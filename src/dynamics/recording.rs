@@ -57,7 +57,7 @@ pub(super) fn record_interval(
                 let entry = CachedContact {
                     impulse: p,
                     dt: interval.length,
-                    stuck: None,
+                    stuck: false,
                     left: None,
                     rebounded: false,
                     energy: solution.energies[index],
@@ -74,11 +74,6 @@ pub(super) fn record_interval(
                 let work = side_velocity(&contact.rows);
                 record.energy.contact_n += impulse.x * work.x;
                 record.energy.contact_t += impulse.y * work.y;
-                if let NormalLaw::Rigid { .. } = contact.law {
-                    let belt = impulse.y * contact.surface_velocity;
-                    record.constraint_work +=
-                        relative_work(interval, solution, &contact.rows, impulse) + belt;
-                }
                 let entry = record_contact(interval, solution, i, contact, impulse, time, record);
                 cache.push(contact.key, entry);
             }
@@ -105,6 +100,9 @@ fn record_contact(
         block.gamma_a
     };
     let gamma_mean = 0.5 * (gamma_a + gamma_e);
+    if let NormalLaw::Rigid { .. } = contact.law {
+        record.constraint_work += impulse.dot(&gamma_mean);
+    }
     // the velocity in the friction law, up to the resolution of the solve: on the border of the
     // cone a contact may stick, inside it it must
     let added = solution.bias[i] - solution.gamma_f(interval, i);
@@ -157,7 +155,7 @@ fn record_contact(
     CachedContact {
         impulse,
         dt: interval.length,
-        stuck: sticks.then_some(gamma_e.y),
+        stuck: sticks,
         left: (impulse.x > 0.0).then_some(Left {
             gamma: gamma_e,
             ago: 0.5 * interval.length,
