@@ -2,7 +2,8 @@
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::events::LOCATED_CROWD;
-use super::first_step::is_driven;
+use super::first_step::{drives, is_driven};
+use super::gap_resolution::noise_of;
 use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
@@ -26,6 +27,7 @@ impl Interval {
         span: Span,
     ) {
         self.clear_blocks();
+        self.driven = drives(&self.start, inverse_mass);
         let contacts = std::mem::take(&mut self.detection.contacts);
         for (index, contact) in contacts.iter().enumerate() {
             let movable = movable(contact.rows.bodies, inverse_mass);
@@ -77,11 +79,13 @@ impl Interval {
         let crowd = contact.rows.bodies.iter().filter_map(crowd).max();
         let crowd = crowd.filter(|_| !swept).unwrap_or(0);
         let mut left = cached.and_then(|m| m.left);
-        if let Some(left) = left.as_mut().filter(|l| l.on_surface) {
+        if let Some(left) = left.as_mut().filter(|l| l.on_surface && self.driven) {
             left.on_surface = !is_driven(contact, &self.start, inverse_mass);
         }
         let slow = resting_speed(contact, applied, span.step);
         let held = left.is_some_and(|l| l.gamma.x.abs() <= slow);
+        let noise = noise_of(contact.rows.bodies, &self.noise);
+        let quiet = |change: Vec2| change.map(|v| if v.abs() <= noise { 0.0 } else { v });
         let since = |l: Left| 0.5 * span.length + l.ago;
         Situation {
             span,
@@ -90,8 +94,8 @@ impl Interval {
             acceleration,
             applied,
             pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
-            stuck: cached.and_then(|m| m.stuck),
-            turning: left.map(|l| (gamma_a - l.gamma) / since(l)),
+            stuck: cached.is_some_and(|m| m.stuck),
+            turning: left.map(|l| quiet(gamma_a - l.gamma) / since(l)),
             left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
@@ -123,7 +127,7 @@ impl Interval {
             bilateral: false,
             loaded,
             pressed_before: now.pressed,
-            stuck_before: now.stuck.is_some(),
+            stuck_before: now.stuck,
             continues: now.pressed || now.left.is_some(),
             on_surface: now.left.is_some_and(|left| left.on_surface),
             held: held_depth(now),

@@ -28,8 +28,8 @@ pub(crate) struct CachedContact {
     pub impulse: Vec2,
     #[serde(with = "super::saved::endless")]
     pub dt: f64,
-    /// Tangential velocity at the end of the interval, if the contact stuck.
-    pub stuck: Option<f64>,
+    /// Whether the contact stuck.
+    pub stuck: bool,
     /// Relative velocity at the end of the interval, if it had an impulse.
     pub left: Option<Left>,
     /// Whether it rebounded: then its impulse is not a persistent load.
@@ -225,7 +225,7 @@ mod tests {
         CachedContact {
             impulse: Vec2::new(load, 0.0),
             dt: 0.01,
-            stuck: None,
+            stuck: false,
             left: None,
             rebounded: false,
             energy: JointEnergy::default(),

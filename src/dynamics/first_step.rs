@@ -67,7 +67,7 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
         let known = CachedContact {
             impulse: Vec2::zeros(),
             dt: f64::INFINITY,
-            stuck: (gamma.y.abs() * dt <= touch).then_some(gamma.y),
+            stuck: gamma.y.abs() * dt <= touch,
             left: Some(left),
             rebounded: false,
             energy: JointEnergy::default(),
@@ -87,6 +87,12 @@ fn moving<'a>(contact: &'a ContactPoint, velocities: &'a [Vec3]) -> impl Iterato
     bodies
         .copied()
         .filter(|b| velocities[*b as usize] != Vec3::zeros())
+}
+
+/// Whether any body moves as prescribed.
+pub(super) fn drives(velocities: &[Vec3], inverse_mass: &[Vec3]) -> bool {
+    let mut bodies = velocities.iter().zip(inverse_mass);
+    bodies.any(|(u, w)| *w == Vec3::zeros() && *u != Vec3::zeros())
 }
 
 /// Whether a body of the contact moves as prescribed.

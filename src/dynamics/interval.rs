@@ -51,8 +51,12 @@ pub(super) struct Interval {
     pub whole: bool,
     pub roles: BodyRoles,
     pub start: Vec<Vec3>,
+    /// Whether any body moves as prescribed.
+    pub driven: bool,
     pub forces: Vec<Vec3>,
     pub accelerations: Vec<Vec3>,
+    /// Velocity of each body that counts as zero, see [`super::gap_resolution`]; empty for 0.
+    pub noise: Vec<f64>,
     pub free: Vec<Vec3>,
     pub detection: Detection,
     pub blocks: Vec<Block>,

@@ -48,6 +48,7 @@ mod fallback;
 #[cfg(test)]
 mod fallback_tests;
 mod first_step;
+mod gap_resolution;
 mod impacts;
 mod interval;
 mod island;

@@ -113,10 +113,10 @@ pub(super) struct Situation {
     /// Accelerations \[m/s²\]: [`reference_acceleration`], [`applied_acceleration`].
     pub acceleration: f64,
     pub applied: f64,
-    /// Whether it had a normal impulse in the last step, or was left touching and at rest, and its
-    /// tangential velocity if it stuck then.
+    /// Whether it had a normal impulse in the last step, or was left touching and at rest, and whether
+    /// it stuck then.
     pub pressed: bool,
-    pub stuck: Option<f64>,
+    pub stuck: bool,
     /// Velocity at the end of the last step, and its change since then by the turning of the rows
     /// alone, `c = (γ_A − γ_E,prev)/τ` \[m/s²\] with the time `τ` from that midpoint to this.
     pub left: Option<Left>,
@@ -252,8 +252,8 @@ fn rigid(contact: &ContactPoint) -> Law {
 /// rebounding        b = e γ_A, active iff g + Δt γ_F/2 ≤ 0
 /// ```
 ///
-/// and `b_T = −s (γ_TE,prev − γ_TA)` for a contact that stuck last step. `s` is the part of the time
-/// since the rows of `γ_TE,prev` that lies behind this midpoint: ½ in equal steps. A contact that
+/// and `b_T = c_T h/2` for a contact that stuck last step, with `c` of [`Situation`] and the length `h`
+/// of the interval: half of the change of `γ_T` since the last step, in equal steps. A contact that
 /// began with a gap of 0 takes the `b` of [`on_surface`], and `b_T` with the turning of the rows that
 /// [`turning_at_end`] expects. So does an interval that ends in an impact located in time, in both
 /// rows: `γ_E` then vanishes on the rows of that instant. On the rows of the midpoint it would be an
@@ -283,7 +283,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     if smooth && now.span.strikes && now.left.is_some() {
         // the impact needs the velocities of its instant
         free.x = turned.x;
-        if now.stuck.is_some() {
+        if now.stuck {
             free.y = turned.y;
         }
         return Choice::Active(Rule {
@@ -313,11 +313,10 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         free.x = -(-g / dt).min(closing.max(0.0));
     }
     // any other contact deep at the midpoint got there in this very step: a landing, not a rebound
-    if let (true, Some(previous)) = (smooth, now.stuck) {
-        let share = now.left.map_or(0.5, |left| half / (half + left.ago));
+    if smooth && now.stuck {
         free.y = match stays {
             true => turned.y,
-            false => -share * (previous - now.gamma_a.y),
+            false => half * now.turning.map_or(0.0, |c| c.y),
         };
     }
     Choice::Active(Rule {

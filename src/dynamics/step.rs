@@ -6,6 +6,7 @@ use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
+use super::gap_resolution::widen_gap_noise;
 use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
 use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
@@ -196,6 +197,7 @@ impl MoreauStepper {
         }
         self.solver.clock.lap(|t| &mut t.detection);
         interval.free_velocities(model, w, self.time + 0.5 * dt, dt);
+        widen_gap_noise(interval, self.solver.tolerance, dt);
         if self.time == 0.0 && rules.corrects_gaps() {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
         }

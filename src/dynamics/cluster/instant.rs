@@ -23,7 +23,7 @@ impl Runner {
         });
         contacts
             .iter_mut()
-            .for_each(|m| (m.stuck, m.left) = (None, None));
+            .for_each(|m| (m.stuck, m.left) = (false, None));
         self.own_contacts = Some(contacts);
     }
 
@@ -139,7 +139,7 @@ impl Runner {
             if let (Some(hit), Some(own)) = (hit, &mut self.own_contacts) {
                 let landed = CachedContact {
                     dt: f64::INFINITY,
-                    stuck: None,
+                    stuck: false,
                     ..*hit
                 };
                 own.insert(contact.key, landed);
