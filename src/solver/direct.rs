@@ -13,11 +13,9 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 ///
 /// 1. Certify the start impulses. If this fails, take up to four chord steps with the factors of
 ///    the island's last Newton step, as long as nine in ten statuses are unchanged
-///    ([`FactorCache`]). Above 500 blocks, impulses that the last step had to compute get chord
-///    steps down to a tenth of the tolerance, even if certified. Otherwise their error disturbs the
-///    next steps; with it a pile that comes to rest needs no solve in most steps. With fewer blocks,
-///    an island at rest gets chord steps down to a thousandth: what is left of an error grows in the
-///    next steps, and makes towers lean.
+///    ([`FactorCache`]). An island at rest gets chord steps down to a thousandth of the tolerance,
+///    even if certified, above 500 blocks only after a step that had to be solved. What is left of an
+///    error grows in the next steps, makes towers lean, and leaves gaps that ask for another solve.
 /// 2. Up to four status-Newton steps from the start impulses. The stage is left out if they are all
 ///    zero, or if the residual times the number of blocks is large: then so many statuses have
 ///    changed that Newton hardly ever converges.
@@ -70,11 +68,10 @@ pub struct Direct {
     judged_last: bool,
 }
 
-/// Share of the tolerance for impulses that had to be computed: see stage 1 of [`Direct`].
-const REST: f64 = 0.1;
-/// The same for smaller islands at rest, where a chord step costs little. What is left of a residual
-/// adds up from contact to contact: 1e-9 m/s in a tower of 50 boxes were 1e-6 m/s at its top, and
-/// under constant impulses it grows. From round-off it takes ten steps to grow to this share.
+/// Share of the tolerance to which impulses of an island at rest are computed: see stage 1 of
+/// [`Direct`]. What is left of a residual adds up from contact to contact: 1e-9 m/s in a tower of 50
+/// boxes were 1e-6 m/s at its top, and under constant impulses it grows. From round-off it takes ten
+/// steps to grow to this share.
 const EXACT: f64 = 1e-3;
 /// Velocity up to which a contact rests, as a share of the velocity scale of its island.
 const AT_REST: f64 = 1e-6;
@@ -159,11 +156,8 @@ impl Direct {
         if solved && newton.is_none() {
             return report;
         }
-        let enough = match (light, solved) {
-            (true, _) => EXACT * tolerance,
-            (false, true) => REST * tolerance,
-            (false, false) => tolerance,
-        };
+        let rests = light || solved;
+        let enough = if rests { EXACT * tolerance } else { tolerance };
         self.best.start(impulses, residual, enough);
         if let Some(newton) = newton {
             newton.needed_solve = !solved;
