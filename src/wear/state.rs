@@ -1,8 +1,8 @@
 use super::life::JumpTaken;
 use super::update::deepest;
 use super::{
-    Archard, CellMap, Jump, JumpRule, Life, Profile, Update, WearError, clip_loops, in_range,
-    refit_quadratic, remesh, smooth_depths, wear_normal,
+    Archard, CellMap, Jump, JumpRule, Life, LoadSlip, Profile, Update, WearError, clip_loops,
+    in_range, refit_quadratic, remesh, smooth_depths, wear_normal,
 };
 
 /// Largest ratio of the depth of one jump to the shortest edge.
@@ -44,7 +44,8 @@ pub struct WearStep {
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearState {
     settings: WearSettings,
-    new: Profile,
+    /// What the nodes of later meshes must stay within.
+    bound: Option<Profile>,
     profile: Profile,
     cells: CellMap,
     cell_size: f64,
@@ -79,12 +80,32 @@ impl WearState {
         let life = Life::new(cells.stations().len(), height, cells.of_node(node));
         Ok(WearState {
             settings,
-            new: profile.clone(),
+            bound: bound(&profile)?,
             profile,
             cells,
             cell_size,
             life,
         })
+    }
+
+    /// The same part with another cell size \[m\] for its later meshes.
+    ///
+    /// # Errors
+    /// [`WearError::Range`] unless it is finite and above 0.
+    pub fn with_cell_size(mut self, size: f64) -> Result<Self, WearError> {
+        let inside = size > 0.0 && size.is_finite();
+        in_range("cell size [m]", size, inside, "finite and above 0")?;
+        self.cell_size = size;
+        Ok(self)
+    }
+
+    /// Sums of zero on the nodes of the present profile.
+    pub fn no_load(&self) -> LoadSlip {
+        let nodes = self.profile.node_count();
+        match self.profile.is_ring() {
+            true => LoadSlip::ring(nodes),
+            false => LoadSlip::new(nodes),
+        }
     }
 
     /// The present profile; `load_slip` refers to its nodes.
@@ -205,7 +226,7 @@ impl WearState {
                 correction = imbalance;
                 let (simple, area) = clip_loops(&worn)?;
                 clipped_area = area;
-                let meshed = remesh(&simple, self.cell_size, Some(&self.new))?;
+                let meshed = remesh(&simple, self.cell_size, self.bound.as_ref())?;
                 remeshed = meshed.is_some() || simple != worn;
                 let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
                 clipped_area -= taken;
@@ -219,7 +240,7 @@ impl WearState {
         let rate = self.cells.mean(&rates, &widths)?;
         let requested: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
         let requested_area: f64 = requested.iter().sum();
-        let removed_area = self.profile.area_above(0.0) - profile.area_above(0.0);
+        let removed_area = self.profile.area_over(&profile);
         // distributes the removed area to the cells, loops included
         let share = match requested_area > 0.0 {
             true => removed_area / requested_area,
@@ -285,4 +306,22 @@ impl WearState {
         }
         Ok(())
     }
+}
+
+/// The profile within which all later ones lie, with the faces beside it; `None` for a ring, whose
+/// nodes never move out.
+fn bound(profile: &Profile) -> Result<Option<Profile>, WearError> {
+    let Some([first, last]) = profile.faces() else {
+        return Ok(None);
+    };
+    let mut nodes = profile.nodes().to_vec();
+    // wear that reaches farther down the faces has no part left to wear
+    let far = 2.0 * profile.edges().iter().sum::<f64>();
+    if first.x > 0.0 {
+        nodes.insert(0, nodes[0] - far * first);
+    }
+    if last.x < 0.0 {
+        nodes.push(nodes[nodes.len() - 1] - far * last);
+    }
+    profile.moved(nodes).map(Some)
 }
