@@ -90,8 +90,8 @@ fn notes(found: &WearOutcome) -> Vec<String> {
     let mut notes = summary::warnings(&found.totals);
     if found.compliance {
         notes.push(
-            "contacts are rigid: surfaces yielded by what each jump wears (wear compliance), which \
-             makes the shares of the load unique"
+            "contacts are rigid, or stiff for the jumps: surfaces yielded by what each jump wears \
+             (wear compliance), which makes the shares of the load unique"
                 .to_owned(),
         );
     }

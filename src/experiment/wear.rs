@@ -48,7 +48,7 @@ row! {
         jump_s: f64,
         /// `K k S` of the jump.
         feedback: f64,
-        /// What bounded it: `requested`, `depth` or `stability`.
+        /// What bounded it: `requested` or `depth`.
         bound: String,
     }
 }
@@ -62,7 +62,7 @@ pub struct WearOutcome {
     pub cells: Vec<CellRow>,
     pub nodes: Vec<NodeRow>,
     pub jumps: Vec<JumpRow>,
-    /// Whether surfaces yielded by wear compliance, because contacts are rigid.
+    /// Whether surfaces yielded by wear compliance: contacts are rigid, or stiff for the jumps.
     pub compliance: bool,
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
@@ -104,19 +104,13 @@ pub fn run_wear(
         observe(record, built)
     })?;
     run.totals = totals;
-    // a duration is reached to the rounding of its sum
-    let reached = life.duration * (1.0 - 1e-12);
-    loop {
-        let left = life.duration - run.worn.seconds();
+    while run.worn.seconds() < life.duration {
         progress.set((1000.0 * run.worn.seconds() / life.duration) as u64);
-        if run.worn.seconds() >= reached {
-            break;
-        }
         let Some(simulation) = built.simulation_mut() else {
             return Err(unfit("the scene is not built on a rapier world"));
         };
         let (world, pipeline) = (&mut simulation.world, &mut simulation.pipeline);
-        let jumped = match run.worn.jump(world, pipeline, left) {
+        let jumped = match run.worn.jump(world, pipeline, life.duration) {
             Ok(jumped) => jumped,
             Err(error @ WornError::WornThrough { .. }) => {
                 run.ended = Some(failed(&run.names, error).to_string());
@@ -136,7 +130,10 @@ pub fn run_wear(
         }
     }
     if run.ended.is_none() {
-        let closed = run.worn.close();
+        let Some(simulation) = built.simulation_mut() else {
+            return Err(unfit("the scene is not built on a rapier world"));
+        };
+        let closed = run.worn.close(&mut simulation.pipeline);
         closed.map_err(|e| failed(&run.names, e))?;
     }
     run.add_cells();

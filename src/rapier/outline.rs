@@ -216,6 +216,15 @@ impl MoreauPipeline {
         self.set_exact_mass(handle, ExactBody { mass, inertia })
     }
 
+    /// Least mass \[kg\] of the dynamic bodies of some colliders, by their numbers in records.
+    pub fn least_mass(&self, world: &PhysicsWorld, surfaces: impl Fn(u32) -> bool) -> Option<f64> {
+        let own = world.colliders.iter();
+        let own = own.filter(|(handle, _)| surfaces(handle.into_raw_parts().0));
+        let bodies = own.filter_map(|(_, collider)| world.bodies.get(collider.parent()?));
+        let masses = bodies.filter(|body| body.is_dynamic());
+        masses.map(|body| widen(body.mass())).reduce(f64::min)
+    }
+
     /// Keeps all bodies awake from now on, as [`MoreauSettings::stay_awake`](super::MoreauSettings).
     pub fn stay_awake(&mut self) {
         self.settings.stay_awake = true;

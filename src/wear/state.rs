@@ -52,6 +52,15 @@ pub struct WearState {
     life: Life,
 }
 
+/// A surface after a jump, with the numbers of [`WearStep`].
+struct Worn {
+    profile: Profile,
+    cells: CellMap,
+    correction: f64,
+    clipped_area: f64,
+    remeshed: bool,
+}
+
 impl WearState {
     /// A new part. Its mesh defines the cells; the cell size is its mean edge.
     ///
@@ -216,26 +225,13 @@ impl WearState {
         let widths = self.widths();
         let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
 
-        let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
-        let mut cells = self.cells.clone();
-        let profile = match self.settings.update {
-            Update::Quadratic => refit_quadratic(&self.profile, &depths)?,
-            Update::Normal => {
-                self.check_jump(&depths)?;
-                let (worn, imbalance) = wear_normal(&self.profile, &depths)?;
-                correction = imbalance;
-                let (simple, area) = clip_loops(&worn)?;
-                clipped_area = area;
-                let meshed = remesh(&simple, self.cell_size, self.bound.as_ref())?;
-                remeshed = meshed.is_some() || simple != worn;
-                let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
-                clipped_area -= taken;
-                if remeshed {
-                    cells.renew(&worn, &meshed)?;
-                }
-                meshed
-            }
-        };
+        let Worn {
+            profile,
+            cells,
+            correction,
+            clipped_area,
+            remeshed,
+        } = self.worn(&depths)?;
         let (node, height) = profile.highest();
         let rate = self.cells.mean(&rates, &widths)?;
         let requested: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
@@ -268,6 +264,52 @@ impl WearState {
         self.profile = profile;
         self.cells = cells;
         Ok(step)
+    }
+
+    /// The profile after a jump, without the jump.
+    ///
+    /// # Arguments
+    /// Those of [`WearState::advance`].
+    ///
+    /// # Errors
+    /// Those of [`WearState::advance`].
+    pub fn preview(&self, load_slip: &[f64], cycles: f64) -> Result<Profile, WearError> {
+        let inside = cycles > 0.0 && cycles.is_finite();
+        in_range("jump length [cycles]", cycles, inside, "finite and above 0")?;
+        let rates = self.rates(load_slip)?;
+        let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
+        Ok(self.worn(&depths)?.profile)
+    }
+
+    /// The surface after these depths \[m\].
+    fn worn(&self, depths: &[f64]) -> Result<Worn, WearError> {
+        let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
+        let mut cells = self.cells.clone();
+        let profile = match self.settings.update {
+            Update::Quadratic => refit_quadratic(&self.profile, depths)?,
+            Update::Normal => {
+                self.check_jump(depths)?;
+                let (worn, imbalance) = wear_normal(&self.profile, depths)?;
+                correction = imbalance;
+                let (simple, area) = clip_loops(&worn)?;
+                clipped_area = area;
+                let meshed = remesh(&simple, self.cell_size, self.bound.as_ref())?;
+                remeshed = meshed.is_some() || simple != worn;
+                let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
+                clipped_area -= taken;
+                if remeshed {
+                    cells.renew(&worn, &meshed)?;
+                }
+                meshed
+            }
+        };
+        Ok(Worn {
+            profile,
+            cells,
+            correction,
+            clipped_area,
+            remeshed,
+        })
     }
 
     /// Supplies the rate at the end of the last jump, for the error of that jump; nothing wears.

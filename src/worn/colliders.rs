@@ -5,7 +5,7 @@ use crate::dynamics::record::StepRecord;
 use crate::rapier::engine::prelude::{ColliderHandle, PhysicsWorld};
 use crate::rapier::{MoreauPipeline, Outline, SurfaceLaw};
 use crate::wear::{
-    Archard, JumpBound, JumpRule, LoadSlip, Update, WearError, WearSettings, WearState,
+    Archard, Jump, JumpBound, JumpRule, LoadSlip, Update, WearError, WearSettings, WearState,
 };
 use std::collections::BTreeSet;
 
@@ -39,11 +39,11 @@ impl WearingSurface {
 /// What [`WornColliders::jump`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jumped {
-    /// How many seconds of wear it added; 0 if the contacts are rigid and it only planned.
+    /// How many seconds of wear it added; 0 if it only planned, for surfaces that must yield.
     pub seconds: f64,
     /// What bounded it.
     pub bound: JumpBound,
-    /// `K k S` of the jump, measured; with wear compliance that of the yielding surfaces, below 1.
+    /// `K k S` of the jump, measured; infinite for rigid contacts, below 1 for surfaces that yield.
     pub feedback: f64,
     /// Whether surfaces yield by wear compliance in the next steps.
     pub compliance: bool,
@@ -78,6 +78,10 @@ struct Part {
     /// Sum of load times slip [N m], and of the normal impulses [N s], since the last jump.
     slid: f64,
     pressed: f64,
+    /// Time for which each node was loaded since the last jump \[s\].
+    loaded: Vec<f64>,
+    /// Numbers of the surfaces in its contacts, its own among them.
+    met: BTreeSet<u32>,
 }
 
 impl WornColliders {
@@ -160,11 +164,13 @@ impl WornColliders {
             face,
             hollow,
             load: state.no_load(),
+            loaded: vec![0.0; state.profile().node_count()],
             state,
             density: surface.density,
             law,
             slid: 0.0,
             pressed: 0.0,
+            met: BTreeSet::new(),
         });
         Ok(number)
     }
@@ -182,12 +188,27 @@ impl WornColliders {
                     face.place(profile, contact.place_on(number)?)
                 })
                 .map_err(|source| WornError::Wear { surface, source })?;
+            let mut touched = BTreeSet::new();
+            for contact in record.contacts.iter().filter(|c| c.impulse_n > 0.0) {
+                let place = contact
+                    .place_on(number)
+                    .and_then(|p| face.place(profile, p));
+                let nodes = part.loaded.len();
+                touched.extend(place.into_iter().flat_map(|place| {
+                    let start = place.edge as usize;
+                    [start % nodes, (start + 1) % nodes]
+                }));
+            }
+            for node in touched {
+                part.loaded[node] += record.dt;
+            }
         }
         for contact in &record.contacts {
             let on = contact.surfaces.map(|slot| self.on(slot));
             for part in on.into_iter().flatten() {
                 self.parts[part].slid += contact.load_slip;
                 self.parts[part].pressed += contact.impulse_n;
+                self.parts[part].met.extend(contact.surfaces);
             }
             if let [Some(a), Some(b)] = on {
                 self.pairs.insert([a.min(b), a.max(b)]);
@@ -197,77 +218,85 @@ impl WornColliders {
         Ok(())
     }
 
-    /// Wears all surfaces for as long as their rates hold: until the depth of the rule, the mesh or the
-    /// feedback of depth on load bounds it, or `most` \[s\]; then gives the colliders their new shapes.
+    /// Wears all surfaces for as long as their rates hold, and gives the colliders their new shapes.
+    ///
+    /// The depth of the rule or the mesh bounds the jump. If its feedback `K k S` is above the rule's
+    /// stability, nothing wears yet: the surfaces yield by wear compliance from now on, and the next jump
+    /// wears by what is measured then.
+    ///
+    /// # Arguments
+    /// - `until`: wear to reach at most \[s\], see [`WornColliders::seconds`], which then is `until`.
     ///
     /// # Errors
-    /// [`WornError::Unmeasured`], [`WornError::Sleeps`]; [`WornError::WornThrough`] and
-    /// [`WornError::Wear`] leave everything as before the jump.
+    /// [`WornError::Unmeasured`], [`WornError::Sleeps`], [`WornError::Past`];
+    /// [`WornError::WornThrough`] and [`WornError::Wear`] leave everything as before the jump.
     pub fn jump(
         &mut self,
         world: &mut PhysicsWorld,
         pipeline: &mut MoreauPipeline,
-        most: f64,
+        until: f64,
     ) -> Result<Jumped, WornError> {
         if !pipeline.is_awake() {
             return Err(WornError::Sleeps);
         }
+        let worn = self.seconds;
+        let most = until - worn;
+        if !(most > 0.0 && most.is_finite()) {
+            return Err(WornError::Past { until, worn });
+        }
         let rates = self.rates()?;
-        let feedback = self.feedback(&rates)?;
-        let rigid = feedback.is_infinite();
+        let planned = self.planned.take();
         let rule = JumpRule {
-            cycles: self.planned.unwrap_or(self.rule.cycles).min(most),
-            // a planned jump has its depth already
-            depth: self.rule.depth * if self.planned.is_some() { 2.0 } else { 1.0 },
+            cycles: planned.unwrap_or(self.rule.cycles).min(most),
+            // a planned jump has the depth of the rule, but for what changed since
+            depth: self.rule.depth * if planned.is_some() { 2.0 } else { 1.0 },
             ..self.rule
         };
-        // what yields needs no bound, and what is rigid is planned here
-        let explicit = if rigid || self.planned.is_some() {
-            0.0
-        } else {
-            feedback
-        };
-        let (mut seconds, mut bound) = (f64::INFINITY, JumpBound::Requested);
-        for (surface, (part, load)) in self.parts.iter().zip(&rates).enumerate() {
-            let jump = part.state.next_jump(&rule, load.sums(), explicit);
-            let jump = jump.map_err(|source| WornError::Wear { surface, source })?;
-            if jump.cycles < seconds {
-                (seconds, bound) = (jump.cycles, jump.bound);
+        let jump = self.longest(&rule, &rates)?;
+        let feedback = self.feedback(&rates)? * jump.cycles;
+        // NaN if an infinite feedback meets a coefficient of 0
+        let stable = feedback <= rule.stability || feedback.is_nan();
+        let wears = planned.is_some() || stable;
+        if wears {
+            self.wear(world, pipeline, &rates, jump.cycles)?;
+            if jump.cycles == most {
+                self.seconds = until;
             }
         }
-        let next = rigid || self.planned.is_some();
-        if !(rigid && self.planned.is_none()) {
-            self.wear(world, pipeline, &rates, seconds)?;
-        }
-        let jumped = Jumped {
-            seconds: if rigid && self.planned.is_none() {
-                0.0
-            } else {
-                seconds
-            },
-            bound,
-            feedback: if rigid { 0.0 } else { feedback * seconds },
-            compliance: next,
-        };
-        self.planned = None;
-        if next {
-            let left = most - jumped.seconds;
-            self.plan(pipeline, &rates, if left > 0.0 { left } else { most })?;
+        let compliance = planned.is_some() || !stable;
+        if compliance {
+            let left = until - self.seconds;
+            let left = if left > 0.0 { left } else { f64::INFINITY };
+            self.plan(world, pipeline, &rates, left)?;
         }
         self.clear();
-        Ok(jumped)
+        Ok(Jumped {
+            seconds: if wears { jump.cycles } else { 0.0 },
+            bound: jump.bound,
+            feedback,
+            compliance,
+        })
     }
 
-    /// Supplies the rates at the end of the last jump, for the error of that jump; nothing wears.
+    /// Supplies the rates at the end of the last jump, for the error of that jump, and gives the surfaces
+    /// their laws without wear compliance; nothing wears.
     ///
     /// # Errors
     /// [`WornError::Unmeasured`], [`WornError::Wear`].
-    pub fn close(&mut self) -> Result<(), WornError> {
+    pub fn close(&mut self, pipeline: &mut MoreauPipeline) -> Result<(), WornError> {
         let rates = self.rates()?;
         for (surface, (part, load)) in self.parts.iter_mut().zip(&rates).enumerate() {
             let closed = part.state.close(load.sums());
             closed.map_err(|source| WornError::Wear { surface, source })?;
         }
+        for part in &self.parts {
+            let law = SurfaceLaw {
+                cells: true,
+                ..part.law
+            };
+            pipeline.set_surface(part.collider, law);
+        }
+        self.planned = None;
         self.clear();
         Ok(())
     }
@@ -354,28 +383,48 @@ impl WornColliders {
                 },
                 source => WornError::Wear { surface, source },
             };
-            let mut state = part.state.clone();
-            state.advance(load.sums(), seconds, 0.0).map_err(failed)?;
-            let outline = part.face.outline(state.profile());
+            let profile = part.state.preview(load.sums(), seconds).map_err(failed)?;
+            let outline = part.face.outline(&profile);
             Face::check(&outline, part.hollow).map_err(failed)?;
-            worn.push((state, outline));
+            worn.push((profile, outline));
         }
-        for (part, (state, outline)) in self.parts.iter_mut().zip(worn) {
+        let parts = self.parts.iter_mut().zip(rates).zip(worn);
+        for (surface, ((part, load), (profile, outline))) in parts.enumerate() {
             if let Some(density) = part.density {
-                let (before, after) = (part.state.profile(), state.profile());
-                let piece = part.face.piece(before, after, density);
+                let piece = part.face.piece(part.state.profile(), &profile, density);
                 pipeline.take_material(world, part.collider, &piece)?;
             }
+            let step = part.state.advance(load.sums(), seconds, 0.0);
+            step.map_err(|source| WornError::Wear { surface, source })?;
             pipeline.set_outline(world, part.collider, &outline)?;
-            part.state = state;
         }
         self.seconds += seconds;
         Ok(())
     }
 
+    /// The longest jump that the depth of a rule and the meshes allow, whatever its feedback.
+    fn longest(&self, rule: &JumpRule, rates: &[LoadSlip]) -> Result<Jump, WornError> {
+        let mut longest = Jump {
+            cycles: rule.cycles,
+            bound: JumpBound::Requested,
+        };
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let jump = part.state.next_jump(rule, load.sums(), 0.0);
+            let jump = jump.map_err(|source| WornError::Wear { surface, source })?;
+            if jump.cycles < longest.cycles {
+                longest = jump;
+            }
+        }
+        Ok(longest)
+    }
+
     /// Lets the surfaces yield by what the next jump will wear, of at most so many seconds.
+    ///
+    /// A body of mass m that lies on a surface which yields by the depth h of a jump under its load F
+    /// would swing with `ω² = F/(m h)` after each jump; a damping of `2 k/ω` stops it at once.
     fn plan(
         &mut self,
+        world: &PhysicsWorld,
         pipeline: &mut MoreauPipeline,
         rates: &[LoadSlip],
         most: f64,
@@ -384,28 +433,21 @@ impl WornColliders {
             cycles: self.rule.cycles.min(most),
             ..self.rule
         };
-        let mut seconds = rule.cycles;
-        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
-            let jump = part.state.next_jump(&rule, load.sums(), 0.0);
-            let jump = jump.map_err(|source| WornError::Wear { surface, source })?;
-            seconds = seconds.min(jump.cycles);
-        }
+        let seconds = self.longest(&rule, rates)?.cycles;
         for (surface, part) in self.parts.iter().enumerate() {
+            let (speed, law) = (part.sliding(self.measured), part.state.law());
             // what does not slide does not wear, and what has no coefficient neither
-            let speed = if part.pressed > 0.0 {
-                part.slid / part.pressed
-            } else {
-                0.0
-            };
-            let law = part.state.law();
             if speed <= 0.0 || law.coefficient == 0.0 {
                 continue;
             }
             let (modulus, damping) = part.law.compliance.unwrap_or((f64::INFINITY, 0.0));
             let yielding = law.worn_modulus(modulus, speed * seconds);
             let yielding = yielding.map_err(|source| WornError::Wear { surface, source })?;
+            let mass = pipeline.least_mass(world, |slot| part.met.contains(&slot));
+            let inverse = mass.unwrap_or(0.0) * self.rule.depth * self.measured / part.pressed;
+            let critical = 2.0 * yielding * inverse.sqrt();
             let law = SurfaceLaw {
-                compliance: Some((yielding, damping)),
+                compliance: Some((yielding, damping.max(critical))),
                 cells: true,
                 ..part.law
             };
@@ -418,7 +460,9 @@ impl WornColliders {
     fn clear(&mut self) {
         for part in &mut self.parts {
             part.load = part.state.no_load();
+            part.loaded = vec![0.0; part.state.profile().node_count()];
             (part.slid, part.pressed) = (0.0, 0.0);
+            part.met.clear();
         }
         self.pairs.clear();
         self.measured = 0.0;
@@ -429,5 +473,17 @@ impl Part {
     /// The number of its surface in records.
     fn number(&self) -> u32 {
         self.collider.into_raw_parts().0
+    }
+
+    /// Sliding distance of a loaded node in a second \[m/s\]: the speed of the contacts by their
+    /// impulses, times the share of `time` \[s\] for which a node was loaded, by the loads of the nodes.
+    fn sliding(&self, time: f64) -> f64 {
+        let all: f64 = self.load.sums().iter().sum();
+        if all <= 0.0 || self.pressed <= 0.0 {
+            return 0.0;
+        }
+        let shares = self.load.sums().iter().zip(&self.loaded);
+        let share: f64 = shares.map(|(load, loaded)| load * loaded / time).sum();
+        self.slid / self.pressed * (share / all)
     }
 }

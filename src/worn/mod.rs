@@ -30,7 +30,7 @@
 //!             worn.measure(&record)?;
 //!         }
 //!     }
-//!     worn.jump(&mut world, &mut pipeline, 3.6e6 - worn.seconds())?;
+//!     worn.jump(&mut world, &mut pipeline, 3.6e6)?;
 //! }
 //! // K F s / A
 //! let depth = 1e-13 * (1000.0 * 0.01 * 0.04 * 9.81) * (0.5 * 3.6e6) / 0.01;
@@ -54,11 +54,12 @@
 //! One load cycle of [`crate::wear`] is one second here: a measurement of any length gives wear rates
 //! per second, and a jump is a number of seconds.
 //!
-//! # Rigid contacts
-//! Shares of a load on rigid contacts are not unique. Surfaces on rigid contacts therefore wear with
-//! wear compliance, [`Archard::worn_modulus`](crate::wear::Archard::worn_modulus): the first jump only
-//! plans, and from then on the surfaces yield by what they will wear in the planned jump. It suits
-//! surfaces that stay in contact. A drum whose cells are loaded in turn needs a stiffness of its own.
+//! # Long jumps and rigid contacts
+//! A jump is bounded in metres. If a node would wear by more than its elastic penetration,
+//! `K k S > 1`, explicit wear is not monotone and soon not stable; on rigid contacts it never is, as
+//! their shares of a load are not unique. The surfaces then wear with wear compliance,
+//! [`Archard::worn_modulus`](crate::wear::Archard::worn_modulus): that jump only plans, and from then on
+//! they yield by what they will wear in the planned jump, over the sliding distance of a loaded node.
 //!
 //! # Sleep
 //! A body that sleeps is in no record and would wear by nothing under any load. From the first wearing
@@ -112,6 +113,9 @@ pub enum WornError {
     /// A jump without a measured step.
     #[error("nothing was measured since the last jump")]
     Unmeasured,
+    /// A jump to a time that is past, or not finite.
+    #[error("a jump until {until} s: {worn} s are worn already, it must be later and finite")]
+    Past { until: f64, worn: f64 },
     /// The pipeline may put bodies to sleep.
     #[error(
         "bodies may sleep: a body that sleeps under load would wear by nothing; keep them awake"
