@@ -8,6 +8,9 @@ use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
 use serde::Serialize;
 use serde_json::Value;
 
+/// Share of the load at open contacts above which a run says so: what a settled contact has is less.
+const OPEN_LOAD: f64 = 0.01;
+
 /// The part of `summary.json` that a run with wear writes.
 #[derive(Serialize)]
 struct Found<'a> {
@@ -19,6 +22,8 @@ struct Found<'a> {
     wear_hours: f64,
     jumps: usize,
     wear_compliance: bool,
+    /// Largest share of the load that a jump measured at open contacts.
+    wear_open_load: f64,
     ended: Option<&'a str>,
     warnings: &'a [String],
 }
@@ -66,6 +71,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         wear_hours: found.worn.seconds() / 3600.0,
         jumps: found.jumps.len(),
         wear_compliance: found.compliance,
+        wear_open_load: found.open_load,
         ended: found.ended.as_deref(),
         warnings: &notes,
     };
@@ -94,6 +100,14 @@ fn notes(found: &WearOutcome) -> Vec<String> {
              (wear compliance), which makes the shares of the load unique"
                 .to_owned(),
         );
+    }
+    if found.open_load > OPEN_LOAD {
+        notes.push(format!(
+            "{} % of the load was measured at open contacts: step.dt is long for how fast bodies slide \
+             by sloping cells; a shorter step or a longer jump helps, or a surface_velocity in place of \
+             the body's",
+            number(100.0 * found.open_load, 2)
+        ));
     }
     if let Some(why) = &found.ended {
         notes.push(format!("the wear ended before its duration: {why}"));

@@ -64,6 +64,8 @@ pub struct WearOutcome {
     pub jumps: Vec<JumpRow>,
     /// Whether surfaces yielded by wear compliance: contacts are rigid, or stiff for the jumps.
     pub compliance: bool,
+    /// Largest [`Jumped::open_load`](crate::worn::Jumped) of a jump.
+    pub open_load: f64,
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
     pub totals: Totals,
@@ -167,6 +169,7 @@ fn start(scene: &Scene, built: &mut Built, life: &Life) -> Result<WearOutcome, R
         nodes: Vec::new(),
         jumps: Vec::new(),
         compliance: false,
+        open_load: 0.0,
         ended: None,
         totals: Totals::default(),
     };
@@ -202,6 +205,7 @@ impl WearOutcome {
         if jumped.seconds == 0.0 {
             return;
         }
+        self.open_load = self.open_load.max(jumped.open_load);
         let seconds = self.worn.seconds();
         self.jumps.push(JumpRow {
             seconds,

@@ -47,6 +47,10 @@ pub struct Jumped {
     pub feedback: f64,
     /// Whether surfaces yield by wear compliance in the next steps.
     pub compliance: bool,
+    /// Share of the load of yielding contacts that was measured where they are open. A cell that
+    /// slopes by α meets a body that moves by it at v with `v sin α`: much more than 0 says that this
+    /// is far in a step, against the depth of a jump.
+    pub open_load: f64,
 }
 
 /// The wearing colliders of a rapier world, see [`crate::worn`].
@@ -62,6 +66,8 @@ pub struct WornColliders {
     seconds: f64,
     /// Length of the next jump \[s\], for which the surfaces yield.
     planned: Option<f64>,
+    /// Normal impulses [N s] of yielding contacts since the last jump: of open ones, and of all.
+    yielded: [f64; 2],
 }
 
 #[derive(Debug, Clone)]
@@ -97,6 +103,7 @@ impl WornColliders {
             measured: 0.0,
             seconds: 0.0,
             planned: None,
+            yielded: [0.0; 2],
         }
     }
 
@@ -205,6 +212,11 @@ impl WornColliders {
         }
         for contact in &record.contacts {
             let on = contact.surfaces.map(|slot| self.on(slot));
+            if on.iter().any(Option::is_some) && contact.stiffness.is_finite() {
+                let open = if contact.gap > 0.0 { 1.0 } else { 0.0 };
+                self.yielded[0] += open * contact.impulse_n;
+                self.yielded[1] += contact.impulse_n;
+            }
             for part in on.into_iter().flatten() {
                 self.parts[part].slid += contact.load_slip;
                 self.parts[part].pressed += contact.impulse_n;
@@ -269,12 +281,14 @@ impl WornColliders {
             let left = if left > 0.0 { left } else { f64::INFINITY };
             self.plan(world, pipeline, &rates, left)?;
         }
+        let [open, all] = self.yielded;
         self.clear();
         Ok(Jumped {
             seconds: if wears { jump.cycles } else { 0.0 },
             bound: jump.bound,
             feedback,
             compliance,
+            open_load: if all > 0.0 { open / all } else { 0.0 },
         })
     }
 
@@ -465,6 +479,7 @@ impl WornColliders {
             part.met.clear();
         }
         self.pairs.clear();
+        self.yielded = [0.0; 2];
         self.measured = 0.0;
     }
 }

@@ -61,6 +61,11 @@
 //! [`Archard::worn_modulus`](crate::wear::Archard::worn_modulus): that jump only plans, and from then on
 //! they yield by what they will wear in the planned jump, over the sliding distance of a loaded node.
 //!
+//! A cell yields along its own normal. A body that slides by at speed `v` meets a cell that slopes by α
+//! with the normal speed `v sin α`, though its surface stays where it is: keep `v sin α Δt` well below
+//! the depth of a jump. [`Jumped::open_load`] says how well. A flat pin does not slope, and a
+//! counterface at rest with a surface speed (a belt) has no such part at all.
+//!
 //! # Sleep
 //! A body that sleeps is in no record and would wear by nothing under any load. From the first wearing
 //! collider on, all bodies of the pipeline stay awake.

@@ -37,11 +37,21 @@ struct Stand {
 }
 
 impl Stand {
-    /// A pin that moves along y alone, its lowest point at `foot` below its origin.
-    fn new(pin: ColliderBuilder, foot: f64, disc: ColliderBuilder, depth: f64) -> Stand {
+    /// A pin that moves along y alone, its lowest point at `foot` below its origin, on a belt, or on a
+    /// body that moves.
+    fn new(
+        pin: ColliderBuilder,
+        foot: f64,
+        disc: ColliderBuilder,
+        depth: f64,
+        belt: bool,
+    ) -> Stand {
         let mut world = PhysicsWorld::new();
-        let moving = RigidBodyBuilder::kinematic_velocity_based().linvel(at(SPEED, 0.0));
-        let (_, disc) = world.insert(moving, disc.friction(0.0));
+        let under = match belt {
+            true => RigidBodyBuilder::fixed(),
+            false => RigidBodyBuilder::kinematic_velocity_based().linvel(at(SPEED, 0.0)),
+        };
+        let (_, disc) = world.insert(under, disc.friction(0.0));
         let mass = MassProperties::new(Vector::ZERO, MASS as Real, 1.0);
         let body = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
         let body = body.lock_rotations().enabled_translations(false, true);
@@ -52,9 +62,17 @@ impl Stand {
             dt: Some(DT),
             ..MoreauSettings::default()
         });
+        let mut pipeline = pipeline.unwrap();
+        if belt {
+            let law = SurfaceLaw {
+                speed: -SPEED,
+                ..SurfaceLaw::default()
+            };
+            pipeline.set_surface(disc, law);
+        }
         Stand {
             world,
-            pipeline: pipeline.unwrap(),
+            pipeline,
             worn: WornColliders::new(rule(depth)),
             body,
             pin,
@@ -65,7 +83,13 @@ impl Stand {
     /// A pin of 10 mm by 40 mm on a flat face.
     fn flat(depth: f64) -> Stand {
         let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
-        Stand::new(ColliderBuilder::cuboid(0.005, 0.02), 0.02, face, depth)
+        Stand::new(
+            ColliderBuilder::cuboid(0.005, 0.02),
+            0.02,
+            face,
+            depth,
+            true,
+        )
     }
 
     fn add(&mut self, collider: ColliderHandle, surface: WearingSurface) -> usize {
@@ -83,7 +107,6 @@ impl Stand {
 
     /// Settles over `steps`, measures one and jumps.
     fn jump(&mut self, steps: usize, until: f64) -> Result<Jumped, WornError> {
-        // the disc goes on below the pin, and back where it began
         let (world, pipeline) = (&mut self.world, &mut self.pipeline);
         for _ in 0..steps {
             let record = pipeline.step(world).unwrap();
@@ -91,8 +114,6 @@ impl Stand {
         }
         let record = pipeline.step(world).unwrap();
         self.worn.measure(&record)?;
-        let parent = world.colliders[self.disc].parent().unwrap();
-        world.bodies[parent].set_translation(Vector::ZERO, true);
         self.worn.jump(world, pipeline, until)
     }
 
@@ -102,8 +123,7 @@ impl Stand {
         while self.worn.seconds() < seconds {
             let jumped = self.jump(steps, seconds).unwrap();
             jumps += 1;
-            let y = self.pipeline.pose(self.body).unwrap().translation.y;
-            println!("{jumps} {y} {jumped:?}");
+            assert!(jumped.open_load < 1e-3, "{jumped:?}");
             assert!(jumps < 1000);
         }
         jumps
@@ -153,7 +173,7 @@ fn both_sides_of_a_contact_wear() {
         let line: Vec<Vector> = (0..=50).map(x).collect();
         let face = ColliderBuilder::oriented_polyline(line, None);
         let pin = ColliderBuilder::cuboid(0.005, 0.02);
-        let mut stand = Stand::new(pin, 0.02, face, 1e-5);
+        let mut stand = Stand::new(pin, 0.02, face, 1e-5, false);
         let (pin, disc) = (stand.pin, stand.disc);
         if let Some(modulus) = modulus {
             stand.yielding(pin, modulus);
@@ -195,7 +215,13 @@ fn both_sides_of_a_contact_wear() {
 fn a_ball_that_slides_gets_a_flat() {
     let radius = 0.02;
     let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
-    let mut stand = Stand::new(ColliderBuilder::ball(radius as Real), radius, face, 2e-5);
+    let mut stand = Stand::new(
+        ColliderBuilder::ball(radius as Real),
+        radius,
+        face,
+        2e-5,
+        true,
+    );
     let pin = stand.pin;
     let surface = WearingSurface {
         cell: Some(5e-4),
@@ -216,7 +242,10 @@ fn a_ball_that_slides_gets_a_flat() {
     let error = (radius + lowest) / depth - 1.0;
     println!("flat: {error:.1e}");
     assert!(error.abs() < 0.02, "{error}");
-    assert!((stand.area(0) / area - 1.0).abs() < 1e-5);
+    let whole = stand.area(0) / area - 1.0;
+    println!("flat: area {whole:.1e}");
+    // cells are pressed along their own normals, up to 0.2 rad from the load: half the mean square
+    assert!(whole.abs() < 0.01, "{whole}");
     // what was not touched is as it was
     let top = stand
         .worn
@@ -235,7 +264,8 @@ fn a_roller_wears_evenly_round() {
     let turn = std::f64::consts::TAU / 0.2;
     let roller = RigidBodyBuilder::kinematic_velocity_based().angvel(turn as Real);
     let (_, roller) = world.insert(roller, ColliderBuilder::ball(0.02).friction(0.0));
-    let mass = MassProperties::new(Vector::ZERO, MASS as Real, 1.0);
+    // so light that it follows the corners of the roller
+    let mass = MassProperties::new(Vector::ZERO, 1.0, 1.0);
     let shoe = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
     let shoe = shoe.lock_rotations().enabled_translations(false, true);
     let shoe = shoe.translation(at(0.0, 0.03));
@@ -244,7 +274,7 @@ fn a_roller_wears_evenly_round() {
         .friction(0.0);
     world.insert(shoe, flat);
     let mut pipeline = MoreauPipeline::new(MoreauSettings {
-        gravity: Some(Vec2::new(0.0, -LOAD / MASS)),
+        gravity: Some(Vec2::new(0.0, -LOAD)),
         dt: Some(1e-4),
         ..MoreauSettings::default()
     })
@@ -325,14 +355,7 @@ fn the_mass_goes_with_the_material() {
 fn nothing_that_wears_falls_asleep() {
     for wears in [false, true] {
         let mut stand = Stand::flat(5e-4);
-        let (pin, disc) = (stand.pin, stand.disc);
-        let parent = stand.world.colliders[disc].parent().unwrap();
-        stand.world.bodies[parent].set_linvel(Vector::ZERO, true);
-        let belt = SurfaceLaw {
-            speed: -SPEED,
-            ..SurfaceLaw::default()
-        };
-        stand.pipeline.set_surface(disc, belt);
+        let pin = stand.pin;
         if wears {
             let lower = Some([0, 0]);
             stand.add(
@@ -358,7 +381,13 @@ fn nothing_that_wears_falls_asleep() {
 #[test]
 fn a_body_that_is_worn_through_keeps_what_was_before() {
     let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
-    let mut stand = Stand::new(ColliderBuilder::cuboid(0.005, 0.0005), 0.0005, face, 1e-4);
+    let mut stand = Stand::new(
+        ColliderBuilder::cuboid(0.005, 0.0005),
+        0.0005,
+        face,
+        1e-4,
+        true,
+    );
     let pin = stand.pin;
     let surface = WearingSurface {
         edges: Some([0, 0]),
@@ -392,11 +421,6 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
     let capsule = stand.world.insert(RigidBodyBuilder::fixed(), capsule).1;
     let plain = ColliderBuilder::polyline(vec![at(0.0, 9.0), at(1.0, 9.0)], None);
     let plain = stand.world.insert(RigidBodyBuilder::fixed(), plain).1;
-    let belt = SurfaceLaw {
-        speed: 0.5,
-        ..SurfaceLaw::default()
-    };
-    stand.pipeline.set_surface(disc, belt);
     let plainly = WearingSurface::new(K);
     let cases = [
         (
@@ -429,7 +453,7 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
             },
             "density",
         ),
-        (disc, plainly, "moves at 0.5 m/s along itself"),
+        (disc, plainly, "moves at -0.5 m/s along itself"),
         (capsule, plainly, "Capsule cannot wear"),
         (plain, plainly, "two-sided"),
         (ColliderHandle::invalid(), plainly, "not in the world"),
