@@ -197,7 +197,8 @@ fn borders(at: &[f64]) -> Vec<f64> {
 /// The middles between ascending numbers that go round, from that before the first on.
 fn borders_round(at: &[f64], round: f64) -> Vec<f64> {
     let next = |k: usize| at.get(k + 1).copied().unwrap_or(at[0] + round);
-    let first = 0.5 * (at[0] + next(at.len() - 1)) - round;
+    let last = at.len() - 1;
+    let first = 0.5 * (at[last] + next(last)) - round;
     let middles = (0..at.len()).map(|k| 0.5 * (at[k] + next(k)));
     std::iter::once(first).chain(middles).collect()
 }
