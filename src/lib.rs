@@ -2,7 +2,7 @@
 //!
 //! [`rapier::MoreauPipeline`] steps a rapier2d world in place of rapier's own solver. The folders of the
 //! core build on each other in this order: [`contact`], [`solver`], [`dynamics`], [`rapier`]; [`wear`]
-//! reads the record of a step. The rest is the lab (feature `lab`, on by default): scenes, peers, experiments, charts and
+//! reads the record of a step, and [`worn`] brings both together. The rest is the lab (feature `lab`, on by default): scenes, peers, experiments, charts and
 //! the command line. How a contact becomes an impulse, and an impulse becomes wear, is told on one
 //! screen in the guide `data_flow`.
 //!
@@ -55,6 +55,7 @@ mod linalg;
 pub mod rapier;
 pub mod solver;
 pub mod wear;
+pub mod worn;
 
 #[cfg(feature = "lab")]
 pub mod cli;

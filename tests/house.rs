@@ -6,13 +6,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The core, in order: each folder of `src/` and what it may use, a folder or one module of it.
-const CORE: [(&str, &[&str]); 6] = [
+const CORE: [(&str, &[&str]); 7] = [
     ("linalg", &[]),
     ("contact", &["linalg"]),
     ("solver", &["linalg", "contact"]),
     ("dynamics", &["contact", "solver"]),
     ("rapier", &["contact", "solver", "dynamics"]),
     ("wear", &["contact", "dynamics::record"]),
+    // where the two that never see each other meet
+    ("worn", &["contact", "dynamics", "rapier", "wear"]),
 ];
 
 /// The lab, behind the feature `lab`, in order: each folder uses the core and the folders before it.

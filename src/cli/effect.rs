@@ -11,7 +11,7 @@ use crate::scene::{Scene, Scheme};
 use crate::thresher::{Machine, Reading, Shares};
 use Need::{
     Balanced, Bodies, Contacts, Gravity, Islands, Judged, Landings, LongLife, Ours, Peer, Redrawn,
-    Restitution, Staggered, Tables, Time, Winkler,
+    Restitution, Staggered, Tables, Time, Unworn, Wears, Winkler,
 };
 
 /// What a key or flag needs to have an effect.
@@ -45,6 +45,10 @@ enum Need {
     Winkler,
     /// Load cycles of the whole machine.
     LongLife,
+    /// The command wears the bodies of `[[wear]]`.
+    Wears,
+    /// A scene without `[[wear]]`.
+    Unworn,
     /// A contact problem, not a linear complementarity problem.
     Contacts,
     /// The command prints tables to the terminal.
@@ -75,6 +79,12 @@ const TABLE: &[(&str, &[Need])] = &[
     ("study.tape_thickness", &[Balanced, Winkler]),
     ("study.calibrate.depth", &[Balanced]),
     ("study.calibrate.cycles", &[Balanced]),
+    ("wear.body", &[Wears]),
+    ("wear.coefficient", &[Wears]),
+    ("wear.edges", &[Wears]),
+    ("wear.cell", &[Wears]),
+    ("wear.mass", &[Wears]),
+    ("life", &[Wears]),
     ("wear.limits", &[Balanced]),
     ("wear.jump", &[Balanced]),
     ("wear.max_hours", &[Balanced]),
@@ -82,7 +92,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("--steps", &[Bodies]),
     ("--threads", &[Ours, Islands]),
     ("--every", &[Redrawn]),
-    ("--dump-problems", &[Ours, Bodies]),
+    ("--dump-problems", &[Ours, Bodies, Unworn]),
     ("--soft", &[Peer]),
     ("--no-sweep", &[Peer]),
     ("--shares", &[Contacts]),
@@ -254,6 +264,21 @@ impl<'a> Run<'a> {
                 (
                     self.command != "run",
                     why.replace("{command}", self.command),
+                )
+            }
+            Wears => {
+                let worn = self.scene().is_some_and(|scene| !scene.wear.is_empty());
+                let why = format!(
+                    "in `{}`: only `run` wears the bodies of a scene",
+                    self.command
+                );
+                (worn && self.command != "run", why)
+            }
+            Unworn => {
+                let worn = self.scene().is_some_and(|scene| !scene.wear.is_empty());
+                (
+                    worn,
+                    "on a scene with [[wear]], which runs in cycles".to_owned(),
                 )
             }
             Staggered => {

@@ -15,6 +15,7 @@ mod issues;
 mod run;
 mod run_files;
 mod run_machine;
+mod run_wear;
 mod solve;
 mod summary;
 

@@ -1,7 +1,7 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
 use super::summary::{Head, OfRun, Ours};
-use super::{Outcome, RunArgs, effect, print_out, run_machine, summary};
+use super::{Outcome, RunArgs, effect, print_out, run_machine, run_wear, summary};
 use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
 };
@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 /// Most rows of `bodies.csv` that a run writes without `--every`.
-const BODY_ROWS: usize = 100_000;
+pub(super) const BODY_ROWS: usize = 100_000;
 
 /// The part of `summary.json` that only `run` writes.
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Found<'a> {
 }
 
 /// The head of the summary; for a peer, with the peer's settings in place of ours.
-fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
+pub(super) fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
     let mut head = summary::header("run", scene);
     if let Some(of_scene) = &mut head.scene {
         let peer = engine.peer().is_some();
@@ -45,11 +45,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let (scene, machine) = args.common.load()?;
     match &machine {
         Some(_) => only_moreau(args, &scene)?,
+        None if !scene.wear.is_empty() => only_moreau(args, &scene)?,
         None => args.engine.has_model(&scene)?,
     }
     refuse_idle(args, &scene, machine.as_ref())?;
     if let Some(machine) = machine {
         return run_machine::run(args, &scene, &machine);
+    }
+    if !scene.wear.is_empty() {
+        return run_wear::run(args, &scene);
     }
     let folder = OutputFolder::create(args.common.folder(&scene))?;
     let mut dump = Dump::create(args)?;
@@ -158,7 +162,7 @@ fn only_moreau(args: &RunArgs, scene: &Scene) -> Result<(), RunError> {
 }
 
 /// The states of all bodies, in the scene's order.
-fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
+pub(super) fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
     let state = |k| {
         let (pose, u) = engine.state(built, k)?;
         Some((k as u32, pose, u))

@@ -104,6 +104,7 @@ mod setting;
 mod simulate;
 mod throughput;
 mod verdict;
+mod wear;
 
 pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, Preset, ReadRung};
@@ -120,3 +121,4 @@ pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use throughput::{Throughput, Workload, growth};
 pub use verdict::{Check, Judge, Passage, Verdict};
+pub use wear::{CellRow, JumpRow, NodeRow, WearOutcome, run_wear};

@@ -269,10 +269,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What comes next is in [`crate::wear`]: a [`Profile`](crate::wear::Profile) worn along its
-//! normals, re-meshed, with a cycle jump that estimates its own error. The new outline goes into
-//! the world as a new shape, `world.colliders[steel].set_shape(...)`: the pipeline notices, and
-//! meets the worn surface where it is.
+//! What comes next, [`WornColliders`](crate::worn::WornColliders) does in your world: the outline worn
+//! along its normals, re-meshed, with jumps bounded by their feedback, and the collider with its new
+//! shape. The guide [`pin_on_disc`](super::pin_on_disc) shows it, in 25 lines.
 //!
 //! # 9. The same as a scene file
 //! A scene file needs no program: `moreau2d run mine.toml` steps it, `moreau2d compare mine.toml`

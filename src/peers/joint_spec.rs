@@ -1,8 +1,8 @@
 //! Joints of a [`Simulation`], described in `f64`.
 
-use super::simulation::{BodyId, Simulation, vector};
+use super::simulation::{BodyId, Simulation};
 use crate::contact::Vec2;
-use crate::dynamics::ModelError;
+use crate::dynamics::{ModelError, Pose64};
 use crate::rapier::engine::prelude::*;
 
 /// The free motions of a joint; axes are those of [`JointSpec::angles`].
@@ -108,12 +108,8 @@ fn generic(spec: &JointSpec) -> GenericJoint {
         JointShape::Rope { .. } | JointShape::Spring { .. } => JointAxesMask::empty(),
     };
     let mut joint = GenericJoint::new(locked);
-    let frame = |side: usize| {
-        Pose::from_parts(
-            vector(spec.anchors[side]),
-            Rotation::new(spec.angles[side] as Real),
-        )
-    };
+    // rounded only now: the angle of an axis along y, rounded, would tilt it by 4e-8
+    let frame = |side: usize| Pose64::new(spec.anchors[side], spec.angles[side]).to_rapier();
     joint.set_local_frame1(frame(0));
     joint.set_local_frame2(frame(1));
     joint.set_contacts_enabled(spec.contacts);

@@ -273,6 +273,11 @@ impl Simulation {
         Ok(ColliderId(handle))
     }
 
+    /// rapier's handle of the first collider of a body, for what works on a world.
+    pub fn collider(&self, body: BodyId) -> Option<ColliderHandle> {
+        self.world.bodies.get(body.0)?.colliders().first().copied()
+    }
+
     /// Makes a body's chains two-sided, like rapier's plain polylines.
     pub fn open_chains(&mut self, body: BodyId) {
         let Some(body) = self.world.bodies.get(body.0) else {

@@ -21,6 +21,7 @@ mod joint_checks;
 mod joint_rows;
 mod joints;
 mod kernels;
+mod outline;
 mod pipeline;
 mod pose;
 mod queries;
@@ -48,6 +49,7 @@ pub use bodies::ExactBody;
 #[cfg(feature = "debug-render")]
 pub use debug_render::ContactStyle;
 pub use detection::{DetectionDrive, SurfaceLaw};
+pub use outline::{Outline, Piece};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
 pub use state::{PipelineState, StateError};

@@ -105,6 +105,7 @@ const EMBEDDED: &[(&str, &str)] = &[
         include_str!("../../scenes/slider-crank.toml"),
     ),
     ("woodpecker", include_str!("../../scenes/woodpecker.toml")),
+    ("pin-on-disc", include_str!("../../scenes/pin-on-disc.toml")),
     (
         "thresher-study",
         include_str!("../../scenes/thresher-study.toml"),

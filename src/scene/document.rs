@@ -86,8 +86,8 @@ impl Node {
     }
 }
 
-/// What identifies an element of an array of tables: its `name`; for a repeat the body in `of`; for a
-/// joint its two bodies.
+/// What identifies an element of an array of tables: its `name`; for a repeat the body in `of`, for
+/// wear that in `body`; for a joint its two bodies.
 pub(super) struct Traits {
     pub name: Option<String>,
     pub of: Option<String>,
@@ -114,7 +114,7 @@ pub(super) fn labels(all: &[Traits]) -> Vec<String> {
 pub(super) fn node_labels(items: &[Node]) -> Vec<String> {
     let traits = items.iter().map(|item| Traits {
         name: item.string("name").map(str::to_owned),
-        of: item.string("of").map(str::to_owned),
+        of: item.string("of").or(item.string("body")).map(str::to_owned),
         ties: item
             .entry("bodies")
             .and_then(|entry| match &entry.node.value {
@@ -162,13 +162,19 @@ impl Document {
         })
     }
 
-    /// The document with the blocks `keys` only.
-    pub fn only(&self, keys: &[&str]) -> Document {
+    /// The document with the blocks that are `wanted` only.
+    pub fn only(&self, wanted: impl Fn(&str) -> bool) -> Document {
         let mut part = self.clone();
         if let Value::Table(entries) = &mut part.root.value {
-            entries.retain(|entry| keys.contains(&entry.key.as_str()));
+            entries.retain(|entry| wanted(&entry.key));
         }
         part
+    }
+
+    /// Whether a block is an array, as `[[wear]]` makes it.
+    pub fn is_array(&self, block: &str) -> bool {
+        let node = self.root.entry(block).map(|entry| &entry.node.value);
+        matches!(node, Some(Value::Array(_)))
     }
 
     /// The value at `path`.

@@ -4,6 +4,7 @@
 use super::joint::JointEntry;
 use super::linear::LinearBlock;
 use super::machine::Kept;
+use super::wear::{Life, WearEntry};
 use super::{Part, Shape};
 use crate::dynamics::{ImpactLaw, Scheme};
 use crate::oracles::SOLVERS;
@@ -32,8 +33,10 @@ pub struct SceneFile {
     pub linear: Option<LinearBlock>,
     #[serde(skip_serializing)]
     pub tooth: Option<Kept>,
-    #[serde(skip_serializing)]
-    pub wear: Option<Kept>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wear: Vec<WearEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub life: Option<Life>,
     #[serde(skip_serializing)]
     pub study: Option<Kept>,
     #[serde(skip_serializing)]

@@ -88,7 +88,8 @@ const MATRIX: Allowed = Real(-1e12, 1e12);
 /// Most bodies that a scene may place: an extra zero in `count` must not fill the memory.
 pub(super) const MOST_BODIES: u32 = 100_000;
 
-/// All keys but those of the threshing machine and its study.
+/// All keys but those of the threshing machine and its study. Their `[wear]` has a `coefficient` of the
+/// same range.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key("scene.name", Name, "", "Name of the scene and of its output folder"),
@@ -171,6 +172,15 @@ pub const KEYS: &[Key] = &[
     key("joint.motor.damping", GAIN, "N m s/rad or N s/m", "Damping of a motor with a stiffness; default 0"),
     key("joint.motor.max_torque", TORQUE, "N m", "Largest torque at a revolute joint; required with a speed, else default none"),
     key("joint.motor.max_force", TORQUE, "N", "Largest force at a prismatic or pin-slot joint; required with a speed, else default none"),
+
+    key("wear.body", Text, "", "Name of a body that wears by Archard's law where it is touched: a disc, box, polygon, sector or one-sided polyline, without surface_velocity; the stiffness of its contacts counts per metre of its surface"),
+    key("wear.coefficient", Real(1e-30, 1.0), "m²/N", "Wear coefficient K of its material: worn volume per load and slip"),
+    key("wear.edges", Whole(0, 1_000_000), "", "[first, last] of the edges that wear, from 0: of a box the lower one is 0, of a polygon or polyline the one from its first point; may go round a closed outline; default all"),
+    key("wear.cell", Real(1e-9, 1e3), "m", "Length of a cell, at most twice the shortest edge that wears; default that edge; a disc becomes a polygon of such edges, default 64"),
+    key("wear.mass", Flag, "", "Whether the body loses the mass and inertia of what is worn; default false"),
+    key("life.duration", Real(1e-6, 1e12), "s", "Wear to reach; measured cycles of `step.time` alternate with jumps"),
+    key("life.jump", Real(1e-9, 1.0), "m", "Largest depth of a jump; bounded further by the mesh and by the feedback of depth on load; default 2e-4"),
+    key("life.settle", Real(0.0, 1e9), "s", "Simulated time before each measured cycle; default as long as the cycle"),
 
     key("repeat.of", Text, "", "Name of the body to copy; the body itself is not placed"),
     key("repeat.name", Name, "", "Name of the copies: `box[3,2]` is column 3 of row 2, counted from 0; default the body's name"),

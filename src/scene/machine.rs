@@ -15,7 +15,8 @@ use super::reader;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Names of the blocks that may belong to a machine.
+/// Names of the blocks that may belong to a machine. `wear` is a machine's as a table; as an array of
+/// tables it is the scene's own.
 const KEYS: [&str; 4] = ["tooth", "wear", "study", "thresher"];
 
 /// A block that exists but is not read here.
@@ -27,8 +28,10 @@ pub struct Kept {}
 /// # Errors
 /// Those of [`reader::read`].
 pub(super) fn read<M: DeserializeOwned>(document: &Document) -> Result<(SceneFile, M), SceneError> {
-    let file = reader::read(document)?;
-    Ok((file, reader::read(&document.only(&KEYS))?))
+    let own = document.is_array("wear");
+    let of_scene = document.only(|key| own || key != "wear");
+    let of_machine = document.only(|key| KEYS.contains(&key) && !(own && key == "wear"));
+    Ok((reader::read(&of_scene)?, reader::read(&of_machine)?))
 }
 
 /// The whole file as JSON with defaults filled in, including the machine's blocks.
@@ -41,13 +44,23 @@ pub(super) struct Whole<'a, M> {
     reference: Option<Reference>,
 }
 
-impl<'a, M> Whole<'a, M> {
+impl<'a, M: Serialize> Whole<'a, M> {
     pub fn new(file: &'a SceneFile, machine: &'a M) -> Self {
         Whole {
             file,
             machine,
             reference: file.reference,
         }
+    }
+
+    /// As a tree: the scene's own `wear`, where it has one, in place of the machine's.
+    pub fn tree(&self) -> serde_json::Value {
+        // a number that is finite and a key that is a string always have a JSON form
+        let mut all = serde_json::to_value(self).unwrap_or_default();
+        if !self.file.wear.is_empty() {
+            all["wear"] = serde_json::to_value(&self.file.wear).unwrap_or_default();
+        }
+        all
     }
 }
 

@@ -54,6 +54,7 @@ mod planar;
 mod reader;
 mod slabs;
 mod time_scales;
+mod wear;
 mod world;
 mod written;
 
@@ -68,6 +69,7 @@ pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
 pub use overlap::{LASTING, Measured};
 pub use time_scales::Motion;
+pub use wear::{Life, Wear};
 pub use world::Built;
 pub use written::Written;
 
@@ -93,6 +95,9 @@ pub struct Scene {
     /// All bodies, repeats expanded, in a fixed order. Empty if a machine makes its own.
     pub bodies: Vec<Body>,
     pub joints: Vec<Joint>,
+    /// Bodies that wear, and for how long; either both or none.
+    pub wear: Vec<Wear>,
+    pub life: Option<Life>,
     /// A mechanism in place of bodies.
     pub linear: Option<LinearBlock>,
     /// The closed form that the result is compared with.
@@ -312,6 +317,7 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         body.touches = touches;
     }
     check::planar(&bodies, &joints, document)?;
+    let wear = wear::resolve(&file.wear, &bodies, &At::top(document))?;
     let scene = Scene {
         name: file.scene.name,
         title: file.scene.title,
@@ -321,6 +327,8 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         materials,
         bodies,
         joints,
+        wear,
+        life: file.life,
         linear: file.linear,
         reference: file
             .reference

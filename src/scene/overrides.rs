@@ -95,9 +95,8 @@ fn full_path<M: DeserializeOwned + Serialize>(
     key: &str,
 ) -> Result<Vec<String>, SceneError> {
     let (file, machine) = machine::read::<M>(document)?;
-    // Keys at their default are settable too, so they are looked up in the file as read. A number
-    // that is finite and a key that is a string always have a JSON form.
-    let all = serde_json::to_value(Whole::new(&file, &machine)).unwrap_or(Json::Null);
+    // keys at their default are settable too, so they are looked up in the file as read
+    let all = Whole::new(&file, &machine).tree();
     if all.get(key).is_some() {
         return Ok(vec![key.to_owned()]);
     }
@@ -151,7 +150,7 @@ fn collect(json: &Json, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
             let text = |item: &Json, key: &str| Some(item.get(key)?.as_str()?.to_owned());
             let traits = items.iter().map(|item| Traits {
                 name: text(item, "name"),
-                of: text(item, "of"),
+                of: text(item, "of").or_else(|| text(item, "body")),
                 ties: item.get("bodies").and_then(|bodies| {
                     let [a, b] = [0, 1].map(|side| bodies.get(side)?.as_str());
                     Some(format!("{}-{}", a?, b?))

@@ -41,7 +41,8 @@ impl Scene {
     /// ```
     ///
     /// with `1/m_eff = Σ (1/m + r²/I)` of the two bodies, r the longest arm along a face. It is an
-    /// estimate from the scene as it starts; rigid contacts have no period.
+    /// estimate from the scene as it starts; rigid contacts have no period, and bodies that wear are left
+    /// out.
     pub fn step_warnings(&self) -> Vec<String> {
         let fastest = [self.fastest_contact(), self.fastest_spin()];
         let found = fastest.into_iter().flatten();
@@ -51,7 +52,10 @@ impl Scene {
     fn fastest_contact(&self) -> Option<Motion> {
         // the two most easily moved bodies of each material: they may touch each other
         let mut light: Vec<Vec<(f64, &Body)>> = vec![Vec::new(); self.materials.len()];
-        for body in &self.bodies {
+        // the stiffness of a surface that wears is per metre of what is covered, which is not known here
+        let worn = |k: &usize| self.wear.iter().any(|wear| wear.body == *k);
+        let bodies = self.bodies.iter().enumerate();
+        for (_, body) in bodies.filter(|(k, _)| !worn(k)) {
             let one = &mut light[body.material];
             one.push((mobility(body), body));
             one.sort_by(|a, b| b.0.total_cmp(&a.0));

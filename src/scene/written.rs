@@ -14,7 +14,7 @@ pub struct Written {
 }
 
 /// Blocks whose keys may have an effect in one run and none in another.
-const BLOCKS: [&str; 9] = [
+const BLOCKS: [&str; 10] = [
     "step",
     "gravity",
     "material",
@@ -22,6 +22,7 @@ const BLOCKS: [&str; 9] = [
     "verdict",
     "tooth",
     "wear",
+    "life",
     "study",
     "thresher",
 ];

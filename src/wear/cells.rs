@@ -13,22 +13,37 @@ use super::{Profile, WearError, same_length};
 /// ```
 ///
 /// The intervals of the nodes cover the same length as the cells, so that nothing is lost and no cell
-/// is left out, however often the mesh changes.
+/// is left out, however often the mesh changes. On a ring ξ is the way along the first mesh from its
+/// first node, the intervals go round, and so does ξ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellMap {
     stations: Vec<f64>,
     /// ξ of every node \[m\], ascending.
     reference: Vec<f64>,
+    /// Length of the first mesh, if it is a ring \[m\].
+    round: Option<f64>,
 }
 
 impl CellMap {
-    /// The map of a first mesh onto itself; the `x` of its nodes are the stations, ascending.
+    /// The map of a first mesh onto itself; the `x` of its nodes are the stations, ascending, on a ring
+    /// their way from the first node.
     pub fn new(first: &Profile) -> Self {
         let mut stations: Vec<f64> = first.nodes().iter().map(|p| p.x).collect();
-        stations.sort_by(f64::total_cmp);
+        let mut round = None;
+        if first.is_ring() {
+            let mut way = 0.0;
+            for (station, length) in stations.iter_mut().zip(first.edges()) {
+                *station = way;
+                way += length;
+            }
+            round = Some(way);
+        } else {
+            stations.sort_by(f64::total_cmp);
+        }
         CellMap {
             reference: stations.clone(),
             stations,
+            round,
         }
     }
 
@@ -39,7 +54,7 @@ impl CellMap {
     /// - `after`: its new mesh: nodes that both share keep their ξ, the two ends among them.
     ///
     /// # Errors
-    /// [`WearError::Length`] if `before` has other nodes than the map.
+    /// [`WearError::Length`] if `before` has other nodes than the map, or shares none with a ring.
     pub fn renew(&mut self, before: &Profile, after: &Profile) -> Result<(), WearError> {
         let (old, new) = (before.nodes(), after.nodes());
         same_length("nodes", old.len(), self.reference.len())?;
@@ -47,8 +62,8 @@ impl CellMap {
         let mut next = 0;
         for (i, p) in new.iter().enumerate() {
             let found = match i {
-                0 => Some(0),
-                i if i + 1 == new.len() => Some(old.len() - 1),
+                0 if self.round.is_none() => Some(0),
+                i if i + 1 == new.len() && self.round.is_none() => Some(old.len() - 1),
                 _ => old[next..].iter().position(|q| q == p).map(|k| next + k),
             };
             if let Some(k) = found {
@@ -56,10 +71,16 @@ impl CellMap {
                 next = k + 1;
             }
         }
-        let mut reference = Vec::with_capacity(new.len());
+        let n = new.len();
+        if let Some(round) = self.round {
+            same_length("nodes kept on a ring", known.len().min(1), 1)?;
+            let (first, at) = known[0];
+            known.push((first + n, at + round));
+        }
+        let mut reference = Vec::with_capacity(n);
         for pair in known.windows(2) {
             let [(a, from), (b, to)] = [pair[0], pair[1]];
-            let length = |k: usize| (new[k + 1] - new[k]).norm();
+            let length = |k: usize| (new[(k + 1) % n] - new[k % n]).norm();
             let whole: f64 = (a..b).map(length).sum();
             let mut along = 0.0;
             for k in a..b {
@@ -67,7 +88,15 @@ impl CellMap {
                 along += length(k);
             }
         }
-        reference.extend(known.last().map(|(_, last)| *last));
+        match self.round {
+            None => reference.extend(known.last().map(|(_, last)| *last)),
+            Some(round) => {
+                // those before the first known node came last
+                let first = known[0].0;
+                reference.rotate_right(first);
+                reference[..first].iter_mut().for_each(|at| *at -= round);
+            }
+        }
         self.reference = reference;
         Ok(())
     }
@@ -95,6 +124,9 @@ impl CellMap {
     /// [`WearError::Length`].
     pub fn sum(&self, values: &[f64]) -> Result<Vec<f64>, WearError> {
         same_length("node values", values.len(), self.reference.len())?;
+        if let Some(round) = self.round {
+            return Ok(self.sum_round(values, round));
+        }
         let (nodes, cells) = (borders(&self.reference), borders(&self.stations));
         let mut sums = vec![0.0; self.stations.len()];
         for (node, (value, own)) in values.iter().zip(nodes.windows(2)).enumerate() {
@@ -113,6 +145,29 @@ impl CellMap {
             }
         }
         Ok(sums)
+    }
+
+    /// [`CellMap::sum`] on a ring of this length \[m\].
+    fn sum_round(&self, values: &[f64], round: f64) -> Vec<f64> {
+        let (nodes, cells) = (
+            borders_round(&self.reference, round),
+            borders_round(&self.stations, round),
+        );
+        let mut sums = vec![0.0; self.stations.len()];
+        for (value, own) in values.iter().zip(nodes.windows(2)) {
+            for turn in [-round, 0.0, round] {
+                let (from, to) = (own[0] + turn, own[1] + turn);
+                let first = cells.partition_point(|c| *c <= from).saturating_sub(1);
+                for (sum, cell) in sums.iter_mut().zip(cells.windows(2)).skip(first) {
+                    if cell[0] >= to {
+                        break;
+                    }
+                    let overlap = (to.min(cell[1]) - from.max(cell[0])).max(0.0);
+                    *sum += value * (overlap / (to - from));
+                }
+            }
+        }
+        sums
     }
 
     /// Mean depth of every cell \[m\], `Σ h_i w_i / Σ w_i` over its parts of the nodes.
@@ -139,11 +194,48 @@ fn borders(at: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// The middles between ascending numbers that go round, from that before the first on.
+fn borders_round(at: &[f64], round: f64) -> Vec<f64> {
+    let next = |k: usize| at.get(k + 1).copied().unwrap_or(at[0] + round);
+    let last = at.len() - 1;
+    let first = 0.5 * (at[last] + next(last)) - round;
+    let middles = (0..at.len()).map(|k| 0.5 * (at[k] + next(k)));
+    std::iter::once(first).chain(middles).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::contact::Vec2;
     use proptest::prelude::*;
+
+    /// A ring whose first node is merged away and whose edges are split: nothing is lost, and what is
+    /// even stays even.
+    #[test]
+    fn a_ring_keeps_its_columns_round_its_first_node() {
+        let ring = |xy: &[(f64, f64)]| {
+            Profile::ring(xy.iter().map(|&(x, y)| Vec2::new(x, y)).collect()).unwrap()
+        };
+        let first = ring(&[(0.0, 0.0), (0.0, 2.0), (2.0, 2.0), (2.0, 0.0), (1.0, 0.0)]);
+        let mut map = CellMap::new(&first);
+        assert_eq!(map.stations(), [0.0, 2.0, 4.0, 6.0, 7.0]);
+        let after = ring(&[(0.5, 0.0), (0.0, 2.0), (1.0, 2.0), (2.0, 2.0), (2.0, 0.0)]);
+        map.renew(&first, &after).unwrap();
+        let widths = [1.0, 2.0, 1.5, 0.5, 3.0];
+        let cells = map.sum(&widths).unwrap();
+        // a few roundings
+        assert!((cells.iter().sum::<f64>() - 8.0).abs() < 1e-14, "{cells:?}");
+        for h in map.mean(&[3.0; 5], &widths).unwrap() {
+            assert!((h - 3.0).abs() < 1e-14);
+        }
+        // a mesh onto itself
+        let own = CellMap::new(&first);
+        for (sum, width) in own.sum(&widths).unwrap().iter().zip(widths) {
+            assert!((sum - width).abs() < 1e-15, "{sum} {width}");
+        }
+        let other = ring(&[(9.0, 0.0), (9.0, 2.0), (11.0, 2.0), (11.0, 0.0)]);
+        assert!(map.renew(&after, &other).is_err());
+    }
 
     fn flat(x: &[f64]) -> Profile {
         Profile::new(x.iter().map(|&x| Vec2::new(x, 0.0)).collect()).unwrap()

@@ -35,6 +35,17 @@ pub enum JumpBound {
     Stability,
 }
 
+impl JumpBound {
+    /// The name in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            JumpBound::Requested => "requested",
+            JumpBound::Depth { .. } => "depth",
+            JumpBound::Stability => "stability",
+        }
+    }
+}
+
 /// A cycle jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {

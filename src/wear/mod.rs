@@ -8,7 +8,7 @@
 //!
 //! A [`Profile`] is an open polyline in the frame of the part, from its tall end to its toe, with
 //! the solid on its right: `x` grows along it, and the outward normal is the tangent turned by +90
-//! degrees. Detection names the **edge** of a contact and the place on it
+//! degrees. A ring is closed, and has no ends. Detection names the **edge** of a contact and the place on it
 //! ([`ContactRecord::places`]), and only they decide where the contact wears. A **node** belongs to
 //! the current mesh. A **cell** is a station `x` of the first mesh and never changes, so that reports
 //! keep their columns when the mesh changes ([`CellMap`]). Both count from 0 here; the first cell of a table is
@@ -43,7 +43,7 @@ pub use archard::{Archard, LoadSlip};
 pub use cells::CellMap;
 pub use jump::{Jump, JumpBound, JumpRule, trapezoid_error};
 pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
-pub use polygon::{check_polygon, signed_area};
+pub use polygon::{check_chain, check_polygon, signed_area};
 pub use profile::Profile;
 pub use remesh::{clip_loops, remesh};
 pub use state::{WearSettings, WearState, WearStep};

@@ -30,22 +30,27 @@ pub fn check_polygon(polygon: &[Vec2]) -> Result<(), WearError> {
     let mut closed = polygon.to_vec();
     closed.push(polygon[0]);
     check_nodes(&closed)?;
-    let last = closed.len() - 2;
-    if let Some((first, second)) = crossing(&closed, |i, j| (i, j) == (0, last)) {
+    if let Some((first, second)) = crossing_of_ring(polygon) {
         return Err(WearError::Crossing { first, second });
-    }
-    // the only adjacent pair that the check of an open polyline leaves out
-    if folds_back(closed[last], closed[0], closed[1]) {
-        return Err(WearError::Crossing {
-            first: 0,
-            second: last,
-        });
     }
     let measure = signed_area(polygon);
     if measure > 0.0 {
         Ok(())
     } else {
         Err(WearError::Winding { measure })
+    }
+}
+
+/// Checks that an open polyline is fit to be a collider: without crossings.
+///
+/// # Errors
+/// [`WearError::NonFinite`]; [`WearError::ZeroEdge`]; [`WearError::Crossing`] where two edges cross,
+/// touch or fold back.
+pub fn check_chain(points: &[Vec2]) -> Result<(), WearError> {
+    check_nodes(points)?;
+    match crossing(points, |_, _| false) {
+        Some((first, second)) => Err(WearError::Crossing { first, second }),
+        None => Ok(()),
     }
 }
 
@@ -84,6 +89,19 @@ pub(super) fn crossing(
         }
     }
     None
+}
+
+/// [`crossing`] of a closed polyline, without its first node again.
+pub(super) fn crossing_of_ring(nodes: &[Vec2]) -> Option<(usize, usize)> {
+    let last = nodes.len().checked_sub(1)?;
+    let mut closed = nodes.to_vec();
+    closed.push(nodes[0]);
+    let found = crossing(&closed, |i, j| (i, j) == (0, last));
+    // the only adjacent pair that the check of an open polyline leaves out
+    found.or_else(|| {
+        let folded = last > 0 && folds_back(nodes[last], nodes[0], nodes[1]);
+        folded.then_some((0, last))
+    })
 }
 
 /// Whether the path a → b → c turns straight back on itself.

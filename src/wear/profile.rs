@@ -1,14 +1,25 @@
-use super::polygon::{check_nodes, check_polygon, crossing};
+use super::polygon::{check_nodes, check_polygon, crossing, crossing_of_ring};
 use super::{WearError, in_range};
 use crate::contact::Vec2;
 
-/// The worn surface: an open polyline of nodes in the frame of the part.
+/// The worn surface: a polyline of nodes in the frame of the part, open or a ring.
 ///
-/// It runs from the tall end to the toe with the solid on its right, see [`crate::wear`]. Its two
-/// ends lie on upright faces of the part: wear moves them straight down, never sideways.
+/// It runs with the solid on its right, see [`crate::wear`]: an open one from the tall end to the toe,
+/// a ring clockwise round a solid and counter-clockwise round a hollow. The two ends of an open one lie
+/// on faces of the part: wear moves them along these faces, by default straight down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     nodes: Vec<Vec2>,
+    rim: Rim,
+}
+
+/// What the surface ends at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Rim {
+    /// Faces of the part along these directions, out of the solid.
+    Faces([Vec2; 2]),
+    /// Nothing: the last node is joined to the first.
+    Ring,
 }
 
 impl Profile {
@@ -19,28 +30,114 @@ impl Profile {
     /// [`WearError::Crossing`]; [`WearError::Winding`] if the last node is not to the right of the
     /// first.
     pub fn new(nodes: Vec<Vec2>) -> Result<Self, WearError> {
-        let profile = Self::unchecked(nodes)?;
-        match crossing(&profile.nodes, |_, _| false) {
-            Some((first, second)) => Err(WearError::Crossing { first, second }),
-            None => Ok(profile),
+        Self::unchecked(nodes)?.simple()
+    }
+
+    /// A closed surface through the given nodes \[m\], the last joined to the first.
+    ///
+    /// # Errors
+    /// [`WearError::TooFewNodes`] below 4; [`WearError::NonFinite`]; [`WearError::ZeroEdge`];
+    /// [`WearError::Crossing`]; [`WearError::Winding`] if it encloses no area.
+    pub fn ring(nodes: Vec<Vec2>) -> Result<Self, WearError> {
+        let rim = Rim::Ring;
+        Profile { nodes, rim }.usable()?.simple()
+    }
+
+    /// The same open surface between two faces of the part along which its ends wear.
+    ///
+    /// # Arguments
+    /// - `faces`: direction out of the solid of the face at the first node and of that at the last; any
+    ///   length. Straight down is `(0, 1)` for both.
+    ///
+    /// # Errors
+    /// [`WearError::Range`] for a ring, or a face that does not rise above the surface beside it by at
+    /// least 30 degrees: an end would run far along it.
+    pub fn between(mut self, faces: [Vec2; 2]) -> Result<Self, WearError> {
+        let normals = self.normals();
+        let ends = [normals[0], normals[normals.len() - 1]];
+        let unit = faces.map(|f| f.try_normalize(0.0).unwrap_or_else(Vec2::zeros));
+        for (face, normal) in unit.iter().zip(ends) {
+            let rise = face.dot(&normal);
+            let inside = rise >= 0.5 && !self.is_ring();
+            let allowed = "at least 0.5: the next edge leads on and must wear as well";
+            in_range(
+                "rise of the face at an end of what wears",
+                rise,
+                inside,
+                allowed,
+            )?;
         }
+        self.rim = Rim::Faces(unit);
+        Ok(self)
     }
 
     /// Like [`Profile::new`], but accepts a crossing, for [`clip_loops`](super::clip_loops).
     pub(super) fn unchecked(nodes: Vec<Vec2>) -> Result<Self, WearError> {
-        if nodes.len() < 3 {
-            return Err(WearError::TooFewNodes {
-                found: nodes.len(),
-                needed: 3,
-            });
+        let rim = Rim::Faces([Vec2::y(); 2]);
+        Profile { nodes, rim }.usable()
+    }
+
+    /// This surface with other nodes, which may cross.
+    pub(super) fn moved(&self, nodes: Vec<Vec2>) -> Result<Self, WearError> {
+        let rim = self.rim;
+        Profile { nodes, rim }.usable()
+    }
+
+    fn usable(self) -> Result<Self, WearError> {
+        let (found, needed) = (self.nodes.len(), if self.is_ring() { 4 } else { 3 });
+        if found < needed {
+            return Err(WearError::TooFewNodes { found, needed });
         }
-        check_nodes(&nodes)?;
-        let measure = nodes[nodes.len() - 1].x - nodes[0].x;
+        check_nodes(&self.nodes)?;
+        let last = self.nodes.len() - 1;
+        let measure = match self.rim {
+            Rim::Faces(_) => self.nodes[last].x - self.nodes[0].x,
+            Rim::Ring if self.nodes[last] == self.nodes[0] => {
+                return Err(WearError::ZeroEdge { node: last });
+            }
+            Rim::Ring => self.area_above(0.0).abs(),
+        };
         if measure > 0.0 {
-            Ok(Profile { nodes })
+            Ok(self)
         } else {
             Err(WearError::Winding { measure })
         }
+    }
+
+    /// Itself, unless two of its edges cross.
+    pub(super) fn simple(self) -> Result<Self, WearError> {
+        let found = match self.rim {
+            Rim::Faces(_) => crossing(&self.nodes, |_, _| false),
+            Rim::Ring => crossing_of_ring(&self.nodes),
+        };
+        match found {
+            Some((first, second)) => Err(WearError::Crossing { first, second }),
+            None => Ok(self),
+        }
+    }
+
+    /// Whether the last node is joined to the first.
+    pub fn is_ring(&self) -> bool {
+        self.rim == Rim::Ring
+    }
+
+    /// Directions of the faces at the two ends, as unit vectors; `None` for a ring.
+    pub(super) fn faces(&self) -> Option<[Vec2; 2]> {
+        match self.rim {
+            Rim::Faces(faces) => Some(faces),
+            Rim::Ring => None,
+        }
+    }
+
+    /// Number of edges: one fewer than nodes, as many on a ring.
+    pub fn edge_count(&self) -> usize {
+        self.nodes.len() - usize::from(!self.is_ring())
+    }
+
+    /// Start and end of every edge.
+    pub(super) fn edge_ends(&self) -> impl Iterator<Item = [usize; 2]> {
+        let n = self.nodes.len();
+        (0..self.edge_count()).map(move |i| [i, (i + 1) % n])
     }
 
     /// `y = α x² + β x + γ` at equal stations `x_i = i · width / (nodes − 1)`.
@@ -81,7 +178,7 @@ impl Profile {
     /// Those of [`Profile::new`].
     pub fn raised_to(&self, floor: f64) -> Result<Self, WearError> {
         let raise = |p: &Vec2| Vec2::new(p.x, if p.y < floor { floor } else { p.y });
-        Self::new(self.nodes.iter().map(raise).collect())
+        self.moved(self.nodes.iter().map(raise).collect())?.simple()
     }
 
     /// Nodes \[m\], tall end first.
@@ -94,11 +191,10 @@ impl Profile {
         self.nodes.len()
     }
 
-    /// Length of every edge \[m\]: one fewer than nodes.
+    /// Length of every edge \[m\]: one fewer than nodes, as many on a ring.
     pub fn edges(&self) -> Vec<f64> {
-        self.nodes
-            .windows(2)
-            .map(|e| (e[1] - e[0]).norm())
+        self.edge_ends()
+            .map(|[a, b]| (self.nodes[b] - self.nodes[a]).norm())
             .collect()
     }
 
@@ -108,15 +204,20 @@ impl Profile {
     }
 
     /// Area vector of every node \[m\], `N_i = ½ J (x_{i+1} − x_{i−1})` with `J` the turn by +90
-    /// degrees; an end uses itself in place of the missing neighbour.                    (1)
+    /// degrees; an end uses itself in place of the missing neighbour, a ring has no ends.  (1)
     ///
     /// The gradient of the area under the profile: moving node `i` by `δ` changes it by `N_i · δ`,
     /// exactly. Its direction is the outward normal, its length the tributary width.
     pub fn area_vectors(&self) -> Vec<Vec2> {
         let last = self.nodes.len() - 1;
+        let beside = |i: usize| match self.rim {
+            Rim::Faces(_) => [i.saturating_sub(1), (i + 1).min(last)],
+            Rim::Ring => [(i + last) % (last + 1), (i + 1) % (last + 1)],
+        };
         (0..=last)
             .map(|i| {
-                let chord = self.nodes[(i + 1).min(last)] - self.nodes[i.saturating_sub(1)];
+                let [before, after] = beside(i);
+                let chord = self.nodes[after] - self.nodes[before];
                 0.5 * Vec2::new(-chord.y, chord.x)
             })
             .collect()
@@ -156,14 +257,28 @@ impl Profile {
         self.highest().1
     }
 
-    /// Area between the profile and the line `y = level` \[m²\], negative below it.
+    /// Area between the profile and the line `y = level` \[m²\], negative below it. For a ring the
+    /// area of the solid that it encloses, minus that of a hollow.
     pub fn area_above(&self, level: f64) -> f64 {
-        let strip = |e: &[Vec2]| 0.5 * (e[1].x - e[0].x) * (e[0].y + e[1].y - 2.0 * level);
-        self.nodes.windows(2).map(strip).sum()
+        let ends = self.edge_ends();
+        ends.map(|[a, b]| strip(self.nodes[a], self.nodes[b], level))
+            .sum()
+    }
+
+    /// Area \[m²\] between this profile and what is left of it, with its ends on the same faces.
+    pub fn area_over(&self, worn: &Profile) -> f64 {
+        let lost = self.area_above(0.0) - worn.area_above(0.0);
+        if self.is_ring() {
+            return lost;
+        }
+        // upright faces have no part in the areas above a line
+        let ends = |p: &Profile| [p.nodes[0], p.nodes[p.nodes.len() - 1]];
+        let ([a, b], [c, d]) = (ends(self), ends(worn));
+        lost + strip(b, d, 0.0) + strip(c, a, 0.0)
     }
 
     /// Closed counter-clockwise outline \[m\] of the part: the profile on a base `base` \[m\]
-    /// thick, whose underside is `y = −base`.
+    /// thick, whose underside is `y = −base`; of an open profile between upright faces.
     ///
     /// # Returns
     /// Underside from left to right, then the profile from toe to tall end.
@@ -184,6 +299,11 @@ impl Profile {
         check_polygon(&polygon)?;
         Ok(polygon)
     }
+}
+
+/// Area between an edge and the line `y = level`.
+fn strip(a: Vec2, b: Vec2, level: f64) -> f64 {
+    0.5 * (b.x - a.x) * (a.y + b.y - 2.0 * level)
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ const EDGE_RANGE: [f64; 2] = [0.5, 1.5];
 ///   is merged into its far node instead. On a convex part `m` lies outside of the polyline. If it
 ///   lies outside of the new part too, it moves straight down until it does not, and the area
 ///   decreases.
+///   On a ring, which is not measured against the new part, such a node stays at `m₀` instead, and the
+///   area decreases as well: no node ever moves out.
 /// - **Split.** An edge longer than 1.5 cells is cut into equal parts of 0.75 to 1.25 cells, on
 ///   itself.
 ///
@@ -45,7 +47,12 @@ pub fn remesh(
     }
     let mut nodes = profile.nodes().to_vec();
     let mut taken = 0.0;
-    while let Some(edge) = shortest_below(&nodes, low) {
+    let ring = profile.is_ring();
+    while let Some(edge) = shortest_below(&nodes, low, ring) {
+        if ring {
+            taken += merge_on_ring(&mut nodes, edge)?;
+            continue;
+        }
         let node = merge(&mut nodes, edge)?;
         if let Some(new) = new {
             let (before, merged, after) = (nodes[node - 1], nodes[node], nodes[node + 1]);
@@ -55,24 +62,28 @@ pub fn remesh(
         }
     }
     let mut split = vec![nodes[0]];
-    for e in nodes.windows(2) {
-        let length = (e[1] - e[0]).norm();
+    for [a, b] in profile.moved(nodes.clone())?.edge_ends() {
+        let edge = nodes[b] - nodes[a];
+        let length = edge.norm();
         if length > high {
             let parts = (length / cell_size).round();
             let inner = 1..parts as usize;
-            split.extend(inner.map(|k| e[0] + (k as f64 / parts) * (e[1] - e[0])));
+            split.extend(inner.map(|k| nodes[a] + (k as f64 / parts) * edge));
         }
-        split.push(e[1]);
+        if b != 0 {
+            split.push(nodes[b]);
+        }
     }
-    Ok(Some((Profile::new(split)?, taken)))
+    Ok(Some((profile.moved(split)?.simple()?, taken)))
 }
 
 /// The shortest edge, if it is below `low`.
-fn shortest_below(nodes: &[Vec2], low: f64) -> Option<usize> {
+fn shortest_below(nodes: &[Vec2], low: f64, ring: bool) -> Option<usize> {
     let mut best = None;
     let mut least = low;
-    for (i, e) in nodes.windows(2).enumerate() {
-        let length = (e[1] - e[0]).norm();
+    let count = nodes.len() - usize::from(!ring);
+    for i in 0..count {
+        let length = (nodes[(i + 1) % nodes.len()] - nodes[i]).norm();
         if length < least {
             (best, least) = (Some(i), length);
         }
@@ -109,18 +120,55 @@ fn merge(nodes: &mut Vec<Vec2>, edge: usize) -> Result<usize, WearError> {
     Ok(a)
 }
 
+/// Merges an edge of a ring, see [`remesh`]; returns the area \[m²\] that is lost.
+fn merge_on_ring(nodes: &mut Vec<Vec2>, edge: usize) -> Result<f64, WearError> {
+    let n = nodes.len();
+    if n < 5 {
+        return Err(WearError::TooFewNodes {
+            found: n,
+            needed: 5,
+        });
+    }
+    let quad = [n - 1, 0, 1, 2].map(|k| nodes[(edge + k) % n]);
+    let middle = 0.5 * (quad[1] + quad[2]);
+    let chord = quad[3] - quad[0];
+    let excess = signed_area(&[quad[0], middle, quad[3]]) - signed_area(&quad);
+    // beyond the chord's line lies the outside
+    let (node, lost) = match chord.try_normalize(0.0) {
+        Some(unit) if excess < 0.0 => {
+            let inward = 2.0 * excess / chord.norm();
+            (middle + inward * Vec2::new(-unit.y, unit.x), 0.0)
+        }
+        _ => (middle, excess),
+    };
+    // the first node stays the first
+    if edge + 1 == n {
+        nodes[0] = node;
+        nodes.pop();
+    } else {
+        nodes[edge] = node;
+        nodes.remove(edge + 1);
+    }
+    Ok(lost)
+}
+
 /// Cuts the loops off a profile that crosses itself.
 ///
 /// Where edges `i < j` cross, the crossing point replaces the nodes between them: wear from both
-/// sides has counted the steel of the loop twice. The ends do not move.
+/// sides has counted the steel of the loop twice. The ends do not move. A ring that crosses itself is
+/// refused: which part of it is the body is not known.
 ///
 /// # Returns
 /// The simple profile, and the area \[m²\] by which it lies higher than before (signed); the
 /// profile itself and exactly 0 if nothing crosses.
 ///
 /// # Errors
-/// [`WearError::TooFewNodes`] if fewer than 3 nodes remain; [`WearError::ZeroEdge`].
+/// [`WearError::TooFewNodes`] if fewer than 3 nodes remain; [`WearError::ZeroEdge`];
+/// [`WearError::Crossing`] for a ring.
 pub fn clip_loops(profile: &Profile) -> Result<(Profile, f64), WearError> {
+    if profile.is_ring() {
+        return Ok((profile.clone().simple()?, 0.0));
+    }
     let mut nodes = profile.nodes().to_vec();
     let mut clipped = false;
     while let Some((i, j)) = crossing(&nodes, |_, _| false) {
@@ -150,7 +198,7 @@ pub fn clip_loops(profile: &Profile) -> Result<(Profile, f64), WearError> {
     if !clipped {
         return Ok((profile.clone(), 0.0));
     }
-    let simple = Profile::new(nodes)?;
+    let simple = profile.moved(nodes)?.simple()?;
     let change = simple.area_above(0.0) - profile.area_above(0.0);
     Ok((simple, change))
 }

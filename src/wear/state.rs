@@ -1,8 +1,8 @@
 use super::life::JumpTaken;
 use super::update::deepest;
 use super::{
-    Archard, CellMap, Jump, JumpRule, Life, Profile, Update, WearError, clip_loops, in_range,
-    refit_quadratic, remesh, smooth_depths, wear_normal,
+    Archard, CellMap, Jump, JumpRule, Life, LoadSlip, Profile, Update, WearError, clip_loops,
+    in_range, refit_quadratic, remesh, smooth_depths, wear_normal,
 };
 
 /// Largest ratio of the depth of one jump to the shortest edge.
@@ -44,11 +44,21 @@ pub struct WearStep {
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearState {
     settings: WearSettings,
-    new: Profile,
+    /// What the nodes of later meshes must stay within.
+    bound: Option<Profile>,
     profile: Profile,
     cells: CellMap,
     cell_size: f64,
     life: Life,
+}
+
+/// A surface after a jump, with the numbers of [`WearStep`].
+struct Worn {
+    profile: Profile,
+    cells: CellMap,
+    correction: f64,
+    clipped_area: f64,
+    remeshed: bool,
 }
 
 impl WearState {
@@ -79,12 +89,32 @@ impl WearState {
         let life = Life::new(cells.stations().len(), height, cells.of_node(node));
         Ok(WearState {
             settings,
-            new: profile.clone(),
+            bound: bound(&profile)?,
             profile,
             cells,
             cell_size,
             life,
         })
+    }
+
+    /// The same part with another cell size \[m\] for its later meshes.
+    ///
+    /// # Errors
+    /// [`WearError::Range`] unless it is finite and above 0.
+    pub fn with_cell_size(mut self, size: f64) -> Result<Self, WearError> {
+        let inside = size > 0.0 && size.is_finite();
+        in_range("cell size [m]", size, inside, "finite and above 0")?;
+        self.cell_size = size;
+        Ok(self)
+    }
+
+    /// Sums of zero on the nodes of the present profile.
+    pub fn no_load(&self) -> LoadSlip {
+        let nodes = self.profile.node_count();
+        match self.profile.is_ring() {
+            true => LoadSlip::ring(nodes),
+            false => LoadSlip::new(nodes),
+        }
     }
 
     /// The present profile; `load_slip` refers to its nodes.
@@ -195,31 +225,18 @@ impl WearState {
         let widths = self.widths();
         let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
 
-        let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
-        let mut cells = self.cells.clone();
-        let profile = match self.settings.update {
-            Update::Quadratic => refit_quadratic(&self.profile, &depths)?,
-            Update::Normal => {
-                self.check_jump(&depths)?;
-                let (worn, imbalance) = wear_normal(&self.profile, &depths)?;
-                correction = imbalance;
-                let (simple, area) = clip_loops(&worn)?;
-                clipped_area = area;
-                let meshed = remesh(&simple, self.cell_size, Some(&self.new))?;
-                remeshed = meshed.is_some() || simple != worn;
-                let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
-                clipped_area -= taken;
-                if remeshed {
-                    cells.renew(&worn, &meshed)?;
-                }
-                meshed
-            }
-        };
+        let Worn {
+            profile,
+            cells,
+            correction,
+            clipped_area,
+            remeshed,
+        } = self.worn(&depths)?;
         let (node, height) = profile.highest();
         let rate = self.cells.mean(&rates, &widths)?;
         let requested: Vec<f64> = depths.iter().zip(&widths).map(|(h, w)| h * w).collect();
         let requested_area: f64 = requested.iter().sum();
-        let removed_area = self.profile.area_above(0.0) - profile.area_above(0.0);
+        let removed_area = self.profile.area_over(&profile);
         // distributes the removed area to the cells, loops included
         let share = match requested_area > 0.0 {
             true => removed_area / requested_area,
@@ -247,6 +264,52 @@ impl WearState {
         self.profile = profile;
         self.cells = cells;
         Ok(step)
+    }
+
+    /// The profile after a jump, without the jump.
+    ///
+    /// # Arguments
+    /// Those of [`WearState::advance`].
+    ///
+    /// # Errors
+    /// Those of [`WearState::advance`].
+    pub fn preview(&self, load_slip: &[f64], cycles: f64) -> Result<Profile, WearError> {
+        let inside = cycles > 0.0 && cycles.is_finite();
+        in_range("jump length [cycles]", cycles, inside, "finite and above 0")?;
+        let rates = self.rates(load_slip)?;
+        let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
+        Ok(self.worn(&depths)?.profile)
+    }
+
+    /// The surface after these depths \[m\].
+    fn worn(&self, depths: &[f64]) -> Result<Worn, WearError> {
+        let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
+        let mut cells = self.cells.clone();
+        let profile = match self.settings.update {
+            Update::Quadratic => refit_quadratic(&self.profile, depths)?,
+            Update::Normal => {
+                self.check_jump(depths)?;
+                let (worn, imbalance) = wear_normal(&self.profile, depths)?;
+                correction = imbalance;
+                let (simple, area) = clip_loops(&worn)?;
+                clipped_area = area;
+                let meshed = remesh(&simple, self.cell_size, self.bound.as_ref())?;
+                remeshed = meshed.is_some() || simple != worn;
+                let (meshed, taken) = meshed.unwrap_or((simple, 0.0));
+                clipped_area -= taken;
+                if remeshed {
+                    cells.renew(&worn, &meshed)?;
+                }
+                meshed
+            }
+        };
+        Ok(Worn {
+            profile,
+            cells,
+            correction,
+            clipped_area,
+            remeshed,
+        })
     }
 
     /// Supplies the rate at the end of the last jump, for the error of that jump; nothing wears.
@@ -285,4 +348,22 @@ impl WearState {
         }
         Ok(())
     }
+}
+
+/// The profile within which all later ones lie, with the faces beside it; `None` for a ring, whose
+/// nodes never move out.
+fn bound(profile: &Profile) -> Result<Option<Profile>, WearError> {
+    let Some([first, last]) = profile.faces() else {
+        return Ok(None);
+    };
+    let mut nodes = profile.nodes().to_vec();
+    // wear that reaches farther down the faces has no part left to wear
+    let far = 2.0 * profile.edges().iter().sum::<f64>();
+    if first.x > 0.0 {
+        nodes.insert(0, nodes[0] - far * first);
+    }
+    if last.x < 0.0 {
+        nodes.push(nodes[nodes.len() - 1] - far * last);
+    }
+    profile.moved(nodes).map(Some)
 }

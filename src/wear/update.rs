@@ -16,9 +16,9 @@ pub enum Update {
 
 /// Wears a profile along its local normals, with area balance.
 ///
-/// Node `i` moves by `c m_i`, where `m_i = −h_i n_i` inside and, at the two ends, straight down by
-/// `h_i / n_y`, so that the surface recedes by `h_i` and the end stays on its face. The area swept
-/// by the polyline is
+/// Node `i` moves by `c m_i`, where `m_i = −h_i n_i` inside and, at the two ends, along their faces
+/// `d` by `h_i / (n · d)`, straight down by default, so that the surface recedes by `h_i` and the end
+/// stays on its face. The area swept by the polyline is
 ///
 /// ```text
 /// removed(c) = c L + c² Q,  L = −½ Σ e_i × (m_i + m_{i+1}),  Q = ½ Σ m_i × m_{i+1}    (1)
@@ -38,27 +38,29 @@ pub enum Update {
 /// # Errors
 /// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
 /// [`WearError::Unbalanced`] if no `c` between 0.5 and 2 balances the area, or the normal of a worn
-/// end node does not point upwards.
+/// end node does not point out of its face.
 pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), WearError> {
     check_depths(profile, depths)?;
     let nodes = profile.nodes();
     let last = nodes.len() - 1;
     let mut moves = Vec::with_capacity(nodes.len());
     for (i, (n, &h)) in profile.normals().into_iter().zip(depths).enumerate() {
-        moves.push(if i != 0 && i != last {
-            -h * n
-        } else if h == 0.0 {
-            Vec2::zeros()
-        } else if n.y > 0.0 {
-            Vec2::new(0.0, -h / n.y)
-        } else {
-            return Err(WearError::Unbalanced { node: i });
+        let face = profile.faces().and_then(|[first, end]| match i {
+            0 => Some(first),
+            i if i == last => Some(end),
+            _ => None,
+        });
+        moves.push(match face {
+            None => -h * n,
+            Some(_) if h == 0.0 => Vec2::zeros(),
+            Some(face) if n.dot(&face) > 0.0 => -h / n.dot(&face) * face,
+            Some(_) => return Err(WearError::Unbalanced { node: i }),
         });
     }
     let (mut linear, mut quadratic) = (0.0, 0.0);
-    for (e, m) in nodes.windows(2).zip(moves.windows(2)) {
-        linear -= 0.5 * (e[1] - e[0]).perp(&(m[0] + m[1]));
-        quadratic += 0.5 * m[0].perp(&m[1]);
+    for [a, b] in profile.edge_ends() {
+        linear -= 0.5 * (nodes[b] - nodes[a]).perp(&(moves[a] + moves[b]));
+        quadratic += 0.5 * moves[a].perp(&moves[b]);
     }
     let requested: f64 = depths
         .iter()
@@ -77,7 +79,7 @@ pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), 
         });
     }
     let worn = nodes.iter().zip(&moves).map(|(p, m)| p + c * m).collect();
-    Ok((Profile::unchecked(worn)?, c - 1.0))
+    Ok((profile.moved(worn)?, c - 1.0))
 }
 
 /// The update of the study: `y_i − h_i`, fitted by one quadratic in the least-squares sense.
@@ -148,14 +150,15 @@ impl Profile {
 /// f_i = (σ²/2n) (h_{i+1} − h_i) / e_i,   h_i += (f_i − f_{i−1}) / w_i              (1)
 /// ```
 ///
-/// in `n` passes, with no flux through the ends; `e_i` is the edge from node `i` to the next. The
+/// in `n` passes, with no flux through the ends; `e_i` is the edge from node `i` to the next, on a ring
+/// from the last to the first. The
 /// flux out of one cell enters the next, so `Σ h_i w_i` is conserved to round-off. With
 /// `(σ²/2n) (1/e_{i−1} + 1/e_i) / w_i ≤ 1/2` no new extreme appears and every wave decays without
 /// changing sign. A peak becomes a bell of standard deviation σ on any mesh.
 ///
 /// # Arguments
 /// - `depths`: `h_i` \[m\], changed in place.
-/// - `widths`: `w_i > 0` \[m\], one per node; `edges`: `e_i > 0` \[m\], one fewer.
+/// - `widths`: `w_i > 0` \[m\], one per node; `edges`: `e_i > 0` \[m\], one fewer, or as many on a ring.
 /// - `length`: σ ≥ 0 \[m\]; 0 changes nothing.
 ///
 /// # Errors
@@ -168,7 +171,9 @@ pub fn smooth_depths(
     length: f64,
 ) -> Result<(), WearError> {
     same_length("widths", widths.len(), depths.len())?;
-    same_length("edges", edges.len() + 1, depths.len())?;
+    let nodes = depths.len();
+    let ring = edges.len() == nodes;
+    same_length("edges", edges.len() + usize::from(!ring), nodes)?;
     all_finite("depth of node", depths)?;
     all_finite("width of node", widths)?;
     all_finite("edge", edges)?;
@@ -187,7 +192,8 @@ pub fn smooth_depths(
     }
     let spread = 0.5 * length * length;
     let leaves = |i: usize| {
-        let before = i.checked_sub(1).map_or(0.0, |k| 1.0 / edges[k]);
+        let before = i.checked_sub(1).or(ring.then(|| nodes - 1));
+        let before = before.map_or(0.0, |k| 1.0 / edges[k]);
         let after = edges.get(i).map_or(0.0, |e| 1.0 / e);
         spread * (before + after) / widths[i]
     };
@@ -199,11 +205,12 @@ pub fn smooth_depths(
         let flux: Vec<f64> = edges
             .iter()
             .enumerate()
-            .map(|(i, e)| spread / passes * (depths[i + 1] - depths[i]) / e)
+            .map(|(i, e)| spread / passes * (depths[(i + 1) % nodes] - depths[i]) / e)
             .collect();
         for (i, f) in flux.into_iter().enumerate() {
+            let next = (i + 1) % nodes;
             depths[i] += f / widths[i];
-            depths[i + 1] -= f / widths[i + 1];
+            depths[next] -= f / widths[next];
         }
     }
     Ok(())

@@ -229,6 +229,46 @@ fn cells_that_share_a_corner_both_carry() {
     assert_eq!(found, [(0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0)]);
 }
 
+/// Bug: the cells on the upper side of a roller were pressed by the far faces of the slab below it, 1 m
+/// and 4 m deep, and threw it through the slab.
+#[test]
+fn the_far_side_of_a_roller_carries_nothing() {
+    let (radius, count) = (0.02, 252);
+    let corner = |k: i32| {
+        let angle = std::f64::consts::TAU * f64::from(k) / f64::from(count);
+        at(radius * angle.cos(), radius * angle.sin())
+    };
+    let ring = (0..count).map(|k| [k as u32, ((k + 1) % count) as u32]);
+    for depth in [1e-5, 1e-3] {
+        let mut world = PhysicsWorld::new();
+        let slab = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
+        world.insert(RigidBodyBuilder::fixed(), slab);
+        let points = (0..count).map(corner).collect();
+        let roller = ColliderBuilder::oriented_polyline(points, Some(ring.clone().collect()));
+        let body = RigidBodyBuilder::dynamic().translation(at(0.0, radius - depth));
+        let (_, roller) = world.insert(body, roller.mass(1.0));
+        let settings = MoreauSettings {
+            dt: Some(1e-3),
+            ..MoreauSettings::default()
+        };
+        let mut pipeline = MoreauPipeline::new(settings).unwrap();
+        let law = SurfaceLaw {
+            compliance: Some((STIFFNESS, 0.0)),
+            cells: true,
+            ..SurfaceLaw::default()
+        };
+        pipeline.set_surface(roller, law);
+        let mut out = Detection::default();
+        pipeline.find_contacts(&mut world, &mut out).unwrap();
+        assert!(!out.contacts.is_empty());
+        for c in &out.contacts {
+            // pushed up, and no deeper than it lies
+            assert!(c.normal.y > 0.5, "{c:?}");
+            assert!(c.gap > -1.01 * depth, "{c:?}");
+        }
+    }
+}
+
 /// A rigid pad whose walls come first: the corners of its lower face are the cells', on every belt.
 #[test]
 fn the_corner_of_a_wall_is_the_faces_that_is_met() {

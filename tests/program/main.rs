@@ -18,3 +18,4 @@ mod issues;
 mod reports;
 mod solve;
 mod verdict;
+mod worn;

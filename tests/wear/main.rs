@@ -5,3 +5,4 @@ mod rig;
 mod study_life;
 mod threshing;
 mod wear_containment;
+mod worn;

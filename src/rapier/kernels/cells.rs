@@ -131,8 +131,12 @@ fn over_view(edge: &Edge, other: &View, seen: &Pose64, back: &Pose64) -> (f64, O
         (along.dot(&(p - edge.ends[0])), height(p))
     });
     let covered = within(ends, edge.length());
-    // deeper than along another face, that a neighbour meets
-    let beside = |[a, b]: &Covered| a.1.min(b.1) < least;
+    // deeper than along another face, that a neighbour meets; or pressed from behind, by a far face of
+    // what does not reach the cell at all
+    let beside = |[a, b]: &Covered| {
+        let lowest = a.1.min(b.1);
+        lowest < least || (bound > 0.0 && lowest < -slack)
+    };
     (bound, covered.filter(|covered| !beside(covered)))
 }
 

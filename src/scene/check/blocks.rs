@@ -15,6 +15,12 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
             true,
             &format!("[{model}] makes its own bodies; [[{{key}}]] would have no effect"),
         )?;
+        let why = format!("[{model}] makes its own bodies; [[wear]] is for the bodies of a scene");
+        top.refuse(
+            &["wear", "life"],
+            !file.wear.is_empty() || file.life.is_some(),
+            &why,
+        )?;
     } else if file.body.is_empty() {
         return Err(SceneError::NoBodies {
             file: top.document.file.clone(),
@@ -27,10 +33,16 @@ pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     )?;
     let wears = file.study.is_some() || file.thresher.is_some();
     top.refuse(
-        &["tooth", "wear"],
+        &["tooth"],
         !wears,
         "[{key}] needs a [study] or a [thresher] to act on",
     )?;
+    top.refuse(
+        &["wear"],
+        !wears && file.wear.is_empty(),
+        "[wear] needs a [study] or a [thresher] to act on; [[wear]] is for bodies of a scene",
+    )?;
+    wear::check(top, file)?;
     if let Some(block) = &file.linear {
         linear::check(&top.key("linear"), block)?;
     }

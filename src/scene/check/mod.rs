@@ -8,6 +8,7 @@ mod joints;
 mod linear;
 mod planar;
 mod repeats;
+mod wear;
 
 pub(super) use closed_form::closed_form;
 pub(super) use joints::joints;

@@ -9,6 +9,7 @@ mod keys;
 mod mangled;
 mod models;
 mod warnings;
+mod wear;
 
 use super::*;
 

@@ -1,0 +1,209 @@
+use super::run::{BODY_ROWS, head, states};
+use super::run_files::RunFiles;
+use super::{Outcome, RunArgs, summary};
+use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome, run_wear};
+use crate::report::{Align, OutputFolder, Progress, Table, number, quantity, write_rows};
+use crate::scene::Scene;
+use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
+use serde::Serialize;
+use serde_json::Value;
+
+/// Share of the load at open contacts above which a run says so: what a settled contact has is less.
+const OPEN_LOAD: f64 = 0.01;
+
+/// The part of `summary.json` that a run with wear writes.
+#[derive(Serialize)]
+struct Found<'a> {
+    totals: Value,
+    /// Of the steps until the first jump, with the bodies as they are new.
+    verdict: &'a Verdict,
+    wear: Vec<WornBody>,
+    wear_s: f64,
+    wear_hours: f64,
+    jumps: usize,
+    wear_compliance: bool,
+    /// Largest share of the load that a jump measured at open contacts.
+    wear_open_load: f64,
+    ended: Option<&'a str>,
+    warnings: &'a [String],
+}
+
+/// What a body has lost.
+#[derive(Serialize)]
+struct WornBody {
+    body: String,
+    coefficient_m2_n: f64,
+    deepest_m: f64,
+    deepest_cell: u32,
+    mean_m: f64,
+    volume_m3_per_m: f64,
+    /// Largest estimate over the cells; null before the second jump.
+    jump_error_m: Option<f64>,
+}
+
+/// Runs a scene with `[[wear]]` and writes its results.
+pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
+    let folder = OutputFolder::create(args.common.folder(scene))?;
+    let steps = args.common.step_count(scene);
+    let mut built = scene.build()?;
+    let rows = 2 * steps * built.bodies();
+    let every = args
+        .every
+        .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
+    let mut files = RunFiles::create(&folder, every)?;
+    files.add_bodies(0.0, states(&built, Engine::Moreau))?;
+    let mut judge = Judge::new(scene, &built);
+    let progress = Progress::new(&scene.name, 1000, args.common.flags.quiet);
+    let found = run_wear(scene, &mut built, steps, &progress, |record, built| {
+        judge.add(record, built, Engine::Moreau);
+        Ok(files.add(record, || states(built, Engine::Moreau))?)
+    })?;
+    drop(progress);
+    files.finish()?;
+    write(&folder, scene, &found)?;
+    let verdict = judge.verdict(&found.totals, &built);
+    let notes = notes(&found);
+    let more = Found {
+        totals: summary::totals(&found.totals),
+        verdict: &verdict,
+        wear: bodies(scene, &found),
+        wear_s: found.worn.seconds(),
+        wear_hours: found.worn.seconds() / 3600.0,
+        jumps: found.jumps.len(),
+        wear_compliance: found.compliance,
+        wear_open_load: found.open_load,
+        ended: found.ended.as_deref(),
+        warnings: &notes,
+    };
+    let mut text = format!("{}: {}\n", scene.name, scene.title);
+    let events = scene.step.events;
+    text.push_str(&summary::describe(&found.totals, Engine::Moreau, events));
+    text.push_str(&format!("{}\n", verdict.sentence));
+    text.push_str(&summary::noted(&notes));
+    text.push_str(&table(&more));
+    let say = args.common.flags.say();
+    let head = head(scene, Engine::Moreau, every);
+    summary::close(folder, head, more, say, |target| {
+        format!("{text}results in {}\n", target.display())
+    })?;
+    Ok(match verdict.held && found.ended.is_none() {
+        true => Outcome::Done,
+        false => Outcome::Failed,
+    })
+}
+
+fn notes(found: &WearOutcome) -> Vec<String> {
+    let mut notes = summary::warnings(&found.totals);
+    if found.compliance {
+        notes.push(
+            "contacts are rigid, or stiff for the jumps: surfaces yielded by what each jump wears \
+             (wear compliance), which makes the shares of the load unique"
+                .to_owned(),
+        );
+    }
+    if found.open_load > OPEN_LOAD {
+        notes.push(format!(
+            "{} % of the load was measured at open contacts: step.dt is long for how fast bodies slide \
+             by sloping cells; a shorter step or a longer jump helps, or a surface_velocity in place of \
+             the body's",
+            number(100.0 * found.open_load, 2)
+        ));
+    }
+    if let Some(why) = &found.ended {
+        notes.push(format!("the wear ended before its duration: {why}"));
+    }
+    notes
+}
+
+fn bodies(scene: &Scene, found: &WearOutcome) -> Vec<WornBody> {
+    let of = |(surface, name): (usize, &String)| {
+        let point = found.state(surface).life().last();
+        let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+        let deepest = largest(&point.depth);
+        let cells = point.depth.len();
+        let last = found.state(surface).profile();
+        let area: f64 = point.volume.iter().sum();
+        // cells count in the order of the body's edges, the profile's run the other way
+        let cell = point.depth.iter().rev().position(|h| *h == deepest);
+        WornBody {
+            body: name.clone(),
+            coefficient_m2_n: scene.wear[surface].coefficient,
+            deepest_m: deepest,
+            deepest_cell: cell.map_or(0, |cell| cell.min(cells) as u32 + 1),
+            mean_m: area / last.widths().iter().sum::<f64>(),
+            volume_m3_per_m: area,
+            jump_error_m: point.jump_error.as_deref().map(largest),
+        }
+    };
+    found.names.iter().enumerate().map(of).collect()
+}
+
+fn table(found: &Found) -> String {
+    let mut table = Table::new([
+        ("body", Align::Left),
+        ("deepest", Align::Right),
+        ("cell", Align::Right),
+        ("mean depth", Align::Right),
+        ("volume per metre", Align::Right),
+        ("error of the jumps", Align::Right),
+    ]);
+    for body in &found.wear {
+        table.push([
+            body.body.clone(),
+            quantity(body.deepest_m, "m", 4),
+            body.deepest_cell.to_string(),
+            quantity(body.mean_m, "m", 4),
+            format!("{} m³", number(body.volume_m3_per_m, 4)),
+            body.jump_error_m
+                .map_or("unknown".to_owned(), |e| quantity(e, "m", 2)),
+        ]);
+    }
+    format!(
+        "worn for {} h in {} jumps\n{table}",
+        number(found.wear_hours, 4),
+        found.jumps
+    )
+}
+
+/// Wear, profiles and jumps as CSV, and two pictures of each body.
+fn write(folder: &OutputFolder, scene: &Scene, found: &WearOutcome) -> Result<(), RunError> {
+    write_rows(folder, &found.cells)?;
+    write_rows(folder, &found.nodes)?;
+    write_rows(folder, &found.jumps)?;
+    for name in &found.names {
+        let file: String = name
+            .chars()
+            .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+            .collect();
+        let cells: Vec<WearRow> = (found.cells.iter().filter(|row| row.body == *name))
+            .map(|row| WearRow {
+                cycles: row.seconds,
+                hours: row.hours,
+                bar: 1,
+                cell: row.cell,
+                x_m: row.x_m,
+                depth_m: row.depth_m,
+                load_slip_nm_per_cycle: row.load_slip_nm_per_s,
+            })
+            .collect();
+        let nodes: Vec<ProfileRow> = (found.nodes.iter().filter(|row| row.body == *name))
+            .map(|row| ProfileRow {
+                cycles: row.seconds,
+                hours: row.hours,
+                bar: 1,
+                node: row.node,
+                x_m: row.x_m,
+                y_m: row.y_m,
+            })
+            .collect();
+        let subtitle = format!("{}, body {name}", scene.name);
+        let chart = depth_per_cell(&cells, 1, &subtitle)?;
+        folder.write(&format!("wear-per-cell-{file}.svg"), &chart.to_svg()?)?;
+        let mut chart = worn_profile(&nodes, 1, 0.0, &subtitle)?;
+        chart.title = "Worn surface".to_owned();
+        chart.x.label = "x in the frame of the body [mm]".to_owned();
+        chart.y.label = "y in the frame of the body [mm]".to_owned();
+        folder.write(&format!("worn-surface-{file}.svg"), &chart.to_svg()?)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,273 @@
+//! Wear of the bodies of a scene: measured cycles of its run, and jumps between them.
+
+use super::simulate::{Engine, RunError, Totals, simulate};
+use crate::dynamics::record::StepRecord;
+use crate::report::{Progress, row};
+use crate::scene::{Built, Life, Scene};
+use crate::wear::{JumpRule, WearState};
+use crate::worn::{WearingSurface, WornColliders, WornError};
+
+row! {
+    /// Wear of one cell of a body after so much wear. Places are in the body's frame.
+    CellRow in "wear.csv" {
+        seconds: f64,
+        hours: f64,
+        body: String,
+        /// Counted from 1 in the order of the edges of the body.
+        cell: u32,
+        /// Place of the cell on the new surface.
+        x_m: f64,
+        y_m: f64,
+        depth_m: f64,
+        /// Per metre of width, the part of the worn area that is the cell's.
+        volume_m3_per_m: f64,
+        /// Of the jump that ends here.
+        load_slip_nm_per_s: f64,
+        /// Estimate of the error of the depth by the jumps.
+        jump_error_m: f64,
+    }
+}
+
+row! {
+    /// One node of a worn surface after so much wear, in the body's frame.
+    NodeRow in "profile.csv" {
+        seconds: f64,
+        hours: f64,
+        body: String,
+        node: u32,
+        x_m: f64,
+        y_m: f64,
+    }
+}
+
+row! {
+    /// One jump.
+    JumpRow in "jumps.csv" {
+        seconds: f64,
+        hours: f64,
+        jump_s: f64,
+        /// `K k S` of the jump.
+        feedback: f64,
+        /// What bounded it: `requested` or `depth`.
+        bound: String,
+    }
+}
+
+/// The wear of a scene's bodies.
+#[derive(Debug, Clone)]
+pub struct WearOutcome {
+    pub worn: WornColliders,
+    /// Names of the wearing bodies, in the order of the surfaces.
+    pub names: Vec<String>,
+    pub cells: Vec<CellRow>,
+    pub nodes: Vec<NodeRow>,
+    pub jumps: Vec<JumpRow>,
+    /// Whether surfaces yielded by wear compliance: contacts are rigid, or stiff for the jumps.
+    pub compliance: bool,
+    /// Largest [`Jumped::open_load`](crate::worn::Jumped) of a jump.
+    pub open_load: f64,
+    /// Why the wear ended before its duration.
+    pub ended: Option<String>,
+    pub totals: Totals,
+}
+
+/// Runs a scene with `[[wear]]` until its bodies have worn for as long as `[life]` says.
+///
+/// The scene settles, one cycle of `steps` steps is measured, all surfaces wear by a jump, and it goes
+/// on with the worn bodies from where it stands: its motion must last, as that of a belt, a roller or a
+/// mechanism does.
+///
+/// # Arguments
+/// - `steps`: of a measured cycle.
+/// - `observe`: is called after every step until the first jump, with the bodies as they are new.
+///
+/// # Errors
+/// [`RunError`]. A body that wears through itself ends the run with what it has found:
+/// [`WearOutcome::ended`].
+pub fn run_wear(
+    scene: &Scene,
+    built: &mut Built,
+    steps: usize,
+    progress: &Progress,
+    mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
+) -> Result<WearOutcome, RunError> {
+    let life = scene.life.ok_or_else(|| unfit("the scene has no [life]"))?;
+    let settle = life
+        .settle
+        .map_or(steps, |time| (time / scene.step.dt).round() as usize);
+    let mut run = start(scene, built, &life)?;
+    let mut step = 0;
+    let (worn, names) = (&mut run.worn, &run.names);
+    let totals = simulate(built, Engine::Moreau, settle + steps, |record, built| {
+        step += 1;
+        if step > settle {
+            worn.measure(record).map_err(|e| failed(names, e))?;
+        }
+        observe(record, built)
+    })?;
+    run.totals = totals;
+    while run.worn.seconds() < life.duration {
+        progress.set((1000.0 * run.worn.seconds() / life.duration) as u64);
+        let Some(simulation) = built.simulation_mut() else {
+            return Err(unfit("the scene is not built on a rapier world"));
+        };
+        let (world, pipeline) = (&mut simulation.world, &mut simulation.pipeline);
+        let jumped = match run.worn.jump(world, pipeline, life.duration) {
+            Ok(jumped) => jumped,
+            Err(error @ WornError::WornThrough { .. }) => {
+                run.ended = Some(failed(&run.names, error).to_string());
+                break;
+            }
+            Err(error) => return Err(failed(&run.names, error)),
+        };
+        run.add(&jumped);
+        for step in 0..settle + steps {
+            let (record, seconds) = Engine::Moreau.timed_step(built)?;
+            run.totals.wall += seconds;
+            run.totals.add(&record);
+            if step >= settle {
+                let measured = run.worn.measure(&record);
+                measured.map_err(|e| failed(&run.names, e))?;
+            }
+        }
+    }
+    if run.ended.is_none() {
+        let Some(simulation) = built.simulation_mut() else {
+            return Err(unfit("the scene is not built on a rapier world"));
+        };
+        let closed = run.worn.close(&mut simulation.pipeline);
+        closed.map_err(|e| failed(&run.names, e))?;
+    }
+    run.add_cells();
+    Ok(run)
+}
+
+fn unfit(why: &str) -> RunError {
+    RunError::Unfit(why.to_owned())
+}
+
+/// An error with the name of its body.
+fn failed(names: &[String], error: WornError) -> RunError {
+    let name = error.surface().and_then(|k| names.get(k));
+    RunError::Unfit(match name {
+        Some(name) => format!("[[wear]] of body {name}: {error}"),
+        None => format!("[[wear]]: {error}"),
+    })
+}
+
+/// Lets the bodies of `[[wear]]` wear from now on.
+fn start(scene: &Scene, built: &mut Built, life: &Life) -> Result<WearOutcome, RunError> {
+    let rule = JumpRule {
+        cycles: life.duration,
+        depth: life.jump,
+        stability: 1.0,
+    };
+    let mut run = WearOutcome {
+        worn: WornColliders::new(rule),
+        names: Vec::new(),
+        cells: Vec::new(),
+        nodes: Vec::new(),
+        jumps: Vec::new(),
+        compliance: false,
+        open_load: 0.0,
+        ended: None,
+        totals: Totals::default(),
+    };
+    for wear in &scene.wear {
+        run.names.push(scene.bodies[wear.body].name.clone());
+        let collider = built
+            .simulation()
+            .and_then(|(simulation, bodies)| simulation.collider(*bodies.get(wear.body)?));
+        let parts = built.simulation_mut().zip(collider);
+        let Some((simulation, collider)) = parts else {
+            return Err(unfit("the scene is not built on a rapier world"));
+        };
+        let surface = WearingSurface {
+            coefficient: wear.coefficient,
+            edges: wear.edges,
+            cell: wear.cell,
+            density: wear.density,
+        };
+        let (world, pipeline) = (&mut simulation.world, &mut simulation.pipeline);
+        let added = run.worn.add(world, pipeline, collider, surface);
+        if let Err(error) = added {
+            let name = run.names.last().map_or("", String::as_str);
+            return Err(RunError::Unfit(format!("[[wear]] of body {name}: {error}")));
+        }
+    }
+    run.add_nodes();
+    Ok(run)
+}
+
+impl WearOutcome {
+    fn add(&mut self, jumped: &crate::worn::Jumped) {
+        self.compliance |= jumped.compliance;
+        if jumped.seconds == 0.0 {
+            return;
+        }
+        self.open_load = self.open_load.max(jumped.open_load);
+        let seconds = self.worn.seconds();
+        self.jumps.push(JumpRow {
+            seconds,
+            hours: seconds / 3600.0,
+            jump_s: jumped.seconds,
+            feedback: jumped.feedback,
+            bound: jumped.bound.word().to_owned(),
+        });
+        self.add_nodes();
+    }
+
+    /// Adds the present nodes of all surfaces.
+    fn add_nodes(&mut self) {
+        let seconds = self.worn.seconds();
+        for (surface, name) in self.names.iter().enumerate() {
+            let profile = self.worn.state(surface).profile();
+            // in the order of the edges of the body
+            for (node, point) in profile.nodes().iter().rev().enumerate() {
+                let place = self.worn.in_collider(surface, *point);
+                self.nodes.push(NodeRow {
+                    seconds,
+                    hours: seconds / 3600.0,
+                    body: name.clone(),
+                    node: node as u32 + 1,
+                    x_m: place.x,
+                    y_m: place.y,
+                });
+            }
+        }
+    }
+
+    /// Adds the history of all cells.
+    fn add_cells(&mut self) {
+        for (surface, name) in self.names.iter().enumerate() {
+            let state = self.worn.state(surface);
+            let new: Vec<(f64, f64)> = (self.nodes.iter())
+                .filter(|row| row.seconds == 0.0 && row.body == *name)
+                .map(|row| (row.x_m, row.y_m))
+                .collect();
+            for point in state.life().points() {
+                for (k, (x_m, y_m)) in new.iter().enumerate() {
+                    // the profile runs the other way
+                    let cell = new.len() - 1 - k;
+                    self.cells.push(CellRow {
+                        seconds: point.cycles,
+                        hours: point.hours,
+                        body: name.clone(),
+                        cell: k as u32 + 1,
+                        x_m: *x_m,
+                        y_m: *y_m,
+                        depth_m: point.depth[cell],
+                        volume_m3_per_m: point.volume[cell],
+                        load_slip_nm_per_s: point.load_slip[cell],
+                        jump_error_m: point.jump_error.as_ref().map_or(f64::NAN, |e| e[cell]),
+                    });
+                }
+            }
+        }
+    }
+
+    /// The last state of a surface.
+    pub fn state(&self, surface: usize) -> &WearState {
+        self.worn.state(surface)
+    }
+}

@@ -1,0 +1,504 @@
+use super::WornError;
+use super::face::Face;
+use crate::contact::Vec2;
+use crate::dynamics::record::StepRecord;
+use crate::rapier::engine::prelude::{ColliderHandle, PhysicsWorld};
+use crate::rapier::{MoreauPipeline, Outline, SurfaceLaw};
+use crate::wear::{
+    Archard, Jump, JumpBound, JumpRule, LoadSlip, Update, WearError, WearSettings, WearState,
+};
+use std::collections::BTreeSet;
+
+/// How a collider wears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearingSurface {
+    /// `K` [m²/N] of its material, worn volume per load and slip.
+    pub coefficient: f64,
+    /// First and last of the edges of its [`Outline`] that wear, from 0; `None` for all. On a closed
+    /// outline they may go past the last edge: `[3, 0]`.
+    pub edges: Option<[usize; 2]>,
+    /// Length of a cell \[m\], at most twice the shortest edge that wears; `None` for that edge.
+    pub cell: Option<f64>,
+    /// Density [kg/m²] with which wear takes mass off its body, and moves its centre of mass; `None`
+    /// leaves mass and inertia as they are.
+    pub density: Option<f64>,
+}
+
+impl WearingSurface {
+    /// All edges, cells as long as the shortest, mass unchanged.
+    pub fn new(coefficient: f64) -> Self {
+        WearingSurface {
+            coefficient,
+            edges: None,
+            cell: None,
+            density: None,
+        }
+    }
+}
+
+/// What [`WornColliders::jump`] did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jumped {
+    /// How many seconds of wear it added; 0 if it only planned, for surfaces that must yield.
+    pub seconds: f64,
+    /// What bounded it.
+    pub bound: JumpBound,
+    /// `K k S` of the jump, measured; infinite for rigid contacts, below 1 for surfaces that yield.
+    pub feedback: f64,
+    /// Whether surfaces yield by wear compliance in the next steps.
+    pub compliance: bool,
+    /// Share of the load of yielding contacts that was measured where they are open. A cell that
+    /// slopes by α meets a body that moves by it at v with `v sin α`: much more than 0 says that this
+    /// is far in a step, against the depth of a jump.
+    pub open_load: f64,
+}
+
+/// The wearing colliders of a rapier world, see [`crate::worn`].
+#[derive(Debug, Clone)]
+pub struct WornColliders {
+    rule: JumpRule,
+    parts: Vec<Part>,
+    /// Pairs of surfaces that wear each other.
+    pairs: BTreeSet<[usize; 2]>,
+    /// Time since the last jump \[s\].
+    measured: f64,
+    /// Wear so far \[s\].
+    seconds: f64,
+    /// Length of the next jump \[s\], for which the surfaces yield.
+    planned: Option<f64>,
+    /// Normal impulses [N s] of yielding contacts since the last jump: of open ones, and of all.
+    yielded: [f64; 2],
+}
+
+#[derive(Debug, Clone)]
+struct Part {
+    collider: ColliderHandle,
+    face: Face,
+    hollow: bool,
+    state: WearState,
+    density: Option<f64>,
+    /// Its law without wear compliance.
+    law: SurfaceLaw,
+    /// Sums since the last jump.
+    load: LoadSlip,
+    /// Sum of load times slip [N m], and of the normal impulses [N s], since the last jump.
+    slid: f64,
+    pressed: f64,
+    /// Time for which each node was loaded since the last jump \[s\].
+    loaded: Vec<f64>,
+    /// Numbers of the surfaces in its contacts, its own among them.
+    met: BTreeSet<u32>,
+}
+
+impl WornColliders {
+    /// Nothing wears yet.
+    ///
+    /// # Arguments
+    /// - `rule`: its cycles are seconds.
+    pub fn new(rule: JumpRule) -> Self {
+        WornColliders {
+            rule,
+            parts: Vec::new(),
+            pairs: BTreeSet::new(),
+            measured: 0.0,
+            seconds: 0.0,
+            planned: None,
+            yielded: [0.0; 2],
+        }
+    }
+
+    /// Lets a collider wear. It gets the shape of its outline with the cells that wear, its surface law
+    /// gets `cells`, so that a compliance counts per metre of surface, and all bodies stay awake.
+    ///
+    /// # Returns
+    /// The number of the surface, from 0.
+    ///
+    /// # Errors
+    /// [`WornError`]; nothing is changed then.
+    pub fn add(
+        &mut self,
+        world: &mut PhysicsWorld,
+        pipeline: &mut MoreauPipeline,
+        collider: ColliderHandle,
+        surface: WearingSurface,
+    ) -> Result<usize, WornError> {
+        let number = self.parts.len();
+        let wear = |source| WornError::Wear {
+            surface: number,
+            source,
+        };
+        if let Some(surface) = self.parts.iter().position(|p| p.collider == collider) {
+            return Err(WornError::Twice { surface });
+        }
+        let law = pipeline.surface(collider);
+        if law.speed != 0.0 {
+            return Err(WornError::SurfaceSpeed { speed: law.speed });
+        }
+        for (what, value) in [
+            ("K [m²/N]", surface.coefficient),
+            ("density [kg/m²]", surface.density.unwrap_or(0.0)),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let allowed = "finite and at least 0";
+                return Err(wear(WearError::Range {
+                    what,
+                    value,
+                    allowed,
+                }));
+            }
+        }
+        let outline = pipeline.outline(world, collider, surface.cell)?;
+        let hollow = outline.closed && crate::wear::signed_area(&outline.points) < 0.0;
+        // the edges of a ball come from the length of its cells
+        let (face, profile, cell) = Face::cut(&outline, surface.edges, surface.cell, number)?;
+        let settings = WearSettings {
+            law: Archard {
+                coefficient: surface.coefficient,
+            },
+            update: Update::Normal,
+            smoothing_length: 0.0,
+            cycle_seconds: 1.0,
+        };
+        let state = WearState::new(profile, settings).and_then(|s| s.with_cell_size(cell));
+        let state = state.map_err(wear)?;
+        let whole = face.outline(state.profile());
+        Face::check(&whole, hollow).map_err(wear)?;
+        pipeline.set_outline(world, collider, &whole)?;
+        pipeline.set_surface(collider, SurfaceLaw { cells: true, ..law });
+        pipeline.stay_awake();
+        self.parts.push(Part {
+            collider,
+            face,
+            hollow,
+            load: state.no_load(),
+            loaded: vec![0.0; state.profile().node_count()],
+            state,
+            density: surface.density,
+            law,
+            slid: 0.0,
+            pressed: 0.0,
+            met: BTreeSet::new(),
+        });
+        Ok(number)
+    }
+
+    /// Adds load and slip of a step.
+    ///
+    /// # Errors
+    /// [`WornError::Wear`] for a record that is not finite.
+    pub fn measure(&mut self, record: &StepRecord) -> Result<(), WornError> {
+        for (surface, part) in self.parts.iter_mut().enumerate() {
+            let number = part.number();
+            let (face, profile) = (&part.face, part.state.profile());
+            part.load
+                .add(&record.contacts, |contact| {
+                    face.place(profile, contact.place_on(number)?)
+                })
+                .map_err(|source| WornError::Wear { surface, source })?;
+            let mut touched = BTreeSet::new();
+            for contact in record.contacts.iter().filter(|c| c.impulse_n > 0.0) {
+                let place = contact
+                    .place_on(number)
+                    .and_then(|p| face.place(profile, p));
+                let nodes = part.loaded.len();
+                touched.extend(place.into_iter().flat_map(|place| {
+                    let start = place.edge as usize;
+                    [start % nodes, (start + 1) % nodes]
+                }));
+            }
+            for node in touched {
+                part.loaded[node] += record.dt;
+            }
+        }
+        for contact in &record.contacts {
+            let on = contact.surfaces.map(|slot| self.on(slot));
+            if on.iter().any(Option::is_some) && contact.stiffness.is_finite() {
+                let open = if contact.gap > 0.0 { 1.0 } else { 0.0 };
+                self.yielded[0] += open * contact.impulse_n;
+                self.yielded[1] += contact.impulse_n;
+            }
+            for part in on.into_iter().flatten() {
+                self.parts[part].slid += contact.load_slip;
+                self.parts[part].pressed += contact.impulse_n;
+                self.parts[part].met.extend(contact.surfaces);
+            }
+            if let [Some(a), Some(b)] = on {
+                self.pairs.insert([a.min(b), a.max(b)]);
+            }
+        }
+        self.measured += record.dt;
+        Ok(())
+    }
+
+    /// Wears all surfaces for as long as their rates hold, and gives the colliders their new shapes.
+    ///
+    /// The depth of the rule or the mesh bounds the jump. If its feedback `K k S` is above the rule's
+    /// stability, nothing wears yet: the surfaces yield by wear compliance from now on, and the next jump
+    /// wears by what is measured then.
+    ///
+    /// # Arguments
+    /// - `until`: wear to reach at most \[s\], see [`WornColliders::seconds`], which then is `until`.
+    ///
+    /// # Errors
+    /// [`WornError::Unmeasured`], [`WornError::Sleeps`], [`WornError::Past`];
+    /// [`WornError::WornThrough`] and [`WornError::Wear`] leave everything as before the jump.
+    pub fn jump(
+        &mut self,
+        world: &mut PhysicsWorld,
+        pipeline: &mut MoreauPipeline,
+        until: f64,
+    ) -> Result<Jumped, WornError> {
+        if !pipeline.is_awake() {
+            return Err(WornError::Sleeps);
+        }
+        let worn = self.seconds;
+        let most = until - worn;
+        if !(most > 0.0 && most.is_finite()) {
+            return Err(WornError::Past { until, worn });
+        }
+        let rates = self.rates()?;
+        let planned = self.planned.take();
+        let rule = JumpRule {
+            cycles: planned.unwrap_or(self.rule.cycles).min(most),
+            // a planned jump has the depth of the rule, but for what changed since
+            depth: self.rule.depth * if planned.is_some() { 2.0 } else { 1.0 },
+            ..self.rule
+        };
+        let jump = self.longest(&rule, &rates)?;
+        let feedback = self.feedback(&rates)? * jump.cycles;
+        // NaN if an infinite feedback meets a coefficient of 0
+        let stable = feedback <= rule.stability || feedback.is_nan();
+        let wears = planned.is_some() || stable;
+        if wears {
+            self.wear(world, pipeline, &rates, jump.cycles)?;
+            if jump.cycles == most {
+                self.seconds = until;
+            }
+        }
+        let compliance = planned.is_some() || !stable;
+        if compliance {
+            let left = until - self.seconds;
+            let left = if left > 0.0 { left } else { f64::INFINITY };
+            self.plan(world, pipeline, &rates, left)?;
+        }
+        let [open, all] = self.yielded;
+        self.clear();
+        Ok(Jumped {
+            seconds: if wears { jump.cycles } else { 0.0 },
+            bound: jump.bound,
+            feedback,
+            compliance,
+            open_load: if all > 0.0 { open / all } else { 0.0 },
+        })
+    }
+
+    /// Supplies the rates at the end of the last jump, for the error of that jump, and gives the surfaces
+    /// their laws without wear compliance; nothing wears.
+    ///
+    /// # Errors
+    /// [`WornError::Unmeasured`], [`WornError::Wear`].
+    pub fn close(&mut self, pipeline: &mut MoreauPipeline) -> Result<(), WornError> {
+        let rates = self.rates()?;
+        for (surface, (part, load)) in self.parts.iter_mut().zip(&rates).enumerate() {
+            let closed = part.state.close(load.sums());
+            closed.map_err(|source| WornError::Wear { surface, source })?;
+        }
+        for part in &self.parts {
+            let law = SurfaceLaw {
+                cells: true,
+                ..part.law
+            };
+            pipeline.set_surface(part.collider, law);
+        }
+        self.planned = None;
+        self.clear();
+        Ok(())
+    }
+
+    /// Number of wearing surfaces.
+    pub fn surfaces(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Profile, depth and history of a surface; its cycles are seconds.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    pub fn state(&self, surface: usize) -> &WearState {
+        &self.parts[surface].state
+    }
+
+    /// The present outline of the collider of a surface, in its own frame.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    pub fn outline(&self, surface: usize) -> Outline {
+        let part = &self.parts[surface];
+        part.face.outline(part.state.profile())
+    }
+
+    /// A point of the profile of a surface in the frame of its collider.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    pub fn in_collider(&self, surface: usize, point: Vec2) -> Vec2 {
+        self.parts[surface].face.in_collider(point)
+    }
+
+    /// Wear so far \[s\].
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    fn on(&self, slot: u32) -> Option<usize> {
+        self.parts.iter().position(|part| part.number() == slot)
+    }
+
+    /// Load and slip of one second.
+    fn rates(&self) -> Result<Vec<LoadSlip>, WornError> {
+        if self.measured <= 0.0 {
+            return Err(WornError::Unmeasured);
+        }
+        let of = |(surface, part): (usize, &Part)| {
+            let mut rate = part.state.no_load();
+            let added = rate.add_share(&part.load, 1.0 / self.measured);
+            added.map_err(|source| WornError::Wear { surface, source })?;
+            Ok(rate)
+        };
+        self.parts.iter().enumerate().map(of).collect()
+    }
+
+    /// `K k s` of one second: of two surfaces that wear each other the sum.
+    fn feedback(&self, rates: &[LoadSlip]) -> Result<f64, WornError> {
+        let mut each = Vec::with_capacity(rates.len());
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let found = part.state.feedback(load.stiffness());
+            each.push(found.map_err(|source| WornError::Wear { surface, source })?);
+        }
+        let pairs = self.pairs.iter().map(|[a, b]| each[*a] + each[*b]);
+        Ok(each.iter().copied().chain(pairs).fold(0.0, f64::max))
+    }
+
+    fn wear(
+        &mut self,
+        world: &mut PhysicsWorld,
+        pipeline: &mut MoreauPipeline,
+        rates: &[LoadSlip],
+        seconds: f64,
+    ) -> Result<(), WornError> {
+        let mut worn = Vec::with_capacity(self.parts.len());
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let after = self.seconds + seconds;
+            let failed = |source| match source {
+                WearError::Crossing { .. } | WearError::Winding { .. } => WornError::WornThrough {
+                    surface,
+                    seconds: after,
+                    source,
+                },
+                source => WornError::Wear { surface, source },
+            };
+            let profile = part.state.preview(load.sums(), seconds).map_err(failed)?;
+            let outline = part.face.outline(&profile);
+            Face::check(&outline, part.hollow).map_err(failed)?;
+            worn.push((profile, outline));
+        }
+        let parts = self.parts.iter_mut().zip(rates).zip(worn);
+        for (surface, ((part, load), (profile, outline))) in parts.enumerate() {
+            if let Some(density) = part.density {
+                let piece = part.face.piece(part.state.profile(), &profile, density);
+                pipeline.take_material(world, part.collider, &piece)?;
+            }
+            let step = part.state.advance(load.sums(), seconds, 0.0);
+            step.map_err(|source| WornError::Wear { surface, source })?;
+            pipeline.set_outline(world, part.collider, &outline)?;
+        }
+        self.seconds += seconds;
+        Ok(())
+    }
+
+    /// The longest jump that the depth of a rule and the meshes allow, whatever its feedback.
+    fn longest(&self, rule: &JumpRule, rates: &[LoadSlip]) -> Result<Jump, WornError> {
+        let mut longest = Jump {
+            cycles: rule.cycles,
+            bound: JumpBound::Requested,
+        };
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let jump = part.state.next_jump(rule, load.sums(), 0.0);
+            let jump = jump.map_err(|source| WornError::Wear { surface, source })?;
+            if jump.cycles < longest.cycles {
+                longest = jump;
+            }
+        }
+        Ok(longest)
+    }
+
+    /// Lets the surfaces yield by what the next jump will wear, of at most so many seconds.
+    ///
+    /// A body of mass m that lies on a surface which yields by the depth h of a jump under its load F
+    /// would swing with `ω² = F/(m h)` after each jump; a damping of `2 k/ω` stops it at once.
+    fn plan(
+        &mut self,
+        world: &PhysicsWorld,
+        pipeline: &mut MoreauPipeline,
+        rates: &[LoadSlip],
+        most: f64,
+    ) -> Result<(), WornError> {
+        let rule = JumpRule {
+            cycles: self.rule.cycles.min(most),
+            ..self.rule
+        };
+        let seconds = self.longest(&rule, rates)?.cycles;
+        for (surface, part) in self.parts.iter().enumerate() {
+            let (speed, law) = (part.sliding(self.measured), part.state.law());
+            // what does not slide does not wear, and what has no coefficient neither
+            if speed <= 0.0 || law.coefficient == 0.0 {
+                continue;
+            }
+            let (modulus, damping) = part.law.compliance.unwrap_or((f64::INFINITY, 0.0));
+            let yielding = law.worn_modulus(modulus, speed * seconds);
+            let yielding = yielding.map_err(|source| WornError::Wear { surface, source })?;
+            let mass = pipeline.least_mass(world, |slot| part.met.contains(&slot));
+            let inverse = mass.unwrap_or(0.0) * self.rule.depth * self.measured / part.pressed;
+            let critical = 2.0 * yielding * inverse.sqrt();
+            let law = SurfaceLaw {
+                compliance: Some((yielding, damping.max(critical))),
+                cells: true,
+                ..part.law
+            };
+            pipeline.set_surface(part.collider, law);
+        }
+        self.planned = Some(seconds);
+        Ok(())
+    }
+
+    fn clear(&mut self) {
+        for part in &mut self.parts {
+            part.load = part.state.no_load();
+            part.loaded = vec![0.0; part.state.profile().node_count()];
+            (part.slid, part.pressed) = (0.0, 0.0);
+            part.met.clear();
+        }
+        self.pairs.clear();
+        self.yielded = [0.0; 2];
+        self.measured = 0.0;
+    }
+}
+
+impl Part {
+    /// The number of its surface in records.
+    fn number(&self) -> u32 {
+        self.collider.into_raw_parts().0
+    }
+
+    /// Sliding distance of a loaded node in a second \[m/s\]: the speed of the contacts by their
+    /// impulses, times the share of `time` \[s\] for which a node was loaded, by the loads of the nodes.
+    fn sliding(&self, time: f64) -> f64 {
+        let all: f64 = self.load.sums().iter().sum();
+        if all <= 0.0 || self.pressed <= 0.0 {
+            return 0.0;
+        }
+        let shares = self.load.sums().iter().zip(&self.loaded);
+        let share: f64 = shares.map(|(load, loaded)| load * loaded / time).sum();
+        self.slid / self.pressed * (share / all)
+    }
+}

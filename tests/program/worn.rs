@@ -1,0 +1,173 @@
+//! Scenes that wear: the guide's pin on a disc from its file and from its program, what a run writes,
+//! and how it ends.
+
+use crate::common::program::Place;
+use moreau2d::experiment::{CellRow, NodeRow};
+use moreau2d::report::Row;
+use serde::de::DeserializeOwned;
+
+#[allow(clippy::all)]
+mod program {
+    include!("../../src/guide/pin_on_disc/program.rs");
+
+    pub fn run(duration: f64) -> WornColliders {
+        pin_on_disc(duration).unwrap()
+    }
+}
+
+const SCENE: &str = include_str!("../../scenes/pin-on-disc.toml");
+const PROGRAM: &str = include_str!("../../src/guide/pin_on_disc/program.rs");
+const DURATION: f64 = 3.6e6;
+
+fn rows<R: Row + DeserializeOwned>(place: &Place, folder: &str) -> Vec<R> {
+    let file = place.path(folder).join(R::FILE);
+    let mut reader = csv::Reader::from_path(file).unwrap();
+    reader.deserialize().map(Result::unwrap).collect()
+}
+
+/// Lines of a text with more than a remark.
+fn lines(text: &str) -> usize {
+    let said = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with('#');
+    text.lines().filter(said).count()
+}
+
+#[test]
+fn a_pin_on_a_disc_wears_alike_from_a_file_and_from_a_program() {
+    assert!(lines(SCENE) <= 25, "{}", lines(SCENE));
+    assert!(lines(PROGRAM) <= 30, "{}", lines(PROGRAM));
+    let place = Place::new();
+    let (code, out, err) = place.run(&["run", "pin-on-disc"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let cells: Vec<CellRow> = rows(&place, "out/pin-on-disc");
+    let last: Vec<&CellRow> = cells.iter().filter(|row| row.seconds == DURATION).collect();
+    let nodes: Vec<NodeRow> = rows(&place, "out/pin-on-disc");
+    let surface = nodes.iter().filter(|row| row.seconds == DURATION);
+
+    let worn = program::run(DURATION);
+    assert_eq!(worn.seconds(), DURATION);
+    let depth = worn.state(0).depth();
+    assert_eq!(depth.len(), last.len());
+    // K F s / A
+    let expected = 1e-12 * (1000.0 * 0.01 * 0.04 * 9.81) * (0.5 * DURATION) / 0.01;
+    for (row, own) in last.iter().zip(depth.iter().rev()) {
+        println!("{:e} {own:e} {expected:e}", row.depth_m);
+        assert!(
+            (row.depth_m / own - 1.0).abs() < 1e-12,
+            "{} {own}",
+            row.depth_m
+        );
+        // single precision of the corners over the depth of a jump
+        assert!((own / expected - 1.0).abs() < 1e-5, "{own} {expected}");
+    }
+    for (row, node) in surface.zip(worn.state(0).profile().nodes().iter().rev()) {
+        let place = worn.in_collider(0, *node);
+        assert!((row.x_m - place.x).abs() < 1e-15 && (row.y_m - place.y).abs() < 1e-15);
+    }
+
+    let summary = place.json("out/pin-on-disc/summary.json");
+    assert_eq!(summary["wear"][0]["body"], "pin");
+    assert_eq!(summary["wear_hours"], 1000.0);
+    assert_eq!(summary["wear_compliance"], true);
+    assert!(summary["ended"].is_null());
+    assert!(out.contains("contacts are rigid"), "{out}");
+    let files = place.listing("out/pin-on-disc");
+    for file in [
+        "jumps.csv",
+        "steps.csv",
+        "wear-per-cell-pin.svg",
+        "worn-surface-pin.svg",
+    ] {
+        assert!(files.iter().any(|known| known == file), "{files:?}");
+    }
+}
+
+/// The same bytes for any number of threads; a stiffness of the material in place of wear compliance.
+#[test]
+fn threads_change_no_byte_and_a_stiffness_gives_the_same_depth() {
+    let place = Place::new();
+    let stiff = "[[material]]\nname = \"steel\"\nstiffness = 1e6\n\n[[body]]\nname = \"disc\"";
+    let text = SCENE.replacen("[[body]]\nname = \"disc\"", stiff, 1);
+    place.write("stiff.toml", text);
+    // so soft that it lies 0.39 mm deep
+    let args = [
+        "duration=2e5",
+        "wear.pin.cell=1e-3",
+        "life.jump=1e-5",
+        "overlap=0.1",
+    ];
+    let args = args.map(|change| ["--set", change]).concat();
+    let mut found = Vec::new();
+    for threads in ["1", "2"] {
+        let head = ["run", "stiff.toml", "--threads", threads, "--out", threads];
+        let (code, out, err) = place.run(&[&head[..], &args[..]].concat());
+        assert_eq!(code, 0, "{out}{err}");
+        assert!(!out.contains("wear compliance"), "{out}");
+        found.push(std::fs::read(place.path(threads).join("wear.csv")).unwrap());
+    }
+    assert_eq!(found[0], found[1]);
+    let cells: Vec<CellRow> = rows(&place, "1");
+    let expected = 1e-12 * 3.924 * (0.5 * 2e5) / 0.01;
+    let last: Vec<&CellRow> = cells.iter().filter(|row| row.seconds == 2e5).collect();
+    assert_eq!(last.len(), 11);
+    for row in last {
+        assert!(
+            (row.depth_m / expected - 1.0).abs() < 1e-4,
+            "{row:?} {expected}"
+        );
+    }
+}
+
+/// A body that wears through itself ends the run, with all that was found.
+#[test]
+fn a_body_worn_through_loses_nothing_of_what_was_found() {
+    let place = Place::new();
+    let thin = SCENE.replacen("box = [0.01, 0.04]", "box = [0.01, 0.001]\nmass = 0.4", 1);
+    place.write("thin.toml", thin.replacen("[0, 0.07]", "[0, 0.0505]", 1));
+    let (code, out, err) = place.run(&["run", "thin.toml", "--set", "duration=3.6e7"]);
+    assert_eq!(code, 2, "{out}{err}");
+    assert!(
+        out.contains("body pin: surface 0 is worn through itself after"),
+        "{out}"
+    );
+    let summary = place.json("out/pin-on-disc/summary.json");
+    let deepest = summary["wear"][0]["deepest_m"].as_f64().unwrap();
+    assert!((7e-4..1e-3).contains(&deepest), "{deepest}");
+    let cells: Vec<CellRow> = rows(&place, "out/pin-on-disc");
+    assert!(cells.iter().any(|row| row.depth_m == deepest));
+}
+
+#[test]
+fn wear_without_effect_or_without_sense_is_refused() {
+    let place = Place::new();
+    for (args, expected) in [
+        (
+            &["run", "pin-on-disc", "--engine", "rapier"][..],
+            "scene pin-on-disc wears",
+        ),
+        (
+            &["compare", "pin-on-disc", "--set", "coefficient=1e-13"],
+            "only `run` wears",
+        ),
+        (
+            &["run", "pin-on-disc", "--dump-problems", "p"],
+            "runs in cycles",
+        ),
+        (
+            &["run", "pin-on-disc", "--set", "wear.pin.cell=0.5"],
+            "a cell may have twice that at most",
+        ),
+        (
+            &["run", "pin-on-disc", "--set", "wear.pin.body=pinn"],
+            "did you mean `pin`?",
+        ),
+        (
+            &["run", "pin-on-disc", "--set", "wear.pin.coefficient=-1"],
+            "1e-30 to 1 m²/N",
+        ),
+    ] {
+        let (code, out, err) = place.run(args);
+        assert_eq!(code, 1, "{args:?}: {out}{err}");
+        assert!(err.contains(expected), "{args:?}: {err}\n{expected}");
+    }
+    assert!(place.listing(".").is_empty());
+}

@@ -1,0 +1,477 @@
+//! Wear of the colliders of a user's own world: closed forms, both sides of a contact, balls, rollers,
+//! masses, sleep, and what is refused.
+
+use moreau2d::contact::Vec2;
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
+use moreau2d::wear::JumpRule;
+use moreau2d::worn::{Jumped, WearingSurface, WornColliders, WornError};
+
+const K: f64 = 1e-13;
+const SPEED: f64 = 0.5;
+const DT: f64 = 1e-3;
+/// Load on a pin \[N\], by its mass \[kg\].
+const LOAD: f64 = 1e4;
+const MASS: f64 = 1000.0;
+
+fn at(x: f64, y: f64) -> Vector {
+    Vector::new(x as Real, y as Real)
+}
+
+fn rule(depth: f64) -> JumpRule {
+    JumpRule {
+        cycles: 1e9,
+        depth,
+        stability: 1.0,
+    }
+}
+
+/// A world with a disc whose face is y = 0, and a loaded pin on it.
+struct Stand {
+    world: PhysicsWorld,
+    pipeline: MoreauPipeline,
+    worn: WornColliders,
+    body: RigidBodyHandle,
+    pin: ColliderHandle,
+    disc: ColliderHandle,
+}
+
+impl Stand {
+    /// A pin that moves along y alone, its lowest point at `foot` below its origin, on a belt, or on a
+    /// body that moves.
+    fn new(
+        pin: ColliderBuilder,
+        foot: f64,
+        disc: ColliderBuilder,
+        depth: f64,
+        belt: bool,
+    ) -> Stand {
+        let mut world = PhysicsWorld::new();
+        let under = match belt {
+            true => RigidBodyBuilder::fixed(),
+            false => RigidBodyBuilder::kinematic_velocity_based().linvel(at(SPEED, 0.0)),
+        };
+        let (_, disc) = world.insert(under, disc.friction(0.0));
+        let mass = MassProperties::new(Vector::ZERO, MASS as Real, 1.0);
+        let body = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
+        let body = body.lock_rotations().enabled_translations(false, true);
+        let body = body.translation(at(0.0, foot));
+        let (body, pin) = world.insert(body, pin.density(0.0).friction(0.0));
+        let pipeline = MoreauPipeline::new(MoreauSettings {
+            gravity: Some(Vec2::new(0.0, -LOAD / MASS)),
+            dt: Some(DT),
+            ..MoreauSettings::default()
+        });
+        let mut pipeline = pipeline.unwrap();
+        if belt {
+            let law = SurfaceLaw {
+                speed: -SPEED,
+                ..SurfaceLaw::default()
+            };
+            pipeline.set_surface(disc, law);
+        }
+        Stand {
+            world,
+            pipeline,
+            worn: WornColliders::new(rule(depth)),
+            body,
+            pin,
+            disc,
+        }
+    }
+
+    /// A pin of 10 mm by 40 mm on a flat face.
+    fn flat(depth: f64) -> Stand {
+        let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
+        Stand::new(
+            ColliderBuilder::cuboid(0.005, 0.02),
+            0.02,
+            face,
+            depth,
+            true,
+        )
+    }
+
+    fn add(&mut self, collider: ColliderHandle, surface: WearingSurface) -> usize {
+        let (world, pipeline) = (&mut self.world, &mut self.pipeline);
+        self.worn.add(world, pipeline, collider, surface).unwrap()
+    }
+
+    fn yielding(&mut self, collider: ColliderHandle, modulus: f64) {
+        let law = SurfaceLaw {
+            compliance: Some((modulus, 0.0)),
+            ..SurfaceLaw::default()
+        };
+        self.pipeline.set_surface(collider, law);
+    }
+
+    /// Settles over `steps`, measures one and jumps.
+    fn jump(&mut self, steps: usize, until: f64) -> Result<Jumped, WornError> {
+        let (world, pipeline) = (&mut self.world, &mut self.pipeline);
+        for _ in 0..steps {
+            let record = pipeline.step(world).unwrap();
+            assert_eq!(record.unsolved, 0, "residual {}", record.residual);
+        }
+        let record = pipeline.step(world).unwrap();
+        self.worn.measure(&record)?;
+        self.worn.jump(world, pipeline, until)
+    }
+
+    /// Jumps until so many seconds of wear; returns the number of jumps.
+    fn run(&mut self, steps: usize, seconds: f64) -> usize {
+        let mut jumps = 0;
+        while self.worn.seconds() < seconds {
+            let jumped = self.jump(steps, seconds).unwrap();
+            jumps += 1;
+            assert!(jumped.open_load < 1e-3, "{jumped:?}");
+            assert!(jumps < 1000);
+        }
+        jumps
+    }
+
+    /// Worn area of a surface \[m²\].
+    fn area(&self, surface: usize) -> f64 {
+        self.worn.state(surface).life().last().volume.iter().sum()
+    }
+}
+
+/// `h = K F s / A`, end nodes and all, on a compliant and on a rigid face.
+#[test]
+fn a_pin_wears_by_its_closed_form() {
+    let seconds = 1e5;
+    let depth = K * LOAD * SPEED * seconds / 0.01;
+    for modulus in [Some(1e11), None] {
+        let mut stand = Stand::flat(5e-4);
+        let pin = stand.pin;
+        if let Some(modulus) = modulus {
+            stand.yielding(pin, modulus);
+        }
+        let surface = WearingSurface {
+            edges: Some([0, 0]),
+            cell: Some(1e-3),
+            ..WearingSurface::new(K)
+        };
+        stand.add(pin, surface);
+        let jumps = stand.run(200, seconds);
+        let found = stand.worn.state(0).depth();
+        assert_eq!(found.len(), 11);
+        let worst = found.iter().map(|h| (h / depth - 1.0).abs());
+        let worst = worst.fold(0.0, f64::max);
+        println!("{modulus:?}: {jumps} jumps, {worst:.1e}");
+        // single precision of the corners, 1e-9 m, over the depth of a jump
+        assert!(worst < 1e-4, "{modulus:?}: {worst}");
+        let whole = stand.area(0) / (K * LOAD * SPEED * seconds);
+        assert!((whole - 1.0).abs() < 1e-6, "{whole}");
+    }
+}
+
+/// Both sides, each by its own coefficient: the areas are as the coefficients, whatever the load.
+#[test]
+fn both_sides_of_a_contact_wear() {
+    for modulus in [Some(1e11), None] {
+        let x = |k: i32| at(0.05 - 2e-3 * f64::from(k), 0.0);
+        let line: Vec<Vector> = (0..=50).map(x).collect();
+        let face = ColliderBuilder::oriented_polyline(line, None);
+        let pin = ColliderBuilder::cuboid(0.005, 0.02);
+        let mut stand = Stand::new(pin, 0.02, face, 1e-5, false);
+        let (pin, disc) = (stand.pin, stand.disc);
+        if let Some(modulus) = modulus {
+            stand.yielding(pin, modulus);
+        }
+        let lower = WearingSurface {
+            edges: Some([0, 0]),
+            cell: Some(1e-3),
+            ..WearingSurface::new(K)
+        };
+        let one = stand.add(pin, lower);
+        let two = stand.add(disc, WearingSurface::new(0.25 * K));
+        // the disc moves by 30 mm below the pin in every cycle, and wears as far
+        while stand.worn.seconds() < 5e2 {
+            let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);
+            let body = world.colliders[disc].parent().unwrap();
+            world.bodies[body].set_translation(at(-0.015, 0.0), true);
+            for _ in 0..60 {
+                let record = pipeline.step(world).unwrap();
+                assert_eq!(record.unsolved, 0, "residual {}", record.residual);
+                stand.worn.measure(&record).unwrap();
+            }
+            stand.worn.jump(world, pipeline, 5e2).unwrap();
+        }
+        let (a, b) = (stand.area(one), stand.area(two));
+        println!("{modulus:?}: {a} {b}");
+        // what both lose is K times the same load and slip
+        assert!((b / a / 0.25 - 1.0).abs() < 1e-12, "{modulus:?}: {a} {b}");
+        // the pin rides over what it wore itself: its load is F on average
+        let expected = K * LOAD * SPEED * 5e2;
+        assert!(
+            (a / expected - 1.0).abs() < 0.02,
+            "{modulus:?}: {a} {expected}"
+        );
+    }
+}
+
+/// A ball that slides gets a flat: `R² (φ − sin φ cos φ) = K F s`, which an even radius cannot have.
+#[test]
+fn a_ball_that_slides_gets_a_flat() {
+    let radius = 0.02;
+    let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
+    let mut stand = Stand::new(
+        ColliderBuilder::ball(radius as Real),
+        radius,
+        face,
+        2e-5,
+        true,
+    );
+    let pin = stand.pin;
+    let surface = WearingSurface {
+        cell: Some(5e-4),
+        ..WearingSurface::new(K)
+    };
+    stand.add(pin, surface);
+    let half = 0.2_f64;
+    let area = radius * radius * (half - half.sin() * half.cos());
+    stand.run(200, area / (K * LOAD * SPEED));
+    let lowest = stand
+        .worn
+        .outline(0)
+        .points
+        .iter()
+        .map(|p| p.y)
+        .fold(0.0, f64::min);
+    let depth = radius * (1.0 - half.cos());
+    let error = (radius + lowest) / depth - 1.0;
+    println!("flat: {error:.1e}");
+    assert!(error.abs() < 0.02, "{error}");
+    let whole = stand.area(0) / area - 1.0;
+    println!("flat: area {whole:.1e}");
+    // cells are pressed along their own normals, up to 0.2 rad from the load: half the mean square
+    assert!(whole.abs() < 0.01, "{whole}");
+    // what was not touched is as it was
+    let top = stand
+        .worn
+        .outline(0)
+        .points
+        .iter()
+        .map(|p| p.y)
+        .fold(0.0, f64::max);
+    assert!((top - radius).abs() < 1e-12, "{top}");
+}
+
+/// A roller that turns under a shoe wears evenly round, through its first node as well.
+#[test]
+fn a_roller_wears_evenly_round() {
+    let mut world = PhysicsWorld::new();
+    let turn = std::f64::consts::TAU / 0.2;
+    let roller = RigidBodyBuilder::kinematic_velocity_based().angvel(turn as Real);
+    let (_, roller) = world.insert(roller, ColliderBuilder::ball(0.02).friction(0.0));
+    // so light that it follows the corners of the roller
+    let mass = MassProperties::new(Vector::ZERO, 1.0, 1.0);
+    let shoe = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
+    let shoe = shoe.lock_rotations().enabled_translations(false, true);
+    let shoe = shoe.translation(at(0.0, 0.03));
+    let flat = ColliderBuilder::cuboid(0.02, 0.01)
+        .density(0.0)
+        .friction(0.0);
+    world.insert(shoe, flat);
+    let mut pipeline = MoreauPipeline::new(MoreauSettings {
+        gravity: Some(Vec2::new(0.0, -LOAD)),
+        dt: Some(1e-4),
+        ..MoreauSettings::default()
+    })
+    .unwrap();
+    let law = SurfaceLaw {
+        compliance: Some((1e11, 1e5)),
+        ..SurfaceLaw::default()
+    };
+    pipeline.set_surface(roller, law);
+    let mut worn = WornColliders::new(rule(2e-5));
+    let surface = WearingSurface {
+        cell: Some(2e-3),
+        ..WearingSurface::new(K)
+    };
+    worn.add(&mut world, &mut pipeline, roller, surface)
+        .unwrap();
+    for _ in 0..4 {
+        for step in 0..3000 {
+            let record = pipeline.step(&mut world).unwrap();
+            if step >= 1000 {
+                worn.measure(&record).unwrap();
+            }
+        }
+        let jumped = worn.jump(&mut world, &mut pipeline, 1e9).unwrap();
+        assert!(jumped.seconds > 0.0 && !jumped.compliance);
+    }
+    let depth = worn.state(0).depth();
+    let mean = depth.iter().sum::<f64>() / depth.len() as f64;
+    let most = depth
+        .iter()
+        .map(|h| (h / mean - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!("roller: {most:.1e} of {mean:.1e} m, {} cells", depth.len());
+    assert!(most < 0.1, "{most}: {depth:?}");
+}
+
+/// On request the body loses the mass of what is gone, and its centre of mass moves.
+#[test]
+fn the_mass_goes_with_the_material() {
+    let mut stand = Stand::flat(5e-4);
+    let pin = stand.pin;
+    let surface = WearingSurface {
+        edges: Some([0, 0]),
+        density: Some(1e6),
+        ..WearingSurface::new(K)
+    };
+    stand.add(pin, surface);
+    stand.run(200, 5e4);
+    let gone = 1e6 * stand.area(0);
+    let local = stand.world.bodies[stand.body]
+        .mass_properties()
+        .local_mprops
+        .clone();
+    // rapier's single precision
+    assert!(
+        (f64::from(local.mass()) - (MASS - gone)).abs() < 1e-4,
+        "{gone}"
+    );
+    let up = f64::from(local.local_com.y);
+    let expected = gone * 0.019 / (MASS - gone);
+    assert!((up / expected - 1.0).abs() < 0.1, "{up} {expected}");
+    // without the request nothing changes
+    let mut other = Stand::flat(5e-4);
+    let pin = other.pin;
+    let lower = Some([0, 0]);
+    let surface = WearingSurface {
+        edges: lower,
+        ..WearingSurface::new(K)
+    };
+    other.add(pin, surface);
+    other.run(200, 5e4);
+    let whole = other.world.bodies[other.body].mass();
+    assert!((f64::from(whole) - MASS).abs() < 1e-4, "{whole}");
+}
+
+/// A pin at rest on a belt falls asleep, and would wear by nothing for ever.
+#[test]
+fn nothing_that_wears_falls_asleep() {
+    for wears in [false, true] {
+        let mut stand = Stand::flat(5e-4);
+        let pin = stand.pin;
+        if wears {
+            let lower = Some([0, 0]);
+            stand.add(
+                pin,
+                WearingSurface {
+                    edges: lower,
+                    ..WearingSurface::new(K)
+                },
+            );
+        }
+        let mut slid = 0.0;
+        for step in 0..5000 {
+            let record = stand.pipeline.step(&mut stand.world).unwrap();
+            if step > 4900 {
+                slid += record.contacts.iter().map(|c| c.load_slip).sum::<f64>();
+            }
+        }
+        assert_eq!(slid > 0.0, wears, "{slid}");
+    }
+}
+
+/// What wears through itself is refused, and everything stays as before the jump.
+#[test]
+fn a_body_that_is_worn_through_keeps_what_was_before() {
+    let face = ColliderBuilder::cuboid(4.0, 0.5).translation(at(0.0, -0.5));
+    let mut stand = Stand::new(
+        ColliderBuilder::cuboid(0.005, 0.0005),
+        0.0005,
+        face,
+        1e-4,
+        true,
+    );
+    let pin = stand.pin;
+    let surface = WearingSurface {
+        edges: Some([0, 0]),
+        cell: Some(1e-3),
+        ..WearingSurface::new(K)
+    };
+    stand.add(pin, surface);
+    let (outline, error) = loop {
+        let before = (stand.worn.outline(0), stand.worn.seconds());
+        match stand.jump(200, 1e9) {
+            Ok(_) => assert!(stand.worn.seconds() < 1e6),
+            Err(error) => {
+                assert_eq!(before.1, stand.worn.seconds());
+                break (before.0, error);
+            }
+        }
+    };
+    assert!(
+        matches!(error, WornError::WornThrough { surface: 0, .. }),
+        "{error}"
+    );
+    assert_eq!(stand.worn.outline(0), outline);
+    assert!(stand.worn.state(0).depth()[0] > 8e-4);
+}
+
+#[test]
+fn surfaces_that_cannot_wear_are_refused_by_name() {
+    let mut stand = Stand::flat(1e-4);
+    let (pin, disc) = (stand.pin, stand.disc);
+    let capsule = ColliderBuilder::capsule_x(0.1, 0.1);
+    let capsule = stand.world.insert(RigidBodyBuilder::fixed(), capsule).1;
+    let plain = ColliderBuilder::polyline(vec![at(0.0, 9.0), at(1.0, 9.0)], None);
+    let plain = stand.world.insert(RigidBodyBuilder::fixed(), plain).1;
+    let plainly = WearingSurface::new(K);
+    let cases = [
+        (
+            pin,
+            WearingSurface::new(-1e-13),
+            "K [m²/N] is -0.0000000000001",
+        ),
+        (pin, WearingSurface::new(f64::NAN), "must be finite"),
+        (
+            pin,
+            WearingSurface {
+                edges: Some([0, 4]),
+                ..plainly
+            },
+            "edges [0, 4]: the surface has the edges 0 to 3",
+        ),
+        (
+            pin,
+            WearingSurface {
+                cell: Some(0.5),
+                ..plainly
+            },
+            "edge 0 is 0.01 m long",
+        ),
+        (
+            pin,
+            WearingSurface {
+                density: Some(-1.0),
+                ..plainly
+            },
+            "density",
+        ),
+        (disc, plainly, "moves at -0.5 m/s along itself"),
+        (capsule, plainly, "Capsule cannot wear"),
+        (plain, plainly, "two-sided"),
+        (ColliderHandle::invalid(), plainly, "not in the world"),
+    ];
+    for (collider, surface, expected) in cases {
+        let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);
+        let error = stand
+            .worn
+            .add(world, pipeline, collider, surface)
+            .unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}\n{expected}");
+        assert!(!pipeline.is_awake());
+    }
+    assert!(stand.world.colliders[pin].shape().as_cuboid().is_some());
+    stand.add(pin, plainly);
+    let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);
+    let twice = stand.worn.add(world, pipeline, pin, plainly);
+    assert_eq!(twice, Err(WornError::Twice { surface: 0 }));
+    let jumped = stand.worn.jump(world, pipeline, 1.0);
+    assert_eq!(jumped, Err(WornError::Unmeasured));
+}
