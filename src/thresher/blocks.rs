@@ -113,6 +113,9 @@ pub enum Update {
     /// cell with the same weight. It flattens a local scar and adds steel elsewhere.
     #[default]
     Quadratic,
+    /// As `quadratic`, every cell weighted by its width along the base, half a cell at both ends:
+    /// the same depths on every mesh.
+    QuadraticByWidth,
 }
 
 /// A tooth height whose crossing is reported.
@@ -160,6 +163,13 @@ pub struct Study {
     /// How depth changes the profile between the updates of the comparison with the published
     /// depths, default `quadratic`. The life of the tooth always wears along the normals.
     pub update: Update,
+    /// Contact time of one load cycle \[s\] in the torque-balanced reading, held at every torque,
+    /// speed and friction, in the comparison and in the life. Default: fitted to the published point
+    /// `calibrate` at the friction and the mesh of this run, for the comparison and for the life.
+    pub contact_time: Option<f64>,
+    /// Frictions for which depth and life are told at the torque and speed of `calibrate`, with the
+    /// contact time of this run; default those of the study.
+    pub frictions: Vec<f64>,
     /// The published point to which the contact time of the torque-balanced reading is fitted.
     pub calibrate: Calibration,
 }
@@ -181,6 +191,8 @@ impl Default for Study {
             cycles: 4e6,
             batches: 4,
             update: Update::default(),
+            contact_time: None,
+            frictions: vec![0.14, 0.18, 0.25, 0.30, 0.35, 0.40],
             calibrate: Calibration::default(),
         }
     }

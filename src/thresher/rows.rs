@@ -64,6 +64,19 @@ row! {
     }
 }
 
+row! {
+    /// Depth and life of the study's tooth at one friction, beside the published life.
+    FrictionRow in "friction.csv" {
+        friction: f64,
+        torque_nm: f64,
+        omega_rad_s: f64,
+        computed_um: f64,
+        /// To the highest limit of wear.
+        life_hours: f64,
+        published_hours: f64,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +104,10 @@ mod tests {
         assert_eq!(
             header::<ComparisonRow>(),
             "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated"
+        );
+        assert_eq!(
+            header::<FrictionRow>(),
+            "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours"
         );
     }
 }
