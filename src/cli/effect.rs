@@ -83,6 +83,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("wear.jump", &[Balanced]),
     ("wear.max_hours", &[Balanced]),
     ("wear.revolutions", &[LongLife]),
+    ("wear.error", &[LongLife]),
     ("--steps", &[Bodies]),
     ("--threads", &[Ours, Islands]),
     ("--every", &[Redrawn]),

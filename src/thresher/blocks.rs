@@ -74,6 +74,20 @@ pub struct Wear {
     pub smoothing_length: f64,
     /// Longest life that is computed \[h\], default 1000.
     pub max_hours: f64,
+    /// How the error of a life is told, default `run`.
+    pub error: LifeErrors,
+}
+
+/// How the error of a life is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LifeErrors {
+    /// By the run itself: a bound for the jumps, and the noise of sampled cycles.
+    #[default]
+    Run,
+    /// Also by three more lives, which take some three times as long: with jumps half as deep, steps
+    /// twice as long, and edges twice as long.
+    Measured,
 }
 
 impl Default for Wear {
@@ -85,6 +99,7 @@ impl Default for Wear {
             revolutions: 1,
             smoothing_length: 0.0,
             max_hours: 1000.0,
+            error: LifeErrors::Run,
         }
     }
 }

@@ -156,6 +156,7 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         thresher.entry_speed,
         range(1e-6, 1e6, "1e-6 to 1e6 m/s"),
     )?;
+    at.within("feed_phase", thresher.feed_phase, range(0.0, 1.0, "0 to 1"))?;
     at.within("crop_stiffness", thresher.crop_stiffness, FOUNDATION)?;
     at.within("crop_restitution", thresher.crop_restitution, RESTITUTION)?;
     at.within(

@@ -1,7 +1,7 @@
 //! The picture of the study's table.
 
 use super::rows::ComparisonRow;
-use crate::report::{Axis, Chart, Colour, Series, Style, number};
+use crate::report::{Axis, Chart, Colour, Series, Style};
 
 /// Micrometre to millimetre.
 const MM: f64 = 1e-3;
@@ -38,7 +38,7 @@ pub fn depth_over_speed(rows: &[ComparisonRow], subtitle: &str) -> Chart {
                 published.filter(|p| p.1.is_finite()).collect::<Vec<_>>(),
             ),
         ] {
-            let name = format!("{what}, {} N m", number(torque, 5));
+            let name = format!("{what}, {torque} N m");
             let mut series = Series::new(name, style, points);
             series.colour = Colour::Palette(k);
             if !series.points.is_empty() {
