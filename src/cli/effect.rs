@@ -10,8 +10,8 @@ use crate::experiment::{Engine, RunError};
 use crate::scene::{Scene, Scheme};
 use crate::thresher::{Machine, Reading, Shares};
 use Need::{
-    Balanced, Bodies, Contacts, Gravity, Islands, Judged, Landings, LongLife, Ours, Peer, Redrawn,
-    Restitution, Staggered, Tables, Time, Unworn, Wears, Winkler,
+    Balanced, Bodies, Contacts, Fitted, Gravity, Islands, Judged, Landings, LongLife, Ours, Peer,
+    Redrawn, Restitution, Staggered, Tables, Time, Unworn, Wears, Winkler,
 };
 
 /// What a key or flag needs to have an effect.
@@ -41,6 +41,8 @@ enum Need {
     Redrawn,
     /// The torque-balanced reading of the study.
     Balanced,
+    /// The torque-balanced reading with a contact time that is fitted.
+    Fitted,
     /// The torque-balanced reading with a load distribution by overlap (Winkler).
     Winkler,
     /// Load cycles of the whole machine.
@@ -77,7 +79,9 @@ const TABLE: &[(&str, &[Need])] = &[
     ("verdict.imbalance", &[Judged, Bodies, Ours]),
     ("study.shares", &[Balanced]),
     ("study.tape_thickness", &[Balanced, Winkler]),
-    ("study.calibrate.depth", &[Balanced]),
+    ("study.contact_time", &[Balanced]),
+    ("study.frictions", &[Balanced]),
+    ("study.calibrate.depth", &[Balanced, Fitted]),
     ("study.calibrate.cycles", &[Balanced]),
     ("wear.body", &[Wears]),
     ("wear.coefficient", &[Wears]),
@@ -89,6 +93,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("wear.jump", &[Balanced]),
     ("wear.max_hours", &[Balanced]),
     ("wear.revolutions", &[LongLife]),
+    ("wear.error", &[LongLife]),
     ("--steps", &[Bodies]),
     ("--threads", &[Ours, Islands]),
     ("--every", &[Redrawn]),
@@ -338,6 +343,10 @@ fn lacking_of(scene: &Scene, machine: Option<&Machine>, need: Need) -> Option<St
         Balanced => (
             reading == Some(Reading::Literal),
             "with study.reading = \"literal\", which computes no life; it needs \"torque-balanced\"",
+        ),
+        Fitted => (
+            parameters.is_some_and(|study| study.contact_time.is_some()),
+            "with a study.contact_time, which is then not fitted",
         ),
         Winkler => (
             shares.is_some_and(|shares| shares != Shares::Winkler),

@@ -101,6 +101,10 @@ impl Interval {
             located,
             unseen: cached.is_none() && crowd <= LOCATED_CROWD,
             crowded: crowd > 0,
+            diagonal: match contact.law {
+                NormalLaw::ViscoElastic { .. } => contact.rows.diagonal(inverse_mass)[(0, 0)],
+                _ => 0.0,
+            },
         }
     }
 

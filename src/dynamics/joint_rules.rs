@@ -2,6 +2,7 @@
 
 use super::model::{JointKind, JointRow, Spring};
 use super::rules::{Rules, Span};
+use super::visco_elastic::damper_weight;
 use crate::contact::{Law, Vec2};
 
 /// Data that the rule of a joint row depends on.
@@ -136,34 +137,4 @@ fn spring_rule(spring: &Spring, now: &JointSituation) -> Option<(Vec2, Law)> {
         compliance: 1.0 / gain,
     };
     Some((Vec2::new(-at_rest / gain, 0.0), law))
-}
-
-/// θ of (4), from ½ to 1.
-fn damper_weight(z: f64) -> f64 {
-    if z < 1e-3 {
-        // the next term is z³/720
-        0.5 + z / 12.0
-    } else {
-        -1.0 / (-z).exp_m1() - 1.0 / z
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_weight_of_a_damper_makes_its_decay_exact() {
-        for z in [1e-9, 9.99e-4, 1.001e-3, 0.1, 2.0, 30.0, 1e12] {
-            let theta = damper_weight(z);
-            assert!((0.5..=1.0).contains(&theta), "{z}: {theta}");
-            let factor = (1.0 - (1.0 - theta) * z) / (1.0 + theta * z);
-            // θ is a difference of numbers near 1/z
-            let slack = 1e-15 * (1.0 + 1.0 / z.min(1.0)) + 1e-12 * z.min(1e-3);
-            assert!(
-                (factor - (-z).exp()).abs() <= slack.max(1e-13),
-                "{z}: {factor}"
-            );
-        }
-    }
 }

@@ -84,6 +84,7 @@ mod thread_pool;
 #[cfg(not(feature = "parallel"))]
 #[path = "thread_pool_absent.rs"]
 mod thread_pool;
+mod visco_elastic;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;

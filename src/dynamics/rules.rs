@@ -2,6 +2,7 @@
 
 use super::contact_cache::Left;
 use super::model::{ContactPoint, NormalLaw};
+use super::visco_elastic::visco_elastic;
 use crate::contact::{Law, Vec2, Vec3};
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
@@ -129,6 +130,8 @@ pub(super) struct Situation {
     pub crowded: bool,
     /// Whether it took no part in the last step.
     pub unseen: bool,
+    /// `G_NN` [1/kg] of a visco-elastic contact.
+    pub diagonal: f64,
 }
 
 /// How a contact enters the contact problem.
@@ -165,7 +168,20 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
             Scheme::Staggered => staggered(rules, contact, restitution, g, now),
         },
         NormalLaw::ViscoElastic { stiffness, damping } => {
-            visco_elastic(contact, stiffness, damping, now)
+            // the gap is used without a dead band, which would lose force
+            let rates = [now.gamma_a.x, now.gamma_f.x];
+            let law = [stiffness, damping];
+            match visco_elastic(law, contact.gap, rates, now.diagonal, now.span.length) {
+                Some((free, compliance)) => Choice::Active(Rule {
+                    free: Vec2::new(free, 0.0),
+                    law: Law::Contact {
+                        friction: contact.friction,
+                        compliance,
+                    },
+                    impact: false,
+                }),
+                None => Choice::Inactive,
+            }
         }
         // only the friction row remains, bounded by the given load
         NormalLaw::Load { force } => {
@@ -363,28 +379,6 @@ fn on_surface(g: f64, turned: f64, span: &Span) -> f64 {
         excess.clamp(0.0, edge.max(0.0))
     };
     turned + (excess - allowed) / span.horizon
-}
-
-/// Kelvin-Voigt contact, implicit in the velocity:
-/// `ξ_N = γ_NE + k g/(k Δt + c) + R P_N`, `R = 1/(Δt (k Δt + c))`.
-///
-/// Active iff `g ≤ 0` or `g + Δt γ_F ≤ 0`. Damping acts only at `g ≤ 0`, or it would push before
-/// the surfaces touch. The gap is used without a dead band, which would lose force.
-fn visco_elastic(contact: &ContactPoint, stiffness: f64, damping: f64, now: &Situation) -> Choice {
-    let (g, dt) = (contact.gap, now.span.length);
-    if g > 0.0 && g + dt * now.gamma_f.x > 0.0 {
-        return Choice::Inactive;
-    }
-    let damping = if g <= 0.0 { damping } else { 0.0 };
-    let gain = stiffness * dt + damping;
-    Choice::Active(Rule {
-        free: Vec2::new(stiffness * g / gain, 0.0),
-        law: Law::Contact {
-            friction: contact.friction,
-            compliance: 1.0 / (dt * gain),
-        },
-        impact: false,
-    })
 }
 
 /// `a_ref` \[m/s²\]: the largest of `|F/m|` of both bodies and of [`centripetal`]; 0.1 if both

@@ -74,6 +74,20 @@ pub struct Wear {
     pub smoothing_length: f64,
     /// Longest life that is computed \[h\], default 1000.
     pub max_hours: f64,
+    /// How the error of a life is told, default `run`.
+    pub error: LifeErrors,
+}
+
+/// How the error of a life is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LifeErrors {
+    /// By the run itself: a bound for the jumps, and the noise of sampled cycles.
+    #[default]
+    Run,
+    /// Also by three more lives, which take some three times as long: with jumps half as deep, steps
+    /// twice as long, and edges twice as long.
+    Measured,
 }
 
 impl Default for Wear {
@@ -85,6 +99,7 @@ impl Default for Wear {
             revolutions: 1,
             smoothing_length: 0.0,
             max_hours: 1000.0,
+            error: LifeErrors::Run,
         }
     }
 }
@@ -113,6 +128,9 @@ pub enum Update {
     /// cell with the same weight. It flattens a local scar and adds steel elsewhere.
     #[default]
     Quadratic,
+    /// As `quadratic`, every cell weighted by its width along the base, half a cell at both ends:
+    /// the same depths on every mesh.
+    QuadraticByWidth,
 }
 
 /// A tooth height whose crossing is reported.
@@ -160,6 +178,13 @@ pub struct Study {
     /// How depth changes the profile between the updates of the comparison with the published
     /// depths, default `quadratic`. The life of the tooth always wears along the normals.
     pub update: Update,
+    /// Contact time of one load cycle \[s\] in the torque-balanced reading, held at every torque,
+    /// speed and friction, in the comparison and in the life. Default: fitted to the published point
+    /// `calibrate` at the friction and the mesh of this run, for the comparison and for the life.
+    pub contact_time: Option<f64>,
+    /// Frictions for which depth and life are told at the torque and speed of `calibrate`, with the
+    /// contact time of this run; default those of the study.
+    pub frictions: Vec<f64>,
     /// The published point to which the contact time of the torque-balanced reading is fitted.
     pub calibrate: Calibration,
 }
@@ -181,6 +206,8 @@ impl Default for Study {
             cycles: 4e6,
             batches: 4,
             update: Update::default(),
+            contact_time: None,
+            frictions: vec![0.14, 0.18, 0.25, 0.30, 0.35, 0.40],
             calibrate: Calibration::default(),
         }
     }

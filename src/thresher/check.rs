@@ -4,6 +4,7 @@ use super::Blocks;
 use super::blocks::{Calibration, Study, Tooth, Wear};
 use super::parameters::Thresher;
 use crate::scene::{At, Range, SceneError, distinct, range};
+use std::f64::consts::TAU;
 
 const SIZE: Range = range(1e-6, 1e6, "1e-6 to 1e6 m");
 const MASS: Range = range(1e-12, 1e12, "1e-12 to 1e12 kg");
@@ -88,18 +89,35 @@ fn study(at: &At<'_>, study: &Study) -> Result<(), SceneError> {
     at.within("tape_thickness", study.tape_thickness, SIZE)?;
     at.within("cycles", study.cycles, CYCLES)?;
     at.count("batches", study.batches, 1, 1_000_000)?;
-    for (key, values, range) in [
-        ("speeds", &study.speeds, DRIVE_SPEED),
-        ("torques", &study.torques, DRIVE_TORQUE),
+    for (key, values, least, range) in [
+        ("speeds", &study.speeds, 1, DRIVE_SPEED),
+        ("torques", &study.torques, 1, DRIVE_TORQUE),
+        ("frictions", &study.frictions, 0, FRICTION),
     ] {
-        if !(1..=1000).contains(&values.len()) {
+        if !(least..=1000).contains(&values.len()) {
             return Err(SceneError::OutOfRange {
                 at: at.key(key).place(),
                 value: format!("{} values", values.len()),
-                allowed: "1 to 1000 values".to_owned(),
+                allowed: format!("{least} to 1000 values"),
             });
         }
         at.each(key, values, range)?;
+    }
+    if let Some(time) = study.contact_time {
+        // a cycle is one revolution
+        let fastest = study
+            .speeds
+            .iter()
+            .copied()
+            .fold(study.calibrate.speed, f64::max);
+        let most = TAU / fastest;
+        if !(1e-9..=most).contains(&time) {
+            return Err(SceneError::OutOfRange {
+                at: at.key("contact_time").place(),
+                value: format!("{time:?}"),
+                allowed: format!("1e-9 to {most:.4e} s, a revolution at {fastest} rad/s"),
+            });
+        }
     }
     calibration(&at.key("calibrate"), &study.calibrate)
 }
@@ -138,6 +156,7 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         thresher.entry_speed,
         range(1e-6, 1e6, "1e-6 to 1e6 m/s"),
     )?;
+    at.within("feed_phase", thresher.feed_phase, range(0.0, 1.0, "0 to 1"))?;
     at.within("crop_stiffness", thresher.crop_stiffness, FOUNDATION)?;
     at.within("crop_restitution", thresher.crop_restitution, RESTITUTION)?;
     at.within(

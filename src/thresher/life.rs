@@ -1,7 +1,10 @@
 //! The thresher's life: simulates revolutions, measures wear, jumps cycles.
 
-use super::blocks::{Calibration, Tooth, Wear};
+use super::bar_load::BarLoad;
+use super::blocks::{Calibration, LifeErrors, Tooth, Wear};
+use super::life_error::{self, LimitError};
 use super::machine::Setup;
+use super::machine_pictures::OperationPoint;
 use super::parameters::Thresher;
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
@@ -10,7 +13,7 @@ use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
 use crate::report::Progress;
 use crate::scene::Scene;
-use crate::wear::{Archard, JumpRule, LoadSlip, Profile, WearError, WearState};
+use crate::wear::{Archard, JumpRule, LifePoint, LoadSlip, Profile, WearError, WearState};
 use std::f64::consts::TAU;
 
 /// Revolutions that fill the machine before anything is measured.
@@ -67,6 +70,18 @@ struct Cycle {
     torque: f64,
     speed: f64,
     power: PowerBudget,
+    bar_load: BarLoad,
+}
+
+impl Cycle {
+    fn operation(&self, hours: f64) -> OperationPoint {
+        OperationPoint {
+            hours,
+            torque: self.torque,
+            drive: self.power.drive,
+            feeder: self.power.feeder,
+        }
+    }
 }
 
 /// Result of wearing the teeth.
@@ -78,6 +93,7 @@ struct Worn {
     sampling: f64,
     /// Largest `K k S` of a jump.
     feedback: f64,
+    operation: Vec<OperationPoint>,
 }
 
 /// Results of a run of the thresher.
@@ -109,6 +125,15 @@ pub struct ThreshingOutcome {
     pub sampling: f64,
     /// Largest `K k S` of a jump, measured: see [`crate::wear::Archard::feedback`].
     pub feedback: f64,
+    /// Mean over the jumps of the largest depth of a jump \[m\].
+    pub mean_jump: f64,
+    /// Error of the hours to each limit that was reached, by source.
+    pub errors: Vec<LimitError>,
+    /// Torque and power with every profile.
+    pub operation: Vec<OperationPoint>,
+    /// Load on a bar with new and with the last teeth.
+    pub bar_load_new: BarLoad,
+    pub bar_load_worn: BarLoad,
     /// The machine with new teeth, after its first measured revolution, and with the last teeth.
     pub picture_new: Outlines,
     pub picture_worn: Outlines,
@@ -182,6 +207,7 @@ impl<'a> Threshing<'a> {
         let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
         let steps = self.steps(f64::from(revolutions));
         let mut power = PowerBudget::default();
+        let mut bar_load = BarLoad::default();
         let mut angle = 0.0;
         let mut last = self.world.speed();
         self.world.take_exchanged_energy();
@@ -190,6 +216,7 @@ impl<'a> Threshing<'a> {
             progress.advance();
             self.add_wear(&record, profile, &mut sums)?;
             self.add_power(&record, &mut power);
+            bar_load.add(&record, &self.world, self.parameters.bars, self.dt);
             observe(&record, &self.world)?;
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
@@ -227,20 +254,26 @@ impl<'a> Threshing<'a> {
             torque,
             speed: angle / time,
             power,
+            bar_load,
         })
     }
 
     /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
-    /// with `profile` is the operating torque.
+    /// with `profile` is the operating torque, at most `calibrations` times.
     ///
     /// # Returns
     /// The stiffness \[Pa/m\].
-    fn fill(&mut self, profile: &Profile, progress: &Progress) -> Result<f64, RunError> {
+    fn fill(
+        &mut self,
+        profile: &Profile,
+        calibrations: usize,
+        progress: &Progress,
+    ) -> Result<f64, RunError> {
         let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
         let mut stiffness = self.parameters.crop_stiffness;
         self.run(FILLING, progress)?;
         let mut cycle = self.measure(profile, 1, progress, &mut ignore)?;
-        for _ in 0..CALIBRATIONS {
+        for _ in 0..calibrations {
             let ratio = cycle.torque / self.parameters.operating_torque;
             if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
                 break;
@@ -279,6 +312,7 @@ impl<'a> Threshing<'a> {
             jumps: 0,
             sampling: 0.0,
             feedback: 0.0,
+            operation: vec![new.operation(0.0)],
         };
         loop {
             let now = state.life().last();
@@ -308,6 +342,8 @@ impl<'a> Threshing<'a> {
             self.world.set_profile(state.profile())?;
             self.run(SETTLING, &hidden)?;
             worn.last = self.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
+            let hours = state.life().last().hours;
+            worn.operation.push(worn.last.operation(hours));
         }
         state.close(worn.last.load.sums())?;
         Ok(worn)
@@ -371,6 +407,8 @@ fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
 ///    one profile that stands for all bars, over as many cycles as the depth of a jump, the mesh and
 ///    the elastic penetration of the crop allow.
 /// 3. All bars get the worn profile; back to 2, until the last limit or the longest time.
+/// 4. If the scene asks for it, three more lives measure the error of the hours: see
+///    [`super::LimitError`].
 ///
 /// # Errors
 /// [`RunError`].
@@ -380,11 +418,33 @@ pub fn run_threshing(
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
+    let mut outcome = live(scene, setup, CALIBRATIONS, &progress, observe)?;
+    if setup.wear.error == LifeErrors::Measured && !outcome.errors.is_empty() {
+        let bar = progress("measuring the error of the life", 1);
+        life_error::measure(scene, setup, &mut outcome, |scene, setup| {
+            let hidden = |_: &str, _: u64| Progress::new("", 1, true);
+            let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+            live(scene, setup, 0, &hidden, &mut ignore).map_err(|e| e.to_string())
+        });
+        bar.advance();
+    }
+    outcome.history.set_errors(&outcome.errors);
+    Ok(outcome)
+}
+
+/// One life, [`run_threshing`] without the lives that measure its error.
+fn live(
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+    calibrations: usize,
+    progress: &impl Fn(&str, u64) -> Progress,
+    observe: Observer,
+) -> Result<ThreshingOutcome, RunError> {
     let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
     let bar = progress("filling the machine", 4 * machine.steps(1.0) as u64);
-    let stiffness = machine.fill(state.profile(), &bar)?;
+    let stiffness = machine.fill(state.profile(), calibrations, &bar)?;
     let new = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
     let picture_new = machine.world.outlines(state.profile())?;
     drop(bar);
@@ -400,10 +460,15 @@ pub fn run_threshing(
     Ok(ThreshingOutcome {
         coefficient: wear.coefficient,
         calibration: calibration(parameters, &state),
+        errors: life_error::of_run(state.life(), &history.crossings),
+        mean_jump: mean_jump(&state),
         history,
         stiffness,
         torque_new: new.torque,
         torque_worn: worn.last.torque,
+        operation: worn.operation,
+        bar_load_new: new.bar_load,
+        bar_load_worn: worn.last.bar_load,
         speed_new: new.speed,
         power_new: new.power,
         power_worn: worn.last.power,
@@ -456,6 +521,17 @@ fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, Wear
     };
     let profile = tooth.profile()?.raised_to(0.0)?;
     WearState::new(profile, wear.settings(law, TAU / p.speed))
+}
+
+/// Mean over the jumps of the largest depth of a jump \[m\]; 0 without jumps.
+fn mean_jump(state: &WearState) -> f64 {
+    let points = state.life().points();
+    let deepest = |pair: &[LifePoint]| {
+        let depths = pair[1].depth.iter().zip(&pair[0].depth);
+        depths.map(|(b, a)| b - a).fold(0.0, f64::max)
+    };
+    let sum: f64 = points.windows(2).map(deepest).sum();
+    sum / (points.len() - 1).max(1) as f64
 }
 
 /// Largest depth after the calibration's cycles, if this run is at its operating point.

@@ -2,11 +2,14 @@
 
 use super::blocks::Tooth;
 use super::life::{PowerBudget, ThreshingOutcome};
+use super::machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
 use super::parameters::{ConcaveSetting, Thresher};
+use super::rows::ErrorRow;
 use super::world::Outlines;
 use crate::contact::Vec2;
 use crate::report::{
     Align, Axis, Chart, Colour, OutputFolder, ReportError, Series, Style, Table, number, quantity,
+    write_rows,
 };
 use serde_json::{Value, json};
 
@@ -39,6 +42,31 @@ impl ThreshingOutcome {
             "{} N m, {} rad/s, all bars equal",
             p.operating_torque, p.speed
         );
+        let errors: Vec<ErrorRow> = self.errors.iter().flat_map(|e| e.rows()).collect();
+        write_rows(folder, &errors)?;
+        let mut loads = self.bar_load_new.rows("new", p.machine_width);
+        loads.extend(self.bar_load_worn.rows("worn", p.machine_width));
+        write_rows(folder, &loads)?;
+        let arc = [p.concave_start_deg, p.concave_end_deg];
+        for (name, chart) in [
+            (
+                "load-over-angle.svg",
+                load_over_angle(&loads, arc, &subtitle),
+            ),
+            (
+                "torque-over-hours.svg",
+                torque_over_hours(&self.operation, p.operating_torque, &subtitle),
+            ),
+            (
+                "power-over-hours.svg",
+                power_over_hours(&self.operation, &subtitle),
+            ),
+        ] {
+            // a machine without load has nothing to draw
+            if chart.series.iter().any(|s| !s.points.is_empty()) {
+                folder.write(name, chart.to_svg()?)?;
+            }
+        }
         self.history.write(folder, &subtitle, tooth.base)
     }
 
@@ -64,6 +92,7 @@ impl ThreshingOutcome {
             "sampling_error": self.sampling,
             "largest_k_k_s": self.feedback,
             "life": self.history.life_json(),
+            "life_error": self.errors.iter().flat_map(|e| e.rows()).collect::<Vec<_>>(),
         })
     }
 
@@ -75,6 +104,9 @@ impl ThreshingOutcome {
             p.speed,
             self.history.describe()
         );
+        for error in &self.errors {
+            out.push_str(&error.describe());
+        }
         let last = self.history.profile.iter().rev();
         let height = last
             .take_while(|row| row.cycles == self.history.cycles)

@@ -16,12 +16,15 @@
 //! deepest cell and of the sum. The reference of the study is algebra, that of the thresher its own
 //! run converged over three step lengths. No peer has their contact law or reports slip.
 
+mod bar_load;
 mod blocks;
 mod check;
 mod contact_time;
 mod life;
+mod life_error;
 mod life_text;
 mod machine;
+mod machine_pictures;
 mod parameters;
 mod pictures;
 mod rotor_rungs;
@@ -29,22 +32,30 @@ mod rows;
 mod shapes;
 mod stall;
 mod study;
+mod study_friction;
 mod study_life;
+mod study_pictures;
 mod study_rotor;
 mod study_text;
 mod wear_chart;
 mod wear_history;
 mod world;
 
-pub use blocks::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
+pub use bar_load::BarLoad;
+pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use life::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
+pub use life_error::{LimitError, Size, SourceError};
 pub use machine::{Blocks, Machine, Setup, load, parse};
+pub use machine_pictures::{OperationPoint, load_over_angle, power_over_hours, torque_over_hours};
 pub use parameters::{ConcaveSetting, Thresher};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
 pub use rotor_rungs::read_rung;
-pub use rows::{ComparisonRow, LifeRow, ProfileRow, VolumeRow, WearRow};
+pub use rows::{
+    BarLoadRow, ComparisonRow, ErrorRow, FrictionRow, LifeRow, ProfileRow, VolumeRow, WearRow,
+};
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, run_study};
+pub use study_pictures::depth_over_speed;
 pub use study_rotor::oracle_load_slip;
 pub use wear_chart::WearChart;
 pub use wear_history::WearHistory;

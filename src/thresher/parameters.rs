@@ -37,6 +37,9 @@ pub struct Thresher {
     pub crop_thickness: f64,
     /// Length of one segment of the strip \[m\], default 0.02.
     pub segment_length: f64,
+    /// How far the first segment of the strip has come when the cylinder starts, in lengths of a
+    /// segment, default 0: shifts the phase of the feed against the bars.
+    pub feed_phase: f64,
     /// Segments leave this far behind the outlet, along the arc \[m\]; default 0.2.
     pub exit_distance: f64,
     /// Winkler modulus of the crop [Pa/m], before scaling to the operating torque; default 1e7.
@@ -89,6 +92,7 @@ impl Default for Thresher {
             entry_speed: 4.0,
             crop_thickness: 0.016,
             segment_length: 0.02,
+            feed_phase: 0.0,
             exit_distance: 0.2,
             crop_stiffness: 1e7,
             crop_restitution: 0.482,

@@ -73,7 +73,8 @@ pub fn worn_profile(
     Ok(chart)
 }
 
-/// Worn depth over the cells of one bar at the times of [`worn_profile`], light to dark.
+/// Worn depth of the cells of one bar along its base at the times of [`worn_profile`], light to
+/// dark.
 ///
 /// # Arguments
 /// - `rows`: any order of times; cells in order within one.
@@ -84,15 +85,15 @@ pub fn worn_profile(
 /// As [`worn_profile`].
 pub fn depth_per_cell(rows: &[WearRow], bar: u32, subtitle: &str) -> Result<Chart, ReportError> {
     let mut chart = Chart::new(
-        "Wear depth per cell",
-        Axis::linear("cell"),
+        "Wear depth along the tooth",
+        Axis::linear("along the base, cells as of the new tooth [mm]"),
         Axis::linear("worn depth [mm]"),
     );
     let rows: Vec<&WearRow> = rows.iter().filter(|r| r.bar == bar).collect();
     let times = drawn_times(rows.iter().map(|r| r.hours), subtitle, &mut chart)?;
     family(&mut chart, &times, Style::LinePoints, |hours| {
         let at = rows.iter().filter(|r| r.hours == hours);
-        at.map(|r| (f64::from(r.cell), MM * r.depth_m)).collect()
+        at.map(|r| (MM * r.x_m, MM * r.depth_m)).collect()
     });
     Ok(chart)
 }
@@ -352,12 +353,12 @@ mod tests {
             hours,
             bar: 1,
             cell: 1,
-            x_m: 0.0,
+            x_m: 0.002,
             depth_m: 0.00762,
             load_slip_nm_per_cycle: 1.0,
         };
         let chart = depth_per_cell(&[row(2.0)], 1, "").unwrap();
-        assert_eq!(chart.series[0].points, [(1.0, 7.62)]);
+        assert_eq!(chart.series[0].points, [(2.0, 7.62)]);
         assert!(matches!(
             depth_per_cell(&[row(2.0)], 2, ""),
             Err(ReportError::EmptyChart { .. })

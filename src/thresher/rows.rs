@@ -52,6 +52,29 @@ row! {
 }
 
 row! {
+    /// Error of the hours to a limit from one source: a `bias` is the run minus the truth, a `bound`
+    /// has no sign, `noise` is a standard deviation.
+    ErrorRow in "life-error.csv" {
+        limit: String,
+        source: String,
+        kind: String,
+        hours: f64,
+        how: String,
+    }
+}
+
+row! {
+    /// Mean forces on one bar at one angle of the bar, machine totals.
+    BarLoadRow in "bar-load.csv" {
+        /// `new` or `worn`.
+        teeth: String,
+        angle_deg: f64,
+        normal_n: f64,
+        friction_n: f64,
+    }
+}
+
+row! {
     /// A published wear depth beside the computed one.
     ComparisonRow in "comparison.csv" {
         torque_nm: f64,
@@ -61,6 +84,19 @@ row! {
         relative_error: f64,
         /// Whether a constant was fitted to this point.
         calibrated: bool,
+    }
+}
+
+row! {
+    /// Depth and life of the study's tooth at one friction, beside the published life.
+    FrictionRow in "friction.csv" {
+        friction: f64,
+        torque_nm: f64,
+        omega_rad_s: f64,
+        computed_um: f64,
+        /// To the highest limit of wear.
+        life_hours: f64,
+        published_hours: f64,
     }
 }
 
@@ -91,6 +127,15 @@ mod tests {
         assert_eq!(
             header::<ComparisonRow>(),
             "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated"
+        );
+        assert_eq!(header::<ErrorRow>(), "limit,source,kind,hours,how");
+        assert_eq!(
+            header::<BarLoadRow>(),
+            "teeth,angle_deg,normal_n,friction_n"
+        );
+        assert_eq!(
+            header::<FrictionRow>(),
+            "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours"
         );
     }
 }

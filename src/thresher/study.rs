@@ -3,8 +3,9 @@
 use super::blocks::{Reading, Study, Tooth, Wear};
 use super::contact_time::contact_time;
 use super::machine::Setup;
-use super::rows::ComparisonRow;
+use super::rows::{ComparisonRow, FrictionRow};
 use super::stall::{Stall, exponent, single_cells};
+use super::study_friction::friction_rows;
 use super::study_life::study_life;
 use super::study_rotor::{Cycle, deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_chart::WornCycle;
@@ -53,11 +54,14 @@ pub const PUBLISHED: [PublishedPoint; 12] = {
 pub struct StudyOutcome {
     /// Published and computed depths, in the order of torques and speeds.
     pub comparison: Vec<ComparisonRow>,
-    /// Contact time of one cycle \[s\] of the comparison, and of the life. In the torque-balanced
-    /// reading each is calibrated to the same published depth. The literal reading has no life.
+    /// Contact time of one cycle \[s\] of the comparison, and of the life: in the torque-balanced
+    /// reading that of the file, or each calibrated to the same published depth. The literal reading
+    /// has no life.
     pub contact_time: f64,
     pub life_contact_time: Option<f64>,
     pub calibrated: bool,
+    /// Depth and life by friction; none in the literal reading.
+    pub frictions: Vec<FrictionRow>,
     /// Largest relative difference of a depth between the stepper and the algebra, of the
     /// comparison and of the life; `None` if the reading has no algebra.
     pub oracle_difference: Option<f64>,
@@ -85,10 +89,7 @@ pub(super) fn study_cycle(scene: &Scene, setup: &Setup<Study>) -> Result<WornCyc
     };
     let state = new_tooth(tooth, wear, speed, update)?;
     let balanced = study.reading == Reading::TorqueBalanced;
-    let window = match balanced {
-        true => calibrate(scene, study, tooth, wear)?,
-        false => scene.step.time,
-    };
+    let window = window(scene, setup)?;
     let mut totals = Totals::default();
     let rotor = rotor(study, state.profile(), update, torque, speed)?;
     let cycle = load_cycle(scene, rotor, window, &mut totals)?;
@@ -109,10 +110,10 @@ pub(super) fn study_cycle(scene: &Scene, setup: &Setup<Study>) -> Result<WornCyc
 
 /// Runs the study's reading over all its torques and speeds.
 ///
-/// In the torque-balanced reading the contact time of a cycle is one constant, fitted to one
-/// published depth with the algebra and then used by the stepper everywhere. The life of the tooth
-/// at that point, worn along its normals and not refitted, has its own contact time, fitted to the
-/// same depth.
+/// In the torque-balanced reading the contact time of a cycle is one constant, given or fitted to one
+/// published depth with the algebra, and then used by the stepper everywhere. The life of the tooth
+/// at that point, worn along its normals and not refitted, has the contact time that is given, or
+/// its own, fitted to the same depth.
 ///
 /// # Errors
 /// [`RunError`].
@@ -122,12 +123,9 @@ pub fn run_study(
     progress: &Progress,
 ) -> Result<StudyOutcome, RunError> {
     let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
-    let calibrated = study.reading == Reading::TorqueBalanced;
-    let contact_time = if calibrated {
-        calibrate(scene, study, tooth, wear)?
-    } else {
-        scene.step.time
-    };
+    let balanced = study.reading == Reading::TorqueBalanced;
+    let calibrated = balanced && study.contact_time.is_none();
+    let contact_time = window(scene, setup)?;
     let mut totals = Totals::default();
     let mut comparison = Vec::new();
     let mut oracle_difference: f64 = 0.0;
@@ -145,12 +143,14 @@ pub fn run_study(
             progress.advance();
         }
     }
-    let life = match calibrated {
-        true => Some(study_life(scene, study, tooth, wear, &mut totals)?),
-        false => None,
-    };
-    if let Some(life) = &life {
-        oracle_difference = oracle_difference.max(life.oracle_difference);
+    let mut life = None;
+    let mut frictions = Vec::new();
+    if balanced {
+        let found = study_life(scene, study, tooth, wear, &mut totals)?;
+        oracle_difference = oracle_difference.max(found.oracle_difference);
+        let times = [contact_time, found.contact_time];
+        frictions = friction_rows(scene, setup, times, &mut totals)?;
+        life = Some(found);
     }
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
     let stall = match study.reading {
@@ -168,7 +168,8 @@ pub fn run_study(
         contact_time,
         life_contact_time: life.as_ref().map(|l| l.contact_time),
         calibrated,
-        oracle_difference: calibrated.then_some(oracle_difference),
+        frictions,
+        oracle_difference: balanced.then_some(oracle_difference),
         torque,
         speed,
         history: life.map(|l| l.history),
@@ -178,9 +179,9 @@ pub fn run_study(
 }
 
 /// Wear of a new tooth over the study's cycles.
-struct Point {
+pub(super) struct Point {
     /// Depth of the deepest cell \[m\].
-    depth: f64,
+    pub depth: f64,
     /// The cycle of the new tooth.
     first: Cycle,
     /// See [`StudyOutcome::oracle_difference`]; 0 if the reading has no algebra.
@@ -188,7 +189,7 @@ struct Point {
 }
 
 /// Wears a new tooth by the study's cycles at a torque \[N m\] and a speed \[rad/s\].
-fn operating_point(
+pub(super) fn operating_point(
     scene: &Scene,
     setup: &Setup<Study>,
     [torque, speed]: [f64; 2],
@@ -258,6 +259,17 @@ fn compare_point(
         calibrated: calibrated
             && torque == study.calibrate.torque
             && speed == study.calibrate.speed,
+    }
+}
+
+/// Simulated time of a load cycle of the comparison \[s\]: the contact time of the torque-balanced
+/// reading, given or calibrated; in the literal reading the window of the step.
+fn window(scene: &Scene, setup: &Setup<Study>) -> Result<f64, RunError> {
+    let study = &setup.parameters;
+    match (study.reading, study.contact_time) {
+        (Reading::Literal, _) => Ok(scene.step.time),
+        (Reading::TorqueBalanced, Some(time)) => Ok(time),
+        (Reading::TorqueBalanced, None) => calibrate(scene, study, &setup.tooth, &setup.wear),
     }
 }
 

@@ -22,8 +22,8 @@ const ROUND_OFF: f64 = 1e-9;
 /// The life of one tooth at the calibration's torque and speed.
 pub(super) struct StudyLife {
     pub history: WearHistory,
-    /// Contact time of one cycle \[s\] with which the depth is the published one in this
-    /// computation.
+    /// Contact time of one cycle \[s\]: that of the file, or the one with which the depth is the
+    /// published one in this computation.
     pub contact_time: f64,
     /// Largest difference of a node's wear in a cycle between the stepper and the algebra, relative
     /// to the largest wear of a node.
@@ -46,32 +46,16 @@ pub(super) fn study_life(
     let algebra = |profile: &Profile, time: f64| {
         oracle_load_slip(study, profile, Update::Normal, torque, speed, time)
     };
-    let contact_time = contact_time(scene, &study.calibrate, |time| {
-        let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
-        let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
-        let most = study.calibrate.cycles;
-        wear_on(&mut state, tooth, wear, [most; 2], |_| false, cycle, |_| ())?;
-        Ok(deepest(&state))
-    })?;
-
-    let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
-    let mut history = WearHistory::default();
-    history.add_profile(1, &state);
-    // without limits: above every height, so that the study's cycles are enough
-    let lowest = wear
-        .limits
-        .iter()
-        .map(|l| l.height)
-        .fold(f64::INFINITY, f64::min);
-    let done = |state: &WearState| {
-        let now = state.life().last();
-        now.cycles >= study.cycles * (1.0 - ROUND_OFF) && now.height <= lowest
+    let contact_time = match study.contact_time {
+        Some(time) => time,
+        None => contact_time(scene, &study.calibrate, |time| {
+            let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
+            let cycle = |profile: &Profile| Ok(algebra(profile, time)?);
+            let most = study.calibrate.cycles;
+            wear_on(&mut state, tooth, wear, [most; 2], |_| false, cycle, |_| ())?;
+            Ok(deepest(&state))
+        })?,
     };
-    // the history gets a point at the published depth
-    let stops = [
-        study.calibrate.cycles,
-        wear.max_hours * 3600.0 * speed / TAU,
-    ];
     let mut oracle_difference: f64 = 0.0;
     let cycle = |profile: &Profile| {
         let rotor = rotor(study, profile, Update::Normal, torque, speed)?;
@@ -83,16 +67,65 @@ pub(super) fn study_life(
         }
         Ok(cycle.load_slip)
     };
-    let last = wear_on(&mut state, tooth, wear, stops, done, cycle, |state| {
-        history.add_profile(1, state);
-    })?;
-    state.close(&last)?;
-    history.close(1, &state, &wear.limits)?;
+    let history = history(study, tooth, wear, cycle)?;
     Ok(StudyLife {
         history,
         contact_time,
         oracle_difference,
     })
+}
+
+/// The life by the algebra alone, without the stepper, at a contact time \[s\].
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn life_by_algebra(
+    study: &Study,
+    tooth: &Tooth,
+    wear: &Wear,
+    contact_time: f64,
+) -> Result<WearHistory, RunError> {
+    let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
+    history(study, tooth, wear, |profile: &Profile| {
+        let update = Update::Normal;
+        Ok(oracle_load_slip(
+            study,
+            profile,
+            update,
+            torque,
+            speed,
+            contact_time,
+        )?)
+    })
+}
+
+/// The history of a tooth that `cycle` wears, as [`wear_on`] has it, at the calibration's speed.
+fn history(
+    study: &Study,
+    tooth: &Tooth,
+    wear: &Wear,
+    cycle: impl FnMut(&Profile) -> Result<Vec<f64>, RunError>,
+) -> Result<WearHistory, RunError> {
+    let speed = study.calibrate.speed;
+    let mut state = new_tooth(tooth, wear, speed, Update::Normal)?;
+    let mut history = WearHistory::default();
+    history.add_profile(1, &state);
+    // without limits: above every height, so that the study's cycles are enough
+    let heights = wear.limits.iter().map(|l| l.height);
+    let lowest = heights.fold(f64::INFINITY, f64::min);
+    let done = |state: &WearState| {
+        let now = state.life().last();
+        now.cycles >= study.cycles * (1.0 - ROUND_OFF) && now.height <= lowest
+    };
+    // the history gets a point at the published depth
+    let longest = wear.max_hours * 3600.0 * speed / TAU;
+    let stops = [study.calibrate.cycles, longest];
+    let last = wear_on(&mut state, tooth, wear, stops, done, cycle, |state| {
+        history.add_profile(1, state);
+    })?;
+    state.close(&last)?;
+    history.close(1, &state, &wear.limits)?;
+    Ok(history)
 }
 
 /// Wears a tooth jump by jump, until `done`, the last of `stops`, no wear, or a base that is worn

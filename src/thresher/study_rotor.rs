@@ -19,9 +19,9 @@ const GRAVITY: f64 = 9.81;
 /// a = (−(l+y) y' − x)/q,   b = ((l+y) − x y')/q,   q = √(1 + y'²)            (1)
 /// ```
 ///
-/// the ramp leading. A refitted profile is a quadratic with an exact slope; its 26 cells have the
-/// same weight. Any other profile is a polyline, whose nodes have their width along the surface as
-/// weight.
+/// the ramp leading. A refitted profile is a quadratic with an exact slope; its cells have the same
+/// weight, or their width along the base. Any other profile is a polyline, whose nodes have their
+/// width along the surface as weight.
 pub(super) struct Levers {
     pub closing: Vec<f64>,
     pub sliding: Vec<f64>,
@@ -34,12 +34,16 @@ impl Levers {
         let nodes = profile.nodes();
         let (normals, width) = match update {
             Update::Normal => (profile.normals(), profile.widths()),
-            Update::Quadratic => {
-                let fit = profile.fit_quadratic()?;
+            Update::Quadratic | Update::QuadraticByWidth => {
+                let weights = match update {
+                    Update::QuadraticByWidth => profile.spans(),
+                    _ => vec![1.0; nodes.len()],
+                };
+                let fit = profile.fit_quadratic(&weights)?;
                 let slope = |p: &Vec2| 2.0 * fit[0] * p.x + fit[1];
                 let normal = |s: f64| Vec2::new(-s, 1.0) / s.hypot(1.0);
                 let normals = nodes.iter().map(|p| normal(slope(p))).collect();
-                (normals, vec![1.0; nodes.len()])
+                (normals, weights)
             }
         };
         let mut levers = Levers {
@@ -194,8 +198,8 @@ pub(super) fn load_cycle(
     })
 }
 
-/// A new tooth under the study's wear law, worn by `update`: with the refit all nodes have the same
-/// width, as they have the same weight in it; otherwise their own.
+/// A new tooth under the study's wear law, worn by `update`: every node has the width that is its
+/// weight in it.
 pub(super) fn new_tooth(
     tooth: &Tooth,
     wear: &Wear,
@@ -207,6 +211,7 @@ pub(super) fn new_tooth(
     };
     let update = match update {
         Update::Quadratic => wear::Update::Quadratic,
+        Update::QuadraticByWidth => wear::Update::QuadraticByWidth,
         Update::Normal => wear::Update::Normal,
     };
     let settings = WearSettings {

@@ -2,6 +2,7 @@
 
 use super::blocks::{Reading, Study, Tooth};
 use super::study::StudyOutcome;
+use super::study_pictures::depth_over_speed;
 use crate::report::{Align, OutputFolder, ReportError, Table, number, quantity, write_rows};
 use serde_json::{Value, json};
 
@@ -24,6 +25,16 @@ impl StudyOutcome {
         tooth: &Tooth,
     ) -> Result<(), ReportError> {
         write_rows(folder, &self.comparison)?;
+        let how = match self.life_contact_time {
+            Some(_) => format!("contact time {}", quantity(self.contact_time, "s", 5)),
+            None => "depths per cell are not unique".to_owned(),
+        };
+        let subtitle = format!("reading {}, {how}", reading(study));
+        let chart = depth_over_speed(&self.comparison, &subtitle);
+        folder.write("depth-over-speed.svg", chart.to_svg()?)?;
+        if !self.frictions.is_empty() {
+            write_rows(folder, &self.frictions)?;
+        }
         let Some(history) = &self.history else {
             return Ok(());
         };
@@ -43,6 +54,7 @@ impl StudyOutcome {
             "contact_time_s": self.contact_time,
             "life_contact_time_s": self.life_contact_time,
             "contact_time_calibrated": self.calibrated,
+            "frictions": self.frictions,
             "stepper_against_algebra": self.oracle_difference,
             "life": self.history.as_ref().map(|h| h.life_json()),
         })
@@ -68,15 +80,10 @@ impl StudyOutcome {
             ));
         } else {
             out.push_str(&format!(
-                "calibrated: contact time of one cycle {}, of the life below {} (one published depth: {} \
-                 at {} N m, {} rad/s)\n\
+                "{}\n\
                  assumed: axis distance {} m, friction {}; the study does not give them\n\
                  stepper against the algebra: {} (largest relative difference of a depth)\n",
-                quantity(self.contact_time, "s", 5),
-                quantity(self.life_contact_time.unwrap_or(f64::NAN), "s", 5),
-                quantity(study.calibrate.depth, "m", 4),
-                study.calibrate.torque,
-                study.calibrate.speed,
+                self.of_contact_time(study),
                 study.axis_distance,
                 study.friction,
                 number(self.oracle_difference.unwrap_or(f64::NAN), 2),
@@ -84,6 +91,7 @@ impl StudyOutcome {
         }
         out.push('\n');
         out.push_str(&self.comparison_table());
+        out.push_str(&self.friction_table());
         if let Some(history) = &self.history {
             out.push_str(&format!(
                 "\nlife at {} N m, {} rad/s, worn along the normals of the profile:\n{}",
@@ -99,6 +107,54 @@ impl StudyOutcome {
             number(self.totals.residual, 2)
         ));
         out
+    }
+
+    /// Where the contact time comes from.
+    fn of_contact_time(&self, study: &Study) -> String {
+        let time = quantity(self.contact_time, "s", 5);
+        if !self.calibrated {
+            return format!("given: contact time of one cycle {time}, also of the life below");
+        }
+        format!(
+            "calibrated: contact time of one cycle {time}, of the life below {} (one published depth: \
+             {} at {} N m, {} rad/s)",
+            quantity(self.life_contact_time.unwrap_or(f64::NAN), "s", 5),
+            quantity(study.calibrate.depth, "m", 4),
+            study.calibrate.torque,
+            study.calibrate.speed,
+        )
+    }
+
+    /// Depth and life by friction; empty without rows.
+    fn friction_table(&self) -> String {
+        let Some(first) = self.frictions.first() else {
+            return String::new();
+        };
+        let mut table = Table::new([
+            ("friction", Align::Right),
+            ("depth [um]", Align::Right),
+            ("life [h]", Align::Right),
+            ("published life [h]", Align::Right),
+        ]);
+        let hours = |h: f64| match h.is_nan() {
+            true => "-".to_owned(),
+            false => number(h, 4),
+        };
+        for row in &self.frictions {
+            table.push([
+                number(row.friction, 3),
+                format!("{:.0}", row.computed_um),
+                hours(row.life_hours),
+                hours(row.published_hours),
+            ]);
+        }
+        format!(
+            "\nfriction at {} N m, {} rad/s, the contact time held; life to the first limit:\n{table}\
+             the published lives reverse three times and are no target: more friction leaves less \
+             normal force here\n",
+            number(first.torque_nm, 5),
+            number(first.omega_rad_s, 4)
+        )
     }
 
     /// The published and the computed depths, and the errors.

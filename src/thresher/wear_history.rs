@@ -1,4 +1,5 @@
 use super::blocks::Limit as SceneLimit;
+use super::life_error::LimitError;
 use super::pictures::{HeightLimit, depth_per_cell, heights, tooth_height, worn_profile};
 use super::rows::{LifeRow, ProfileRow, VolumeRow, WearRow};
 use crate::report::{OutputFolder, ReportError, number, plus_minus, quantity, write_rows};
@@ -68,6 +69,19 @@ impl WearHistory {
             self.crossings.push(crossing);
         }
         Ok(())
+    }
+
+    /// Puts the error of the hours, source by source, in place of that of the wear history.
+    pub(super) fn set_errors(&mut self, errors: &[LimitError]) {
+        for error in errors.iter().filter(|error| error.total().is_finite()) {
+            for row in self.life.iter_mut().filter(|r| r.limit == error.limit) {
+                row.error_hours = error.total();
+            }
+            let own = |c: &&mut LimitLife| c.limit == error.limit;
+            for crossing in self.crossings.iter_mut().filter(own) {
+                crossing.error_hours = Some(error.total());
+            }
+        }
     }
 
     fn add_depths(&mut self, bar: u32, life: &Life, stations: &[f64]) {

@@ -253,6 +253,11 @@ impl ThreshingWorld {
         exchanged
     }
 
+    /// Angle of the cylinder, and so of bar 0, from +x \[rad\].
+    pub fn angle(&self) -> f64 {
+        self.cylinder_pose().angle()
+    }
+
     /// Spin of the cylinder \[rad/s\].
     pub fn speed(&self) -> f64 {
         self.simulation.velocity(self.cylinder).map_or(0.0, |u| u.z)
@@ -351,7 +356,8 @@ impl ThreshingWorld {
         let arc = arc_length(&p);
         let count = ((arc + SPAWN + 0.5 * p.exit_distance) / p.segment_length).ceil() as usize;
         for k in (0..count).rev() {
-            let (centre, along) = pose_at(p.segment_length * k as f64 - SPAWN);
+            let place = (k as f64 + p.feed_phase) * p.segment_length;
+            let (centre, along) = pose_at(place - SPAWN);
             self.push_segment(centre, along, 0.0)?;
         }
         Ok(())

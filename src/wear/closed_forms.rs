@@ -282,7 +282,9 @@ fn hinged_pad() {
 /// The torque-balanced reading of the study with Winkler shares: `load_slip` per cycle [N m].
 fn study_load_slip(profile: &Profile, torque: f64, omega: f64) -> Vec<f64> {
     let (l, mu, contact_time, tape) = (0.25, 0.3, 0.6953e-3, 8e-3);
-    let [alpha, beta, _] = profile.fit_quadratic().unwrap();
+    let [alpha, beta, _] = profile
+        .fit_quadratic(&vec![1.0; profile.node_count()])
+        .unwrap();
     let radius = |p: &Vec2| p.x.hypot(l + p.y);
     let reach = profile.nodes().iter().map(radius).fold(0.0, f64::max);
     let rows: Vec<[f64; 3]> = profile

@@ -76,6 +76,8 @@ pub struct LimitLife {
     pub hours: Option<f64>,
     /// `None` if the limit is not reached, or the error of the jumps is unknown.
     pub error_hours: Option<f64>,
+    /// The part of it from the jumps, `E / ḣ` of equation (1) of [`Life::crossing`]: a bound.
+    pub jump_hours: Option<f64>,
     /// Hours at the last wear rate if the limit is not reached: an extrapolation, not a result.
     /// `None` if reached, or if nothing wears.
     pub extrapolated_hours: Option<f64>,
@@ -229,12 +231,13 @@ impl Life {
             )?,
             Measure::Height(h) => in_range("height limit [m]", h, h.is_finite(), "finite")?,
         }
-        let found = |cell, cycles, hours, error_hours| LimitLife {
+        let found = |cell, cycles, hours, jump_hours: Option<f64>, sampling: f64| LimitLife {
             limit: limit.name.clone(),
             cell,
             cycles: Some(cycles),
             hours: Some(hours),
-            error_hours,
+            error_hours: jump_hours.map(|jumps| jumps + sampling),
+            jump_hours,
             extrapolated_hours: None,
         };
         for (k, point) in self.points.iter().enumerate() {
@@ -243,7 +246,7 @@ impl Life {
                 continue;
             }
             if k == 0 {
-                return Ok(found(cell, 0.0, 0.0, Some(0.0)));
+                return Ok(found(cell, 0.0, 0.0, Some(0.0), 0.0));
             }
             let before = &self.points[k - 1];
             let (cell, t) = first_in(before, point, limit.at);
@@ -254,15 +257,16 @@ impl Life {
                 Measure::Height(_) => (before.height - point.height) / hours,
             };
             let sampling = mix(before.sampling_error[cell], point.sampling_error[cell]);
-            let error_hours = match (&before.jump_error, &point.jump_error) {
-                (Some(a), Some(b)) => Some((mix(largest(a), largest(b)) + sampling) / per_hour),
+            let jump_hours = match (&before.jump_error, &point.jump_error) {
+                (Some(a), Some(b)) => Some(mix(largest(a), largest(b)) / per_hour),
                 _ => None,
             };
             return Ok(found(
                 cell,
                 mix(before.cycles, point.cycles),
                 mix(before.hours, point.hours),
-                error_hours,
+                jump_hours,
+                sampling / per_hour,
             ));
         }
         Ok(self.extrapolate(limit))
@@ -298,6 +302,7 @@ impl Life {
             cycles: None,
             hours: None,
             error_hours: None,
+            jump_hours: None,
             extrapolated_hours: jumps.is_finite().then_some(last.hours + jumps),
         }
     }

@@ -30,7 +30,7 @@ pub struct WearStep {
     /// after. With [`Update::Normal`] they differ by round-off and by `clipped_area`.
     pub requested_area: f64,
     pub removed_area: f64,
-    /// Relative imbalance before the correction, see [`wear_normal`]; 0 for [`Update::Quadratic`].
+    /// Relative imbalance before the correction, see [`wear_normal`]; 0 for a refit.
     pub correction: f64,
     /// Area that cutting off loops added, minus the area that re-meshing removed to stay within the
     /// new profile \[m²\]; exactly 0 if nothing crossed and no merged node lay outside.
@@ -188,7 +188,7 @@ impl WearState {
     ) -> Result<Jump, WearError> {
         let limit = match self.settings.update {
             Update::Normal => JUMP_LIMIT * self.profile.shortest_edge(),
-            Update::Quadratic => f64::INFINITY,
+            Update::Quadratic | Update::QuadraticByWidth => f64::INFINITY,
         };
         rule.next(&self.rates(load_slip)?, limit, feedback)
     }
@@ -286,7 +286,9 @@ impl WearState {
         let (mut correction, mut clipped_area, mut remeshed) = (0.0, 0.0, false);
         let mut cells = self.cells.clone();
         let profile = match self.settings.update {
-            Update::Quadratic => refit_quadratic(&self.profile, depths)?,
+            Update::Quadratic | Update::QuadraticByWidth => {
+                refit_quadratic(&self.profile, depths, &self.widths())?
+            }
             Update::Normal => {
                 self.check_jump(depths)?;
                 let (worn, imbalance) = wear_normal(&self.profile, depths)?;
@@ -325,6 +327,7 @@ impl WearState {
     fn widths(&self) -> Vec<f64> {
         match self.settings.update {
             Update::Normal => self.profile.widths(),
+            Update::QuadraticByWidth => self.profile.spans(),
             // the fit gives every node the same weight, and so must the load
             Update::Quadratic => {
                 let nodes = self.profile.nodes();

@@ -10,8 +10,12 @@ pub enum Update {
     /// Along the local normal, with area balance: [`wear_normal`].
     #[default]
     Normal,
-    /// The method of the study: vertical depths, then one quadratic fit: [`refit_quadratic`].
+    /// The method of the study: vertical depths, then one quadratic fit, [`refit_quadratic`], every
+    /// node with the same width.
     Quadratic,
+    /// The same with the width of every node along `x`, half an edge at both ends: the trapezoid
+    /// rule, which converges with the mesh.
+    QuadraticByWidth,
 }
 
 /// Wears a profile along its local normals, with area balance.
@@ -84,14 +88,22 @@ pub fn wear_normal(profile: &Profile, depths: &[f64]) -> Result<(Profile, f64), 
 
 /// The update of the study: `y_i − h_i`, fitted by one quadratic in the least-squares sense.
 ///
-/// Every node has the same weight and keeps its station `x_i`, so that the sum of `y_i` is exact
-/// and the area under the profile nearly so. The fit spreads a local scar over the whole tooth and
-/// adds steel beside it. Use it only to rebuild the study.
+/// Every node keeps its station `x_i`, and `Σ w_i y_i` is exact: with equal weights, as in the
+/// study, the sum of the heights, with widths along `x` the area under the profile. The fit spreads
+/// a local scar over the whole tooth and adds steel beside it. Use it only to rebuild the study.
+///
+/// # Arguments
+/// - `depths`: `h_i ≥ 0` \[m\], one per node.
+/// - `weights`: `w_i > 0`, one per node; only their ratios count.
 ///
 /// # Errors
-/// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth);
-/// [`WearError::Winding`] unless `x` grows from node to node.
-pub fn refit_quadratic(profile: &Profile, depths: &[f64]) -> Result<Profile, WearError> {
+/// [`WearError::Length`], [`WearError::NonFinite`], [`WearError::Range`] (negative depth, weight not
+/// above 0); [`WearError::Winding`] unless `x` grows from node to node.
+pub fn refit_quadratic(
+    profile: &Profile,
+    depths: &[f64],
+    weights: &[f64],
+) -> Result<Profile, WearError> {
     check_depths(profile, depths)?;
     let worn: Vec<Vec2> = profile
         .nodes()
@@ -99,19 +111,24 @@ pub fn refit_quadratic(profile: &Profile, depths: &[f64]) -> Result<Profile, Wea
         .zip(depths)
         .map(|(p, &h)| Vec2::new(p.x, p.y - h))
         .collect();
-    let [alpha, beta, gamma] = Profile::unchecked(worn)?.fit_quadratic()?;
+    let [alpha, beta, gamma] = Profile::unchecked(worn)?.fit_quadratic(weights)?;
     let fitted = |p: &Vec2| Vec2::new(p.x, (alpha * p.x + beta) * p.x + gamma);
     Profile::new(profile.nodes().iter().map(fitted).collect())
 }
 
 impl Profile {
     /// Least-squares quadratic through the nodes, `[α, β, γ]` of `y = α x² + β x + γ` in
-    /// [1/m, –, m].
+    /// [1/m, –, m], every node with its weight.
     ///
     /// # Errors
-    /// [`WearError::Winding`] unless `x` grows from node to node.
-    pub fn fit_quadratic(&self) -> Result<[f64; 3], WearError> {
+    /// [`WearError::Winding`] unless `x` grows from node to node; [`WearError::Length`];
+    /// [`WearError::Range`] for a weight that is not above 0.
+    pub fn fit_quadratic(&self, weights: &[f64]) -> Result<[f64; 3], WearError> {
         let nodes = self.nodes();
+        same_length("weights of a fit", weights.len(), nodes.len())?;
+        for &w in weights {
+            in_range("weight of a fit", w, w > 0.0 && w.is_finite(), "above 0")?;
+        }
         for e in nodes.windows(2) {
             if e[1].x <= e[0].x {
                 return Err(WearError::Winding {
@@ -124,11 +141,12 @@ impl Profile {
         let (centre, half) = (0.5 * (a + b), 0.5 * (b - a));
         let mut matrix = Matrix3::zeros();
         let mut right = Vector3::zeros();
-        for p in nodes {
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        for (p, w) in nodes.iter().zip(weights) {
             let t = (p.x - centre) / half;
             let row = Vector3::new(t * t, t, 1.0);
-            matrix += row * row.transpose();
-            right += row * p.y;
+            matrix += row * row.transpose() * (w / mean);
+            right += row * (p.y * (w / mean));
         }
         let fit = matrix.cholesky().map(|c| c.solve(&right));
         let Some(fit) = fit.filter(|f| f.iter().all(|v| v.is_finite())) else {
@@ -342,7 +360,7 @@ mod tests {
         let old = tooth();
         let scar = |p: &Vec2| 2e-3 * (-((p.x - 0.01) / 0.006).powi(2)).exp();
         let depths: Vec<f64> = old.nodes().iter().map(scar).collect();
-        let new = refit_quadratic(&old, &depths).unwrap();
+        let new = refit_quadratic(&old, &depths, &[1.0; 26]).unwrap();
         let change: Vec<f64> = old
             .nodes()
             .iter()
@@ -360,7 +378,7 @@ mod tests {
 
     #[test]
     fn the_fit_gives_back_a_quadratic() {
-        let [alpha, beta, gamma] = tooth().fit_quadratic().unwrap();
+        let [alpha, beta, gamma] = tooth().fit_quadratic(&[1.0; 26]).unwrap();
         // ulp of y = 0.0188 over x² = 0.0025, times the condition of about 10
         assert!((alpha + 5.539).abs() < 1e-12);
         assert!((beta + 0.1014).abs() < 1e-13);

@@ -90,6 +90,7 @@ const CONTACTS: &str = "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_
                         slip_m,load_slip_nm,friction_work_j,status";
 const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated";
 const WEAR: &str = "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle";
+const FRICTION: &str = "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours";
 const PROFILE: &str = "cycles,hours,bar,node,x_m,y_m";
 const LIFE: &str = "limit,hours,cycles,error_hours,bar,cell";
 const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,\
@@ -228,6 +229,7 @@ fn the_study_writes_its_comparison_and_its_life() {
         ("wear.csv", WEAR),
         ("profile.csv", PROFILE),
         ("life.csv", LIFE),
+        ("friction.csv", FRICTION),
     ] {
         assert_eq!(place.header(&format!("r/{file}")), header);
     }
@@ -238,7 +240,12 @@ fn the_study_writes_its_comparison_and_its_life() {
         (rows[0][0].as_str(), rows[0][5].as_str()),
         ("146.39", "true")
     );
-    for svg in ["worn-profile.svg", "depth-per-cell.svg", "tooth-height.svg"] {
+    for svg in [
+        "worn-profile.svg",
+        "depth-per-cell.svg",
+        "tooth-height.svg",
+        "depth-over-speed.svg",
+    ] {
         let text = fs::read_to_string(place.path(&format!("r/{svg}"))).unwrap();
         assert!(
             text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),

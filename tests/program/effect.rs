@@ -109,6 +109,11 @@ fn what_has_no_effect_is_refused_and_named() {
         ("run thresher-study", "--threads 2", "one island"),
         ("run woodpecker", "--threads 2", "one island"),
         ("run thresher-study", "--time 1", "calibrated"),
+        (
+            "run thresher-study --set study.contact_time=6e-4",
+            "--set study.calibrate.depth=7e-3",
+            "not fitted",
+        ),
         ("run thresher-study", "--set step.time=1", "calibrated"),
         (
             "run thresher-study --scheme staggered",

@@ -57,6 +57,91 @@ fn the_study_reproduces_the_winkler_row_of_the_rebuilt_data() {
     );
 }
 
+/// Without a life, whose meshes are tested elsewhere.
+const NO_LIFE: [&str; 2] = ["study.frictions=[]", "wear.max_hours=1e-3"];
+
+fn depths(flags: &[&str]) -> Vec<f64> {
+    let outcome = study(&[&NO_LIFE[..], flags].concat());
+    assert!(!outcome.calibrated && outcome.comparison.iter().all(|row| !row.calibrated));
+    // the stepper against the algebra, on this mesh too
+    assert!(outcome.oracle_difference.unwrap() <= 1e-6);
+    outcome
+        .comparison
+        .iter()
+        .map(|row| row.computed_um)
+        .collect()
+}
+
+/// Gate of the mesh: with each cell weighted by its width, the twelve depths at one contact time
+/// agree on 13 to 104 cells. A program of the equations alone found 1.6e-3 of the limit at 13 cells,
+/// 4.4e-4 at 26 and 1.2e-4 at 52.
+#[test]
+fn the_depths_of_the_study_hold_on_any_mesh() {
+    let table = |cells: u32| {
+        depths(&[
+            "study.update=quadratic-by-width",
+            "study.contact_time=6.772e-4",
+            &format!("tooth.cells={cells}"),
+        ])
+    };
+    let fine = table(104);
+    for (cells, limit) in [(13, 2e-3), (26, 5e-4), (52, 2e-4)] {
+        for (ours, fine) in table(cells).iter().zip(&fine) {
+            assert!(
+                (ours / fine - 1.0).abs() < limit,
+                "{cells} cells: {ours} µm, {fine} µm"
+            );
+        }
+    }
+}
+
+/// A contact time that is given makes the table that its fit makes.
+#[test]
+fn a_contact_time_given_is_held() {
+    let fitted = study(&NO_LIFE);
+    let time = fitted.contact_time;
+    let given = depths(&[&format!("study.contact_time={time}")]);
+    for (row, um) in fitted.comparison.iter().zip(given) {
+        assert_eq!(row.computed_um, um);
+    }
+    let third = depths(&["study.contact_time=6.9e-4", "study.friction=0.14"]);
+    assert!((third[0] / 11402.0 - 1.0).abs() < 1e-3, "{}", third[0]);
+}
+
+/// Bug that this guards: a contact time fitted anew at every friction gave the published depth at
+/// each. By the torque balance `Σ F (a + μ b) = T` more friction leaves less load, and less wear.
+#[test]
+fn friction_changes_depth_and_life_at_a_contact_time_held() {
+    let outcome = study(&["study.torques=[146.39]", "study.speeds=[70]"]);
+    let rows = outcome.frictions;
+    let found: Vec<f64> = rows.iter().map(|row| row.friction).collect();
+    assert_eq!(found, [0.14, 0.18, 0.25, 0.30, 0.35, 0.40]);
+    for pair in rows.windows(2) {
+        assert!(pair[1].computed_um < 0.97 * pair[0].computed_um, "{pair:?}");
+        assert!(pair[1].life_hours > 1.03 * pair[0].life_hours, "{pair:?}");
+    }
+    // the friction of the fit
+    assert!((rows[3].computed_um / 7620.0 - 1.0).abs() < 1e-9);
+    let life = outcome.history.unwrap().crossings[0].hours.unwrap();
+    assert!((rows[3].life_hours / life - 1.0).abs() < 1e-9);
+    assert_eq!(rows[3].published_hours, 31.0);
+    assert!(rows[1].published_hours.is_nan());
+}
+
+#[test]
+fn a_contact_time_longer_than_a_revolution_is_refused() {
+    for (time, words) in [
+        ("0.06", "a revolution at 120 rad/s"),
+        ("nan", "contact_time"),
+    ] {
+        let flag = format!("study.contact_time={time}");
+        let error = thresher::load("thresher-study", &[flag])
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
 /// Life at the calibrated point: 4e6 cycles of one revolution at 70 rad/s.
 #[test]
 fn a_cycle_of_the_study_is_one_revolution() {
