@@ -17,17 +17,22 @@
 //! run converged over three step lengths. No peer has their contact law or reports slip.
 
 mod blocks;
+mod calibrate;
 mod check;
 mod contact_time;
 mod life;
 mod life_text;
+mod lives;
 mod machine;
+mod operation;
 mod parameters;
 mod pictures;
+mod power;
 mod rotor_rungs;
 mod rows;
 mod shapes;
 mod stall;
+mod strip;
 mod study;
 mod study_life;
 mod study_rotor;
@@ -37,12 +42,15 @@ mod wear_history;
 mod world;
 
 pub use blocks::{Calibration, Limit, Reading, Shares, Study, Tooth, Update, Wear};
-pub use life::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
+pub use calibrate::Calibrated;
+pub use life::{Observer, ThreshingOutcome, run_threshing};
+pub use lives::{Lives, run_lives};
 pub use machine::{Blocks, Machine, Setup, load, parse};
-pub use parameters::{ConcaveSetting, Thresher};
+pub use parameters::{ConcaveSetting, Hold, Thresher};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
+pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
-pub use rows::{ComparisonRow, LifeRow, ProfileRow, VolumeRow, WearRow};
+pub use rows::{ComparisonRow, LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow};
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, run_study};
 pub use study_rotor::oracle_load_slip;
