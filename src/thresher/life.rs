@@ -3,7 +3,7 @@
 use super::blocks::{Tooth, Wear};
 use super::calibrate::Calibrated;
 use super::machine::Setup;
-use super::operation::{self, Operation};
+use super::operation::{self, HeldTorque, Operation};
 use super::parameters::Thresher;
 use super::power::PowerBudget;
 use super::wear_chart::WornCycle;
@@ -148,7 +148,8 @@ impl<'a> Threshing<'a> {
         let (mut angle, mut filled) = (0.0, 0.0);
         let mut last = self.world.speed();
         self.world.take_passed();
-        for _ in 0..steps {
+        let mut hold = HeldTorque::new(self, steps, revolutions);
+        for step in 0..steps {
             let record = self.step()?;
             progress.advance();
             self.add_wear(&record, profile, &mut sums)?;
@@ -157,6 +158,7 @@ impl<'a> Threshing<'a> {
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
             filled += self.world.filled();
+            hold.steer(&mut self.world, step, power.drive / angle);
         }
         // kinetic energy that the crop gained leaves with it, or is still in the machine
         let passed = self.world.take_passed();
@@ -170,7 +172,7 @@ impl<'a> Threshing<'a> {
             speed,
             drive: power.drive,
             feeder: power.feeder,
-            stiffness: self.world.stiffness(),
+            stiffness: hold.close(&mut self.world),
             filled,
             out: passed.segments_out as f64 / time * self.parameters.segment_total(),
             conveys: operation::conveys(filled, speed / self.parameters.speed),

@@ -12,9 +12,10 @@ use crate::wear::{Life, LimitLife, Profile, WearState};
 
 /// The torque is held this near the operating torque.
 const TORQUE_TOLERANCE: f64 = 0.02;
-/// Times that the crop is rescaled for one profile. The torque of one revolution scatters by some
-/// 2 %, so that most profiles need none to two.
+/// Cycles that are measured again for one profile at most.
 const ATTEMPTS: usize = 8;
+/// Within a cycle the modulus stays this near the one of its start.
+const STEERED: [f64; 2] = [0.7, 1.4];
 /// A machine that holds this many times the crop of a strip laid end to end is plugged: most of
 /// what was fed since it was full has not left it.
 const PLUGGED: f64 = 2.0;
@@ -65,6 +66,64 @@ pub(super) fn conveys(filled: f64, speed: f64) -> bool {
     filled < PLUGGED && speed > STALLED
 }
 
+/// Holds the mean torque of a measured cycle, with [`Hold::Torque`].
+///
+/// The torque of a revolution scatters by some 2 %, with the crop. At every passage of a bar the
+/// modulus is set to what gives the operating torque in the mean of the whole cycle,
+///
+/// ```text
+/// k = k_start (1 − f T/T₀) / (1 − f)                                                   (1)
+/// ```
+///
+/// where `T` is the mean torque of the part `f` that has passed. What is left is the scatter of the
+/// last passage, an eighth of a revolution.
+pub(super) struct HeldTorque {
+    /// Operating torque of the slice \[N m\]; `None` with [`Hold::Feed`].
+    target: Option<f64>,
+    steps: usize,
+    /// Steps of a passage of a bar.
+    passage: usize,
+    /// Modulus at the start, and its sum over the steps \[Pa/m\].
+    start: f64,
+    sum: f64,
+}
+
+impl HeldTorque {
+    /// For a cycle of `steps` steps.
+    pub fn new(machine: &Threshing, steps: usize, revolutions: u32) -> HeldTorque {
+        let p = machine.parameters;
+        let held = p.hold == Hold::Torque;
+        HeldTorque {
+            target: held.then(|| p.per_metre(p.operating_torque)),
+            steps,
+            passage: steps.div_ceil(p.bars as usize * revolutions as usize),
+            start: machine.world.stiffness(),
+            sum: 0.0,
+        }
+    }
+
+    /// After step number `step`, from 0; `torque` is the mean since the start \[N m\], of the slice.
+    pub fn steer(&mut self, world: &mut ThreshingWorld, step: usize, torque: f64) {
+        self.sum += world.stiffness();
+        let passed = step + 1;
+        let at_passage = passed.is_multiple_of(self.passage) && passed < self.steps;
+        if let Some(target) = self.target.filter(|_| at_passage) {
+            let f = passed as f64 / self.steps as f64;
+            let ratio = (1.0 - f * torque / target) / (1.0 - f);
+            if ratio.is_finite() {
+                world.set_stiffness(self.start * ratio.clamp(STEERED[0], STEERED[1]));
+            }
+        }
+    }
+
+    /// The mean modulus of the cycle \[Pa/m\], which the machine keeps.
+    pub fn close(self, world: &mut ThreshingWorld) -> f64 {
+        let mean = self.sum / self.steps.max(1) as f64;
+        world.set_stiffness(mean);
+        mean
+    }
+}
+
 impl Threshing<'_> {
     /// Settles the machine with a new `profile` and measures it, under what the operator holds.
     ///
@@ -87,8 +146,8 @@ impl Threshing<'_> {
         }
     }
 
-    /// Holds the operating torque: as long as the measured one is more than 2 % off, divides the
-    /// modulus of the crop by their ratio, and measures again.
+    /// As long as the measured torque is more than 2 % off the operating torque, divides the modulus
+    /// of the crop by their ratio, and measures again.
     ///
     /// The modulus is the lever, as the torque is nearly proportional to it. The feed rate is none:
     /// at a given thickness it sets the inertia of the crop alone, a few per cent of the power.

@@ -179,9 +179,13 @@ impl ThreshingWorld {
         Ok(())
     }
 
-    /// Changes the crop's Winkler modulus \[Pa/m\], for the next [`ThreshingWorld::set_profile`].
+    /// Changes the crop's Winkler modulus \[Pa/m\].
     pub fn set_stiffness(&mut self, stiffness: f64) {
         self.stiffness = stiffness;
+        let law = steel_law(&self.parameters, stiffness);
+        for collider in self.bars.iter().chain([&self.concave]) {
+            self.simulation.set_law(*collider, law);
+        }
     }
 
     /// The crop's Winkler modulus \[Pa/m\].
