@@ -3,7 +3,7 @@ use super::{Outcome, RunArgs, summary};
 use crate::experiment::{RunError, Totals};
 use crate::report::{OutputFolder, Progress};
 use crate::scene::Scene;
-use crate::thresher::{Machine, Setup, Study, Thresher, run_study, run_threshing};
+use crate::thresher::{Machine, Setup, Study, Thresher, run_lives, run_study};
 use serde_json::{Value, json};
 
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
@@ -54,7 +54,7 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     let quiet = args.common.flags.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);
     let mut files = RunFiles::create(&folder, every)?;
-    let outcome = run_threshing(
+    let lives = run_lives(
         scene,
         setup,
         |label, total| Progress::new(label, total, quiet),
@@ -62,8 +62,11 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     )?;
     files.finish()?;
     let p = &setup.parameters;
-    outcome.write(&folder, p, &setup.tooth)?;
-    let mut text = outcome.describe(p, &setup.tooth);
-    text.push_str(&summary::noted(&summary::warnings(&outcome.totals)));
-    Ok((folder, outcome.json(p), text, outcome.totals))
+    let found = lives.json(p);
+    lives.run.write(&folder, p, &setup.tooth)?;
+    let mut text = lives.describe(p, &setup.tooth);
+    let mut totals = lives.run.totals;
+    totals.unsolved_islands = lives.unsolved_islands();
+    text.push_str(&summary::noted(&summary::warnings(&totals)));
+    Ok((folder, found, text, totals))
 }

@@ -54,6 +54,8 @@ pub struct JointSpec {
     /// Least and largest value of the free coordinate; for a spring, of its length.
     pub limits: Option<[f64; 2]>,
     pub drive: Option<JointDrive>,
+    /// A drive of the angle of a pin-slot joint, besides the one along its slot.
+    pub turn: Option<JointDrive>,
     /// Whether the two bodies touch.
     pub contacts: bool,
 }
@@ -68,6 +70,7 @@ impl JointSpec {
             angles: [0.0; 2],
             limits: None,
             drive: None,
+            turn: None,
             contacts: false,
         }
     }
@@ -80,8 +83,14 @@ impl Simulation {
     /// Joins two bodies. The joint is an ordinary joint of the world, for rapier's solver as well.
     ///
     /// # Errors
-    /// [`ModelError::Invalid`] if a body is unknown.
+    /// [`ModelError::Invalid`] if a body is unknown, or a joint other than a pin-slot one has a
+    /// [`JointSpec::turn`].
     pub fn add_joint(&mut self, spec: &JointSpec) -> Result<ImpulseJointHandle, ModelError> {
+        if spec.turn.is_some() && spec.shape != JointShape::PinSlot {
+            return Err(ModelError::Invalid(
+                "only a pin-slot joint has a drive of its angle besides its own".into(),
+            ));
+        }
         let mut handles = [RigidBodyHandle::invalid(); 2];
         for (handle, body) in handles.iter_mut().zip(spec.bodies) {
             *handle = match body {
@@ -123,21 +132,9 @@ fn generic(spec: &JointSpec) -> GenericJoint {
     if let Some(limits) = spec.limits {
         joint.set_limits(axis, limits.map(|x| x as Real));
     }
-    let mut bound = None;
-    match spec.drive {
-        None => {}
-        Some(JointDrive::Motor { speed, max_force }) => {
-            joint.set_motor_velocity(axis, speed as Real, EXACT as Real);
-            bound = Some(max_force);
-        }
-        Some(JointDrive::Spring {
-            target,
-            stiffness,
-            damping,
-            max_force,
-        }) => {
-            spring(&mut joint, axis, [target, stiffness, damping]);
-            bound = Some(max_force);
+    for (axis, drive) in [(axis, spec.drive), (JointAxis::AngX, spec.turn)] {
+        if let Some(drive) = drive {
+            driven(&mut joint, axis, drive);
         }
     }
     match spec.shape {
@@ -151,10 +148,26 @@ fn generic(spec: &JointSpec) -> GenericJoint {
         } => spring(&mut joint, axis, [length, stiffness, damping]),
         _ => {}
     }
-    if let Some(bound) = bound {
-        joint.set_motor_max_force(axis, bound.min(f64::from(Real::MAX)) as Real);
-    }
     joint
+}
+
+fn driven(joint: &mut GenericJoint, axis: JointAxis, drive: JointDrive) {
+    let bound = match drive {
+        JointDrive::Motor { speed, max_force } => {
+            joint.set_motor_velocity(axis, speed as Real, EXACT as Real);
+            max_force
+        }
+        JointDrive::Spring {
+            target,
+            stiffness,
+            damping,
+            max_force,
+        } => {
+            spring(joint, axis, [target, stiffness, damping]);
+            max_force
+        }
+    };
+    joint.set_motor_max_force(axis, bound.min(f64::from(Real::MAX)) as Real);
 }
 
 fn spring(joint: &mut GenericJoint, axis: JointAxis, numbers: [f64; 3]) {

@@ -278,6 +278,11 @@ impl Simulation {
         self.world.bodies.get(body.0)?.colliders().first().copied()
     }
 
+    /// Replaces what rapier cannot store of a collider's surface; friction and restitution stay.
+    pub fn set_law(&mut self, collider: ColliderId, law: SurfaceLaw) {
+        self.pipeline.set_surface(collider.0, law);
+    }
+
     /// Makes a body's chains two-sided, like rapier's plain polylines.
     pub fn open_chains(&mut self, body: BodyId) {
         let Some(body) = self.world.bodies.get(body.0) else {

@@ -93,6 +93,7 @@ impl Scene {
                     .map(|b| joint.axis - b.map_or(0.0, |k| self.bodies[k].angle)),
                 limits: joint.limits,
                 drive: joint.motor.map(|motor| motor.drive()),
+                turn: None,
                 contacts: joint.contacts,
             };
             let name = |b: Option<usize>| b.map_or(WORLD, |k| &self.bodies[k].name);

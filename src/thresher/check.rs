@@ -164,6 +164,11 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         thresher.crop_bending_stiffness,
         BENDING,
     )?;
+    at.within(
+        "crop_strength",
+        thresher.crop_strength,
+        range(0.0, 1e9, "0 to 1e9 N per metre of width"),
+    )?;
     at.within("friction_steel", thresher.friction_steel, FRICTION)?;
     at.within("friction_concave", thresher.friction_concave, FRICTION)?;
     at.within("concave_start_deg", thresher.concave_start_deg, DEGREES)?;

@@ -1,14 +1,16 @@
 //! The thresher's life: simulates revolutions, measures wear, jumps cycles.
 
 use super::bar_load::BarLoad;
-use super::blocks::{Calibration, LifeErrors, Tooth, Wear};
+use super::blocks::{LifeErrors, Tooth, Wear};
+use super::calibrate::Calibrated;
 use super::life_error::{self, LimitError};
 use super::machine::Setup;
-use super::machine_pictures::OperationPoint;
+use super::operation::{self, HeldTorque, Operation};
 use super::parameters::Thresher;
+use super::power::PowerBudget;
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
-use super::world::{Outlines, Part, ThreshingError, ThreshingWorld};
+use super::world::{Outlines, ThreshingError, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
 use crate::report::Progress;
@@ -19,69 +21,18 @@ use std::f64::consts::TAU;
 /// Revolutions that fill the machine before anything is measured.
 const FILLING: f64 = 2.0;
 /// Revolutions between a new profile and its measurement.
-const SETTLING: f64 = 0.25;
-/// The stiffness is scaled until the mean torque is this near the operating torque.
-const TORQUE_TOLERANCE: f64 = 0.02;
-const CALIBRATIONS: usize = 8;
-
-/// Power balance over a measured time \[W\], machine totals.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PowerBudget {
-    /// Supplied by the drive, and by the feeder that keeps the strip at its speed.
-    pub drive: f64,
-    pub feeder: f64,
-    pub gravity: f64,
-    /// Dissipated by friction on the teeth and on the concave.
-    pub friction_teeth: f64,
-    pub friction_concave: f64,
-    /// Dissipated by the damping of the crop, and stored in its compression.
-    pub normal_teeth: f64,
-    pub normal_concave: f64,
-    /// Kinetic energy that the crop carries away beyond what it brought.
-    pub crop: f64,
-    /// Bending of the crop: dissipated and stored.
-    pub bending: f64,
-    /// Gained by the cylinder and the crop in the machine.
-    pub stored: f64,
-}
-
-impl PowerBudget {
-    /// Imbalance of the sum \[W\].
-    pub fn imbalance(&self) -> f64 {
-        self.drive + self.feeder + self.gravity
-            - self.friction_teeth
-            - self.friction_concave
-            - self.normal_teeth
-            - self.normal_concave
-            - self.crop
-            - self.bending
-            - self.stored
-    }
-}
+pub(super) const SETTLING: f64 = 0.25;
 
 /// One measured cycle.
 #[derive(Debug, Clone)]
-struct Cycle {
+pub(super) struct Cycle {
     /// Load and slip per node and revolution of the slice, mean over the bars.
     load: LoadSlip,
     /// Relative standard error of the most loaded node's mean over the bars.
     sampling: f64,
-    /// Mean torque of the drive \[N m\], machine total.
-    torque: f64,
-    speed: f64,
+    pub operation: Operation,
     power: PowerBudget,
     bar_load: BarLoad,
-}
-
-impl Cycle {
-    fn operation(&self, hours: f64) -> OperationPoint {
-        OperationPoint {
-            hours,
-            torque: self.torque,
-            drive: self.power.drive,
-            feeder: self.power.feeder,
-        }
-    }
 }
 
 /// Result of wearing the teeth.
@@ -93,7 +44,6 @@ struct Worn {
     sampling: f64,
     /// Largest `K k S` of a jump.
     feedback: f64,
-    operation: Vec<OperationPoint>,
 }
 
 /// Results of a run of the thresher.
@@ -119,8 +69,8 @@ pub struct ThreshingOutcome {
     pub steel_lost: f64,
     /// Wear coefficient of the steel [m²/N].
     pub coefficient: f64,
-    /// Depth \[m\] at the calibration point, if the run is at its operating point.
-    pub calibration: Option<(Calibration, f64)>,
+    /// What the run gives at the published point, if it is at that point's torque and speed.
+    pub calibration: Option<Calibrated>,
     /// Largest relative standard error of the most loaded cell's wear in a cycle.
     pub sampling: f64,
     /// Largest `K k S` of a jump, measured: see [`crate::wear::Archard::feedback`].
@@ -129,8 +79,6 @@ pub struct ThreshingOutcome {
     pub mean_jump: f64,
     /// Error of the hours to each limit that was reached, by source.
     pub errors: Vec<LimitError>,
-    /// Torque and power with every profile.
-    pub operation: Vec<OperationPoint>,
     /// Load on a bar with new and with the last teeth.
     pub bar_load_new: BarLoad,
     pub bar_load_worn: BarLoad,
@@ -147,9 +95,9 @@ pub type Observer<'a> = &'a mut dyn FnMut(&StepRecord, &ThreshingWorld) -> Resul
 const STEEL: f64 = 7850.0;
 
 /// A machine and the measurement of its cycles.
-struct Threshing<'a> {
-    parameters: &'a Thresher,
-    world: ThreshingWorld,
+pub(super) struct Threshing<'a> {
+    pub parameters: &'a Thresher,
+    pub world: ThreshingWorld,
     totals: Totals,
     revolution: f64,
     dt: f64,
@@ -186,17 +134,17 @@ impl<'a> Threshing<'a> {
     }
 
     /// Steps without measuring.
-    fn run(&mut self, revolutions: f64, progress: &Progress) -> Result<(), RunError> {
+    pub fn run(&mut self, revolutions: f64, progress: &Progress) -> Result<(), RunError> {
         for _ in 0..self.steps(revolutions) {
             self.step()?;
             progress.advance();
         }
-        self.world.take_exchanged_energy();
+        self.world.take_passed();
         Ok(())
     }
 
     /// Steps `revolutions` and measures wear, torque and power.
-    fn measure(
+    pub fn measure(
         &mut self,
         profile: &Profile,
         revolutions: u32,
@@ -208,41 +156,39 @@ impl<'a> Threshing<'a> {
         let steps = self.steps(f64::from(revolutions));
         let mut power = PowerBudget::default();
         let mut bar_load = BarLoad::default();
-        let mut angle = 0.0;
+        let (mut angle, mut filled) = (0.0, 0.0);
         let mut last = self.world.speed();
-        self.world.take_exchanged_energy();
-        for _ in 0..steps {
+        self.world.take_passed();
+        let mut hold = HeldTorque::new(self, steps, revolutions);
+        for step in 0..steps {
             let record = self.step()?;
             progress.advance();
             self.add_wear(&record, profile, &mut sums)?;
-            self.add_power(&record, &mut power);
+            power.add(&record, &self.world);
             bar_load.add(&record, &self.world, self.parameters.bars, self.dt);
             observe(&record, &self.world)?;
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
-            power.stored += record.energy.kinetic_end - record.energy.kinetic_start;
+            filled += self.world.filled();
+            hold.steer(&mut self.world, step, power.drive / angle);
         }
         // kinetic energy that the crop gained leaves with it, or is still in the machine
-        let (entered, left) = self.world.take_exchanged_energy();
-        power.crop = left - entered;
+        let passed = self.world.take_passed();
+        power.crop = passed.energy_out - passed.energy_in;
         power.stored -= power.crop;
         let time = steps as f64 * self.dt;
-        let scale = self.parameters.machine_width / time;
-        let torque = power.drive / angle * self.parameters.machine_width;
-        for term in [
-            &mut power.drive,
-            &mut power.feeder,
-            &mut power.gravity,
-            &mut power.friction_teeth,
-            &mut power.friction_concave,
-            &mut power.normal_teeth,
-            &mut power.normal_concave,
-            &mut power.crop,
-            &mut power.bending,
-            &mut power.stored,
-        ] {
-            *term *= scale;
-        }
+        let power = power.scaled(self.parameters.machine_width / time);
+        let (filled, speed) = (filled / steps as f64, angle / time);
+        let operation = Operation {
+            torque: power.drive / speed,
+            speed,
+            drive: power.drive,
+            feeder: power.feeder,
+            stiffness: hold.close(&mut self.world),
+            filled,
+            out: passed.segments_out as f64 / time * self.parameters.segment_total(),
+            conveys: operation::conveys(filled, speed / self.parameters.speed),
+        };
         let per_bar = f64::from(revolutions);
         let mut load = LoadSlip::new(profile.node_count());
         for sum in &sums {
@@ -251,53 +197,41 @@ impl<'a> Threshing<'a> {
         Ok(Cycle {
             sampling: sampling_error(&sums, load.sums(), per_bar),
             load,
-            torque,
-            speed: angle / time,
+            operation,
             power,
             bar_load,
         })
     }
 
     /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
-    /// with `profile` is the operating torque, at most `calibrations` times.
-    ///
-    /// # Returns
-    /// The stiffness \[Pa/m\].
+    /// with `profile` is the operating torque, if it `calibrates`.
     fn fill(
         &mut self,
         profile: &Profile,
-        calibrations: usize,
+        calibrates: bool,
         progress: &Progress,
-    ) -> Result<f64, RunError> {
+    ) -> Result<(), RunError> {
         let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-        let mut stiffness = self.parameters.crop_stiffness;
         self.run(FILLING, progress)?;
-        let mut cycle = self.measure(profile, 1, progress, &mut ignore)?;
-        for _ in 0..calibrations {
-            let ratio = cycle.torque / self.parameters.operating_torque;
-            if (ratio - 1.0).abs() <= TORQUE_TOLERANCE || !ratio.is_finite() || ratio <= 0.0 {
-                break;
-            }
-            // torque grows a little slower than the stiffness: a plain ratio converges from below
-            stiffness /= ratio.clamp(0.2, 5.0);
-            self.world.set_stiffness(stiffness, profile)?;
-            self.run(1.0, progress)?;
-            cycle = self.measure(profile, 1, progress, &mut ignore)?;
+        let cycle = self.measure(profile, 1, progress, &mut ignore)?;
+        if calibrates {
+            self.hold_torque(cycle, profile, 1, progress)?;
         }
-        Ok(stiffness)
+        Ok(())
     }
 
     /// Wears the teeth jump by jump from the first cycle `new`, until the last limit or the longest
-    /// time.
+    /// time, or until the machine no longer conveys or the base, `base` \[m\] thick, is worn
+    /// through.
     fn wear_out(
         &mut self,
         wear: &Wear,
+        base: f64,
         new: &Cycle,
         state: &mut WearState,
         history: &mut WearHistory,
         progress: &Progress,
     ) -> Result<Worn, RunError> {
-        let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
         let hidden = Progress::new("", 1, true);
         let rule = JumpRule {
             cycles: 1e12,
@@ -312,7 +246,6 @@ impl<'a> Threshing<'a> {
             jumps: 0,
             sampling: 0.0,
             feedback: 0.0,
-            operation: vec![new.operation(0.0)],
         };
         loop {
             let now = state.life().last();
@@ -323,7 +256,8 @@ impl<'a> Threshing<'a> {
             };
             progress.set((1000.0 * share) as u64);
             progress.message(format!("{:.0} h, {:.1} mm", now.hours, 1e3 * now.height));
-            if now.height <= lowest || now.hours >= wear.max_hours {
+            let conveys = worn.last.operation.conveys;
+            if now.height <= lowest || now.hours >= wear.max_hours || !conveys {
                 break;
             }
             let load_slip = worn.last.load.sums();
@@ -339,11 +273,12 @@ impl<'a> Threshing<'a> {
             worn.feedback = worn.feedback.max(feedback * cycles);
             worn.jumps += 1;
             history.add_profile(1, state);
-            self.world.set_profile(state.profile())?;
-            self.run(SETTLING, &hidden)?;
-            worn.last = self.measure(state.profile(), wear.revolutions, &hidden, &mut ignore)?;
-            let hours = state.life().last().hours;
-            worn.operation.push(worn.last.operation(hours));
+            if state.profile().nodes().iter().any(|p| p.y <= -base) {
+                // no machine has these teeth: the rate at the end of the last jump is unknown
+                return Ok(worn);
+            }
+            worn.last = self.next_cycle(&worn.last, state.profile(), wear.revolutions, &hidden)?;
+            history.operation.push(worn.last.operation.row(state));
         }
         state.close(worn.last.load.sums())?;
         Ok(worn)
@@ -362,23 +297,6 @@ impl<'a> Threshing<'a> {
             })?;
         }
         Ok(())
-    }
-
-    fn add_power(&self, record: &StepRecord, power: &mut PowerBudget) {
-        // the record adds the springs of the strip to the motor work
-        let drive = self.world.drive_work(record);
-        power.drive += drive;
-        power.bending -= record.energy.motors - drive;
-        power.feeder += record.energy.joints;
-        power.gravity += record.energy.forces;
-        for contact in &record.contacts {
-            let (friction, normal) = match self.world.part(contact) {
-                Some(Part::Tooth(_)) => (&mut power.friction_teeth, &mut power.normal_teeth),
-                _ => (&mut power.friction_concave, &mut power.normal_concave),
-            };
-            *friction += contact.friction_work;
-            *normal -= contact.normal_work;
-        }
     }
 }
 
@@ -418,13 +336,13 @@ pub fn run_threshing(
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
-    let mut outcome = live(scene, setup, CALIBRATIONS, &progress, observe)?;
+    let mut outcome = live(scene, setup, true, &progress, observe)?;
     if setup.wear.error == LifeErrors::Measured && !outcome.errors.is_empty() {
         let bar = progress("measuring the error of the life", 1);
         life_error::measure(scene, setup, &mut outcome, |scene, setup| {
             let hidden = |_: &str, _: u64| Progress::new("", 1, true);
             let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-            live(scene, setup, 0, &hidden, &mut ignore).map_err(|e| e.to_string())
+            live(scene, setup, false, &hidden, &mut ignore).map_err(|e| e.to_string())
         });
         bar.advance();
     }
@@ -436,7 +354,7 @@ pub fn run_threshing(
 fn live(
     scene: &Scene,
     setup: &Setup<Thresher>,
-    calibrations: usize,
+    calibrates: bool,
     progress: &impl Fn(&str, u64) -> Progress,
     observe: Observer,
 ) -> Result<ThreshingOutcome, RunError> {
@@ -444,32 +362,38 @@ fn live(
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
     let bar = progress("filling the machine", 4 * machine.steps(1.0) as u64);
-    let stiffness = machine.fill(state.profile(), calibrations, &bar)?;
+    machine.fill(state.profile(), calibrates, &bar)?;
     let new = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
-    let picture_new = machine.world.outlines(state.profile())?;
+    let new = match calibrates {
+        true => machine.hold_torque(new, state.profile(), wear.revolutions, &bar)?,
+        false => new,
+    };
+    let stiffness = machine.world.stiffness();
+    let picture_new = machine.world.outlines()?;
     drop(bar);
     let area_new = state.profile().area_above(-tooth.base);
 
     let mut history = WearHistory::default();
     history.add_profile(1, &state);
+    history.operation.push(new.operation.row(&state));
     let bar = progress("wearing the teeth", 1000);
-    let worn = machine.wear_out(wear, &new, &mut state, &mut history, &bar)?;
+    let worn = machine.wear_out(wear, tooth.base, &new, &mut state, &mut history, &bar)?;
     drop(bar);
     history.close(1, &state, &wear.limits)?;
+    history.add_limits(1, operation::limits(&history, &state, tooth.base));
     let lost = area_new - state.profile().area_above(-tooth.base);
     Ok(ThreshingOutcome {
         coefficient: wear.coefficient,
-        calibration: calibration(parameters, &state),
+        calibration: Calibrated::of(parameters, &state),
         errors: life_error::of_run(state.life(), &history.crossings),
         mean_jump: mean_jump(&state),
         history,
         stiffness,
-        torque_new: new.torque,
-        torque_worn: worn.last.torque,
-        operation: worn.operation,
+        torque_new: new.operation.torque,
+        torque_worn: worn.last.operation.torque,
         bar_load_new: new.bar_load,
         bar_load_worn: worn.last.bar_load,
-        speed_new: new.speed,
+        speed_new: new.operation.speed,
         power_new: new.power,
         power_worn: worn.last.power,
         revolutions: machine.totals.time / machine.revolution,
@@ -479,7 +403,7 @@ fn live(
         feedback: worn.feedback,
         concave_moved: machine.world.concave_moved(),
         picture_new,
-        picture_worn: machine.world.outlines(state.profile())?,
+        picture_worn: machine.world.outlines()?,
         totals: machine.totals,
     })
 }
@@ -532,21 +456,6 @@ fn mean_jump(state: &WearState) -> f64 {
     };
     let sum: f64 = points.windows(2).map(deepest).sum();
     sum / (points.len() - 1).max(1) as f64
-}
-
-/// Largest depth after the calibration's cycles, if this run is at its operating point.
-fn calibration(p: &Thresher, state: &WearState) -> Option<(Calibration, f64)> {
-    let target = p.calibrate?;
-    if target.speed != p.speed || target.torque != p.operating_torque {
-        return None;
-    }
-    let points = state.life().points();
-    let most = |depth: &[f64]| depth.iter().copied().fold(0.0, f64::max);
-    let k = points.iter().position(|q| q.cycles >= target.cycles)?;
-    let (a, b) = (&points[k.checked_sub(1)?], &points[k]);
-    let s = (target.cycles - a.cycles) / (b.cycles - a.cycles);
-    let depth = most(&a.depth) + s * (most(&b.depth) - most(&a.depth));
-    Some((target, depth))
 }
 
 impl From<ThreshingError> for RunError {

@@ -1,15 +1,15 @@
 //! Output of a run of the thresher: files and text.
 
 use super::blocks::Tooth;
-use super::life::{PowerBudget, ThreshingOutcome};
+use super::life::ThreshingOutcome;
 use super::machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
 use super::parameters::{ConcaveSetting, Thresher};
+use super::power;
 use super::rows::ErrorRow;
 use super::world::Outlines;
 use crate::contact::Vec2;
 use crate::report::{
-    Align, Axis, Chart, Colour, OutputFolder, ReportError, Series, Style, Table, number, quantity,
-    write_rows,
+    Axis, Chart, Colour, OutputFolder, ReportError, Series, Style, number, quantity, write_rows,
 };
 use serde_json::{Value, json};
 
@@ -55,11 +55,11 @@ impl ThreshingOutcome {
             ),
             (
                 "torque-over-hours.svg",
-                torque_over_hours(&self.operation, p.operating_torque, &subtitle),
+                torque_over_hours(&self.history.operation, p.operating_torque, &subtitle),
             ),
             (
                 "power-over-hours.svg",
-                power_over_hours(&self.operation, &subtitle),
+                power_over_hours(&self.history.operation, &subtitle),
             ),
         ] {
             // a machine without load has nothing to draw
@@ -78,14 +78,15 @@ impl ThreshingOutcome {
                 "crop_stiffness_pa_m": self.stiffness,
                 "operating_torque_nm": p.operating_torque,
                 "wear_coefficient_m2_n": self.coefficient,
-                "depth_at_calibration_m": self.calibration.map(|(_, depth)| depth),
             },
             "concave_moved_m": self.concave_moved,
+            "hold": p.hold.word(),
             "torque_new_nm": self.torque_new,
             "torque_worn_nm": self.torque_worn,
+            "feeder_share": self.feeder_share(),
             "speed_new_rad_s": self.speed_new,
-            "power_new_w": power_json(&self.power_new),
-            "power_worn_w": power_json(&self.power_worn),
+            "power_new_w": self.power_new.json(),
+            "power_worn_w": self.power_worn.json(),
             "revolutions": self.revolutions,
             "jumps": self.jumps,
             "steel_lost_kg": self.steel_lost,
@@ -96,12 +97,28 @@ impl ThreshingOutcome {
         })
     }
 
+    /// Least and largest mean torque of a measured cycle \[N m\].
+    pub fn torque_band(&self) -> (f64, f64) {
+        let torques = self.history.operation.iter().map(|row| row.torque_nm);
+        torques.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| {
+            (low.min(t), high.max(t))
+        })
+    }
+
+    /// Largest power of the feeder, either way, over that of the drive in the same cycle.
+    pub fn feeder_share(&self) -> f64 {
+        let rows = self.history.operation.iter();
+        rows.map(|row| (row.feeder_w / row.drive_w).abs())
+            .fold(0.0, f64::max)
+    }
+
     /// Results as text.
     pub fn describe(&self, p: &Thresher, tooth: &Tooth) -> String {
         let mut out = format!(
-            "hours to each limit at {} N m, {} rad/s:\n{}",
-            p.operating_torque,
+            "hours to each limit at {} rad/s, the {} held, {} N m with new teeth:\n{}",
             p.speed,
+            p.hold.word(),
+            number(self.torque_new, 4),
             self.history.describe()
         );
         for error in &self.errors {
@@ -129,9 +146,9 @@ impl ThreshingOutcome {
             ),
         });
         out.push_str(&format!(
-            "  torque {} N m with new teeth, {} N m at the end\n\n",
-            number(self.torque_new, 4),
-            number(self.torque_worn, 4)
+            "  torque {} N m with the last profile; the feeder takes up to {} % of the drive\n\n",
+            number(self.torque_worn, 4),
+            number(100.0 * self.feeder_share(), 2)
         ));
         out.push_str(&format!(
             "calibrated: crop stiffness {} Pa/m, so that new teeth take the operating torque; the wear \
@@ -139,20 +156,12 @@ impl ThreshingOutcome {
             number(self.stiffness, 3),
             number(self.coefficient, 3)
         ));
-        match &self.calibration {
-            Some((target, depth)) => out.push_str(&format!(
-                ",\n  to one published depth: {} after {:.0} revolutions; this run gives {}\n",
-                quantity(target.depth, "m", 3),
-                target.cycles,
-                quantity(*depth, "m", 3)
-            )),
-            None => out.push_str(", at the study's operating point (not this one)\n"),
-        }
+        out.push_str(", under the torque of the published depth\n");
         out.push_str(
-            "assumed: tip radius, number of bars, inertia, width, drive, entry speed, concave friction,\n  \
-             bending stiffness of the crop, one profile for all bars\n\n",
+            "assumed: tip radius, number of bars, inertia, width, drive, entry speed, bending stiffness and\n  \
+             strength of the crop, one profile for all bars\n\n",
         );
-        out.push_str(&budget(&self.power_new, &self.power_worn));
+        out.push_str(&power::table(&self.power_new, &self.power_worn));
         out.push_str(&format!(
             "\n{} revolutions in {} steps, {} jumps of a depth up to {} of the elastic penetration (K k \
              S); {} per step; worst residual {}; sampling error of a cycle up to {} %\n",
@@ -201,46 +210,4 @@ fn picture(title: &str, outlines: &Outlines) -> Chart {
     line.colour = Colour::Palette(0);
     chart.series.push(line);
     chart
-}
-
-/// Every term of the power balance with its name, in the order of the table.
-fn terms(p: &PowerBudget) -> [(&'static str, f64); 10] {
-    [
-        ("drive", p.drive),
-        ("feeder", p.feeder),
-        ("gravity", p.gravity),
-        ("friction on the teeth", -p.friction_teeth),
-        ("friction on the concave", -p.friction_concave),
-        ("normal losses on the teeth", -p.normal_teeth),
-        ("normal losses on the concave", -p.normal_concave),
-        ("carried away by the crop", -p.crop),
-        ("bending of the crop", -p.bending),
-        ("stored in the machine", -p.stored),
-    ]
-}
-
-fn power_json(p: &PowerBudget) -> Value {
-    let mut map = serde_json::Map::new();
-    for (name, value) in terms(p) {
-        map.insert(name.replace(' ', "_"), json!(value));
-    }
-    map.insert("sum".to_owned(), json!(p.imbalance()));
-    Value::Object(map)
-}
-
-fn budget(new: &PowerBudget, worn: &PowerBudget) -> String {
-    let mut table = Table::new([
-        ("power, whole machine", Align::Left),
-        ("new teeth [W]", Align::Right),
-        ("worn teeth [W]", Align::Right),
-    ]);
-    for ((name, a), (_, b)) in terms(new).into_iter().zip(terms(worn)) {
-        table.push([name.to_owned(), format!("{a:.0}"), format!("{b:.0}")]);
-    }
-    table.push([
-        "sum".to_owned(),
-        number(new.imbalance(), 2),
-        number(worn.imbalance(), 2),
-    ]);
-    format!("{table}")
 }

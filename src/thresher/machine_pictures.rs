@@ -1,30 +1,19 @@
 //! Pictures of the machine at work: torque and power over its life, load over the angle of a bar.
 
-use super::rows::BarLoadRow;
+use super::rows::{BarLoadRow, OperationRow};
 use crate::report::{Axis, Chart, Colour, Dash, HLine, Series, Style, number};
-
-/// Torque and power at one age of the teeth, machine totals.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OperationPoint {
-    pub hours: f64,
-    /// Mean torque of the drive [N m].
-    pub torque: f64,
-    /// Power of the drive and of the feeder \[W\].
-    pub drive: f64,
-    pub feeder: f64,
-}
 
 /// Torque of the drive over the hours, with the torque [N m] that heads the run.
 ///
 /// The chart has no series, and so cannot be drawn, where `points` is empty.
-pub fn torque_over_hours(points: &[OperationPoint], heading: f64, subtitle: &str) -> Chart {
+pub fn torque_over_hours(points: &[OperationRow], heading: f64, subtitle: &str) -> Chart {
     let mut chart = Chart::new(
         "Torque of the drive",
         Axis::linear("operating time [h]"),
         Axis::linear("mean torque of a revolution [N m]"),
     );
     chart.subtitle = subtitle.into();
-    let values = points.iter().map(|p| (p.hours, p.torque)).collect();
+    let values = points.iter().map(|p| (p.hours, p.torque_nm)).collect();
     chart
         .series
         .push(Series::new("torque", Style::LinePoints, values));
@@ -38,22 +27,22 @@ pub fn torque_over_hours(points: &[OperationPoint], heading: f64, subtitle: &str
 /// Power of the drive and of the feeder over the hours.
 ///
 /// The chart has no series, and so cannot be drawn, where `points` is empty.
-pub fn power_over_hours(points: &[OperationPoint], subtitle: &str) -> Chart {
+pub fn power_over_hours(points: &[OperationRow], subtitle: &str) -> Chart {
     let mut chart = Chart::new(
         "Power of the machine",
         Axis::linear("operating time [h]"),
         Axis::linear("mean power of a revolution [kW]"),
     );
     chart.subtitle = subtitle.into();
-    let of = |value: fn(&OperationPoint) -> f64| {
+    let of = |value: fn(&OperationRow) -> f64| {
         points.iter().map(|p| (p.hours, 1e-3 * value(p))).collect()
     };
     chart
         .series
-        .push(Series::new("drive", Style::LinePoints, of(|p| p.drive)));
+        .push(Series::new("drive", Style::LinePoints, of(|p| p.drive_w)));
     chart
         .series
-        .push(Series::new("feeder", Style::LinePoints, of(|p| p.feeder)));
+        .push(Series::new("feeder", Style::LinePoints, of(|p| p.feeder_w)));
     chart
 }
 
@@ -150,11 +139,17 @@ mod tests {
 
     #[test]
     fn power_is_in_kilowatts() {
-        let points = [0.0, 10.0].map(|hours| OperationPoint {
+        let points = [0.0, 10.0].map(|hours| OperationRow {
             hours,
-            torque: 146.0,
-            drive: 10_250.0,
-            feeder: -500.0,
+            torque_nm: 146.0,
+            drive_w: 10_250.0,
+            feeder_w: -500.0,
+            cycles: 0.0,
+            speed_rad_s: 70.0,
+            crop_stiffness_pa_m: 1e7,
+            crop_filled: 1.0,
+            crop_out_kg_s: 5.2,
+            conveys: true,
         });
         let chart = power_over_hours(&points, "");
         assert_eq!(chart.series[0].points[1], (10.0, 10.25));

@@ -18,19 +18,24 @@
 
 mod bar_load;
 mod blocks;
+mod calibrate;
 mod check;
 mod contact_time;
 mod life;
 mod life_error;
 mod life_text;
+mod lives;
 mod machine;
 mod machine_pictures;
+mod operation;
 mod parameters;
 mod pictures;
+mod power;
 mod rotor_rungs;
 mod rows;
 mod shapes;
 mod stall;
+mod strip;
 mod study;
 mod study_friction;
 mod study_life;
@@ -43,15 +48,19 @@ mod world;
 
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
-pub use life::{Observer, PowerBudget, ThreshingOutcome, run_threshing};
+pub use calibrate::Calibrated;
+pub use life::{Observer, ThreshingOutcome, run_threshing};
 pub use life_error::{LimitError, Size, SourceError};
+pub use lives::{Lives, run_lives};
 pub use machine::{Blocks, Machine, Setup, load, parse};
-pub use machine_pictures::{OperationPoint, load_over_angle, power_over_hours, torque_over_hours};
-pub use parameters::{ConcaveSetting, Thresher};
+pub use machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
+pub use parameters::{ConcaveSetting, Hold, Thresher};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
+pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
 pub use rows::{
-    BarLoadRow, ComparisonRow, ErrorRow, FrictionRow, LifeRow, ProfileRow, VolumeRow, WearRow,
+    BarLoadRow, ComparisonRow, ErrorRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow,
+    WearRow,
 };
 pub use stall::Stall;
 pub use study::{PublishedPoint, StudyOutcome, run_study};

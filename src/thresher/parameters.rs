@@ -25,10 +25,12 @@ pub struct Thresher {
     /// Wanted speed of the cylinder [rad/s], default 70.
     pub speed: f64,
     /// Operating torque [N m], machine total, default 146.39: the crop's stiffness is scaled until
-    /// the mean torque has this value.
+    /// the mean torque of new teeth has this value.
     pub operating_torque: f64,
     /// Torque limit of the drive over the operating torque, default 2 (assumed).
     pub drive_torque_factor: f64,
+    /// What is held as the teeth wear, default `feed`.
+    pub hold: Hold,
     /// Crop fed [kg/s], machine total, default 5.2.
     pub feed_rate: f64,
     /// Speed of the crop at the inlet [m/s], default 4 (assumed).
@@ -49,9 +51,14 @@ pub struct Thresher {
     /// Bending stiffness of the strip at every pin [N m/rad] per metre of width, default 15
     /// (assumed): a mat of stalks is a beam, and a strip without stiffness folds between the bars.
     pub crop_bending_stiffness: f64,
+    /// Strength of the mat [N] per metre of width: the force along the strip above which it parts,
+    /// or slides into itself; default 20 (assumed: of the order of straw on straw, 0.227, on both
+    /// faces of one segment length, under the mean pressure of 2 kPa between teeth and concave).
+    pub crop_strength: f64,
     /// Crop on teeth, default 0.271.
     pub friction_steel: f64,
-    /// Crop on concave, default 0.4 (assumed).
+    /// Crop on concave, default 0.271: steel, as the teeth. A concave that holds the crop back more
+    /// than worn teeth draw it plugs the machine.
     pub friction_concave: f64,
     /// Start of the concave arc at the inlet \[degrees\], counter-clockwise from +x; default 215.
     pub concave_start_deg: f64,
@@ -65,6 +72,36 @@ pub struct Thresher {
     pub concave: ConcaveSetting,
     /// The published depth to which `K` is fitted; without it, `[wear]` applies unchanged.
     pub calibrate: Option<Calibration>,
+}
+
+/// What is held as the teeth wear; the governor holds the speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hold {
+    /// The operator holds the throughput of the same crop, and the torque follows from the teeth:
+    /// for planning.
+    #[default]
+    Feed,
+    /// The torque is held at the operating torque by rescaling the crop's stiffness with every new
+    /// profile, the protocol of the published depths: for calibration and comparison.
+    Torque,
+}
+
+impl Hold {
+    /// The name in a scene file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Hold::Feed => "feed",
+            Hold::Torque => "torque",
+        }
+    }
+
+    pub fn other(self) -> Hold {
+        match self {
+            Hold::Feed => Hold::Torque,
+            Hold::Torque => Hold::Feed,
+        }
+    }
 }
 
 /// What happens to the clearance as the teeth wear.
@@ -88,6 +125,7 @@ impl Default for Thresher {
             speed: 70.0,
             operating_torque: 146.39,
             drive_torque_factor: 2.0,
+            hold: Hold::Feed,
             feed_rate: 5.2,
             entry_speed: 4.0,
             crop_thickness: 0.016,
@@ -97,8 +135,9 @@ impl Default for Thresher {
             crop_stiffness: 1e7,
             crop_restitution: 0.482,
             crop_bending_stiffness: 15.0,
+            crop_strength: 20.0,
             friction_steel: 0.271,
-            friction_concave: 0.4,
+            friction_concave: 0.271,
             concave_start_deg: 215.0,
             concave_end_deg: 325.0,
             clearance_inlet: 0.016,
@@ -114,6 +153,11 @@ impl Thresher {
     /// (width · speed · thickness)`. The defaults give 62.5.
     pub fn crop_density(&self) -> f64 {
         self.feed_rate / (self.machine_width * self.entry_speed * self.crop_thickness)
+    }
+
+    /// Mass of one segment of the strip \[kg\], machine total.
+    pub(super) fn segment_total(&self) -> f64 {
+        self.feed_rate * self.segment_length / self.entry_speed
     }
 
     /// A machine total (torque, inertia, feed) per metre of width.

@@ -40,6 +40,28 @@ row! {
 }
 
 row! {
+    /// Operation of the machine with one profile of its teeth: means over the measured revolutions,
+    /// machine totals.
+    OperationRow in "operation.csv" {
+        /// Age of the teeth.
+        cycles: f64,
+        hours: f64,
+        torque_nm: f64,
+        speed_rad_s: f64,
+        /// Power of the drive, and of the feeder: negative where it holds the crop back.
+        drive_w: f64,
+        feeder_w: f64,
+        /// Winkler modulus of the crop.
+        crop_stiffness_pa_m: f64,
+        /// Crop in the machine over that of a strip laid end to end.
+        crop_filled: f64,
+        crop_out_kg_s: f64,
+        /// Whether the crop passes and the drive keeps its speed.
+        conveys: bool,
+    }
+}
+
+row! {
     /// When and where a limit is crossed, with the error estimate.
     LifeRow in "life.csv" {
         limit: String,
@@ -120,6 +142,11 @@ mod tests {
             "cycles,hours,bar,cell,volume_m3_per_m"
         );
         assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m");
+        assert_eq!(
+            header::<OperationRow>(),
+            "cycles,hours,torque_nm,speed_rad_s,drive_w,feeder_w,crop_stiffness_pa_m,crop_filled,\
+             crop_out_kg_s,conveys"
+        );
         assert_eq!(
             header::<LifeRow>(),
             "limit,hours,cycles,error_hours,bar,cell"

@@ -12,8 +12,9 @@ use std::f64::consts::TAU;
 /// Collision groups: only crop and steel touch.
 pub(super) const CROP: u32 = 1;
 pub(super) const STEEL: u32 = 2;
-/// Length of one segment of the concave \[m\].
-pub(super) const CONCAVE_SEGMENT: f64 = 0.005;
+/// Length of one segment of the concave \[m\]: its chord is 5e-5 m off the arc, 0.6 % of the least
+/// clearance, and half of it costs a quarter more time.
+pub(super) const CONCAVE_SEGMENT: f64 = 0.01;
 /// Straight table before the concave \[m\]: the strip enters along its tangent.
 pub(super) const TABLE: f64 = 0.2;
 
@@ -110,7 +111,7 @@ pub(super) fn segment_mass(p: &Thresher) -> (f64, f64) {
     (mass, mass * (a * a + b * b) / 12.0)
 }
 
-/// A mat of stalks bends like a beam, not like a chain: a spring at every pin, with half of the
+/// A mat of stalks bends like a beam, not like a chain: a spring at every joint, with half of the
 /// critical damping of one segment.
 pub(super) fn bending(p: &Thresher) -> JointDrive {
     let (_, inertia) = segment_mass(p);
@@ -119,6 +120,14 @@ pub(super) fn bending(p: &Thresher) -> JointDrive {
         max_force: f64::INFINITY,
         stiffness: p.crop_bending_stiffness,
         damping: (p.crop_bending_stiffness * inertia).sqrt(),
+    }
+}
+
+/// A mat holds together by the friction of its stalks: a Coulomb slider between two segments.
+pub(super) fn parting(p: &Thresher) -> JointDrive {
+    JointDrive::Motor {
+        speed: 0.0,
+        max_force: p.crop_strength,
     }
 }
 

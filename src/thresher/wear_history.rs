@@ -1,7 +1,7 @@
 use super::blocks::Limit as SceneLimit;
 use super::life_error::LimitError;
 use super::pictures::{HeightLimit, depth_per_cell, heights, tooth_height, worn_profile};
-use super::rows::{LifeRow, ProfileRow, VolumeRow, WearRow};
+use super::rows::{LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow};
 use crate::report::{OutputFolder, ReportError, number, plus_minus, quantity, write_rows};
 use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
 use serde_json::{Value, json};
@@ -13,9 +13,13 @@ pub struct WearHistory {
     pub volume: Vec<VolumeRow>,
     pub profile: Vec<ProfileRow>,
     pub life: Vec<LifeRow>,
+    /// Operation of the machine with every profile; empty for the study.
+    pub operation: Vec<OperationRow>,
     pub limits: Vec<HeightLimit>,
     /// Crossings of every limit; an extrapolation for a limit that was not reached.
     pub crossings: Vec<LimitLife>,
+    /// The machine's own limits: when it stops conveying, and when a base is worn through.
+    pub machine_limits: Vec<LimitLife>,
     /// End of the history \[h\].
     pub hours: f64,
     pub cycles: f64,
@@ -58,14 +62,7 @@ impl WearHistory {
             let crossing = state
                 .life()
                 .crossing(&Limit::height(&limit.name, limit.height))?;
-            self.life.push(LifeRow {
-                limit: limit.name.clone(),
-                hours: crossing.hours.unwrap_or(f64::NAN),
-                cycles: crossing.cycles.unwrap_or(f64::NAN),
-                error_hours: crossing.error_hours.unwrap_or(f64::NAN),
-                bar,
-                cell: crossing.cell as u32 + 1,
-            });
+            self.life.push(life_row(bar, &crossing));
             self.crossings.push(crossing);
         }
         Ok(())
@@ -82,6 +79,17 @@ impl WearHistory {
                 crossing.error_hours = Some(error.total());
             }
         }
+    }
+
+    /// Adds the machine's own limits.
+    pub(super) fn add_limits(&mut self, bar: u32, limits: [LimitLife; 2]) {
+        self.life.extend(limits.iter().map(|l| life_row(bar, l)));
+        self.machine_limits.extend(limits);
+    }
+
+    /// Crossings of all limits, the machine's own last.
+    pub(super) fn lives(&self) -> impl Iterator<Item = &LimitLife> {
+        self.crossings.iter().chain(&self.machine_limits)
     }
 
     fn add_depths(&mut self, bar: u32, life: &Life, stations: &[f64]) {
@@ -130,6 +138,9 @@ impl WearHistory {
         write_rows(folder, &self.volume)?;
         write_rows(folder, &self.profile)?;
         write_rows(folder, &self.life)?;
+        if !self.operation.is_empty() {
+            write_rows(folder, &self.operation)?;
+        }
         let chart = worn_profile(&self.profile, 1, base, subtitle)?;
         folder.write("worn-profile.svg", chart.to_svg()?)?;
         let chart = depth_per_cell(&self.wear, 1, subtitle)?;
@@ -141,8 +152,7 @@ impl WearHistory {
 
     /// Crossings of the limits for `summary.json`.
     pub(super) fn life_json(&self) -> Vec<Value> {
-        self.crossings
-            .iter()
+        self.lives()
             .map(|c| {
                 json!({
                     "limit": c.limit,
@@ -161,20 +171,11 @@ impl WearHistory {
         let mut out = String::new();
         for (limit, c) in self.limits.iter().zip(&self.crossings) {
             let what = format!("{} (height {})", c.limit, quantity(limit.height, "m", 3));
-            let when = match (c.hours, c.error_hours, c.extrapolated_hours) {
-                // an unknown error is left out
-                (Some(h), e, _) => {
-                    let hours = plus_minus(h, e.unwrap_or(f64::NAN));
-                    format!("after {hours} hours")
-                }
-                (None, _, Some(h)) => format!(
-                    "not reached in {} hours; about {} at the last rate",
-                    number(self.hours, 4),
-                    number(h, 3)
-                ),
-                (None, _, None) => "never: nothing wears".to_owned(),
-            };
+            let when = self.when(c);
             out.push_str(&format!("  {what}: {when}, cell {} decides\n", c.cell + 1));
+        }
+        for c in &self.machine_limits {
+            out.push_str(&format!("  {}: {}\n", c.limit, self.when(c)));
         }
         if let Some((cell, depth)) = self.deepest() {
             out.push_str(&format!(
@@ -184,5 +185,33 @@ impl WearHistory {
             ));
         }
         out
+    }
+
+    /// When a limit is reached, as text.
+    fn when(&self, c: &LimitLife) -> String {
+        match (c.hours, c.error_hours, c.extrapolated_hours) {
+            // an unknown error is left out
+            (Some(h), e, _) => {
+                let hours = plus_minus(h, e.unwrap_or(f64::NAN));
+                format!("after {hours} hours")
+            }
+            (None, _, Some(h)) => format!(
+                "not reached in {} hours; about {} at the last rate",
+                number(self.hours, 4),
+                number(h, 3)
+            ),
+            (None, _, None) => format!("not within {} hours", number(self.hours, 4)),
+        }
+    }
+}
+
+fn life_row(bar: u32, crossing: &LimitLife) -> LifeRow {
+    LifeRow {
+        limit: crossing.limit.clone(),
+        hours: crossing.hours.unwrap_or(f64::NAN),
+        cycles: crossing.cycles.unwrap_or(f64::NAN),
+        error_hours: crossing.error_hours.unwrap_or(f64::NAN),
+        bar,
+        cell: crossing.cell as u32 + 1,
     }
 }

@@ -8,23 +8,19 @@
 use super::blocks::Tooth;
 use super::parameters::{ConcaveSetting, Thresher};
 use super::shapes::{
-    CROP, STEEL, arc_length, base_radius, bending, concave_chain, segment_mass, segment_shape,
-    steel, steel_law, strip_pose, tooth_chain, turned, unit,
+    base_radius, concave_chain, segment_shape, steel, steel_law, tooth_chain, unit,
 };
+use super::strip::{Passed, Strip, StripWork};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord, SurfacePoint};
 use crate::dynamics::{JointPart, ModelError, StepError};
 use crate::peers::{
-    BodyId, ColliderId, FrictionRule, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec,
-    Simulation, Surface,
+    BodyId, ColliderId, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec, Simulation,
 };
 use crate::rapier::Pose64;
 use crate::scene::Scene;
 use crate::wear::{Profile, WearError};
-use std::collections::VecDeque;
 
-/// New segments appear this far before the inlet \[m\].
-const SPAWN: f64 = 0.06;
 /// Radius of gyration \[m\] for the mass of the cylinder; any will do, as the axle supports it.
 const AXLE_RADIUS: f64 = 0.2;
 
@@ -48,6 +44,8 @@ pub struct ThreshingWorld {
     pub simulation: Simulation,
     parameters: Thresher,
     tooth: Tooth,
+    /// Of all teeth.
+    profile: Profile,
     /// Present Winkler modulus of the crop \[Pa/m\].
     stiffness: f64,
     /// Radius \[m\] of the tooth tips for which the concave is set.
@@ -56,11 +54,7 @@ pub struct ThreshingWorld {
     bars: Vec<ColliderId>,
     concave: ColliderId,
     concave_body: BodyId,
-    /// From the feeder (newest) to the tip.
-    strip: VecDeque<BodyId>,
-    /// Kinetic energy \[J\] that segments brought in and took away since the last reading.
-    entered: f64,
-    left: f64,
+    strip: Strip,
 }
 
 /// Outlines for a picture of the machine \[m\].
@@ -130,22 +124,20 @@ impl ThreshingWorld {
             &steel(p.friction_concave, law),
             None,
         )?;
-        let mut world = ThreshingWorld {
+        let strip = Strip::lay(&mut simulation, p)?;
+        Ok(ThreshingWorld {
             simulation,
             parameters: p.clone(),
             tooth: *tooth,
+            profile: profile.clone(),
             stiffness,
             tips: p.tip_radius,
             cylinder,
             bars,
             concave,
             concave_body,
-            strip: VecDeque::new(),
-            entered: 0.0,
-            left: 0.0,
-        };
-        world.fill()?;
-        Ok(world)
+            strip,
+        })
     }
 
     /// One step: feeds the strip, steps the machine, removes the segments that have left.
@@ -153,9 +145,12 @@ impl ThreshingWorld {
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        self.feed()?;
+        let inlet = self.inlet();
+        let p = &self.parameters;
+        self.strip.feed(&mut self.simulation, p, inlet)?;
         let record = self.simulation.step()?;
-        self.remove_what_left();
+        self.strip
+            .remove_what_left(&mut self.simulation, p, self.tips);
         Ok(record)
     }
 
@@ -180,20 +175,22 @@ impl ThreshingWorld {
         self.concave =
             self.simulation
                 .replace_collider(self.concave, self.concave_body, &chain, &surface)?;
+        self.profile = profile.clone();
         Ok(())
     }
 
     /// Changes the crop's Winkler modulus \[Pa/m\].
-    ///
-    /// # Errors
-    /// As [`ThreshingWorld::set_profile`].
-    pub fn set_stiffness(
-        &mut self,
-        stiffness: f64,
-        profile: &Profile,
-    ) -> Result<(), ThreshingError> {
+    pub fn set_stiffness(&mut self, stiffness: f64) {
         self.stiffness = stiffness;
-        self.set_profile(profile)
+        let law = steel_law(&self.parameters, stiffness);
+        for collider in self.bars.iter().chain([&self.concave]) {
+            self.simulation.set_law(*collider, law);
+        }
+    }
+
+    /// The crop's Winkler modulus \[Pa/m\].
+    pub fn stiffness(&self) -> f64 {
+        self.stiffness
     }
 
     /// How far the concave has moved in \[m\].
@@ -241,16 +238,25 @@ impl ThreshingWorld {
         self.strip.len()
     }
 
-    /// Kinetic energy of the crop in the machine \[J\], of the slice.
-    pub fn crop_energy(&self) -> f64 {
-        self.strip.iter().skip(1).map(|&s| self.kinetic(s)).sum()
+    /// Crop in the machine over that of a strip laid end to end.
+    pub fn filled(&self) -> f64 {
+        self.strip.len() as f64 / Strip::full(&self.parameters) as f64
     }
 
-    /// Energy \[J\] that segments brought in and took away since the last call, of the slice.
-    pub fn take_exchanged_energy(&mut self) -> (f64, f64) {
-        let exchanged = (self.entered, self.left);
-        (self.entered, self.left) = (0.0, 0.0);
-        exchanged
+    /// Kinetic energy of the crop in the machine \[J\], of the slice.
+    pub fn crop_energy(&self) -> f64 {
+        self.strip.energy(&self.simulation, &self.parameters)
+    }
+
+    /// What passed the ends of the machine since the last call.
+    pub(super) fn take_passed(&mut self) -> Passed {
+        self.strip.take_passed()
+    }
+
+    /// Work in the strip in a step.
+    pub(super) fn strip_work(&self, record: &StepRecord) -> StripWork {
+        let (s, p) = (&self.simulation, &self.parameters);
+        self.strip.work(s, p, self.cylinder, record)
     }
 
     /// Angle of the cylinder, and so of bar 0, from +x \[rad\].
@@ -268,16 +274,16 @@ impl ThreshingWorld {
     pub fn bodies(&self) -> Vec<(u32, Pose64, Vec3)> {
         let s = &self.simulation;
         std::iter::once(self.cylinder)
-            .chain(self.strip.iter().copied())
+            .chain(self.strip.segments())
             .filter_map(|b| Some((s.number(b)?, s.pose(b)?, s.velocity(b)?)))
             .collect()
     }
 
-    /// Outlines for a picture \[m\]: teeth with `profile`, crop segments, and the concave's line.
+    /// Outlines for a picture \[m\]: teeth, crop segments, and the concave's line.
     ///
     /// # Errors
-    /// [`WearError`] for a profile that is worn through.
-    pub fn outlines(&self, profile: &Profile) -> Result<Outlines, WearError> {
+    /// [`WearError`]: none for the teeth that the machine has.
+    pub fn outlines(&self) -> Result<Outlines, WearError> {
         let place = |shape: ShapeSpec, pose: Pose64| match shape {
             ShapeSpec::Chain { points, .. } => points.iter().map(|&p| pose.apply(p)).collect(),
             ShapeSpec::Box { half } => [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
@@ -288,7 +294,7 @@ impl ThreshingWorld {
         let p = &self.parameters;
         let teeth = (0..self.bars.len())
             .map(|k| {
-                let chain = tooth_chain(p, &self.tooth, profile, k)?;
+                let chain = tooth_chain(p, &self.tooth, &self.profile, k)?;
                 Ok(place(chain, self.cylinder_pose()))
             })
             .collect::<Result<_, WearError>>()?;
@@ -297,8 +303,8 @@ impl ThreshingWorld {
             teeth,
             crop: self
                 .strip
-                .iter()
-                .filter_map(|&s| Some(place(segment_shape(p), self.simulation.pose(s)?)))
+                .segments()
+                .filter_map(|s| Some(place(segment_shape(p), self.simulation.pose(s)?)))
                 .collect(),
             concave: place(concave_chain(p, self.tips), still),
         })
@@ -310,120 +316,10 @@ impl ThreshingWorld {
             .unwrap_or(Pose64::new(Vec2::zeros(), 0.0))
     }
 
-    fn kinetic(&self, segment: BodyId) -> f64 {
-        let (mass, inertia) = segment_mass(&self.parameters);
-        self.simulation.velocity(segment).map_or(0.0, |u| {
-            0.5 * (mass * u.xy().norm_squared() + inertia * u.z * u.z)
-        })
-    }
-
     /// Middle of the strip at the inlet.
     fn inlet(&self) -> Vec2 {
         let p = &self.parameters;
         let r = self.tips + p.clearance_inlet - 0.5 * p.crop_thickness;
         r * unit(p.concave_start_deg)
-    }
-
-    fn feed_direction(&self) -> Vec2 {
-        turned(unit(self.parameters.concave_start_deg))
-    }
-
-    /// A segment that the feeder moves along `d`, and across at `drift` times that speed.
-    fn new_segment(&mut self, centre: Vec2, d: Vec2, drift: f64) -> Result<BodyId, StepError> {
-        let velocity = (d + turned(d) * drift) * self.parameters.entry_speed;
-        let surface = Surface {
-            // the friction of the pair is set on the steel
-            friction: 0.0,
-            friction_rule: FrictionRule::Larger,
-            groups: (CROP, STEEL),
-            ..Surface::default()
-        };
-        let (segment, _) = self.simulation.add_body(
-            Motion::Kinematic,
-            Pose64::new(centre, d.y.atan2(d.x)),
-            Vec3::new(velocity.x, velocity.y, 0.0),
-            &segment_shape(&self.parameters),
-            &surface,
-            None,
-        )?;
-        Ok(segment)
-    }
-
-    /// Lays the strip on the concave from behind the outlet to the feeder, moving at its speed.
-    fn fill(&mut self) -> Result<(), StepError> {
-        let p = self.parameters.clone();
-        let pose_at = |s: f64| strip_pose(&p, s);
-        let arc = arc_length(&p);
-        let count = ((arc + SPAWN + 0.5 * p.exit_distance) / p.segment_length).ceil() as usize;
-        for k in (0..count).rev() {
-            let place = (k as f64 + p.feed_phase) * p.segment_length;
-            let (centre, along) = pose_at(place - SPAWN);
-            self.push_segment(centre, along, 0.0)?;
-        }
-        Ok(())
-    }
-
-    /// Adds a feeder segment behind the strip; the segment before it becomes free crop.
-    fn push_segment(&mut self, centre: Vec2, along: Vec2, drift: f64) -> Result<(), StepError> {
-        let next = self.new_segment(centre, along, drift)?;
-        if let Some(&newest) = self.strip.front() {
-            let (mass, inertia) = segment_mass(&self.parameters);
-            let spec = MassSpec::Given { mass, inertia };
-            let shape = segment_shape(&self.parameters);
-            self.simulation.release(newest, &shape, spec)?;
-            self.entered += self.kinetic(newest);
-            let half = Vec2::new(0.5 * self.parameters.segment_length, 0.0);
-            let spring = bending(&self.parameters);
-            let bodies = [Some(next), Some(newest)];
-            self.simulation.add_joint(&JointSpec {
-                drive: Some(spring),
-                ..JointSpec::revolute(bodies, [half, -half])
-            })?;
-        }
-        self.strip.push_front(next);
-        Ok(())
-    }
-
-    /// Once the newest segment has advanced by its length, releases it as crop and adds the next
-    /// one behind it.
-    fn feed(&mut self) -> Result<(), StepError> {
-        let d = self.feed_direction();
-        let length = self.parameters.segment_length;
-        let start = self.inlet() - d * SPAWN;
-        let newest = self.strip[0];
-        let Some(pose) = self.simulation.pose(newest) else {
-            return Ok(());
-        };
-        let advanced = (pose.translation - start).dot(&d);
-        // with a tolerance for rounding: the feed is a whole number of steps per segment
-        if advanced < length * (1.0 - 1e-9) {
-            return Ok(());
-        }
-        let centre = pose.translation - d * length;
-        // if the line of the inlet has moved, the feeder drifts to it over one segment
-        let drift = turned(d).dot(&(self.inlet() - centre)) / length;
-        self.push_segment(centre, d, drift)
-    }
-
-    /// Removes segments `exit_distance` behind the outlet, and with them their pin.
-    fn remove_what_left(&mut self) {
-        let p = &self.parameters;
-        let outlet = (self.tips + p.clearance_outlet) * unit(p.concave_end_deg);
-        let along = turned(unit(p.concave_end_deg));
-        while self.strip.len() > 1 {
-            let tip = self.strip[self.strip.len() - 1];
-            let Some(pose) = self.simulation.pose(tip) else {
-                break;
-            };
-            let d = pose.translation - outlet;
-            let gone = along.dot(&d) > p.exit_distance || d.norm() > 3.0 * p.exit_distance.max(1.0);
-            // a segment still inside the arc is on the other side of the machine
-            if !gone || pose.translation.dot(&unit(p.concave_end_deg)) < 0.0 {
-                break;
-            }
-            self.left += self.kinetic(tip);
-            self.simulation.remove_body(tip);
-            self.strip.pop_back();
-        }
     }
 }

@@ -1,0 +1,117 @@
+//! The life of the teeth under both protocols: with the feed held, and with the torque held.
+
+use super::blocks::{LifeErrors, Tooth};
+use super::life::{Observer, ThreshingOutcome, run_threshing};
+use super::machine::Setup;
+use super::parameters::{Hold, Thresher};
+use crate::dynamics::record::StepRecord;
+use crate::experiment::{RunError, Totals};
+use crate::report::{Align, Progress, Table, number, plus_minus};
+use crate::scene::Scene;
+use crate::thresher::ThreshingWorld;
+use crate::wear::LimitLife;
+use serde_json::{Value, json};
+use std::panic::resume_unwind;
+
+/// The run of a scene, and the same machine with the other quantity held.
+#[derive(Debug, Clone)]
+pub struct Lives {
+    pub held: Hold,
+    pub run: ThreshingOutcome,
+    pub other: ThreshingOutcome,
+}
+
+/// Runs the thresher over its life as the scene says, and on a second thread with the other
+/// quantity held.
+///
+/// # Errors
+/// Those of [`run_threshing`].
+pub fn run_lives(
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+    progress: impl Fn(&str, u64) -> Progress,
+    observe: Observer,
+) -> Result<Lives, RunError> {
+    let held = setup.parameters.hold;
+    let mut second = setup.clone();
+    second.parameters.hold = held.other();
+    // three more lives for the error of the scene's own life are enough
+    second.wear.error = LifeErrors::Run;
+    let (run, other) = std::thread::scope(|scope| {
+        let other = scope.spawn(|| {
+            let hidden = |label: &str, total| Progress::new(label, total, true);
+            let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+            run_threshing(scene, &second, hidden, &mut ignore)
+        });
+        let run = run_threshing(scene, setup, progress, observe);
+        (
+            run,
+            other.join().unwrap_or_else(|panic| resume_unwind(panic)),
+        )
+    });
+    Ok(Lives {
+        held,
+        run: run?,
+        other: other?,
+    })
+}
+
+impl Lives {
+    /// Each outcome with what it holds, that of the scene first.
+    fn both(&self) -> [(Hold, &ThreshingOutcome); 2] {
+        [(self.held, &self.run), (self.held.other(), &self.other)]
+    }
+
+    /// Islands that no solve certified, of both runs.
+    pub fn unsolved_islands(&self) -> usize {
+        let totals = self.both().map(|(_, outcome)| &outcome.totals);
+        totals.iter().map(|t: &&Totals| t.unsolved_islands).sum()
+    }
+
+    /// Results for `summary.json`: those of the scene's run, and the lives under both protocols.
+    pub fn json(&self, p: &Thresher) -> Value {
+        let mut found = self.run.json(p);
+        for (hold, outcome) in self.both() {
+            let (least, most) = outcome.torque_band();
+            found["holds"][hold.word()] = json!({
+                "torque_least_nm": least,
+                "torque_most_nm": most,
+                "life": outcome.history.life_json(),
+                "calibration": outcome.calibration.map(|c| c.json()),
+            });
+        }
+        found
+    }
+
+    /// Results as text.
+    pub fn describe(&self, p: &Thresher, tooth: &Tooth) -> String {
+        let [(_, run), (_, other)] = self.both();
+        let mut table = Table::new([
+            ("life by what is held", Align::Left),
+            (self.held.word(), Align::Right),
+            (self.held.other().word(), Align::Right),
+        ]);
+        let band = |outcome: &ThreshingOutcome| {
+            let (least, most) = outcome.torque_band();
+            format!("{} to {}", number(least, 4), number(most, 4))
+        };
+        table.push(["torque [N m]".to_owned(), band(run), band(other)]);
+        let hours = |limit: &LimitLife| match limit.hours {
+            Some(hours) => plus_minus(hours, limit.error_hours.unwrap_or(f64::NAN)),
+            None => "not reached".to_owned(),
+        };
+        for (a, b) in run.history.lives().zip(other.history.lives()) {
+            table.push([format!("{} [h]", a.limit), hours(a), hours(b)]);
+        }
+        let calibrations = self.both().into_iter().filter_map(|(hold, outcome)| {
+            let of = outcome.calibration.as_ref()?;
+            Some(format!(
+                "with the {} held, {}\n",
+                hold.word(),
+                of.describe()
+            ))
+        });
+        let calibrations: String = calibrations.collect();
+        format!("{table}{calibrations}\n{}", run.describe(p, tooth))
+    }
+}
