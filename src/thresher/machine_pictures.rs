@@ -56,7 +56,7 @@ pub fn power_over_hours(points: &[OperationRow], subtitle: &str) -> Chart {
 pub fn load_over_angle(rows: &[BarLoadRow], arc: [f64; 2], subtitle: &str) -> Chart {
     let mut chart = Chart::new(
         "Load on a bar",
-        Axis::linear("angle of the bar, turning upwards [degrees]"),
+        Axis::linear("angle of the bar from +x, in the sense of rotation [degrees]"),
         Axis::linear("mean force on the bar [N]"),
     );
     chart.subtitle = subtitle.into();

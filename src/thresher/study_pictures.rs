@@ -80,7 +80,7 @@ mod tests {
         );
         assert_eq!(chart.series[2].points, [(70.0, 7.0), (75.0, 7.5)]);
         // a depth that was not published is no point
-        assert_eq!(chart.series[3].points, [(70.0, 1.13)]);
+        assert_eq!(chart.series[3].points, [(70.0, MM * 1130.0)]);
         assert_eq!(chart.series[2].colour, chart.series[3].colour);
         assert_eq!(chart.notes.len(), 1);
         assert!(chart.to_svg().is_ok());

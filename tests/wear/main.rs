@@ -1,6 +1,7 @@
 //! Wear of machine and study, and closed forms through rapier bodies.
 
 mod closed_forms;
+mod machine_life;
 mod operation;
 mod rig;
 mod study_life;
