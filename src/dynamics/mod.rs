@@ -98,6 +98,7 @@ pub use model::{
 pub use outcome::SolvedProblem;
 pub use phases::{Clock, Phases};
 pub use pose::Pose64;
+pub use recovery::{LARGE_OVERLAP, LASTING};
 pub use roles::{BodyRoles, Sweep};
 pub use rules::{ImpactLaw, Scheme};
 

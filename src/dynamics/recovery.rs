@@ -13,7 +13,13 @@ use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use std::collections::BTreeSet;
 
-/// Share of an overlap that a step corrects.
+/// Duration \[s\] from which an overlap counts as lasting.
+pub const LASTING: f64 = 0.25;
+
+/// Lasting overlap, over the size of the smaller body, above which a scene has not held by default.
+pub const LARGE_OVERLAP: f64 = 1e-3;
+
+/// Least share of an overlap that a step corrects, see [`share`].
 const SHARE: f64 = 0.2;
 
 /// Overlap above which a *late* pair is moved apart, in multiples of its slop; late pairs did not
@@ -85,15 +91,16 @@ pub(super) fn find_overlaps(
 /// an impact. Such overlaps can persist, because contacts push bodies out no faster than they came in.
 ///
 /// Contacts without impulse that open by themselves, impacts of this step, and contacts of `exempt`
-/// bodies (see [`exempt_bodies`]) do not count.
+/// bodies (see [`exempt_bodies`]) do not count. See [`opening`] for `path`.
 pub(super) fn find_late(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
+    path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
     exempt: &[bool],
 ) {
-    let dt = interval.length;
+    let share = share(interval.length);
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let pair = contact.key.pair;
         if contact.gap >= -2.0 * contact.gap_noise
@@ -105,13 +112,13 @@ pub(super) fn find_late(
         {
             continue;
         }
-        let opening = dt * contact.rows.velocity(&solution.end).x;
-        let [trigger, _] = limits((index, contact), interval, solution);
+        let opening = opening(contact, interval, solution, path);
+        let [trigger, _] = limits((index, contact), interval, solution, inverse_mass);
         if -(contact.gap + opening) <= trigger {
             continue;
         }
         let block = block_of(index, interval);
-        let parts = opening > -SHARE * contact.gap;
+        let parts = opening > -share * contact.gap;
         let stays = match block {
             Some(i) if interval.blocks[i].impact => false,
             Some(i) => solution.impulses[i].x > 0.0 || !parts,
@@ -130,11 +137,12 @@ pub(super) fn find_late(
 /// is above a slop, the displacements `d` of minimum kinetic norm satisfy
 ///
 /// ```text
-/// J d ≥ 0.2 (x − slop)   of these contacts
+/// J d ≥ s (x − slop)     of these contacts
 /// J d ≥ −max(g + Δt γ_E, 0)   of all others        J d = 0   of joints        (1)
 /// ```
 ///
-/// This is a contact problem without friction. Velocities and kinetic energy do not change.
+/// This is a contact problem without friction. Velocities and kinetic energy do not change. See
+/// [`share`] for `s`.
 ///
 /// Wedged bodies can move only along their surfaces, and (1) may then need displacements of many
 /// times the overlap. All displacements of an island are therefore scaled down by the same factor,
@@ -147,11 +155,12 @@ pub(super) fn part_overlaps(
     overlaps: &mut Overlaps,
     interval: &Interval,
     solution: &Solution,
+    path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
     exempt: &[bool],
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
-    let dt = interval.length;
+    let (dt, share) = (interval.length, share(interval.length));
     let mut wedged = solver.cache.wedged && !overlaps.is_empty();
     solver.cache.wedged = wedged;
     if overlaps.is_empty() {
@@ -165,12 +174,12 @@ pub(super) fn part_overlaps(
         if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
             continue;
         }
-        let left = contact.gap + dt * contact.rows.velocity(&solution.end).x;
+        let left = contact.gap + opening(contact, interval, solution, path);
         let pair = contact.key.pair;
         let first = overlaps.open.contains(&pair);
         let is_late = !first && overlaps.late.contains(&pair);
         let slop = if is_late {
-            limits((index, contact), interval, solution)[1]
+            limits((index, contact), interval, solution, inverse_mass)[1]
         } else {
             slop(contact, interval)
         };
@@ -189,7 +198,7 @@ pub(super) fn part_overlaps(
             ..contact.rows
         });
         free.push(Vec2::new(
-            if moves { -SHARE * x } else { left.max(0.0) },
+            if moves { -share * x } else { left.max(0.0) },
             0.0,
         ));
         laws.push(Law::Contact {
@@ -324,18 +333,54 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
+/// Opening \[m\] of a contact from the midpoint of the step to the next one, `Δt γ_E`.
+///
+/// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in
+/// time: only for these they are not those at the end. What meets after the end of the step is then an
+/// impact to come, and what the turn of a body may add to `J Δq` is granted.
+fn opening(
+    contact: &ContactPoint,
+    interval: &Interval,
+    solution: &Solution,
+    path: Option<&[Vec3]>,
+) -> f64 {
+    let (dt, rows) = (interval.length, &contact.rows);
+    let closing = rows.velocity(&solution.end).x;
+    let Some(path) = path.filter(|path| rows.velocity(path).x != closing) else {
+        return dt * closing;
+    };
+    let way = dt * rows.velocity(path).x;
+    let bend = |side: usize| {
+        let [n, t] = rows.jacobian[side];
+        let spin = path.get(rows.bodies[side] as usize).map_or(0.0, |u| u.z);
+        0.5 * (dt * spin).powi(2) * n.z.hypot(t.z)
+    };
+    way.max(way - 0.5 * dt * closing) + bend(0) + bend(1)
+}
+
+/// Share of an overlap that a step corrects. The deepest overlap that a step may take up at once,
+/// [`STRIDE`], falls to [`LARGE_OVERLAP`] within [`LASTING`]; at small steps the share is a fifth.
+fn share(dt: f64) -> f64 {
+    SHARE.max(1.0 - (LARGE_OVERLAP / STRIDE).powf(dt / LASTING))
+}
+
 /// Overlaps \[m\] of a late pair: the trigger above which it is moved apart, and the slop down to
 /// which it is moved.
 ///
 /// Both begin at the depth at which the scheme holds a contact on a curved path, or has held it
 /// before: moved out of it, the contact sinks in again, and gains energy each time. A pair at rest
 /// is moved all the same.
+///
+/// Above that depth they scale with the motion that the scheme does not resolve, up to
+/// [`LARGE_OVERLAP`] of a body with the contact on its border.
 fn limits(
     (index, contact): (usize, &ContactPoint),
     interval: &Interval,
     solution: &Solution,
+    inverse_mass: &[Vec3],
 ) -> [f64; 2] {
     let whole = slop(contact, interval);
+    let slop_at_rest = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
     let acceleration = reference_acceleration(contact, &interval.start, &interval.accelerations);
     let slow = REST * acceleration * interval.length;
     // a body that rolls moves, though its contact point does not
@@ -348,10 +393,27 @@ fn limits(
     if ends[0].max(ends[1]) > slow {
         let block = block_of(index, interval).map(|i| &interval.blocks[i]);
         let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
-        return [held + TRIGGER * whole, held + whole];
+        // what touches for the first time may have come deeper in one step
+        let large = block.map_or(f64::INFINITY, |_| {
+            LARGE_OVERLAP * least_size(contact, inverse_mass)
+        });
+        let slop = whole.min(large / TRIGGER).max(slop_at_rest);
+        return [held + TRIGGER * slop, held + slop];
     }
-    let slop = (2.0 * contact.gap_noise).max(SLOP_AT_REST * whole);
-    [TRIGGER_AT_REST * slop, slop]
+    [TRIGGER_AT_REST * slop_at_rest, slop_at_rest]
+}
+
+/// Twice the lever of a contact on the smaller of its movable bodies \[m\]: at most the diameter of a
+/// circle about the centre of mass that contains the body.
+fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
+    let bodies = movable(contact.rows.bodies, inverse_mass);
+    let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
+        let [n, t] = contact.rows.jacobian[side];
+        n.z.hypot(t.z)
+    });
+    // a point has no size
+    let levers = levers.filter(|lever| *lever > 0.0);
+    2.0 * levers.fold(f64::INFINITY, f64::min)
 }
 
 /// The block of a contact of the detection. Blocks have the order of the contacts, followed by the
@@ -365,25 +427,21 @@ fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
 }
 
-/// Bodies whose late overlaps are not corrected in this step: those `in_cluster`, whose path differs
-/// from that of the interval, and those of islands whose contacts were regularised, where the overlap
-/// carries the load.
-pub(super) fn exempt_bodies(
-    mut in_cluster: Vec<bool>,
-    interval: &Interval,
-    solution: &Solution,
-) -> Vec<bool> {
+/// Those of all `bodies` whose late overlaps are not corrected in this step: they are in islands whose
+/// contacts were regularised, where the overlap carries the load.
+pub(super) fn exempt_bodies(bodies: usize, interval: &Interval, solution: &Solution) -> Vec<bool> {
+    let mut exempt = vec![false; bodies];
     for (k, outcome) in solution.outcomes.iter().enumerate() {
         if outcome.relaxed {
             let sides = |i: &u32| interval.sides[*i as usize];
             for body in solution.islands.blocks(k).iter().flat_map(sides) {
-                if let Some(exempt) = in_cluster.get_mut(body as usize) {
+                if let Some(exempt) = exempt.get_mut(body as usize) {
                     *exempt = true;
                 }
             }
         }
     }
-    in_cluster
+    exempt
 }
 
 fn is_exempt(contact: &ContactPoint, exempt: &[bool]) -> bool {
@@ -434,6 +492,7 @@ mod tests {
                     &mut overlaps,
                     &interval,
                     &still,
+                    None,
                     &masses,
                     &[],
                     &mut solver,
@@ -443,9 +502,25 @@ mod tests {
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
             look(&mut overlaps, &Interval::default());
-            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
+            part_overlaps(
+                &mut overlaps,
+                &interval,
+                &still,
+                None,
+                &masses,
+                &[],
+                &mut solver,
+            );
             look(&mut overlaps, &interval);
-            part_overlaps(&mut overlaps, &interval, &still, &masses, &[], &mut solver);
+            part_overlaps(
+                &mut overlaps,
+                &interval,
+                &still,
+                None,
+                &masses,
+                &[],
+                &mut solver,
+            );
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }

@@ -165,7 +165,8 @@ impl MoreauStepper {
         self.count_islands(record, &mut clusters, &in_cluster);
         self.record(model, record, &clusters, &in_cluster);
         self.write(model, &clusters, &in_cluster, dt);
-        let potential = self.close_gaps(model, record, overlaps, in_cluster)?;
+        let path = self.path(&clusters, dt);
+        let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
         let masses = model.inverse_mass();
         self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
@@ -344,6 +345,22 @@ impl MoreauStepper {
         }
     }
 
+    /// Mean velocities of all bodies from the midpoint of the step, where contacts are detected, to the
+    /// next one. `None` if these are the velocities at the end: no body is in a cluster.
+    fn path(&self, clusters: &[Cluster], dt: f64) -> Option<Vec<Vec3>> {
+        if clusters.is_empty() {
+            return None;
+        }
+        let (start, mut path) = (&self.interval.start, self.solution.end.clone());
+        for cluster in clusters {
+            for (&body, way) in cluster.bodies.iter().zip(&cluster.displacement) {
+                let body = body as usize;
+                path[body] = way / dt + 0.5 * (path[body] - start[body]);
+            }
+        }
+        Some(path)
+    }
+
     /// Closes gaps of joints and moves overlapped pairs apart. Both change positions alone. Returns
     /// the potential energy \[J\] before, if any body may have moved.
     fn close_gaps<M: MultibodyModel + ?Sized>(
@@ -352,6 +369,7 @@ impl MoreauStepper {
         record: &mut StepRecord,
         overlaps: Option<Overlaps>,
         in_cluster: Vec<bool>,
+        path: Option<&[Vec3]>,
     ) -> Result<Option<f64>, StepError> {
         let (interval, solution) = (&self.interval, &self.solution);
         // positions are corrected with the true masses
@@ -362,9 +380,9 @@ impl MoreauStepper {
             true => excess_gaps(interval, solution, &in_cluster),
             false => Vec::new(),
         };
-        let exempt = exempt_bodies(in_cluster, interval, solution);
+        let exempt = exempt_bodies(w.len(), interval, solution);
         let overlaps = overlaps.map(|mut overlaps| {
-            find_late(&mut overlaps, interval, solution, w, &exempt);
+            find_late(&mut overlaps, interval, solution, path, w, &exempt);
             overlaps
         });
         let moves =
@@ -382,7 +400,7 @@ impl MoreauStepper {
         }
         if let Some(mut overlaps) = overlaps {
             let (solver, solution) = (&mut self.solver, &self.solution);
-            let moves = part_overlaps(&mut overlaps, interval, solution, w, &exempt, solver);
+            let moves = part_overlaps(&mut overlaps, interval, solution, path, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {

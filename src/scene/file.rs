@@ -6,7 +6,7 @@ use super::linear::LinearBlock;
 use super::machine::Kept;
 use super::wear::{Life, WearEntry};
 use super::{Part, Shape};
-use crate::dynamics::{ImpactLaw, Scheme};
+use crate::dynamics::{ImpactLaw, LARGE_OVERLAP, Scheme};
 use crate::oracles::SOLVERS;
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};
@@ -150,7 +150,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Limits {
-            overlap: 1e-3,
+            overlap: LARGE_OVERLAP,
             joint_gap: 1e-3,
             energy: 1e-3,
             imbalance: 1e-9,

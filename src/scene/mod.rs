@@ -58,7 +58,7 @@ mod wear;
 mod world;
 mod written;
 
-pub use crate::dynamics::{ImpactLaw, Scheme};
+pub use crate::dynamics::{ImpactLaw, LASTING, Scheme};
 pub use atlas::{AtlasEntry, atlas_entries};
 pub use catalogue::{Listing, load, load_machine, scenes};
 pub use check::{At, Range, distinct, range};
@@ -67,7 +67,7 @@ pub use file::{BodyKind, ClosedForm, Limits, Material, Oscillation, Step};
 pub use issues::{Issue, issue_entries};
 pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
-pub use overlap::{LASTING, Measured};
+pub use overlap::Measured;
 pub use time_scales::Motion;
 pub use wear::{Life, Wear};
 pub use world::Built;

@@ -6,11 +6,8 @@ use super::passing::Passing;
 use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
 use crate::contact::Vec2;
-use crate::dynamics::Pose64;
+use crate::dynamics::{LASTING, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
-
-/// Duration \[s\] from which an overlap counts as lasting.
-pub const LASTING: f64 = 0.25;
 
 /// Computes the overlaps of bodies in `f64`, without using the contacts of any engine.
 ///
