@@ -118,9 +118,10 @@ impl HeldTorque {
 
     /// The mean modulus of the cycle \[Pa/m\], which the machine keeps.
     pub fn close(self, world: &mut ThreshingWorld) -> f64 {
-        let mean = self.sum / self.steps.max(1) as f64;
-        world.set_stiffness(mean);
-        mean
+        if self.target.is_some() {
+            world.set_stiffness(self.sum / self.steps.max(1) as f64);
+        }
+        world.stiffness()
     }
 }
 

@@ -7,10 +7,13 @@ use moreau2d::peers::{
 };
 use moreau2d::rapier::Pose64;
 use moreau2d::report::Progress;
-use moreau2d::thresher::{self, Machine, ThreshingOutcome, run_threshing};
+use moreau2d::scene::Scene;
+use moreau2d::thresher::{
+    self, Hold, Machine, OperationRow, Setup, Thresher, ThreshingOutcome, run_lives, run_threshing,
+};
 
-/// The catalogue's machine at twice its step, over a part of its life.
-fn run(flags: &[&str]) -> ThreshingOutcome {
+/// The catalogue's machine at twice its step and with longer jumps.
+fn coarse(flags: &[&str]) -> (Scene, Setup<Thresher>) {
     let coarse = ["step.dt=4e-5", "wear.jump=1e-3"];
     let flags: Vec<String> = coarse
         .iter()
@@ -21,16 +24,36 @@ fn run(flags: &[&str]) -> ThreshingOutcome {
     else {
         panic!("no thresher");
     };
-    let hidden = |_: &str, _: u64| Progress::new("", 1, true);
+    (scene, setup)
+}
+
+fn hidden(_: &str, _: u64) -> Progress {
+    Progress::new("", 1, true)
+}
+
+fn run(flags: &[&str]) -> ThreshingOutcome {
+    let (scene, setup) = coarse(flags);
     run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The strip parts where it would carry more than its strength: the feeder neither pushes nor holds
-/// back with more, and no power is lost from sight. The torque is measured at every profile; held,
-/// it is the operating torque.
+/// back with more, and no power is lost from sight. The torque is measured at every profile: held, it
+/// is the operating torque; with the feed held it grows as the teeth wear.
 #[test]
 fn the_torque_is_held_and_the_feeder_gives_little() {
-    let outcome = run(&["hold=torque", "wear.max_hours=50"]);
+    let (scene, setup) = coarse(&["wear.max_hours=50"]);
+    let lives = run_lives(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap();
+    assert_eq!(lives.held, Hold::Feed);
+    let free = &lives.run.history.operation;
+    let new = &free[0];
+    let same = |row: &OperationRow| row.crop_stiffness_pa_m == new.crop_stiffness_pa_m;
+    assert!(free.iter().all(same));
+    assert!((new.torque_nm / 146.39 - 1.0).abs() <= 0.02);
+    assert!(lives.run.torque_band().1 > 1.05 * 146.39);
+    let text = lives.describe(&setup.parameters, &setup.tooth);
+    assert!(text.contains("life by what is held"), "{text}");
+
+    let outcome = &lives.other;
     let rows = &outcome.history.operation;
     assert!(rows.len() >= 4, "{} rows", rows.len());
     for row in rows {
