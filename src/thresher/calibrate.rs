@@ -1,7 +1,7 @@
 //! The calibration of the wear coefficient to a published depth.
 
 use super::blocks::Calibration;
-use super::parameters::Thresher;
+use super::parameters::{Hold, Thresher};
 use crate::report::{number, quantity};
 use crate::wear::WearState;
 use serde_json::{Value, json};
@@ -19,10 +19,11 @@ pub struct Calibrated {
 }
 
 impl Calibrated {
-    /// `None` for a run without a point, or at another torque or speed.
+    /// `None` for a run without a point, at another torque or speed, or whose torque is not held.
     pub(super) fn of(p: &Thresher, state: &WearState) -> Option<Calibrated> {
         let target = p.calibrate?;
-        if target.speed != p.speed || target.torque != p.operating_torque {
+        let elsewhere = target.speed != p.speed || target.torque != p.operating_torque;
+        if elsewhere || p.hold != Hold::Torque {
             return None;
         }
         let points = state.life().points().iter();

@@ -103,15 +103,10 @@ impl Lives {
         for (a, b) in run.history.lives().zip(other.history.lives()) {
             table.push([format!("{} [h]", a.limit), hours(a), hours(b)]);
         }
-        let calibrations = self.both().into_iter().filter_map(|(hold, outcome)| {
-            let of = outcome.calibration.as_ref()?;
-            Some(format!(
-                "with the {} held, {}\n",
-                hold.word(),
-                of.describe()
-            ))
+        let calibrated = self.both().into_iter().find_map(|(_, o)| o.calibration);
+        let calibration = calibrated.map_or_else(String::new, |of| {
+            format!("with the torque held, {}\n", of.describe())
         });
-        let calibrations: String = calibrations.collect();
-        format!("{table}{calibrations}\n{}", run.describe(p, tooth))
+        format!("{table}{calibration}\n{}", run.describe(p, tooth))
     }
 }

@@ -19,8 +19,9 @@ const STEERED: [f64; 2] = [0.7, 1.4];
 /// A machine that holds this many times the crop of a strip laid end to end is plugged: most of
 /// what was fed since it was full has not left it.
 const PLUGGED: f64 = 2.0;
-/// The drive, at its torque limit, has stalled below this share of the wanted speed.
-const STALLED: f64 = 0.95;
+/// Below this share of the wanted speed the governor no longer holds it: the drive is at its torque
+/// limit, and stalls as the teeth wear on.
+const STALLED: f64 = 0.98;
 
 /// Mean torque, power and flow of one measured cycle, machine totals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -118,9 +119,10 @@ impl HeldTorque {
 
     /// The mean modulus of the cycle \[Pa/m\], which the machine keeps.
     pub fn close(self, world: &mut ThreshingWorld) -> f64 {
-        let mean = self.sum / self.steps.max(1) as f64;
-        world.set_stiffness(mean);
-        mean
+        if self.target.is_some() {
+            world.set_stiffness(self.sum / self.steps.max(1) as f64);
+        }
+        world.stiffness()
     }
 }
 

@@ -62,7 +62,7 @@ row! {
 }
 
 row! {
-    /// When and where a limit is crossed, with the error estimate.
+    /// When and where a limit is crossed, with the error estimate. Cell 1 stands where none decides.
     LifeRow in "life.csv" {
         limit: String,
         hours: f64,

@@ -7,10 +7,13 @@ use moreau2d::peers::{
 };
 use moreau2d::rapier::Pose64;
 use moreau2d::report::Progress;
-use moreau2d::thresher::{self, Machine, ThreshingOutcome, run_threshing};
+use moreau2d::scene::Scene;
+use moreau2d::thresher::{
+    self, Hold, Machine, OperationRow, Setup, Thresher, ThreshingOutcome, run_lives, run_threshing,
+};
 
-/// The catalogue's machine at twice its step, over a part of its life.
-fn run(flags: &[&str]) -> ThreshingOutcome {
+/// The catalogue's machine at twice its step and with longer jumps.
+fn coarse(flags: &[&str]) -> (Scene, Setup<Thresher>) {
     let coarse = ["step.dt=4e-5", "wear.jump=1e-3"];
     let flags: Vec<String> = coarse
         .iter()
@@ -21,16 +24,36 @@ fn run(flags: &[&str]) -> ThreshingOutcome {
     else {
         panic!("no thresher");
     };
-    let hidden = |_: &str, _: u64| Progress::new("", 1, true);
+    (scene, setup)
+}
+
+fn hidden(_: &str, _: u64) -> Progress {
+    Progress::new("", 1, true)
+}
+
+fn run(flags: &[&str]) -> ThreshingOutcome {
+    let (scene, setup) = coarse(flags);
     run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap()
 }
 
 /// The strip parts where it would carry more than its strength: the feeder neither pushes nor holds
-/// back with more, and no power is lost from sight. The torque is measured at every profile; held,
-/// it is the operating torque.
+/// back with more, and no power is lost from sight. The torque is measured at every profile: held, it
+/// is the operating torque; with the feed held it grows as the teeth wear.
 #[test]
 fn the_torque_is_held_and_the_feeder_gives_little() {
-    let outcome = run(&["hold=torque", "wear.max_hours=50"]);
+    let (scene, setup) = coarse(&["wear.max_hours=50"]);
+    let lives = run_lives(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap();
+    assert_eq!(lives.held, Hold::Feed);
+    let free = &lives.run.history.operation;
+    let new = &free[0];
+    let same = |row: &OperationRow| row.crop_stiffness_pa_m == new.crop_stiffness_pa_m;
+    assert!(free.iter().all(same));
+    assert!((new.torque_nm / 146.39 - 1.0).abs() <= 0.02);
+    assert!(lives.run.torque_band().1 > 1.05 * 146.39);
+    let text = lives.describe(&setup.parameters, &setup.tooth);
+    assert!(text.contains("life by what is held"), "{text}");
+
+    let outcome = &lives.other;
     let rows = &outcome.history.operation;
     assert!(rows.len() >= 4, "{} rows", rows.len());
     for row in rows {
@@ -56,8 +79,9 @@ fn the_torque_is_held_and_the_feeder_gives_little() {
     }
     let power = outcome.power_worn;
     assert!(power.parting > 0.0);
+    // a contact that sticks is recorded without slip, to the tolerance of the solver
     assert!(
-        power.imbalance().abs() < 1e-9 * power.drive,
+        power.imbalance().abs() < 1e-6 * power.drive,
         "{} W",
         power.imbalance()
     );
@@ -89,13 +113,8 @@ fn a_machine_that_no_longer_conveys_says_so() {
 /// The run ends where no tooth is left on a thin base, with its hours.
 #[test]
 fn a_base_that_is_worn_through_ends_the_life() {
-    // a low, nearly even tooth
-    let outcome = run(&[
-        "tooth.alpha=0",
-        "tooth.beta=-0.05",
-        "tooth.gamma=0.003",
-        "tooth.base=5e-4",
-    ]);
+    // the toe is worn by a tenth of a millimetre long before the tooth is unfit
+    let outcome = run(&["tooth.base=1e-4"]);
     let limit = &outcome.history.machine_limits[1];
     assert_eq!(limit.limit, "base worn through");
     let hours = limit.hours.unwrap();
@@ -105,7 +124,7 @@ fn a_base_that_is_worn_through_ends_the_life() {
         let rows = outcome.history.profile.iter().filter(|row| row.hours == at);
         rows.map(|row| row.y_m).fold(f64::INFINITY, f64::min)
     };
-    assert!(lowest(outcome.history.hours) <= -5e-4);
+    assert!(lowest(outcome.history.hours) <= -1e-4);
 }
 
 /// A slot that slides at a force, as the mat of crop: a body hangs on it below that force, and falls
