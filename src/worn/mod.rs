@@ -47,8 +47,9 @@
 //! Both sides of a contact may wear, each with its own coefficient, and any number of colliders.
 //!
 //! Wear moves an open part of an outline between the edges beside it: its ends move along them. A
-//! whole outline moves inwards everywhere; where it crosses itself the body is worn through, which is
-//! an error, and everything stays as before the jump.
+//! whole outline moves inwards everywhere, a sharp corner along its bisector: where only one face of a
+//! box is touched, let only this one wear. Where an outline crosses itself the body is worn through, which
+//! is an error, and everything stays as before the jump.
 //!
 //! # Time
 //! One load cycle of [`crate::wear`] is one second here: a measurement of any length gives wear rates
