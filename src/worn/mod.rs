@@ -15,7 +15,8 @@
 //! let face = ColliderBuilder::cuboid(4.0, 0.1).translation(Vector::new(0.0, -0.1));
 //! world.insert(disc, face.friction(0.0));
 //! let pin = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.02));
-//! let (_, pin) = world.insert(pin, ColliderBuilder::cuboid(0.005, 0.02).friction(0.0));
+//! let steel = ColliderBuilder::cuboid(0.005, 0.02).density(1000.0).friction(0.0);
+//! let (_, pin) = world.insert(pin, steel);
 //! let mut pipeline = MoreauPipeline::new(MoreauSettings::default())?;
 //!
 //! // a jump wears at most 0.1 mm

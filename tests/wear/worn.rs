@@ -326,8 +326,7 @@ fn the_mass_goes_with_the_material() {
     let gone = 1e6 * stand.area(0);
     let local = stand.world.bodies[stand.body]
         .mass_properties()
-        .local_mprops
-        .clone();
+        .local_mprops;
     // rapier's single precision
     assert!(
         (f64::from(local.mass()) - (MASS - gone)).abs() < 1e-4,
