@@ -9,7 +9,7 @@
 
 use super::SceneError;
 use super::check::At;
-use super::document::Document;
+use super::document::{Document, Segment};
 use super::file::{Reference, SceneFile};
 use super::reader;
 use serde::de::DeserializeOwned;
@@ -29,6 +29,12 @@ pub struct Kept {}
 /// Those of [`reader::read`].
 pub(super) fn read<M: DeserializeOwned>(document: &Document) -> Result<(SceneFile, M), SceneError> {
     let own = document.is_array("wear");
+    let table = document.root.entry("wear").filter(|_| !own);
+    if table.is_some_and(|wear| wear.node.entry("body").is_some()) {
+        let problem = "[wear] is the block of a machine; [[wear]] lets a body wear".to_owned();
+        let at = document.place(&[Segment::Key("wear".to_owned())]);
+        return Err(SceneError::Conflict { at, problem });
+    }
     let of_scene = document.only(|key| own || key != "wear");
     let of_machine = document.only(|key| KEYS.contains(&key) && !(own && key == "wear"));
     Ok((reader::read(&of_scene)?, reader::read(&of_machine)?))

@@ -2,7 +2,8 @@
 //!
 //! A scene file is TOML, in SI units and radians (degrees if a key ends in `_deg`). It needs only
 //! the keys that differ from the defaults. All keys are listed below; [`crate::thresher`] lists the
-//! keys of the four blocks of a machine, which it reads.
+//! keys of the four blocks of a machine, which it reads. `[[wear]]`, of which there may be several, lets
+//! bodies wear ([`crate::guide::pin_on_disc`]); `[wear]` is a machine's.
 //!
 //! ```
 //! let scene = moreau2d::scene::Scene::parse(

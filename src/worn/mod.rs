@@ -15,7 +15,8 @@
 //! let face = ColliderBuilder::cuboid(4.0, 0.1).translation(Vector::new(0.0, -0.1));
 //! world.insert(disc, face.friction(0.0));
 //! let pin = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.02));
-//! let (_, pin) = world.insert(pin, ColliderBuilder::cuboid(0.005, 0.02).friction(0.0));
+//! let steel = ColliderBuilder::cuboid(0.005, 0.02).density(1000.0).friction(0.0);
+//! let (_, pin) = world.insert(pin, steel);
 //! let mut pipeline = MoreauPipeline::new(MoreauSettings::default())?;
 //!
 //! // a jump wears at most 0.1 mm
@@ -47,8 +48,9 @@
 //! Both sides of a contact may wear, each with its own coefficient, and any number of colliders.
 //!
 //! Wear moves an open part of an outline between the edges beside it: its ends move along them. A
-//! whole outline moves inwards everywhere; where it crosses itself the body is worn through, which is
-//! an error, and everything stays as before the jump.
+//! whole outline moves inwards everywhere, a sharp corner along its bisector: where only one face of a
+//! box is touched, let only this one wear. Where an outline crosses itself the body is worn through, which
+//! is an error, and everything stays as before the jump.
 //!
 //! # Time
 //! One load cycle of [`crate::wear`] is one second here: a measurement of any length gives wear rates

@@ -171,3 +171,22 @@ fn wear_without_effect_or_without_sense_is_refused() {
     }
     assert!(place.listing(".").is_empty());
 }
+
+/// `mass = true`: the load falls with the pin, `h = L (1 − exp(−K ρ g s))` for a pin of length L, and the
+/// jumps are off by what they say.
+#[test]
+fn a_pin_loses_its_weight_on_request() {
+    let place = Place::new();
+    let changes = ["wear.pin.mass=true", "life.jump=2e-5"].map(|change| ["--set", change]);
+    let head = ["run", "pin-on-disc", "--quiet"];
+    let (code, out, err) = place.run(&[&head[..], &changes.concat()].concat());
+    assert_eq!(code, 0, "{out}{err}");
+    let summary = place.json("out/pin-on-disc/summary.json");
+    let number = |key: &str| summary["wear"][0][key].as_f64().unwrap();
+    let exact = 0.04 * (1.0 - (-1e-12 * 1000.0 * 9.81 * 0.5 * DURATION).exp());
+    // without it K F s / A is 0.9 % more
+    let off = number("deepest_m") - exact;
+    assert!((off / exact).abs() < 5e-4, "{off} {exact}");
+    let told = number("jump_error_m");
+    assert!((off / told - 1.0).abs() < 0.05, "{off} {told}");
+}

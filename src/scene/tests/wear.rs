@@ -102,7 +102,11 @@ fn what_cannot_wear_is_refused_with_its_place() {
             String::new(),
             "[life] says how long the bodies of [[wear]] wear; there are none",
         ),
-        ("[[wear]]\n", "[wear]\n".to_owned(), "wear"),
+        (
+            "[[wear]]\n",
+            "[wear]\n".to_owned(),
+            "[[wear]] lets a body wear",
+        ),
         (
             "surface_velocity = -0.5",
             "surface_velocity = -0.5\n[reference]\nclosed_form = \"conveyor\"".to_owned(),
