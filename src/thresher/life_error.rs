@@ -218,8 +218,9 @@ struct Other {
 /// the run, and puts them in place of what the run told.
 ///
 /// With `n` jumps, steps `dt` and edges `h` the life is taken as
-/// `T = T₀ + a/n + b dt + c h²`: Euler jumps and the visco-elastic rule are of first order, contact
-/// points at the ends of the overlaps of second.
+/// `T = T₀ + a/n + b dt + c h²`: Euler jumps are of first order, contact points at the ends of the
+/// overlaps of second. A step is of second order where it resolves its contacts, and counted as of
+/// first: the bias of the time step is then told too large.
 ///
 /// # Arguments
 /// - `live`: a life of a scene with its setup, with the stiffness of the setup.
