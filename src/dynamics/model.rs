@@ -20,7 +20,7 @@ pub struct ContactKey {
 pub enum NormalLaw {
     /// Rigid, with Newton's coefficient of restitution in [0, 1].
     Rigid { restitution: f64 },
-    /// Kelvin-Voigt: stiffness `k` \[N/m\] and damping `c` [N s/m], implicit, of order 2.
+    /// Kelvin-Voigt: stiffness `k` \[N/m\] and damping `c` [N s/m], implicit, of order 2 with damping.
     ViscoElastic { stiffness: f64, damping: f64 },
     /// The normal force \[N\] is given; only friction is solved.
     Load { force: f64 },

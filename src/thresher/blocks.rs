@@ -85,8 +85,8 @@ pub enum LifeErrors {
     /// By the run itself: a bound for the jumps, and the noise of sampled cycles.
     #[default]
     Run,
-    /// Also by three more lives, which take some three times as long: with jumps half as deep, steps
-    /// twice as long, and edges twice as long.
+    /// Also by three more lives, which take some three times as long: with steps twice as long, and with
+    /// them jumps half as deep, and edges half as long.
     Measured,
 }
 

@@ -9,8 +9,8 @@
 //!
 //! What the run itself tells costs nothing: a bound on the error of the jumps, and the noise of
 //! cycles that are sampled one a jump. The bias of jumps, time step and mesh is measured by three more
-//! lives, `wear.error = "measured"`: with jumps half as deep, steps twice as long, and edges twice as
-//! long. Their cycles are nearly free of noise, so that differences of lives tell more than
+//! lives, `wear.error = "measured"`: with steps twice as long, and with them jumps half as deep, and
+//! edges half as long. Their cycles are nearly free of noise, so that differences of lives tell more than
 //! differences of single cycles do.
 
 use super::life::ThreshingOutcome;
@@ -217,9 +217,12 @@ struct Other {
 /// Measures the biases of jumps, time step and mesh by three more lives, at the crop's stiffness of
 /// the run, and puts them in place of what the run told.
 ///
-/// With `n` jumps, steps `dt` and edges `h` the life is taken as
-/// `T = T₀ + a/n + b dt + c h²`: Euler jumps and the visco-elastic rule are of first order, contact
-/// points at the ends of the overlaps of second.
+/// All three take steps twice as long, which costs half and tells the bias of the step; the others
+/// differ from that life by jumps half as deep, or by edges half as long. With `n` jumps, steps `dt`
+/// and edges `h` the life is taken as `T = T₀ + a/n + b dt + c h²`: Euler jumps are of first order,
+/// contact points at the ends of the overlaps of second. A step is of second order where it resolves
+/// its contacts, and counted as of first: the bias of the time step is then told too large. Coarser
+/// meshes than the run's may be too coarse to tell.
 ///
 /// # Arguments
 /// - `live`: a life of a scene with its setup, with the stiffness of the setup.
@@ -229,37 +232,35 @@ pub(super) fn measure(
     outcome: &mut ThreshingOutcome,
     live: impl Fn(&Scene, &Setup<Thresher>) -> Result<ThreshingOutcome, String> + Sync,
 ) {
-    let jumps = outcome.jumps as f64;
     let mut held = setup.clone();
     held.parameters.crop_stiffness = outcome.stiffness;
-    let edges = |setup: &Setup<Thresher>| f64::from(setup.tooth.cells - 1);
-
-    let mut shorter = held.clone();
-    shorter.wear.jump = 0.5 * outcome.mean_jump;
     let mut slower = scene.clone();
     slower.step.dt *= 2.0;
-    let mut coarser = held.clone();
-    coarser.tooth.cells = (setup.tooth.cells - 1).div_ceil(2).max(2) + 1;
-    let cases = [(scene, &shorter), (&slower, &held), (scene, &coarser)];
-    let told = [
-        format!("jumps of {}", quantity(shorter.wear.jump, "m", 2)),
-        format!("steps of {}", quantity(slower.step.dt, "s", 2)),
-        format!("{} nodes", coarser.tooth.cells),
+    let mut shorter = held.clone();
+    shorter.wear.jump = 0.5 * outcome.mean_jump;
+    let mut finer = held.clone();
+    finer.tooth.cells = 2 * setup.tooth.cells - 1;
+    let steps = format!("steps of {}", quantity(slower.step.dt, "s", 2));
+    let cases = [
+        (&held, steps.clone()),
+        (
+            &shorter,
+            format!("{steps}, jumps of {}", quantity(shorter.wear.jump, "m", 2)),
+        ),
+        (&finer, format!("{steps}, {} nodes", finer.tooth.cells)),
     ];
-    let others: Vec<Result<Other, String>> = std::thread::scope(|scope| {
-        let live = &live;
-        let running = cases.map(|(scene, setup)| scope.spawn(move || live(scene, setup)));
-        let ended = running.into_iter().zip(told).map(|(run, what)| {
-            let found = run.join().map_err(|_| "it panicked".to_owned()).flatten();
-            found.map(|found| Other {
+    let others = std::thread::scope(|scope| {
+        let (live, slower) = (&live, &slower);
+        let running = cases.map(|(setup, what)| (scope.spawn(move || live(slower, setup)), what));
+        running.map(|(run, what)| -> Result<Other, String> {
+            let found = run.join().map_err(|_| "it panicked".to_owned()).flatten()?;
+            Ok(Other {
                 hours: found.history.crossings.iter().map(|c| c.hours).collect(),
                 jumps: found.jumps as f64,
                 what,
             })
-        });
-        ended.collect()
+        })
     });
-
     let names: Vec<String> = (outcome.history.crossings.iter())
         .map(|c| c.limit.clone())
         .collect();
@@ -273,32 +274,25 @@ pub(super) fn measure(
             let none = || format!("the life with {} does not reach it", other.what);
             Ok((hours.ok_or_else(none)?, other))
         };
-        let run = error.hours;
+        let [jumps, step, mesh, _] = &mut error.sources;
         // a/n of the run
         let mut of_jumps = 0.0;
-        let found = hours(0).and_then(|(other_hours, other)| {
-            if other.jumps <= jumps {
+        jumps.take(hours(0).and_then(|(coarse, at)| {
+            let (fine, other) = hours(1)?;
+            if other.jumps <= at.jumps {
                 return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
             }
-            of_jumps = (run - other_hours) / (1.0 - jumps / other.jumps);
-            Ok((of_jumps, other_hours, other))
-        });
-        error.sources[0].take(found);
-        // the jumps of another step or mesh are as deep as they can be there
-        let at_equal_jumps = |(other_hours, other): (f64, &Other)| {
-            other_hours - of_jumps * (jumps / other.jumps - 1.0)
-        };
-        let found = hours(1).map(|found| (at_equal_jumps(found) - run, found.0, found.1));
-        error.sources[1].take(found);
-        let ratio = edges(setup) / edges(&coarser);
-        let found = hours(2).and_then(|found| match ratio > 1.0 {
-            true => {
-                let bias = (at_equal_jumps(found) - run) / (ratio * ratio - 1.0);
-                Ok((bias, found.0, found.1))
-            }
-            false => Err("no coarser mesh has a profile".to_owned()),
-        });
-        error.sources[2].take(found);
+            of_jumps = (coarse - fine) / (1.0 - at.jumps / other.jumps);
+            Ok((of_jumps, fine, other))
+        }));
+        let run = error.hours;
+        step.take(hours(0).map(|(other, at)| (other - run, other, at)));
+        mesh.take(hours(0).and_then(|(coarse, at)| {
+            let (fine, other) = hours(2)?;
+            // a finer mesh bounds the depth of its jumps
+            let fine_at_equal_jumps = fine + of_jumps * (1.0 - at.jumps / other.jumps);
+            Ok(((coarse - fine_at_equal_jumps) / (1.0 - 0.25), fine, other))
+        }));
     }
 }
 
