@@ -337,25 +337,19 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
 ///
 /// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in
 /// time: only for these they are not those at the end. What meets after the end of the step is then an
-/// impact to come, and what the turn of a body may add to `J Δq` is granted.
+/// impact to come.
 fn opening(
     contact: &ContactPoint,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
 ) -> f64 {
-    let (dt, rows) = (interval.length, &contact.rows);
-    let closing = rows.velocity(&solution.end).x;
-    let Some(path) = path.filter(|path| rows.velocity(path).x != closing) else {
-        return dt * closing;
-    };
-    let way = dt * rows.velocity(path).x;
-    let bend = |side: usize| {
-        let [n, t] = rows.jacobian[side];
-        let spin = path.get(rows.bodies[side] as usize).map_or(0.0, |u| u.z);
-        0.5 * (dt * spin).powi(2) * n.z.hypot(t.z)
-    };
-    way.max(way - 0.5 * dt * closing) + bend(0) + bend(1)
+    let (dt, closing) = (interval.length, contact.rows.velocity(&solution.end).x);
+    let mean = path.map_or(closing, |path| contact.rows.velocity(path).x);
+    match mean == closing {
+        true => dt * closing,
+        false => (dt * mean).max(dt * mean - 0.5 * dt * closing),
+    }
 }
 
 /// Share of an overlap that a step corrects. The deepest overlap that a step may take up at once,
@@ -427,10 +421,20 @@ fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
 }
 
-/// Those of all `bodies` whose late overlaps are not corrected in this step: they are in islands whose
-/// contacts were regularised, where the overlap carries the load.
-pub(super) fn exempt_bodies(bodies: usize, interval: &Interval, solution: &Solution) -> Vec<bool> {
-    let mut exempt = vec![false; bodies];
+/// Bodies whose late overlaps are not corrected in this step: those of islands whose contacts were
+/// regularised, where the overlap carries the load, and those `in_cluster` that turn too far for the
+/// linear rows of another path to hold.
+pub(super) fn exempt_bodies(
+    in_cluster: Vec<bool>,
+    interval: &Interval,
+    solution: &Solution,
+) -> Vec<bool> {
+    let mut exempt = in_cluster;
+    let ends = interval.start.iter().zip(&solution.end);
+    for (exempt, (start, end)) in exempt.iter_mut().zip(ends) {
+        let turn = interval.length * start.z.abs().max(end.z.abs());
+        *exempt = *exempt && turn > STRIDE;
+    }
     for (k, outcome) in solution.outcomes.iter().enumerate() {
         if outcome.relaxed {
             let sides = |i: &u32| interval.sides[*i as usize];

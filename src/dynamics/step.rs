@@ -380,7 +380,7 @@ impl MoreauStepper {
             true => excess_gaps(interval, solution, &in_cluster),
             false => Vec::new(),
         };
-        let exempt = exempt_bodies(w.len(), interval, solution);
+        let exempt = exempt_bodies(in_cluster, interval, solution);
         let overlaps = overlaps.map(|mut overlaps| {
             find_late(&mut overlaps, interval, solution, path, w, &exempt);
             overlaps

@@ -326,13 +326,16 @@ impl Finder<'_> {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
         let met = self.meet_fast(sides, bodies, found);
+        if !found.is_empty() && !met && (self.midpoint || self.within) {
+            self.meet_moving(sides, bodies, reach, found);
+        }
+        if self.midpoint
+            && let Some(bound) = bound
+        {
+            let near = (found.as_slice(), bound);
+            self.remember_sides(leaves, sides, bodies, near, &sight, &mut scratch.faces);
+        }
         if !found.is_empty() {
-            if !met && (self.midpoint || self.within) {
-                self.meet_moving(sides, bodies, reach, found);
-            }
-            if self.midpoint {
-                self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
-            }
             let setting = self.plain_setting(sides);
             let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
@@ -387,7 +390,8 @@ impl Finder<'_> {
                 self.meet_moving(sides, bodies, reach, found);
             }
             if self.midpoint {
-                self.remember_sides(leaves, sides, bodies, found, &mut scratch.faces);
+                let near = (found.as_slice(), bound);
+                self.remember_sides(leaves, sides, bodies, near, &sight, &mut scratch.faces);
             }
             if terms.events_only {
                 let least = found.iter().map(|t| t.gap).reduce(f64::min);

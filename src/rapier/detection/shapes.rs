@@ -140,6 +140,10 @@ fn place(p: Vec2) -> [u64; 2] {
     [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits()]
 }
 
+/// Most segments of a surface whose depths are measured, which takes the square of their number. Those of
+/// finer ones are shorter than the solid is thick.
+const COARSE: usize = 1000;
+
 /// Numbers the segments, and makes two of them neighbours where exactly two meet.
 fn surface(
     segments: impl Iterator<Item = (usize, [Vec2; 2])>,
@@ -169,6 +173,14 @@ fn surface(
             let leads = edges[other].1.ends[1 - at] - edges[other].1.ends[at];
             edges[mine].1.neighbours[end] = Some(leads.normalize());
             edges[mine].1.owns[end] = mine < other;
+        }
+    }
+    if one_sided && edges.len() <= COARSE {
+        for i in 0..edges.len() {
+            let others = edges
+                .iter()
+                .filter_map(|(_, other)| edges[i].1.depth_to(other));
+            edges[i].1.depth = others.fold(edges[i].1.depth, f64::min);
         }
     }
     out.extend(edges.into_iter().map(|(sub, edge)| Piece {

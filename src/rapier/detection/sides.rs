@@ -2,16 +2,21 @@
 //!
 //! A segment has no inside, so positions alone do not give the side. At the midpoint of a step, a
 //! part that lands on the segment may already be on its far side. A part that rests on it is on one
-//! side or the other by rounding. A pair that touches therefore keeps its side of the last step, and
-//! a new pair takes its side at the start of the step.
+//! side or the other by rounding. A pair that may touch therefore keeps its side of the last step, and
+//! a new pair takes its side at the start of the step. That includes pairs whose contact belongs to a
+//! neighbour of the segment: it may be theirs in the next step.
 
-use super::super::kernels::{Core, Part, Sight, Touch};
+use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
 use super::leaves::Leaf;
 use super::pairs::{Finder, Marks};
 use super::rows::Row;
 use super::seams::poses_at;
 use crate::contact::Vec2;
+
+/// Mark of a pair whose contact a step has found. The marks below it are two bits for each part: 1 plus
+/// the face of its segment.
+const TOUCHED: u32 = 1 << 4;
 
 fn is_two_sided(part: &Part) -> bool {
     matches!(&part.core, Core::Edge(edge) if !edge.one_sided)
@@ -43,6 +48,11 @@ impl Finder<'_> {
             let u = bodies[other].velocity_at(place) - bodies[base].velocity_at(place);
             0.5 * self.step * u
         };
+        // the cores of rounded parts cross only where these are deep in each other
+        let sharp = sides.iter().any(|leaf| is_one_sided(&leaf.part))
+            || sides
+                .iter()
+                .all(|leaf| is_two_sided(&leaf.part) && leaf.part.rounding == 0.0);
         Sight {
             faces: [0, 1].map(|i| match known >> (2 * i) & 3 {
                 0 => None,
@@ -52,42 +62,55 @@ impl Finder<'_> {
                 true => [moved(0, 1), moved(1, 0)],
                 false => [Vec2::zeros(); 2],
             },
-            motion: self.span.motion(bodies),
-            start: sides
-                .iter()
-                .any(|leaf| is_one_sided(&leaf.part))
-                .then(|| poses_at(sides, bodies, -0.5 * self.step)),
+            motion: match known & TOUCHED {
+                0 => self.span.motion(bodies),
+                _ => f64::INFINITY,
+            },
+            touched: known & TOUCHED != 0,
+            start: sharp.then(|| poses_at(sides, bodies, -0.5 * self.step)),
         }
     }
 
-    /// Stores the sides on which two parts touch, or may touch in this step.
+    /// Stores the sides on which two parts lie that are near enough to cross in the next step. Where
+    /// `found` is empty, a neighbour may have the contact; `bound` is then that of their gap \[m\].
     pub(super) fn remember_sides(
         &self,
         leaves: [u32; 2],
         sides: [&Leaf; 2],
         bodies: [&Present; 2],
-        found: &[Touch],
+        (found, bound): (&[Touch], f64),
+        sight: &Sight,
         memory: &mut Marks,
     ) {
         if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
             return;
         }
-        let Some(deepest) = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)) else {
-            return;
-        };
+        let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
         // cores that cannot cross in the next step need no memory
-        if deepest.gap + rounding > self.span.motion(bodies) {
+        let motion = self.span.motion(bodies);
+        if deepest.map_or(bound, |touch| touch.gap) + rounding > motion {
             return;
         }
-        let mut known = 0;
-        for (i, sign) in [(0, 1.0), (1, -1.0)] {
-            if let Core::Edge(edge) = &sides[i].part.core
-                && !edge.one_sided
-            {
-                let right = sides[i].pose.rotate(edge.normals[0]);
-                let face = u32::from(sign * right.dot(&deepest.normal) < 0.0);
-                known |= (1 + face) << (2 * i);
+        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
+        // of balls the contact tells the side
+        let by_contact = |touch: &Touch| {
+            [(0, 1.0), (1, -1.0)].map(|(i, sign)| match &sides[i].part.core {
+                Core::Edge(edge) => {
+                    let right = poses[i].rotate(edge.normals[0]);
+                    Some(usize::from(sign * right.dot(&touch.normal) < 0.0))
+                }
+                _ => None,
+            })
+        };
+        let faces = sides_of(poses, parts, sight).or(deepest.map(by_contact));
+        let Some(faces) = faces else {
+            return;
+        };
+        let mut known = if deepest.is_some() { TOUCHED } else { 0 };
+        for (i, face) in (0..).zip(faces) {
+            if let Some(face) = face.filter(|_| is_two_sided(&sides[i].part)) {
+                known |= (1 + face as u32) << (2 * i);
             }
         }
         memory.set(Row::order(leaves, &self.leaves.names), known);

@@ -4,7 +4,7 @@
 //! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
 use super::edges::{Edge, half_turn};
-use super::{Sight, Touch, relative};
+use super::{Part, Sight, Touch, relative, with_view};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -118,6 +118,13 @@ impl View<'_> {
         }
     }
 
+    /// A point inside; of a one-sided segment one in the solid behind it.
+    fn inner(&self) -> Vec2 {
+        self.edge.map_or(self.center, |edge| {
+            0.5 * (edge.ends[0] + edge.ends[1]) - 0.5 * edge.depth * edge.normals[0]
+        })
+    }
+
     fn is_segment(&self) -> bool {
         self.points.len() == 2
     }
@@ -161,8 +168,11 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             }
         }
         let apart = n.dot(&(seen.translation - base.points[k])) + low;
-        found.any = found.any.max(apart);
         let looks = base.edge.is_none() || sides[0] == Some(k);
+        // what has come through a two-sided segment is in it, not beyond it
+        if looks {
+            found.any = found.any.max(apart);
+        }
         let (met, ceded) = match (other.edge, sides[1]) {
             // parallel faces, whichever of the two corners rounding made the nearer
             (Some(edge), Some(face)) if m.dot(&edge.normals[face]) <= -1.0 + 1e-12 => (true, false),
@@ -236,15 +246,17 @@ pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
     -all.fold(height(&other.center), f64::max)
 }
 
-/// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it, or on it
-/// by rounding, at the start of the step. Of `sight`, the one-sided one is part `own`.
+/// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it in the last
+/// step, or at the start of this one, or lay on it by rounding. Of `sight`, the one-sided one
+/// is part `own`.
 fn came_through(edge: &Edge, other: &View, far: f64, own: usize, sight: &Sight) -> bool {
     let Some(start) = sight.start.filter(|_| far <= sight.motion) else {
         return false;
     };
+    let touched = sight.faces[1 - own].is_some();
     let pose = relative(&start[own], &start[1 - own]);
     other.edge.is_some_and(|line| !line.one_sided)
-        && behind(edge, other, &pose) <= 1e-6 * edge.length()
+        && (touched || behind(edge, other, &pose) <= 1e-6 * edge.length())
 }
 
 /// Whether all of a shape lies behind the line of a face of a segment.
@@ -260,6 +272,93 @@ fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
         height(other.points[0]) * height(other.points[1]) < 0.0
     };
     splits(first, second, seen) && splits(second, first, back)
+}
+
+fn is_two_sided(view: &View) -> bool {
+    view.edge.is_some_and(|edge| !edge.one_sided)
+}
+
+/// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
+/// do not tell them, as a segment beside another may lie on both sides of its line.
+fn facing([first, second]: &[View; 2], poses: &[Pose64; 2]) -> Option<[Option<usize>; 2]> {
+    let seen = relative(&poses[0], &poses[1]);
+    let back = relative(&poses[1], &poses[0]);
+    if cross(first, second, &seen, &back) {
+        return None;
+    }
+    let (direction, distance) = match nearest(first, second, &seen, &back) {
+        Nearest::Corners([i, j], distance) => {
+            let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
+            (way, distance)
+        }
+        Nearest::Face(0, k, distance) => (poses[0].rotate(first.normals[k]), distance),
+        Nearest::Face(_, k, distance) => (-poses[1].rotate(second.normals[k]), distance),
+    };
+    let face = |pose: &Pose64, view: &View, way: Vec2| {
+        Some(usize::from(pose.rotate(view.normals[0]).dot(&way) < 0.0))
+    };
+    let apart = distance > 1e-9 * size(first).min(size(second));
+    apart.then(|| {
+        [
+            face(&poses[0], first, direction),
+            face(&poses[1], second, -direction),
+        ]
+    })
+}
+
+/// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
+/// behind a one-sided segment \[m\]. `seen` are the poses of the second in the frame of the first, and
+/// of the first in that of the second.
+fn sides(
+    poses: [&Pose64; 2],
+    views: &[View; 2],
+    seen: [&Pose64; 2],
+    sight: &Sight,
+) -> Result<[Option<usize>; 2], f64> {
+    if let Some(start) = sight.start.filter(|_| !sight.touched)
+        && views.iter().all(is_two_sided)
+        && let Some(sides) = facing(views, &start)
+    {
+        return Ok(sides);
+    }
+    let mut sides = [None, None];
+    for i in 0..2 {
+        let (other, pose) = (&views[1 - i], seen[i]);
+        sides[i] = match views[i].edge {
+            Some(edge) if edge.one_sided => {
+                let behind = behind(edge, other, pose);
+                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
+                    return Err(behind);
+                }
+                Some(0)
+            }
+            Some(edge) => {
+                let points = other.points.iter().map(|q| pose.apply(*q));
+                let past = sight.of(i, poses[i]);
+                Some(edge.side(points, pose.apply(other.inner()), &past))
+            }
+            None => None,
+        };
+    }
+    Ok(sides)
+}
+
+/// The [`sides`] of two parts with corners; `None` if one is behind the other.
+pub(in crate::rapier) fn sides_of(
+    poses: [&Pose64; 2],
+    parts: [&Part; 2],
+    sight: &Sight,
+) -> Option<[Option<usize>; 2]> {
+    let mut found = None;
+    with_view(&parts[0].core, |first| {
+        with_view(&parts[1].core, |second| {
+            let seen = relative(poses[0], poses[1]);
+            let back = relative(poses[1], poses[0]);
+            found = sides(poses, &[first, second], [&seen, &back], sight).ok();
+            0.0
+        })
+    });
+    found
 }
 
 /// Chooses a reference face by separating axes and clips the incident face to it: at most two
@@ -283,27 +382,10 @@ pub(super) fn convex_convex(
     let both = rounding[0] + rounding[1];
     let seen = relative(poses[0], poses[1]);
     let back = relative(poses[1], poses[0]);
-    // the side of a segment on which the other shape lies
-    let mut sides = [None, None];
-    for (i, (view, pose)) in [(first, &seen), (second, &back)].into_iter().enumerate() {
-        match view.edge {
-            Some(edge) if edge.one_sided => {
-                let other = &views[1 - i];
-                let behind = behind(edge, other, pose);
-                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
-                    return 0.5 * behind - both;
-                }
-                sides[i] = Some(0);
-            }
-            Some(edge) => {
-                let other = &views[1 - i];
-                let points = other.points.iter().map(|q| pose.apply(*q));
-                let past = sight.of(i, poses[i]);
-                sides[i] = Some(edge.side(points, pose.apply(other.center), &past));
-            }
-            None => {}
-        }
-    }
+    let sides = match sides(poses, &views, [&seen, &back], sight) {
+        Ok(sides) => sides,
+        Err(behind) => return 0.5 * behind - both,
+    };
     let of1 = separation(first, second, &seen, sides);
     let of2 = separation(second, first, &back, [sides[1], sides[0]]);
     let bound = of1.any.max(of2.any) - both;

@@ -26,6 +26,8 @@ pub(in crate::rapier) struct Edge {
     pub owns: [bool; 2],
     /// Solid behind, on the left: contacts on the right only.
     pub one_sided: bool,
+    /// Depth of the solid behind its middle \[m\]; its length where that is not known.
+    pub depth: f64,
 }
 
 impl Edge {
@@ -39,6 +41,7 @@ impl Edge {
             neighbours: [None, None],
             owns: [true, true],
             one_sided,
+            depth: f64::from(u8::from(one_sided)) * (b - a).norm(),
         })
     }
 
@@ -121,6 +124,18 @@ impl Edge {
         ((point - self.ends[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
     }
 
+    /// Depth below its middle \[m\] at which another segment ends the solid behind this one; `None` if it
+    /// does not lie below the middle.
+    pub fn depth_to(&self, other: &Edge) -> Option<f64> {
+        let middle = 0.5 * (self.ends[0] + self.ends[1]);
+        let [from, to] = other.ends.map(|p| self.along().dot(&(p - middle)));
+        let share = from / (from - to);
+        let foot = other.ends[0] + (other.ends[1] - other.ends[0]) * share;
+        let depth = -self.height(foot);
+        // a segment beside it, or one that shares the middle, has no depth
+        (from * to <= 0.0 && depth > 0.0).then_some(depth)
+    }
+
     /// Height of a point above the line on the right \[m\].
     pub fn height(&self, point: Vec2) -> f64 {
         self.normals[0].dot(&(point - self.ends[0]))
@@ -134,6 +149,22 @@ impl Edge {
     fn way_to_front(&self, point: Vec2, height: f64) -> f64 {
         let far = (point - self.ends[0]).norm();
         -height / (2.0 + 3.0 * far / self.length())
+    }
+
+    /// Whether this segment, rather than its neighbour, reports a contact of corner `end` along a
+    /// direction. A sharp corner of a solid is met from behind the line of its owner too; by rounding
+    /// both may report it then.
+    fn reports(&self, end: usize, direction: Vec2, face: usize) -> bool {
+        const ROUNDING: f64 = 1e-12;
+        if !self.one_sided {
+            return self.owns[end];
+        }
+        let slack = ROUNDING * direction.norm();
+        let in_front = |normal: Vec2| direction.dot(&normal);
+        match self.next_normal(end, face).filter(|_| !self.owns[end]) {
+            Some(owner) => in_front(owner) <= slack && in_front(self.normals[face]) >= 0.0,
+            None => in_front(self.normals[face]) >= 0.0,
+        }
     }
 
     /// Slope at corner `end` under `face`: the length of the segment that a unit of depth takes, up
@@ -194,10 +225,7 @@ pub(super) fn edge_ball(
         let distance = away.norm();
         let leads = edge.neighbours[end];
         let nearer = leads.is_some_and(|leads| away.dot(&leads) > 0.0);
-        if nearer || !edge.owns[end] || distance == 0.0 {
-            return distance - both;
-        }
-        if edge.one_sided && away.dot(&edge.normals[0]) < 0.0 {
+        if nearer || !edge.reports(end, away, face) || distance == 0.0 {
             return distance - both;
         }
         (away / distance, distance, 1 + end as u32)
@@ -215,4 +243,47 @@ pub(super) fn edge_ball(
         });
     }
     gap
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bug: of the two segments of a sharp corner only one reports it, also where it saw a ball from
+    /// behind: tips of stars ran into discs.
+    #[test]
+    fn a_sharp_corner_meets_balls_from_all_around() {
+        for half in [0.1f64, 0.4, 0.7, 1.2] {
+            let tip = Vec2::zeros();
+            let far = [half, -half].map(|angle| Vec2::new(-angle.cos(), angle.sin()));
+            let mut edges =
+                [[far[1], tip], [tip, far[0]]].map(|[a, b]| Edge::new(a, b, true).unwrap());
+            edges[0].neighbours[1] = Some(far[0]);
+            edges[1].neighbours[0] = Some(far[1]);
+            for owner in [0, 1] {
+                edges[owner].owns = [true; 2];
+                edges[1 - owner].owns = [false; 2];
+                let place = Pose64::new(Vec2::zeros(), 0.0);
+                let past = Past {
+                    face: None,
+                    moved: Vec2::zeros(),
+                    motion: 0.0,
+                };
+                let fan = 0.5 * std::f64::consts::PI - half;
+                for k in -20..=20 {
+                    let (sin, cos) = (0.99 * fan * f64::from(k) / 20.0).sin_cos();
+                    let ball = (0.3 * Vec2::new(cos, sin), 0.31);
+                    let mut out = Vec::new();
+                    for edge in &edges {
+                        edge_ball(&place, edge, 0.0, ball, past, 0.0, &mut out);
+                    }
+                    assert!((1..3).contains(&out.len()), "{half} {owner} {k}: {out:?}");
+                    for touch in &out {
+                        assert!((touch.gap + 0.01).abs() < 1e-12, "{touch:?}");
+                        assert!((touch.normal - ball.0 / 0.3).norm() < 1e-12, "{touch:?}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -11,7 +11,7 @@ mod edges;
 
 pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
-pub(super) use convex::Polygon;
+pub(super) use convex::{Polygon, sides_of};
 pub(super) use edges::Edge;
 
 use super::engine::prelude::SharedShape;
@@ -87,10 +87,12 @@ pub(super) struct Sight {
     pub faces: [Option<usize>; 2],
     /// Motion \[m\] of the other part, seen from each, since the time at which its place decides.
     pub moved: [Vec2; 2],
-    /// How far the two may move in a step \[m\]: what lies farther beyond a segment has not come
-    /// through it.
+    /// How far beyond a segment \[m\] the other part may have come through it: the motion of the two in a
+    /// step, or any distance if they touched in the last one.
     pub motion: f64,
-    /// Poses of the two at the start of the step, for a two-sided segment with a one-sided one.
+    /// Whether the two touched in the last step.
+    pub touched: bool,
+    /// Poses of the two at the start of the step, for a two-sided segment with another segment.
     pub start: Option<[Pose64; 2]>,
 }
 
