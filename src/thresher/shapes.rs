@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 pub(super) const CROP: u32 = 1;
 pub(super) const STEEL: u32 = 2;
 /// Length of one segment of the concave \[m\]: its chord is 5e-5 m off the arc, 0.6 % of the least
-/// clearance, and half of it costs a quarter more time.
+/// clearance.
 pub(super) const CONCAVE_SEGMENT: f64 = 0.01;
 /// Straight table before the concave \[m\]: the strip enters along its tangent.
 pub(super) const TABLE: f64 = 0.2;
