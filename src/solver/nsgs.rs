@@ -25,7 +25,7 @@ pub type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 /// and never turning 93. On the problems that all of them solve, turning every ten sweeps needs
 /// 0.72 times the sweeps of turning after each (0.64 to 1e-8; geometric means). [`super::Direct`]
 /// starts from a few sweeps and turns after each one: in the catalogue's scenes no order was best
-/// throughout for it.
+/// throughout for it. Its last, long sweeps turn every ten.
 ///
 /// # Cost
 /// Frictional contacts are solved four at a time, in groups that change nothing but the time: the
@@ -56,22 +56,22 @@ pub struct Nsgs {
 }
 
 /// Order of the sweeps of a solve and frequency of its checks, see [`Nsgs`].
-struct Plan {
+pub(super) struct Plan {
     /// Number of sweeps in one direction before the direction turns.
     turn: usize,
     /// Least pause between two checks by the judge, as a share of all sweeps so far.
     pause: f64,
 }
 
-/// For a solve by sweeps alone. Slow sweeps change little, so that without a pause the judge would
+/// For a solve by sweeps alone, and the last sweeps of a hard problem. Slow sweeps change little, so that without a pause the judge would
 /// be called after each of them. It costs about three sweeps by fours.
-const ALONE: Plan = Plan {
+pub(super) const ALONE: Plan = Plan {
     turn: 10,
     pause: 1.0 / 16.0,
 };
 
 /// For a few sweeps that provide a start.
-const START: Plan = Plan {
+pub(super) const START: Plan = Plan {
     turn: 1,
     pause: 0.0,
 };
@@ -110,19 +110,7 @@ impl Nsgs {
     /// Runs up to `sweeps` sweeps from `impulses`, in alternating directions. Stops early once the
     /// judge certifies the impulses. Returns the number of sweeps done. `judge` must be prepared
     /// for `problem`.
-    pub(super) fn sweep(
-        &mut self,
-        problem: &ContactProblem,
-        judge: &mut Judge,
-        impulses: &mut [Vec2],
-        tolerance: f64,
-        sweeps: usize,
-    ) -> usize {
-        self.run(problem, judge, impulses, tolerance, sweeps, &START)
-    }
-
-    /// [`Nsgs::sweep`] with a given plan.
-    fn run(
+    pub(super) fn run(
         &mut self,
         problem: &ContactProblem,
         judge: &mut Judge,

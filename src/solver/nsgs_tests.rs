@@ -114,7 +114,7 @@ pub(crate) fn check_sweeps_by_four(name: &str, problem: &ContactProblem, alone: 
 pub(crate) fn check_turns_after_ten(name: &str, problem: &ContactProblem) {
     let mut impulses = vec![Vec2::zeros(); problem.len()];
     let mut judge = Judge::new(problem);
-    let each = Nsgs::default().sweep(problem, &mut judge, &mut impulses, 1e-7, 20_000);
+    let each = Nsgs::default().run(problem, &mut judge, &mut impulses, 1e-7, 20_000, &START);
     let (_, tenth) = solve_cold::<Nsgs>(problem, 1e-7);
     assert!(tenth.solved());
     assert!(
