@@ -51,7 +51,7 @@ pub struct Thresher {
     /// Bending stiffness of the strip at every pin [N m/rad] per metre of width, default 15
     /// (assumed): a mat of stalks is a beam, and a strip without stiffness folds between the bars.
     pub crop_bending_stiffness: f64,
-    /// Strength of the mat [N] per metre of width: the force along the strip above which it parts,
+    /// Strength of the mat \[N\] per metre of width: the force along the strip above which it parts,
     /// or slides into itself; default 20 (assumed: of the order of straw on straw, 0.227, on both
     /// faces of one segment length, under the mean pressure of 2 kPa between teeth and concave).
     pub crop_strength: f64,
