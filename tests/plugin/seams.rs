@@ -239,16 +239,9 @@ fn granted(on: &str, kind: &str) -> f64 {
     }
 }
 
-/// Bug: a frictionless box at 8 m/s over flush boxes ended at 3.0 m/s.
+/// Bugs: a frictionless box at 8 m/s over flush boxes ended at 3.0 m/s; a capsule whose end came to
+/// lie exactly over the corner that two polygons share lost 21 %.
 #[test]
-fn nothing_catches_on_a_seam() {
-    let worst = worst(&[SPEED], &[-2.0], &[(1.0 / 60.0, false)]);
-    assert!(worst <= 1.0, "{worst} of what is granted");
-}
-
-/// `cargo test --release --test plugin -- --ignored seams`
-#[test]
-#[ignore = "half a minute"]
 fn nothing_catches_on_a_seam_at_any_speed_and_phase() {
     let runs = [
         (1.0 / 60.0, false),

@@ -202,6 +202,8 @@ enum Nearest {
 }
 
 fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
+    // above the rounding of distances that are equal, far below what a contact resolves
+    let slack = 1e-12 * (size(first) + size(second));
     let mut best = Nearest::Corners([0, 0], f64::INFINITY);
     let mut least = f64::INFINITY;
     for (turn, base, other, pose) in [(0, first, second, seen), (1, second, first, back)] {
@@ -218,17 +220,27 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
                 let t = (p - a).dot(&along) / along.norm_squared();
                 let foot = a + along * t.clamp(0.0, 1.0);
                 let distance = (p - foot).norm();
-                if distance < least {
+                // a corner over the end of a face lies on the face, and not on a face beside it that
+                // ends there too and is as near
+                let over = (-1e-9..=1.0 + 1e-9).contains(&t);
+                let allowed = match (over, matches!(best, Nearest::Face(..))) {
+                    (true, false) => slack,
+                    (false, true) => -slack,
+                    _ => 0.0,
+                };
+                if distance < least + allowed {
                     least = distance;
                     let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
-                    // a corner over the end of a face lies on the face
-                    best = if t < -1e-9 {
-                        Nearest::Corners(corner(k), distance)
-                    } else if t > 1.0 + 1e-9 {
-                        Nearest::Corners(corner((k + 1) % base.points.len()), distance)
-                    } else {
+                    best = if over {
                         let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
                         Nearest::Face(turn, if behind { 1 } else { k }, distance)
+                    } else {
+                        let end = if t < 0.0 {
+                            k
+                        } else {
+                            (k + 1) % base.points.len()
+                        };
+                        Nearest::Corners(corner(end), distance)
                     };
                 }
             }
