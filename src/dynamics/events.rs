@@ -201,6 +201,7 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     pairs.dedup();
     let mut found = detect_at(model, &pairs, bodies, start, step)?;
     let w = model.inverse_mass();
+    let mut passed: Vec<[u32; 2]> = Vec::new();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&interval.start).x;
         // a swept body may have been left in a shallow overlap
@@ -209,10 +210,15 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
             .swept_thickness(contact.rows.bodies, w)
             .filter(|_| rules.sweeps);
         let least = thickness.map_or(0.0, |thickness| -0.5 * thickness);
-        let passed = contact.gap > least && contact.gap < 0.5 * length * closing;
+        let in_front = contact.gap > least;
         contact.gap -= 0.5 * length * closing;
-        passed
+        if in_front && contact.gap < 0.0 {
+            passed.push(contact.surfaces);
+        }
+        in_front
     });
+    // the pair is seen from the start as a whole: a contact of it that opens may still be pressed
+    found.contacts.retain(|c| passed.contains(&c.surfaces));
     let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
     interval.detection.contacts.retain(|c| !replaced(c));
     interval.detection.contacts.append(&mut found.contacts);

@@ -489,7 +489,8 @@ fn nothing_falls_through() {
 }
 
 /// Bugs: a segment that rested a little too deep in one-sided segments fell through them; two segments
-/// that cross at the corner of a chain were pressed through each other, as their centres told the sides;
+/// that cross at the corner of a chain were pressed through each other, as their centres told the sides; a
+/// segment that slid into a valley passed below the next segment, whose corner seemed to press on it;
 /// a thin outline took a floor beneath its upper face for one above it.
 #[test]
 fn drops_that_once_ended_badly_hold() {
@@ -503,6 +504,10 @@ fn drops_that_once_ended_badly_hold() {
         ("open chain", "two-sided polyline", 103, 60.0, true),
         ("outline", "two-sided polyline", 202, 60.0, false),
         ("outline", "height field", 202, 240.0, false),
+        // the bottom of a valley between two segments
+        ("segment", "two-sided polyline", 1002, 60.0, false),
+        ("segment", "height field", 1002, 240.0, true),
+        ("segment", "bowl", 1400, 60.0, false),
     ] {
         let (end, deep) = drop_one(kind, on, seed, 1.0 / hz, events);
         assert_eq!(end, End::Held, "{kind} on {on}, {seed}: {deep:e}");

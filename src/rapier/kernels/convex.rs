@@ -183,7 +183,10 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             (Some(_), None) => (false, false),
             (None, _) => (true, false),
         };
-        if looks && apart > found.most.0 {
+        // nor does a line that a chain goes on beyond separate them
+        let goes_on = |edge: &Edge| edge.leads_on(nearest, -m);
+        let separates = !(is_two_sided(base) && other.edge.is_some_and(goes_on));
+        if looks && separates && apart > found.most.0 {
             (found.most, found.ceded) = ((apart, k), ceded);
         }
         if looks && met && found.best.is_none_or(|(most, _)| apart > most) {
@@ -197,8 +200,8 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
 enum Nearest {
     /// Corners, by their numbers in the two shapes.
     Corners([usize; 2], f64),
-    /// A face of the first (0) or second shape (1).
-    Face(usize, usize, f64),
+    /// A face of the first (0) or second shape (1), and the corner of the other over it.
+    Face(usize, [usize; 2], f64),
 }
 
 fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
@@ -233,7 +236,7 @@ fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest
                     let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
                     best = if over {
                         let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
-                        Nearest::Face(turn, if behind { 1 } else { k }, distance)
+                        Nearest::Face(turn, [if behind { 1 } else { k }, j], distance)
                     } else {
                         let end = if t < 0.0 {
                             k
@@ -303,8 +306,8 @@ fn facing([first, second]: &[View; 2], poses: &[Pose64; 2]) -> Option<[Option<us
             let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
             (way, distance)
         }
-        Nearest::Face(0, k, distance) => (poses[0].rotate(first.normals[k]), distance),
-        Nearest::Face(_, k, distance) => (-poses[1].rotate(second.normals[k]), distance),
+        Nearest::Face(0, [k, _], distance) => (poses[0].rotate(first.normals[k]), distance),
+        Nearest::Face(_, [k, _], distance) => (-poses[1].rotate(second.normals[k]), distance),
     };
     let face = |pose: &Pose64, view: &View, way: Vec2| {
         Some(usize::from(pose.rotate(view.normals[0]).dot(&way) < 0.0))
@@ -420,9 +423,10 @@ pub(super) fn convex_convex(
                 }
                 return distance - both;
             }
-            Nearest::Face(turn, k, distance) => {
+            Nearest::Face(turn, [k, corner], distance) => {
                 let (base, other) = (&views[turn], &views[1 - turn]);
                 let pose = [&seen, &back][turn];
+                let over = k;
                 let k = match (base.edge, sides[turn]) {
                     // the solid behind a one-sided face is in it, not beyond it; nor is what has
                     // come through a two-sided one
@@ -434,7 +438,11 @@ pub(super) fn convex_convex(
                     (Some(_), Some(face)) if face != k => return distance - both,
                     _ => k,
                 };
-                chosen = Some((turn == 1, k));
+                // where a chain leads on towards the face, its corner is not what will meet it
+                let n = poses[turn].rotate(base.normals[k]);
+                let towards = poses[1 - turn].unrotate(-n);
+                let leads_on = |edge: &Edge| k == over && edge.leads_on(corner, towards);
+                chosen = (!other.edge.is_some_and(leads_on)).then_some((turn == 1, k));
             }
         }
     }
