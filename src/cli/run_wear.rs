@@ -22,7 +22,7 @@ struct Found<'a> {
     wear_hours: f64,
     jumps: usize,
     wear_compliance: bool,
-    /// Largest share of the load that a jump measured at open contacts.
+    /// Share of the load that was measured at open contacts, mean over the time of wear.
     wear_open_load: f64,
     ended: Option<&'a str>,
     warnings: &'a [String],
@@ -78,7 +78,10 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let mut text = format!("{}: {}\n", scene.name, scene.title);
     let events = scene.step.events;
     text.push_str(&summary::describe(&found.totals, Engine::Moreau, events));
-    text.push_str(&format!("{}\n", verdict.sentence));
+    text.push_str(&format!(
+        "{} (overlaps, joints and passages are judged until the first jump)\n",
+        verdict.sentence
+    ));
     text.push_str(&summary::noted(&notes));
     text.push_str(&table(&more));
     let say = args.common.flags.say();
@@ -108,6 +111,14 @@ fn notes(found: &WearOutcome) -> Vec<String> {
              the body's",
             number(100.0 * found.open_load, 2)
         ));
+    }
+    for (surface, name) in found.names.iter().enumerate() {
+        let mut points = found.state(surface).life().points().iter();
+        if points.all(|point| point.load_slip.iter().all(|load| *load == 0.0)) {
+            notes.push(format!(
+                "nothing slid under load on the edges of body {name} that wear: it did not wear"
+            ));
+        }
     }
     if let Some(why) = &found.ended {
         notes.push(format!("the wear ended before its duration: {why}"));

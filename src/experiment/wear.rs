@@ -64,7 +64,8 @@ pub struct WearOutcome {
     pub jumps: Vec<JumpRow>,
     /// Whether surfaces yielded by wear compliance: contacts are rigid, or stiff for the jumps.
     pub compliance: bool,
-    /// Largest [`Jumped::open_load`](crate::worn::Jumped) of a jump.
+    /// [`Jumped::open_load`](crate::worn::Jumped), mean over the time of wear: a first jump of seconds, by
+    /// whose nanometres nothing can yield yet, counts by its seconds.
     pub open_load: f64,
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
@@ -205,8 +206,8 @@ impl WearOutcome {
         if jumped.seconds == 0.0 {
             return;
         }
-        self.open_load = self.open_load.max(jumped.open_load);
         let seconds = self.worn.seconds();
+        self.open_load += (jumped.open_load - self.open_load) * (jumped.seconds / seconds);
         self.jumps.push(JumpRow {
             seconds,
             hours: seconds / 3600.0,

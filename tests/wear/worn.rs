@@ -394,7 +394,13 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
     let capsule = stand.world.insert(RigidBodyBuilder::fixed(), capsule).1;
     let plain = ColliderBuilder::polyline(vec![at(0.0, 9.0), at(1.0, 9.0)], None);
     let plain = stand.world.insert(RigidBodyBuilder::fixed(), plain).1;
+    let ball = ColliderBuilder::ball(0.5);
+    let ball = stand.world.insert(RigidBodyBuilder::fixed(), ball).1;
     let plainly = WearingSurface::new(K);
+    let of_cells = |length| WearingSurface {
+        cell: Some(length),
+        ..plainly
+    };
     let cases = [
         (
             pin,
@@ -410,14 +416,7 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
             },
             "edges [0, 4]: the surface has the edges 0 to 3",
         ),
-        (
-            pin,
-            WearingSurface {
-                cell: Some(0.5),
-                ..plainly
-            },
-            "edge 0 is 0.01 m long",
-        ),
+        (pin, of_cells(0.5), "edge 0 is 0.01 m long"),
         (
             pin,
             WearingSurface {
@@ -430,6 +429,9 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
         (capsule, plainly, "Capsule cannot wear"),
         (plain, plainly, "two-sided"),
         (ColliderHandle::invalid(), plainly, "not in the world"),
+        (ball, of_cells(1e-9), "at most 10000"),
+        (ball, of_cells(0.0), "at most 10000"),
+        (pin, of_cells(1e-9), "at most 10000"),
     ];
     for (collider, surface, expected) in cases {
         let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);

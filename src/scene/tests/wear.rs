@@ -63,6 +63,16 @@ fn wear_out_of_range_or_without_a_partner_is_refused_with_its_place() {
             "did you mean `coefficient`?",
         ),
         (
+            "coefficient = 1e-13",
+            "coefficient = 1e-13\ncell = 1e-9",
+            "16:1: wear.pin.cell = 1e-9: allowed is 1.2000e-5 to 4.0000e-2 m, from 10000 cells",
+        ),
+        (
+            "coefficient = 1e-13",
+            "coefficient = 1e-13\nedges = [3, 0]\ncell = 0.05",
+            "17:1: wear.pin.cell = 0.05: allowed is 6.0000e-6 to 4.0000e-2 m",
+        ),
+        (
             "body = \"pin\"",
             "body = \"pinn\"",
             "14:1: wear.pinn.body: unknown body `pinn`; did you mean `pin`?",
@@ -125,6 +135,11 @@ fn shapes_that_cannot_wear_are_refused() {
             "disc = 0.01",
             "wear.pin.edges=[0, 1]",
             "a disc has no edges of its own",
+        ),
+        (
+            "disc = 0.01",
+            "wear.pin.cell=6e-6",
+            "wear.pin.cell = 6e-6: allowed is 6.2832e-6 to 2.8284e-2 m",
         ),
     ] {
         let error = error_of(&PIN.replacen(POLYGON, shape, 1), &[change]);
