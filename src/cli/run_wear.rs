@@ -22,7 +22,7 @@ struct Found<'a> {
     wear_hours: f64,
     jumps: usize,
     wear_compliance: bool,
-    /// Share of the load that was measured at open contacts, mean over the time of wear.
+    /// Largest share of the load that a jump measured at open contacts.
     wear_open_load: f64,
     ended: Option<&'a str>,
     warnings: &'a [String],
@@ -106,9 +106,9 @@ fn notes(found: &WearOutcome) -> Vec<String> {
     }
     if found.open_load > OPEN_LOAD {
         notes.push(format!(
-            "{} % of the load was measured at open contacts: step.dt is long for how fast bodies slide \
-             by sloping cells; a shorter step or a longer jump helps, or a surface_velocity in place of \
-             the body's",
+            "{} % of the load was measured at open contacts: bodies hop, or slide by sloping cells far in \
+             a step; a shorter step.dt or a longer jump helps, and for sloping cells a surface_velocity in \
+             place of the body's",
             number(100.0 * found.open_load, 2)
         ));
     }

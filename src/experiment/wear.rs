@@ -64,8 +64,7 @@ pub struct WearOutcome {
     pub jumps: Vec<JumpRow>,
     /// Whether surfaces yielded by wear compliance: contacts are rigid, or stiff for the jumps.
     pub compliance: bool,
-    /// [`Jumped::open_load`](crate::worn::Jumped), mean over the time of wear: a first jump of seconds, by
-    /// whose nanometres nothing can yield yet, counts by its seconds.
+    /// Largest [`Jumped::open_load`](crate::worn::Jumped) of a jump.
     pub open_load: f64,
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
@@ -206,8 +205,8 @@ impl WearOutcome {
         if jumped.seconds == 0.0 {
             return;
         }
+        self.open_load = self.open_load.max(jumped.open_load);
         let seconds = self.worn.seconds();
-        self.open_load += (jumped.open_load - self.open_load) * (jumped.seconds / seconds);
         self.jumps.push(JumpRow {
             seconds,
             hours: seconds / 3600.0,
