@@ -216,7 +216,7 @@ fn broken_files_are_refused_with_line_and_key() {
     for (old, new, words) in cases {
         let place = Place::new();
         assert!(BALL.contains(old), "{old}");
-        place.write("mine.toml", &BALL.replacen(old, new, 1));
+        place.write("mine.toml", BALL.replacen(old, new, 1));
         for command in ["run", "compare"] {
             place.refused(&[command, "mine.toml"], words);
         }
