@@ -37,9 +37,10 @@ Exit codes:
 const EXIT_RUN: &str = "\
 Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; 2 the results are
 written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body passed
-through another, contacts gave energy, the energy balance is off, or islands are unsolved. The last
-lines and `verdict` in summary.json say which; the limits are the keys verdict.* of the scene. For a
-peer the verdict is told, and the exit code is 0.";
+through another, contacts gave energy, the energy balance is off, or islands are unsolved; or a body
+of [[wear]] is worn through before life.duration. The last lines, `verdict` and `ended` in
+summary.json say which; the limits are the keys verdict.* of the scene. For a peer the verdict is
+told, and the exit code is 0.";
 const EXIT_SOLVE: &str = "\
 Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not solved to the
 tolerance.";
@@ -110,7 +111,8 @@ struct Flags {
     /// Step length [s].
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     dt: Option<String>,
-    /// Simulated time [s]; for a wear scene, the contact time of one load cycle.
+    /// Simulated time [s]; with [[wear]] of one measured cycle, for the study the contact time of one
+    /// load cycle.
     #[arg(
         long,
         value_name = "S",

@@ -78,7 +78,10 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let mut text = format!("{}: {}\n", scene.name, scene.title);
     let events = scene.step.events;
     text.push_str(&summary::describe(&found.totals, Engine::Moreau, events));
-    text.push_str(&format!("{}\n", verdict.sentence));
+    text.push_str(&format!(
+        "{} (overlaps, joints and passages are judged until the first jump)\n",
+        verdict.sentence
+    ));
     text.push_str(&summary::noted(&notes));
     text.push_str(&table(&more));
     let say = args.common.flags.say();
@@ -103,11 +106,19 @@ fn notes(found: &WearOutcome) -> Vec<String> {
     }
     if found.open_load > OPEN_LOAD {
         notes.push(format!(
-            "{} % of the load was measured at open contacts: step.dt is long for how fast bodies slide \
-             by sloping cells; a shorter step or a longer jump helps, or a surface_velocity in place of \
-             the body's",
+            "{} % of the load was measured at open contacts: bodies hop, or slide by sloping cells far in \
+             a step; a shorter step.dt or a longer jump helps, and for sloping cells a surface_velocity in \
+             place of the body's",
             number(100.0 * found.open_load, 2)
         ));
+    }
+    for (surface, name) in found.names.iter().enumerate() {
+        let mut points = found.state(surface).life().points().iter();
+        if points.all(|point| point.load_slip.iter().all(|load| *load == 0.0)) {
+            notes.push(format!(
+                "nothing slid under load on the edges of body {name} that wear: it did not wear"
+            ));
+        }
     }
     if let Some(why) = &found.ended {
         notes.push(format!("the wear ended before its duration: {why}"));

@@ -483,16 +483,12 @@ mod tests {
             // the left wall overlaps by more: the regularised solution moves to the right
             interval.detection.contacts[0].gap = -0.2;
             let mut overlaps = Overlaps::default();
-            let look = |last: &mut Overlaps, interval: &Interval| {
-                *last = find_overlaps(last, interval, &masses);
-            };
             solver.cache.wedged = false;
-            let mut counts = Vec::new();
-            let mut moves = Vec::new();
-            for _ in 0..3 {
-                look(&mut overlaps, &interval);
-                assert_eq!(overlaps.open.len(), interval.blocks.len());
-                moves.push(part_overlaps(
+            // looks for overlaps in `seen`, then parts those of `interval`
+            let mut part = |seen: &Interval| {
+                overlaps = find_overlaps(&overlaps, seen, &masses);
+                let asked = overlaps.open.len();
+                let moves = part_overlaps(
                     &mut overlaps,
                     &interval,
                     &still,
@@ -500,31 +496,21 @@ mod tests {
                     &masses,
                     &[],
                     &mut solver,
-                ));
+                );
+                (asked, moves)
+            };
+            let mut counts = Vec::new();
+            let mut moves = Vec::new();
+            for _ in 0..3 {
+                let (asked, moved) = part(&interval);
+                assert_eq!(asked, interval.blocks.len());
+                moves.push(moved);
                 counts.push(tried.load(Ordering::Relaxed));
             }
             assert!(moves[0].iter().any(|(_, d)| d.x > 1e-6), "{balls}");
             assert!(moves[1] == moves[0] && moves[2] == moves[0], "{balls}");
-            look(&mut overlaps, &Interval::default());
-            part_overlaps(
-                &mut overlaps,
-                &interval,
-                &still,
-                None,
-                &masses,
-                &[],
-                &mut solver,
-            );
-            look(&mut overlaps, &interval);
-            part_overlaps(
-                &mut overlaps,
-                &interval,
-                &still,
-                None,
-                &masses,
-                &[],
-                &mut solver,
-            );
+            part(&Interval::default());
+            part(&interval);
             counts.push(tried.load(Ordering::Relaxed));
             assert_eq!(counts, times, "{balls}");
         }

@@ -77,6 +77,10 @@ mod words;
 #[cfg(test)]
 mod explicit_tests;
 #[cfg(test)]
+mod refused_tests;
+#[cfg(test)]
+mod round_trip_tests;
+#[cfg(test)]
 mod solver_tests;
 #[cfg(test)]
 mod sparse_tests;

@@ -49,7 +49,7 @@ pub use bodies::ExactBody;
 #[cfg(feature = "debug-render")]
 pub use debug_render::ContactStyle;
 pub use detection::{DetectionDrive, SurfaceLaw};
-pub use outline::{Outline, Piece};
+pub use outline::{MOST_CELLS, Outline, Piece};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
 pub use state::{PipelineState, StateError};

@@ -13,6 +13,10 @@ use std::f64::consts::TAU;
 /// Edges of the outline of a ball whose cells have no given length.
 const BALL_EDGES: usize = 64;
 
+/// Largest number of cells of an outline. It is ten times finer than any measured profile of a tooth; time
+/// grows with its square, as finer cells also shorten every jump.
+pub const MOST_CELLS: usize = 10_000;
+
 /// The surface of a collider in its own frame.
 ///
 /// The solid lies on the left of the edges: counter-clockwise and closed it is a solid, clockwise and
@@ -54,7 +58,8 @@ impl MoreauPipeline {
     ///
     /// # Errors
     /// [`ModelError::Invalid`] for a collider that is not in the world, a polyline that is two-sided or
-    /// whose edges are not in one row; [`ModelError::Unsupported`] for any other shape.
+    /// whose edges are not in one row, a ball with more than [`MOST_CELLS`] edges;
+    /// [`ModelError::Unsupported`] for any other shape.
     pub fn outline(
         &self,
         world: &PhysicsWorld,
@@ -106,12 +111,21 @@ impl MoreauPipeline {
             }
             TypedShape::Ball(ball) => {
                 let radius = widen(ball.radius);
-                let edges = cell.map_or(BALL_EDGES, |c| (TAU * radius / c).ceil() as usize);
+                let edges = cell.map_or(BALL_EDGES as f64, |c| (TAU * radius / c).ceil());
+                if edges > MOST_CELLS as f64 {
+                    let problem = format!(
+                        "a ball of {radius} m in edges of {} m would have {edges}, at most {MOST_CELLS} \
+                         are allowed",
+                        cell.unwrap_or_default()
+                    );
+                    return Err(invalid(collider, &problem));
+                }
+                let edges = (edges as usize).max(4);
                 let corner = |k: usize| {
-                    let (sin, cos) = (TAU * k as f64 / edges.max(4) as f64).sin_cos();
+                    let (sin, cos) = (TAU * k as f64 / edges as f64).sin_cos();
                     radius * Vec2::new(cos, sin)
                 };
-                Ok(closed((0..edges.max(4)).map(corner).collect()))
+                Ok(closed((0..edges).map(corner).collect()))
             }
             _ => {
                 let id = collider.into_raw_parts();

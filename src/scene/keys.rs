@@ -176,7 +176,7 @@ pub const KEYS: &[Key] = &[
     key("wear.body", Text, "", "Name of a body that wears by Archard's law where it is touched: a disc, box, polygon, sector or one-sided polyline, without surface_velocity; the stiffness of its contacts counts per metre of its surface"),
     key("wear.coefficient", Real(1e-30, 1.0), "m²/N", "Wear coefficient K of its material: worn volume per load and slip"),
     key("wear.edges", Whole(0, 1_000_000), "", "[first, last] of the edges that wear, from 0: of a box the lower one is 0, of a polygon or polyline the one from its first point; may go round a closed outline; default all"),
-    key("wear.cell", Real(1e-9, 1e3), "m", "Length of a cell, at most twice the shortest edge that wears; default that edge; a disc becomes a polygon of such edges, default 64"),
+    key("wear.cell", Real(1e-9, 1e3), "m", "Length of a cell, at most twice the shortest edge that wears, and at least a 10 000th of all that wear; default that edge; a disc becomes a polygon of such edges, default 64"),
     key("wear.mass", Flag, "", "Whether the body loses the mass and inertia of what is worn; default false"),
     key("life.duration", Real(1e-6, 1e12), "s", "Wear to reach; measured cycles of `step.time` alternate with jumps"),
     key("life.jump", Real(1e-9, 1.0), "m", "Largest depth of a jump; bounded further by the mesh and by the feedback of depth on load; default 2e-4"),

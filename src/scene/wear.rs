@@ -3,7 +3,9 @@
 use super::check::At;
 use super::{Body, Mass, Shape};
 use super::{SceneError, error::Hint};
+use crate::rapier::MOST_CELLS;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// `[[wear]]`: a body that wears by Archard's law.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -55,7 +57,7 @@ pub struct Wear {
 ///
 /// # Errors
 /// [`SceneError`]: an unknown body, one that wears twice, a shape that cannot wear, an edge that it
-/// does not have, a surface that moves along itself.
+/// does not have, a cell out of range, a surface that moves along itself.
 pub(super) fn resolve(
     entries: &[WearEntry],
     placed: &[Body],
@@ -88,8 +90,9 @@ pub(super) fn resolve(
             at.key("body")
                 .conflict(format!("body `{name}` cannot wear: {why}"))
         })?;
+        let Edges { lengths, closed } = edges;
+        let count = lengths.len();
         if let Some([first, last]) = entry.edges {
-            let (count, closed) = edges;
             if matches!(body.shape, Shape::Disc { .. }) {
                 let problem = "a disc has no edges of its own; it wears where it is touched";
                 return Err(at.key("edges").conflict(problem));
@@ -107,6 +110,19 @@ pub(super) fn resolve(
                 });
             }
         }
+        if let Some(cell) = entry.cell {
+            let [least, most] = cells(body, &lengths, entry.edges);
+            if !(least..=most).contains(&cell) {
+                return Err(SceneError::OutOfRange {
+                    at: at.key("cell").place(),
+                    value: format!("{cell:?}"),
+                    allowed: format!(
+                        "{least:.4e} to {most:.4e} m, from {MOST_CELLS} cells to twice the shortest edge of \
+                         body `{name}` that wears"
+                    ),
+                });
+            }
+        }
         let density = density(body, entry.mass).map_err(|why| at.key("mass").conflict(why))?;
         found.push(Wear {
             body: k,
@@ -119,26 +135,58 @@ pub(super) fn resolve(
     Ok(found)
 }
 
-/// Number of edges of a body's surface, and whether it is closed.
-fn edges(body: &Body) -> Result<(usize, bool), &'static str> {
+/// The surface of a body: the lengths of its edges \[m\], and whether it is closed.
+struct Edges {
+    lengths: Vec<f64>,
+    closed: bool,
+}
+
+fn edges(body: &Body) -> Result<Edges, &'static str> {
+    let of = |points: &[[f64; 2]], closed: bool| {
+        let next = points.iter().cycle().skip(1);
+        let lengths = points
+            .iter()
+            .zip(next)
+            .map(|([x, y], [u, v])| (u - x).hypot(v - y));
+        let count = points.len() - usize::from(!closed);
+        Edges {
+            lengths: lengths.take(count).collect(),
+            closed,
+        }
+    };
     match &body.shape {
-        Shape::Disc { .. } => Ok((usize::MAX, true)),
-        Shape::Box { .. } => Ok((4, true)),
-        Shape::Polygon { points } => Ok((points.len(), true)),
+        Shape::Disc { radius } => Ok(Edges {
+            lengths: vec![TAU * radius],
+            closed: true,
+        }),
+        &Shape::Box { width, height } => Ok(Edges {
+            lengths: vec![width, height, width, height],
+            closed: true,
+        }),
+        Shape::Polygon { points } => Ok(of(points, true)),
         Shape::Polyline { .. } if body.two_sided => {
             Err("a two-sided polyline has no solid behind it")
         }
-        Shape::Polyline {
-            points,
-            closed: true,
-        } => Ok((points.len(), true)),
-        Shape::Polyline { points, .. } => Ok((points.len() - 1, false)),
+        Shape::Polyline { points, closed } => Ok(of(points, *closed)),
         Shape::Capsule { .. } => Err("a capsule has no edges; use a polyline or a disc"),
         Shape::Compound(_) => Err("it has several parts; use a polyline"),
         Shape::Rod { .. } | Shape::Line | Shape::Bowl { .. } => {
             Err("it has no cells; rods, lines and bowls are closed-form geometry")
         }
     }
+}
+
+/// Shortest and longest cell \[m\] of the edges that wear.
+fn cells(body: &Body, lengths: &[f64], edges: Option<[u32; 2]>) -> [f64; 2] {
+    let n = lengths.len();
+    let [first, last] = edges.map_or([0, n - 1], |edges| edges.map(|edge| edge as usize));
+    let worn = (lengths.iter().cycle().skip(first)).take((last + n - first) % n + 1);
+    let (shortest, whole) = match body.shape {
+        // a square inside it at least
+        Shape::Disc { radius } => (2.0f64.sqrt() * radius, TAU * radius),
+        _ => worn.fold((f64::INFINITY, 0.0), |(a, b), l| (l.min(a), b + l)),
+    };
+    [whole / MOST_CELLS as f64, 2.0 * shortest]
 }
 
 /// The density with which a body loses mass.

@@ -11,7 +11,7 @@ const MASS: Range = range(1e-12, 1e12, "1e-12 to 1e12 kg");
 const INERTIA: Range = range(1e-18, 1e18, "1e-18 to 1e18 kg m²");
 const FRICTION: Range = range(0.0, 1000.0, "0 to 1000");
 const RESTITUTION: Range = range(1e-3, 1.0, "0.001 to 1");
-const POSITIVE: Range = range(1e-12, 1e12, "1e-12 to 1e12");
+const FEED: Range = range(1e-12, 1e12, "1e-12 to 1e12 kg/s");
 const CYCLES: Range = range(1.0, 1e12, "1 to 1e12");
 const DRIVE_TORQUE: Range = range(1e-9, 1e12, "1e-9 to 1e12 N m");
 const DRIVE_SPEED: Range = range(1e-6, 1e6, "1e-6 to 1e6 rad/s");
@@ -150,7 +150,7 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         thresher.drive_torque_factor,
         range(1.0, 1e6, "1 to 1e6"),
     )?;
-    at.within("feed_rate", thresher.feed_rate, POSITIVE)?;
+    at.within("feed_rate", thresher.feed_rate, FEED)?;
     at.within(
         "entry_speed",
         thresher.entry_speed,

@@ -96,8 +96,16 @@ impl Machine {
             // two equal segments against each other
             period: TAU * (0.5 * inertia / p.crop_bending_stiffness).sqrt(),
         });
-        let motions = [Some(contact), bending].into_iter().flatten();
-        motions.filter_map(|m| m.warning(dt)).collect()
+        let passage = Motion {
+            what: "the passage of a bar".to_owned(),
+            period: TAU / (p.speed * f64::from(p.bars)),
+        };
+        let motions = [Some(contact), bending, Some(passage)];
+        motions
+            .into_iter()
+            .flatten()
+            .filter_map(|m| m.warning(dt))
+            .collect()
     }
 }
 
@@ -136,6 +144,10 @@ mod tests {
             (
                 "[thresher]\nbars = 0",
                 "t.toml:5:1: thresher.bars = 0: allowed is 1 to 1000",
+            ),
+            (
+                "[thresher]\nfeed_rate = 0",
+                "thresher.feed_rate = 0.0: allowed is 1e-12 to 1e12 kg/s",
             ),
             (
                 "[thresher]\nbrs = 8",
@@ -202,6 +214,11 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].contains("the crop's contacts"), "{found:?}");
         assert!(found[1].contains("the bending of the crop"), "{found:?}");
+        // a cylinder that turns by more than a revolution in a step
+        let (scene, machine) = thresher(&["thresher.speed=1e6"]).unwrap();
+        let found = machine.unwrap().step_warnings(scene.step.dt);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains("the passage of a bar"), "{found:?}");
         for name in ["thresher", "thresher-study"] {
             let (scene, machine) = load(name, &[]).unwrap();
             assert!(machine.unwrap().step_warnings(scene.step.dt).is_empty());

@@ -1,7 +1,7 @@
 use super::WornError;
 use crate::contact::Vec2;
 use crate::dynamics::{Pose64, SurfacePoint};
-use crate::rapier::{Outline, Piece};
+use crate::rapier::{MOST_CELLS, Outline, Piece};
 use crate::wear::{Profile, WearError, check_chain, check_polygon};
 
 /// The part of an outline that wears, and its place in the frame of its profile.
@@ -53,11 +53,17 @@ impl Face {
         if worn == 1 {
             cell = cell.min(0.5 * shortest.1);
         }
+        let parts = |k: usize| (length(k) / cell).round().max(1.0);
+        let cells: f64 = (0..worn).map(parts).sum();
+        // false for an edge that is not finite
+        let few = cells <= MOST_CELLS as f64;
+        if !few {
+            return Err(WornError::Cells { cell, cells });
+        }
         let mut nodes = Vec::new();
         for k in 0..worn {
-            let parts = (length(k) / cell).round().max(1.0);
-            let along = (corner(k + 1) - corner(k)) / parts;
-            nodes.extend((0..parts as usize).map(|j| corner(k) + along * j as f64));
+            let along = (corner(k + 1) - corner(k)) / parts(k);
+            nodes.extend((0..parts(k) as usize).map(|j| corner(k) + along * j as f64));
         }
         if outline.closed && worn == n {
             let face = Face {
@@ -329,7 +335,9 @@ mod tests {
         let said = |edges, cell| cut(edges, cell).unwrap_err().to_string();
         assert!(said(Some([0, 4]), None).contains("0 to 3"));
         assert!(said(None, Some(8.1)).contains("a cell may have twice that"));
+        assert!(said(None, Some(1e-9)).contains("16000000000 cells, at most 10000"));
         assert!(cut(None, Some(f64::NAN)).is_err());
+        assert!(cut(None, Some(0.0)).is_err());
         assert!(cut(Some([3, 1]), None).is_ok());
         let open = outline(&[(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)], false);
         assert!(Face::cut(&open, Some([1, 0]), None, 0).is_err());

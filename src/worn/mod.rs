@@ -78,6 +78,7 @@ mod face;
 pub use colliders::{Jumped, WearingSurface, WornColliders};
 
 use crate::dynamics::ModelError;
+use crate::rapier::MOST_CELLS;
 use crate::wear::WearError;
 use thiserror::Error;
 
@@ -98,6 +99,11 @@ pub enum WornError {
     /// A cell too long for the shortest edge that wears.
     #[error("cell {cell} m: edge {edge} is {length} m long, a cell may have twice that at most")]
     Cell { cell: f64, edge: usize, length: f64 },
+    /// More cells than [`MOST_CELLS`].
+    #[error(
+        "cell {cell} m: the surface would have {cells} cells, at most {MOST_CELLS} are allowed"
+    )]
+    Cells { cell: f64, cells: f64 },
     /// A moving surface carries its own material along, from cell to cell.
     #[error(
         "the surface moves at {speed} m/s along itself: its material does not stay in its cells. \

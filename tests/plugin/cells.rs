@@ -95,17 +95,36 @@ fn pressed(case: &Case, law: Option<SurfaceLaw>) -> (Vec<ContactPoint>, u32, u32
             world.insert(body, collider.mass(1.0)).1
         }
     };
+    let contacts = found(&mut world, 1e-4, law.map(|law| (pad, law)));
+    (contacts, pad.into_raw_parts().0, first)
+}
+
+/// All contacts of a world, with the law of one surface.
+fn found(
+    world: &mut PhysicsWorld,
+    dt: f64,
+    law: Option<(ColliderHandle, SurfaceLaw)>,
+) -> Vec<ContactPoint> {
     let settings = MoreauSettings {
-        dt: Some(1e-4),
+        dt: Some(dt),
         ..MoreauSettings::default()
     };
     let mut pipeline = MoreauPipeline::new(settings).unwrap();
-    if let Some(law) = law {
-        pipeline.set_surface(pad, law);
+    if let Some((surface, law)) = law {
+        pipeline.set_surface(surface, law);
     }
     let mut out = Detection::default();
-    pipeline.find_contacts(&mut world, &mut out).unwrap();
-    (out.contacts, pad.into_raw_parts().0, first)
+    pipeline.find_contacts(world, &mut out).unwrap();
+    out.contacts
+}
+
+/// A foundation of cells.
+fn foundation() -> SurfaceLaw {
+    SurfaceLaw {
+        compliance: Some((STIFFNESS, 0.0)),
+        cells: true,
+        ..SurfaceLaw::default()
+    }
 }
 
 fn cases() -> Vec<Case> {
@@ -140,11 +159,6 @@ fn cases() -> Vec<Case> {
 /// came first. The walls of a pad that tilts by 3e-3 carried a third of a cell's load.
 #[test]
 fn every_covered_cell_carries_by_its_width_and_no_wall_does() {
-    let law = SurfaceLaw {
-        compliance: Some((STIFFNESS, 0.0)),
-        cells: true,
-        ..SurfaceLaw::default()
-    };
     for case in cases() {
         // two polylines are found as deep as their segments are long
         if case.kind == "lines" && case.depth > 3e-3 {
@@ -160,7 +174,7 @@ fn every_covered_cell_carries_by_its_width_and_no_wall_does() {
             case.pad_first,
             case.walls_first
         );
-        let (contacts, pad, first) = pressed(&case, Some(law));
+        let (contacts, pad, first) = pressed(&case, Some(foundation()));
         let (sin, cos) = f64::from(case.tilt as f32).sin_cos();
         // the belt's top in the frame of the pad: its ends along the cells
         let (_, top) = belt(case.kind, case.middle);
@@ -209,20 +223,8 @@ fn cells_that_share_a_corner_both_carry() {
     let wedge = ColliderBuilder::oriented_polyline(points, None).mass(1.0);
     let body = RigidBodyBuilder::dynamic().translation(at(0.0, -1e-3));
     let (_, wedge) = world.insert(body, wedge);
-    let settings = MoreauSettings {
-        dt: Some(1e-4),
-        ..MoreauSettings::default()
-    };
-    let mut pipeline = MoreauPipeline::new(settings).unwrap();
-    let law = SurfaceLaw {
-        compliance: Some((STIFFNESS, 0.0)),
-        cells: true,
-        ..SurfaceLaw::default()
-    };
-    pipeline.set_surface(wedge, law);
-    let mut out = Detection::default();
-    pipeline.find_contacts(&mut world, &mut out).unwrap();
-    let mut places: Vec<_> = out.contacts.iter().map(|c| c.places[1]).collect();
+    let contacts = found(&mut world, 1e-4, Some((wedge, foundation())));
+    let mut places: Vec<_> = contacts.iter().map(|c| c.places[1]).collect();
     places.sort_by_key(|place| place.edge);
     let found: Vec<_> = places.iter().map(|p| (p.edge, p.at)).collect();
     // both ends of either cell, among them the corner twice
@@ -247,21 +249,9 @@ fn the_far_side_of_a_roller_carries_nothing() {
         let roller = ColliderBuilder::oriented_polyline(points, Some(ring.clone().collect()));
         let body = RigidBodyBuilder::dynamic().translation(at(0.0, radius - depth));
         let (_, roller) = world.insert(body, roller.mass(1.0));
-        let settings = MoreauSettings {
-            dt: Some(1e-3),
-            ..MoreauSettings::default()
-        };
-        let mut pipeline = MoreauPipeline::new(settings).unwrap();
-        let law = SurfaceLaw {
-            compliance: Some((STIFFNESS, 0.0)),
-            cells: true,
-            ..SurfaceLaw::default()
-        };
-        pipeline.set_surface(roller, law);
-        let mut out = Detection::default();
-        pipeline.find_contacts(&mut world, &mut out).unwrap();
-        assert!(!out.contacts.is_empty());
-        for c in &out.contacts {
+        let contacts = found(&mut world, 1e-3, Some((roller, foundation())));
+        assert!(!contacts.is_empty());
+        for c in &contacts {
             // pushed up, and no deeper than it lies
             assert!(c.normal.y > 0.5, "{c:?}");
             assert!(c.gap > -1.01 * depth, "{c:?}");

@@ -348,11 +348,8 @@ fn what_box2d_has_not_is_refused_by_name() {
             "did you mean box2d?",
         ),
     ] {
-        let (code, _, err) = place.run(args);
-        assert_eq!(code, 1, "{args:?}: {err}");
-        assert!(err.contains(words), "{args:?}: {err}");
+        place.refused(args, &[words]);
     }
-    assert!(place.listing(".").is_empty());
 }
 
 /// A comparison goes on without it and says why.

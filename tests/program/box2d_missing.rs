@@ -14,11 +14,7 @@ fn every_command_names_the_feature() {
         &["bench", "tower", "--against", "box2d"],
         &["bench", "tower", "--against", "rapier,box2d"],
     ] {
-        let place = Place::new();
-        let (code, _, err) = place.run(args);
-        assert_eq!(code, 1, "{args:?}: {err}");
-        assert!(err.contains(WORDS), "{args:?}: {err}");
-        assert!(place.listing(".").is_empty(), "{args:?}");
+        Place::new().refused(args, &[WORDS]);
     }
 }
 

@@ -1,5 +1,6 @@
 //! `moreau2d chart`: points, pictures, who is dominated, and the reference of our own.
 
+use crate::common::program::Place;
 use moreau2d::report::{
     Domination, DominationRow, PointRow, ResultRow, UndominatedRow, observed_order, panels,
     read_rows, shared, work_precision,
@@ -7,15 +8,13 @@ use moreau2d::report::{
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
-use tempfile::TempDir;
 
 const BOX2D: bool = cfg!(feature = "box2d");
 
 /// A folder in which the program runs, and what it printed.
 struct Charted {
-    root: TempDir,
-    code: Option<i32>,
+    place: Place,
+    code: i32,
     out: String,
     err: String,
 }
@@ -23,31 +22,24 @@ struct Charted {
 impl Charted {
     fn new() -> Charted {
         Charted {
-            root: tempfile::tempdir().unwrap(),
-            code: None,
+            place: Place::new(),
+            code: -1,
             out: String::new(),
             err: String::new(),
         }
     }
 
-    fn chart<S: AsRef<str>>(&mut self, args: &[S]) {
-        let output = Command::new(env!("CARGO_BIN_EXE_moreau2d"))
-            .arg("chart")
-            .args(args.iter().map(S::as_ref))
-            .current_dir(self.root.path())
-            .output()
-            .unwrap();
-        self.code = output.status.code();
-        self.out = String::from_utf8(output.stdout).unwrap();
-        self.err = String::from_utf8(output.stderr).unwrap();
+    fn chart(&mut self, args: &[&str]) {
+        let args = [&["chart"], args].concat();
+        (self.code, self.out, self.err) = self.place.run(&args);
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.root.path().join(name)
+        self.place.path(name)
     }
 
     fn rows(&self, folder: &str) -> Vec<ResultRow> {
-        assert_eq!(self.code, Some(0), "{}", self.err);
+        assert_eq!(self.code, 0, "{}", self.err);
         read_rows(&self.path(folder).join("results.csv")).unwrap()
     }
 }
@@ -134,7 +126,7 @@ fn a_quick_chart_is_whole_and_every_point_runs_again_by_its_command() {
 
     // drawn again from the file: the same bytes
     c.chart(&["--from", "r/results.csv", "--out", "again"]);
-    assert_eq!(c.code, Some(0), "{}", c.err);
+    assert_eq!(c.code, 0, "{}", c.err);
     for name in ["tower.svg", "domination.csv", "undominated.csv"] {
         let read = |folder: &str| fs::read(c.path(folder).join(name)).unwrap();
         assert!(read("r") == read("again"), "{name}");
@@ -294,9 +286,6 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["--from", "none.csv", "--dt", "0.5"], "--dt"),
         (&["--from", "none.csv", "--set", "foo=1"], "--set"),
     ] {
-        let c = charted(args);
-        assert_eq!(c.code, Some(1), "{args:?}: {}", c.out);
-        assert!(c.err.contains(words), "{args:?}: {}", c.err);
-        assert_eq!(fs::read_dir(c.root.path()).unwrap().count(), 0, "{args:?}");
+        Place::new().refused(&[&["chart"], args].concat(), &[words]);
     }
 }

@@ -1,49 +1,45 @@
 //! `moreau2d compare`: the table behind it, and the pictures drawn from it.
 
+use crate::common::program::Place;
 use moreau2d::report::{
     ResultRow, convergence, energy, observed_order, panels, read_rows, work_precision,
 };
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
-use tempfile::TempDir;
 
-/// A folder in which the program runs, and what it printed.
+/// A folder in which the program ran, and what it printed.
 struct Compared {
-    root: TempDir,
-    code: Option<i32>,
+    place: Place,
+    code: i32,
     out: String,
     err: String,
 }
 
+/// Compares a scene of the catalogue, or one whose text this is.
 fn compare(scene: &str, flags: &[&str]) -> Compared {
-    let root = tempfile::tempdir().unwrap();
+    let place = Place::new();
     let mut args = ["compare", scene, "--out", "r"];
-    if let Some(text) = scene.strip_prefix("[scene]") {
-        fs::write(root.path().join("s.toml"), format!("[scene]{text}")).unwrap();
+    if scene.starts_with("[scene]") {
+        place.write("s.toml", scene);
         args[1] = "s.toml";
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_moreau2d"))
-        .args(args.iter().chain(flags))
-        .current_dir(root.path())
-        .output()
-        .unwrap();
+    let (code, out, err) = place.run(&[&args[..], flags].concat());
     Compared {
-        root,
-        code: output.status.code(),
-        out: String::from_utf8(output.stdout).unwrap(),
-        err: String::from_utf8(output.stderr).unwrap(),
+        place,
+        code,
+        out,
+        err,
     }
 }
 
 impl Compared {
     fn path(&self, name: &str) -> PathBuf {
-        self.root.path().join("r").join(name)
+        self.place.path("r").join(name)
     }
 
     fn rows(&self) -> Vec<ResultRow> {
-        assert_eq!(self.code, Some(0), "{}", self.err);
+        assert_eq!(self.code, 0, "{}", self.err);
         read_rows(&self.path("results.csv")).unwrap()
     }
 }
@@ -298,12 +294,7 @@ fn flags_that_make_no_sense_are_refused() {
         (&["--engine", "rapier"], "--engine"),
         (&["--scheme", "euler"], "`euler`"),
     ] {
-        let compared = compare("two-balls", flags);
-        assert_eq!(compared.code, Some(1), "{flags:?}: {}", compared.out);
-        assert!(compared.err.contains(words), "{flags:?}: {}", compared.err);
-        assert!(
-            !compared.path("").exists(),
-            "{flags:?} left something behind"
-        );
+        let args = [&["compare", "two-balls"], flags].concat();
+        Place::new().refused(&args, &[words]);
     }
 }

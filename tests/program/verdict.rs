@@ -108,7 +108,6 @@ fn limits_out_of_range_or_without_a_verdict_are_refused() {
             "has no effect",
         ),
     ] {
-        let (code, _, err) = place.run(&words.split(' ').collect::<Vec<_>>());
-        assert!(code == 1 && err.contains(why), "{words}: {code} {err}");
+        place.refused(&words.split(' ').collect::<Vec<_>>(), &[why]);
     }
 }

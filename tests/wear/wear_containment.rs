@@ -1,10 +1,11 @@
 //! Wear takes steel and gives none: every worn profile lies within the new one, and within the one
 //! before it is no more steel than was there.
 
+use super::rig::part;
 use moreau2d::contact::Vec2;
 use moreau2d::report::Progress;
 use moreau2d::thresher::{self, Machine, WearHistory, run_study, run_threshing};
-use moreau2d::wear::{Archard, JumpRule, Profile, Update, WearError, WearSettings, WearState};
+use moreau2d::wear::{JumpRule, Profile, WearError, WearState};
 use proptest::prelude::*;
 
 /// Steel above the new profile that is called round-off \[m\], and area that is \[m²\].
@@ -100,16 +101,6 @@ fn the_teeth_of_the_thresher_grow_nowhere() {
     assert_contained(&outcome.history);
 }
 
-fn part(nodes: Vec<Vec2>) -> WearState {
-    let settings = WearSettings {
-        law: Archard { coefficient: 1.0 },
-        update: Update::Normal,
-        smoothing_length: 0.0,
-        cycle_seconds: 1.0,
-    };
-    WearState::new(Profile::new(nodes).unwrap(), settings).unwrap()
-}
-
 /// One jump of the longest that the mesh can follow, 0.3 of an edge.
 fn jump(state: &mut WearState, load: impl Fn(usize) -> f64) -> Result<(), WearError> {
     let rule = JumpRule {
@@ -136,7 +127,7 @@ fn a_cap_with_a_short_edge_grows_no_steel() {
         (4.2, -1.0),
     ];
     let nodes: Vec<Vec2> = xy.iter().map(|&(x, y)| Vec2::new(x, y)).collect();
-    let mut state = part(nodes.clone());
+    let mut state = part(Profile::new(nodes.clone()).unwrap(), 1.0);
     // the toe wears alone
     jump(&mut state, |node| f64::from(node == 5)).unwrap();
     let above = rise(state.profile().nodes(), &nodes);
@@ -159,7 +150,7 @@ proptest! {
             p += Vec2::new(dx, slope * dx);
             nodes.push(p);
         }
-        let mut state = part(nodes.clone());
+        let mut state = part(Profile::new(nodes.clone()).unwrap(), 1.0);
         for k in 0..20 {
             let before = state.profile().clone();
             jump(&mut state, |node| loads[(node + 3 * k) % loads.len()].powi(2)).unwrap();

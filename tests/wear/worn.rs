@@ -1,10 +1,11 @@
 //! Wear of the colliders of a user's own world: closed forms, both sides of a contact, balls, rollers,
 //! masses, sleep, and what is refused.
 
+use super::rig::part;
 use moreau2d::contact::Vec2;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
-use moreau2d::wear::{Archard, JumpRule, Profile, Update, WearError, WearSettings, WearState};
+use moreau2d::wear::{JumpRule, Profile, WearError, WearState};
 use moreau2d::worn::{Jumped, WearingSurface, WornColliders, WornError};
 
 const K: f64 = 1e-13;
@@ -23,6 +24,15 @@ fn rule(depth: f64) -> JumpRule {
         cycles: 1e9,
         depth,
         stability: 1.0,
+    }
+}
+
+/// The lower face of a box that wears, in cells of this length \[m\].
+fn foot(cell: Option<f64>) -> WearingSurface {
+    WearingSurface {
+        edges: Some([0, 0]),
+        cell,
+        ..WearingSurface::new(K)
     }
 }
 
@@ -146,12 +156,7 @@ fn a_pin_wears_by_its_closed_form() {
         if let Some(modulus) = modulus {
             stand.yielding(pin, modulus);
         }
-        let surface = WearingSurface {
-            edges: Some([0, 0]),
-            cell: Some(1e-3),
-            ..WearingSurface::new(K)
-        };
-        stand.add(pin, surface);
+        stand.add(pin, foot(Some(1e-3)));
         let jumps = stand.run(200, seconds);
         let found = stand.worn.state(0).depth();
         assert_eq!(found.len(), 11);
@@ -178,12 +183,7 @@ fn both_sides_of_a_contact_wear() {
         if let Some(modulus) = modulus {
             stand.yielding(pin, modulus);
         }
-        let lower = WearingSurface {
-            edges: Some([0, 0]),
-            cell: Some(1e-3),
-            ..WearingSurface::new(K)
-        };
-        let one = stand.add(pin, lower);
+        let one = stand.add(pin, foot(Some(1e-3)));
         let two = stand.add(disc, WearingSurface::new(0.25 * K));
         // the disc moves by 30 mm below the pin in every cycle, and wears as far
         while stand.worn.seconds() < 5e2 {
@@ -231,13 +231,11 @@ fn a_ball_that_slides_gets_a_flat() {
     let half = 0.2_f64;
     let area = radius * radius * (half - half.sin() * half.cos());
     stand.run(200, area / (K * LOAD * SPEED));
-    let lowest = stand
-        .worn
-        .outline(0)
-        .points
-        .iter()
-        .map(|p| p.y)
-        .fold(0.0, f64::min);
+    let heights = |fold: fn(f64, f64) -> f64| {
+        let outline = stand.worn.outline(0);
+        outline.points.iter().map(|p| p.y).fold(0.0, fold)
+    };
+    let lowest = heights(f64::min);
     let depth = radius * (1.0 - half.cos());
     let error = (radius + lowest) / depth - 1.0;
     println!("flat: {error:.1e}");
@@ -247,13 +245,7 @@ fn a_ball_that_slides_gets_a_flat() {
     // cells are pressed along their own normals, up to 0.2 rad from the load: half the mean square
     assert!(whole.abs() < 0.01, "{whole}");
     // what was not touched is as it was
-    let top = stand
-        .worn
-        .outline(0)
-        .points
-        .iter()
-        .map(|p| p.y)
-        .fold(0.0, f64::max);
+    let top = heights(f64::max);
     assert!((top - radius).abs() < 1e-12, "{top}");
 }
 
@@ -317,9 +309,8 @@ fn the_mass_goes_with_the_material() {
     let mut stand = Stand::flat(5e-4);
     let pin = stand.pin;
     let surface = WearingSurface {
-        edges: Some([0, 0]),
         density: Some(1e6),
-        ..WearingSurface::new(K)
+        ..foot(None)
     };
     stand.add(pin, surface);
     stand.run(200, 5e4);
@@ -338,12 +329,7 @@ fn the_mass_goes_with_the_material() {
     // without the request nothing changes
     let mut other = Stand::flat(5e-4);
     let pin = other.pin;
-    let lower = Some([0, 0]);
-    let surface = WearingSurface {
-        edges: lower,
-        ..WearingSurface::new(K)
-    };
-    other.add(pin, surface);
+    other.add(pin, foot(None));
     other.run(200, 5e4);
     let whole = other.world.bodies[other.body].mass();
     assert!((f64::from(whole) - MASS).abs() < 1e-4, "{whole}");
@@ -356,14 +342,7 @@ fn nothing_that_wears_falls_asleep() {
         let mut stand = Stand::flat(5e-4);
         let pin = stand.pin;
         if wears {
-            let lower = Some([0, 0]);
-            stand.add(
-                pin,
-                WearingSurface {
-                    edges: lower,
-                    ..WearingSurface::new(K)
-                },
-            );
+            stand.add(pin, foot(None));
         }
         let mut slid = 0.0;
         for step in 0..5000 {
@@ -388,12 +367,7 @@ fn a_body_that_is_worn_through_keeps_what_was_before() {
         true,
     );
     let pin = stand.pin;
-    let surface = WearingSurface {
-        edges: Some([0, 0]),
-        cell: Some(1e-3),
-        ..WearingSurface::new(K)
-    };
-    stand.add(pin, surface);
+    stand.add(pin, foot(Some(1e-3)));
     let (outline, error) = loop {
         let before = (stand.worn.outline(0), stand.worn.seconds());
         match stand.jump(200, 1e9) {
@@ -420,7 +394,13 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
     let capsule = stand.world.insert(RigidBodyBuilder::fixed(), capsule).1;
     let plain = ColliderBuilder::polyline(vec![at(0.0, 9.0), at(1.0, 9.0)], None);
     let plain = stand.world.insert(RigidBodyBuilder::fixed(), plain).1;
+    let ball = ColliderBuilder::ball(0.5);
+    let ball = stand.world.insert(RigidBodyBuilder::fixed(), ball).1;
     let plainly = WearingSurface::new(K);
+    let of_cells = |length| WearingSurface {
+        cell: Some(length),
+        ..plainly
+    };
     let cases = [
         (
             pin,
@@ -436,14 +416,7 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
             },
             "edges [0, 4]: the surface has the edges 0 to 3",
         ),
-        (
-            pin,
-            WearingSurface {
-                cell: Some(0.5),
-                ..plainly
-            },
-            "edge 0 is 0.01 m long",
-        ),
+        (pin, of_cells(0.5), "edge 0 is 0.01 m long"),
         (
             pin,
             WearingSurface {
@@ -456,6 +429,9 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
         (capsule, plainly, "Capsule cannot wear"),
         (plain, plainly, "two-sided"),
         (ColliderHandle::invalid(), plainly, "not in the world"),
+        (ball, of_cells(1e-9), "at most 10000"),
+        (ball, of_cells(0.0), "at most 10000"),
+        (pin, of_cells(1e-9), "at most 10000"),
     ];
     for (collider, surface, expected) in cases {
         let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);
@@ -476,13 +452,7 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
 }
 
 fn ring(points: Vec<Vec2>) -> WearState {
-    let settings = WearSettings {
-        law: Archard { coefficient: 1.0 },
-        update: Update::Normal,
-        smoothing_length: 0.0,
-        cycle_seconds: 1.0,
-    };
-    WearState::new(Profile::ring(points).unwrap(), settings).unwrap()
+    part(Profile::ring(points).unwrap(), 1.0)
 }
 
 /// A disc that wears evenly down to a quarter of its radius, its mesh with it: what is gone is what the

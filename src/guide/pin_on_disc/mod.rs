@@ -24,7 +24,8 @@
 //! - `wear.csv`: depth, volume and load times slip of each cell after each jump, and the error of the jumps;
 //! - `profile.csv`: the worn surface after each jump, in the frame of the body;
 //! - `jumps.csv`: length of each jump, its feedback `K k S`, and what bounded it;
-//! - a picture of each, and the files of any other run for the time until the first jump.
+//! - two pictures of each body, of the depth of its cells and of its surface, and the files of any other run
+//!   for the time until the first jump, of which overlaps, joint gaps and passages are judged.
 //!
 //! # From a program
 //! [`WornColliders`](crate::worn::WornColliders) does the same in a world of your own. You step the
@@ -44,8 +45,8 @@
 //! ```
 //!
 //! # What to choose
-//! - **Cells.** `cell` is a length of your own choice; the depth does not depend on it. Without, an
-//!   edge is a cell. Wear that is not even needs cells short against the shape that it makes.
+//! - **Cells.** `cell` is a length of your own choice; the depth does not depend on it. Without, cells are
+//!   as long as the shortest edge that wears. Wear that is not even needs cells short against the shape that it makes.
 //! - **Jumps.** `jump` is the largest depth of one. The error of a life falls with it; `wear.csv` has
 //!   its estimate. A pin under a constant load has none.
 //! - **Stiffness.** Bodies are rigid if their material states no stiffness. How a load is shared along

@@ -51,10 +51,18 @@ fn error_of(text: &str, flags: &[&str]) -> String {
 /// Asserts that the error of `BALL` with `old` replaced by `new` holds all of `expected`.
 #[track_caller]
 fn assert_error(old: &str, new: &str, expected: &[&str]) {
-    assert!(BALL.contains(old), "{old}");
-    let text = BALL.replacen(old, new, 1);
-    let error = error_of(&text, &[]);
     for part in expected {
-        assert!(error.contains(part), "{new}\n  {error}\n  lacks {part}");
+        refused(BALL, old, new, part);
     }
+}
+
+/// The same of another text.
+#[track_caller]
+fn refused(text: &str, old: &str, new: &str, expected: &str) {
+    assert!(text.contains(old), "{old}");
+    let error = error_of(&text.replacen(old, new, 1), &[]);
+    assert!(
+        error.contains(expected),
+        "{new}\n  {error}\n  lacks {expected}"
+    );
 }

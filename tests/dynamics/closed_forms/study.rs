@@ -210,14 +210,14 @@ fn every_loading_by_a_single_cell_passes_the_judge() {
 }
 
 /// Bug: the scene left scheme and solver at the product's defaults, which are not the study's.
-/// Under `staggered` the rotor rebounds with half its speed (see `stepper.rs`); with `direct` the
+/// Under `staggered` the rotor rebounds with half its speed (see `momentum.rs`); with `direct` the
 /// shares, and so the wear of a cycle, hang on where its iteration stopped.
 #[test]
 fn the_literal_reading_stalls_as_the_scene_stands() {
     assert_stalls(&study(&["reading=literal", "step.time=5e-5"]));
 }
 
-/// Bug: with Lemke's method sliding cells count as sticking for a round-off (see `stepper.rs`) and
+/// Bug: with Lemke's method sliding cells count as sticking for a round-off (see `sticking.rs`) and
 /// lose 0.4 % of their wear, without a warning.
 #[test]
 fn the_study_agrees_with_its_algebra_whatever_the_solver() {
