@@ -164,7 +164,7 @@ impl ThreshingOutcome {
         out.push_str(&power::table(&self.power_new, &self.power_worn));
         out.push_str(&format!(
             "\n{} revolutions in {} steps, {} jumps of a depth up to {} of the elastic penetration (K k \
-             S); {} per step; worst residual {}; sampling error of a cycle up to {} %\n",
+             S); {} per step; worst residual {}; sampling error of a cycle {} %\n",
             number(self.revolutions, 4),
             self.totals.steps,
             self.jumps,
