@@ -159,7 +159,9 @@ impl ThreshingOutcome {
         out.push_str(", under the torque of the published depth\n");
         out.push_str(
             "assumed: tip radius, number of bars, inertia, width, drive, entry speed, bending stiffness and\n  \
-             strength of the crop, one profile for all bars\n\n",
+             strength of the crop, its friction on the concave, one profile for all bars; the errors above have\n  \
+             no part for these, and the strength and that friction move the hours most, by more than the\n  \
+             errors (table in the guide of `thresher`)\n\n",
         );
         out.push_str(&power::table(&self.power_new, &self.power_worn));
         out.push_str(&format!(
