@@ -22,13 +22,17 @@ use std::f64::consts::TAU;
 const FILLING: f64 = 2.0;
 /// Revolutions between a new profile and its measurement.
 pub(super) const SETTLING: f64 = 0.25;
+/// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
+/// the crop in every phase of its segments within half a revolution; the bars by themselves do not, and
+/// differ by three times the scatter of their mean.
+const PARTS: usize = 2;
 
 /// One measured cycle.
 #[derive(Debug, Clone)]
 pub(super) struct Cycle {
     /// Load and slip per node and revolution of the slice, mean over the bars.
     load: LoadSlip,
-    /// Relative standard error of the most loaded node's mean over the bars.
+    /// Relative standard error of the most loaded node's mean, from the scatter of its parts.
     sampling: f64,
     pub operation: Operation,
     power: PowerBudget,
@@ -40,7 +44,7 @@ struct Worn {
     /// The cycle of the last profile.
     last: Cycle,
     jumps: usize,
-    /// Largest [`Cycle::sampling`].
+    /// Sum of the squares of [`Cycle::sampling`].
     sampling: f64,
     /// Largest `K k S` of a jump.
     feedback: f64,
@@ -71,7 +75,8 @@ pub struct ThreshingOutcome {
     pub coefficient: f64,
     /// What the run gives at the published point, if it is at that point's torque and speed.
     pub calibration: Option<Calibrated>,
-    /// Largest relative standard error of the most loaded cell's wear in a cycle.
+    /// Relative standard error of the most loaded cell's wear in a cycle, root mean square over the
+    /// cycles.
     pub sampling: f64,
     /// Largest `K k S` of a jump, measured: see [`crate::wear::Archard::feedback`].
     pub feedback: f64,
@@ -151,19 +156,22 @@ impl<'a> Threshing<'a> {
         progress: &Progress,
         observe: Observer,
     ) -> Result<Cycle, RunError> {
-        let bars = self.parameters.bars as usize;
-        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); bars];
         let steps = self.steps(f64::from(revolutions));
+        let parts = PARTS * revolutions as usize;
+        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); parts];
         let mut power = PowerBudget::default();
         let mut bar_load = BarLoad::default();
         let (mut angle, mut filled) = (0.0, 0.0);
-        let mut last = self.world.speed();
+        let first = self.world.speed();
+        let mut last = first;
         self.world.take_passed();
         let mut hold = HeldTorque::new(self, steps, revolutions);
         for step in 0..steps {
             let record = self.step()?;
             progress.advance();
-            self.add_wear(&record, profile, &mut sums)?;
+            sums[step * parts / steps].add(&record.contacts, |contact| {
+                Some(self.world.worn_place(contact, profile)?.1)
+            })?;
             power.add(&record, &self.world);
             bar_load.add(&record, &self.world, self.parameters.bars, self.dt);
             observe(&record, &self.world)?;
@@ -177,10 +185,14 @@ impl<'a> Threshing<'a> {
         power.crop = passed.energy_out - passed.energy_in;
         power.stored -= power.crop;
         let time = steps as f64 * self.dt;
+        let inertia = self.parameters.per_metre(self.parameters.inertia);
+        let gained = 0.5 * inertia * (last * last - first * first);
+        let demand = self.parameters.machine_width * (power.drive - gained) / angle;
         let power = power.scaled(self.parameters.machine_width / time);
         let (filled, speed) = (filled / steps as f64, angle / time);
         let operation = Operation {
             torque: power.drive / speed,
+            demand,
             speed,
             drive: power.drive,
             feeder: power.feeder,
@@ -189,13 +201,12 @@ impl<'a> Threshing<'a> {
             out: passed.segments_out as f64 / time * self.parameters.segment_total(),
             conveys: operation::conveys(filled, speed / self.parameters.speed),
         };
-        let per_bar = f64::from(revolutions);
         let mut load = LoadSlip::new(profile.node_count());
         for sum in &sums {
-            load.add_share(sum, 1.0 / (bars as f64 * per_bar))?;
+            load.add_share(sum, 1.0 / f64::from(self.parameters.bars * revolutions))?;
         }
         Ok(Cycle {
-            sampling: sampling_error(&sums, load.sums(), per_bar),
+            sampling: sampling_error(&sums),
             load,
             operation,
             power,
@@ -261,7 +272,7 @@ impl<'a> Threshing<'a> {
                 break;
             }
             let load_slip = worn.last.load.sums();
-            worn.sampling = worn.sampling.max(worn.last.sampling);
+            worn.sampling += worn.last.sampling.powi(2);
             let feedback = state.feedback(worn.last.load.stiffness())?;
             let jump = state.next_jump(&rule, load_slip, feedback)?;
             let left = (wear.max_hours - now.hours) * 3600.0 / self.revolution;
@@ -283,38 +294,23 @@ impl<'a> Threshing<'a> {
         state.close(worn.last.load.sums())?;
         Ok(worn)
     }
-
-    fn add_wear(
-        &self,
-        record: &StepRecord,
-        profile: &Profile,
-        sums: &mut [LoadSlip],
-    ) -> Result<(), WearError> {
-        for (bar, sum) in sums.iter_mut().enumerate() {
-            sum.add(&record.contacts, |contact| {
-                let (worn, place) = self.world.worn_place(contact, profile)?;
-                (worn == bar).then_some(place)
-            })?;
-        }
-        Ok(())
-    }
 }
 
-/// Relative standard error of the most loaded node's mean over the bars.
-fn sampling_error(sums: &[LoadSlip], mean: &[f64], revolutions: f64) -> f64 {
-    let Some(node) = (0..mean.len()).max_by(|&a, &b| mean[a].total_cmp(&mean[b])) else {
+/// Relative standard error of the mean of the most loaded node over equal `parts` of a measured time,
+/// as of independent parts.
+fn sampling_error(parts: &[LoadSlip]) -> f64 {
+    let n = parts.len() as f64;
+    let nodes = parts.first().map_or(0, |part| part.sums().len());
+    let mean = |node: usize| parts.iter().map(|p| p.sums()[node]).sum::<f64>() / n;
+    let most = (0..nodes).max_by(|&a, &b| mean(a).total_cmp(&mean(b)));
+    let Some((node, mean)) = most.map(|node| (node, mean(node))) else {
         return 0.0;
     };
-    let n = sums.len() as f64;
-    if n < 2.0 || mean[node] <= 0.0 {
+    if n < 2.0 || mean <= 0.0 {
         return 0.0;
     }
-    let variance: f64 = sums
-        .iter()
-        .map(|s| (s.sums()[node] / revolutions - mean[node]).powi(2))
-        .sum::<f64>()
-        / (n - 1.0);
-    (variance / n).sqrt() / mean[node]
+    let off = parts.iter().map(|p| (p.sums()[node] - mean).powi(2));
+    (off.sum::<f64>() / (n * (n - 1.0))).sqrt() / mean
 }
 
 /// Runs the thresher over its life.
@@ -380,12 +376,14 @@ fn live(
     let worn = machine.wear_out(wear, tooth.base, &new, &mut state, &mut history, &bar)?;
     drop(bar);
     history.close(1, &state, &wear.limits)?;
-    history.add_limits(1, operation::limits(&history, &state, tooth.base));
+    let (limits, fit) = operation::limits(&history, &state, parameters, tooth.base)?;
+    let errors = life_error::of_run(state.life(), &history.crossings, (&limits[0], fit));
+    history.add_limits(1, limits);
     let lost = area_new - state.profile().area_above(-tooth.base);
     Ok(ThreshingOutcome {
         coefficient: wear.coefficient,
         calibration: Calibrated::of(parameters, &state),
-        errors: life_error::of_run(state.life(), &history.crossings),
+        errors,
         mean_jump: mean_jump(&state),
         history,
         stiffness,
@@ -399,7 +397,7 @@ fn live(
         revolutions: machine.totals.time / machine.revolution,
         jumps: worn.jumps,
         steel_lost: lost * STEEL * parameters.machine_width * f64::from(parameters.bars),
-        sampling: worn.sampling,
+        sampling: (worn.sampling / worn.jumps.max(1) as f64).sqrt(),
         feedback: worn.feedback,
         concave_moved: machine.world.concave_moved(),
         picture_new,

@@ -8,10 +8,9 @@
 //! ```
 //!
 //! What the run itself tells costs nothing: a bound on the error of the jumps, and the noise of
-//! cycles that are sampled one a jump. The bias of jumps, time step and mesh is measured by three more
+//! cycles that are sampled once a jump. The bias of jumps, time step and mesh is measured by three more
 //! lives, `wear.error = "measured"`: with steps twice as long, and with them jumps half as deep, and
-//! edges half as long. Their cycles are nearly free of noise, so that differences of lives tell more than
-//! differences of single cycles do.
+//! edges half as long. Every life has noise, so that a measured bias has it too, and (1) counts both.
 
 use super::life::ThreshingOutcome;
 use super::machine::Setup;
@@ -27,8 +26,11 @@ const FEWEST: usize = 6;
 /// How large one source's error is \[h\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// The run minus the truth.
-    Bias(f64),
+    /// The run minus the truth, as measured with a standard deviation `noise`.
+    Bias {
+        hours: f64,
+        noise: f64,
+    },
     /// At most this, of either sign.
     Bound(f64),
     /// Standard deviation.
@@ -59,15 +61,15 @@ impl LimitError {
     /// Sum of the biases \[h\].
     pub fn bias(&self) -> f64 {
         self.sum(|size| match size {
-            Size::Bias(h) => h,
+            Size::Bias { hours, .. } => hours,
             _ => 0.0,
         })
     }
 
-    /// Standard deviation of all noise together \[h\].
+    /// Standard deviation of all noise together \[h\], that of the measured biases included.
     pub fn noise(&self) -> f64 {
         let squares = self.sum(|size| match size {
-            Size::Noise(h) => h * h,
+            Size::Noise(h) | Size::Bias { noise: h, .. } => h * h,
             _ => 0.0,
         });
         squares.sqrt()
@@ -92,17 +94,18 @@ impl LimitError {
     /// Rows of `life-error.csv`.
     pub(super) fn rows(&self) -> impl Iterator<Item = ErrorRow> + '_ {
         self.sources.iter().map(|source| {
-            let (kind, hours) = match source.size {
-                Size::Bias(h) => ("bias", h),
-                Size::Bound(h) => ("bound", h),
-                Size::Noise(h) => ("noise", h),
-                Size::NotMeasured => ("not measured", f64::NAN),
+            let (kind, hours, noise) = match source.size {
+                Size::Bias { hours, noise } => ("bias", hours, noise),
+                Size::Bound(h) => ("bound", h, 0.0),
+                Size::Noise(h) => ("noise", h, h),
+                Size::NotMeasured => ("not measured", f64::NAN, f64::NAN),
             };
             ErrorRow {
                 limit: self.limit.clone(),
                 source: source.source.to_owned(),
                 kind: kind.to_owned(),
                 hours,
+                noise_hours: noise,
                 how: source.how.clone(),
             }
         })
@@ -113,18 +116,18 @@ impl LimitError {
         let mut out = format!("error of the hours to {}:\n", self.limit);
         for source in &self.sources {
             let size = match source.size {
-                Size::Bias(h) => format!("{h:+.2} h"),
+                Size::Bias { hours, noise } => format!("{hours:+.2} ± {noise:.2} h"),
                 Size::Bound(h) => format!("≤ {h:.2} h"),
                 Size::Noise(h) => format!("± {h:.2} h"),
                 Size::NotMeasured => "not measured".to_owned(),
             };
             out.push_str(&format!(
-                "  {:<10} {size:>12}  {}\n",
+                "  {:<10} {size:>14}  {}\n",
                 source.source, source.how
             ));
         }
         out.push_str(&format!(
-            "  together   {:>12}  biases by sign, and twice the noise\n  inputs, apart: 1 % more of K or \
+            "  together   {:>14}  biases by sign, and twice the noise\n  inputs, apart: 1 % more of K or \
              of the load is {:.2} h less\n",
             format!("± {:.2} h", self.total()),
             0.01 * self.hours,
@@ -134,8 +137,16 @@ impl LimitError {
 }
 
 /// What the run tells of the error of each limit that it reached.
-pub(super) fn of_run(life: &Life, crossings: &[LimitLife]) -> Vec<LimitError> {
-    let reached = |c: &LimitLife| {
+///
+/// # Arguments
+/// - `stop`: when the machine no longer conveyed, and the standard deviation of its hours besides that of
+///   the wear \[h\].
+pub(super) fn of_run(
+    life: &Life,
+    crossings: &[LimitLife],
+    stop: (&LimitLife, f64),
+) -> Vec<LimitError> {
+    let reached = |(c, scatter): (&LimitLife, f64)| {
         let hours = c.hours?;
         let jumps = match c.jump_hours {
             Some(bound) => SourceError {
@@ -154,11 +165,12 @@ pub(super) fn of_run(life: &Life, crossings: &[LimitLife]) -> Vec<LimitError> {
                 jumps,
                 not_measured("time step", extra),
                 not_measured("mesh", extra),
-                sampling(life, c.cell, hours),
+                sampling(life, c.cell, hours, scatter),
             ],
         })
     };
-    crossings.iter().filter_map(reached).collect()
+    let all = crossings.iter().map(|c| (c, 0.0)).chain([stop]);
+    all.filter_map(reached).collect()
 }
 
 fn not_measured(source: &'static str, why: &str) -> SourceError {
@@ -173,8 +185,9 @@ fn not_measured(source: &'static str, why: &str) -> SourceError {
 ///
 /// Each jump simulates its cycle at another phase of the feed, so that the cycles are replicates. Of
 /// the logarithms of independent rates of relative deviation `e` the second differences have the
-/// variance `6 e²`, and a life of jumps of `N_k` cycles the deviation `e √(Σ N_k²) / Σ N_k`.
-fn sampling(life: &Life, cell: usize, hours: f64) -> SourceError {
+/// variance `6 e²`, and a life of jumps of `N_k` cycles the deviation `e √(Σ N_k²) / Σ N_k`. `other` is a
+/// standard deviation of the hours \[h\] besides.
+fn sampling(life: &Life, cell: usize, hours: f64, other: f64) -> SourceError {
     let points = life.points();
     let mut logs = Vec::new();
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -192,12 +205,16 @@ fn sampling(life: &Life, cell: usize, hours: f64) -> SourceError {
         return not_measured("sampling", "too few jumps to tell their scatter");
     }
     let scatter = (second.iter().sum::<f64>() / (6.0 * second.len() as f64)).sqrt();
+    let torque = match other > 0.0 {
+        true => format!(", and the torque that stops the drive by {other:.2} h"),
+        false => String::new(),
+    };
     SourceError {
         source: "sampling",
-        size: Size::Noise(hours * scatter * squares.sqrt() / sum),
+        size: Size::Noise((hours * scatter * squares.sqrt() / sum).hypot(other)),
         how: format!(
             "the {} rates of cell {} scatter by {} % about their trend, each at another phase of the \
-             feed",
+             feed{torque}",
             logs.len(),
             cell + 1,
             number(100.0 * scatter, 2)
@@ -207,8 +224,8 @@ fn sampling(life: &Life, cell: usize, hours: f64) -> SourceError {
 
 /// A life computed in another way.
 struct Other {
-    /// To each limit, in the order of the scene.
-    hours: Vec<Option<f64>>,
+    /// To each limit that it reached.
+    errors: Vec<LimitError>,
     jumps: f64,
     /// How it was computed, in words.
     what: String,
@@ -255,56 +272,73 @@ pub(super) fn measure(
         running.map(|(run, what)| -> Result<Other, String> {
             let found = run.join().map_err(|_| "it panicked".to_owned()).flatten()?;
             Ok(Other {
-                hours: found.history.crossings.iter().map(|c| c.hours).collect(),
+                errors: found.errors,
                 jumps: found.jumps as f64,
                 what,
             })
         })
     });
-    let names: Vec<String> = (outcome.history.crossings.iter())
-        .map(|c| c.limit.clone())
-        .collect();
     for error in &mut outcome.errors {
-        let limit = names.iter().position(|name| *name == error.limit);
-        let hours = |k: usize| -> Result<(f64, &Other), String> {
-            let other = others[k]
-                .as_ref()
-                .map_err(|reason| format!("failed: {reason}"))?;
-            let hours = limit.and_then(|i| other.hours[i]);
+        let of = |k: usize| -> Result<At, String> {
+            let other = (others[k].as_ref()).map_err(|reason| format!("failed: {reason}"))?;
+            let found = other.errors.iter().find(|e| e.limit == error.limit);
             let none = || format!("the life with {} does not reach it", other.what);
-            Ok((hours.ok_or_else(none)?, other))
+            let found = found.ok_or_else(none)?;
+            Ok(At {
+                hours: found.hours,
+                noise: found.noise(),
+                jumps: other.jumps,
+                what: &other.what,
+            })
         };
-        let [jumps, step, mesh, _] = &mut error.sources;
+        let (run, noise) = (error.hours, error.noise());
         // a/n of the run
         let mut of_jumps = 0.0;
-        jumps.take(hours(0).and_then(|(coarse, at)| {
-            let (fine, other) = hours(1)?;
-            if other.jumps <= at.jumps {
+        let jumps = of(0).and_then(|coarse| {
+            let fine = of(1)?;
+            if fine.jumps <= coarse.jumps {
                 return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
             }
-            of_jumps = (coarse - fine) / (1.0 - at.jumps / other.jumps);
-            Ok((of_jumps, fine, other))
-        }));
-        let run = error.hours;
-        step.take(hours(0).map(|(other, at)| (other - run, other, at)));
-        mesh.take(hours(0).and_then(|(coarse, at)| {
-            let (fine, other) = hours(2)?;
+            let share = 1.0 - coarse.jumps / fine.jumps;
+            of_jumps = (coarse.hours - fine.hours) / share;
+            Ok(fine.bias(of_jumps, coarse.noise.hypot(fine.noise) / share))
+        });
+        let step = of(0).map(|other| other.bias(other.hours - run, other.noise.hypot(noise)));
+        let mesh = of(0).and_then(|coarse| {
+            let fine = of(2)?;
             // a finer mesh bounds the depth of its jumps
-            let fine_at_equal_jumps = fine + of_jumps * (1.0 - at.jumps / other.jumps);
-            Ok(((coarse - fine_at_equal_jumps) / (1.0 - 0.25), fine, other))
-        }));
+            let at_equal_jumps = fine.hours + of_jumps * (1.0 - coarse.jumps / fine.jumps);
+            let bias = (coarse.hours - at_equal_jumps) / (1.0 - 0.25);
+            Ok(fine.bias(bias, coarse.noise.hypot(fine.noise) / (1.0 - 0.25)))
+        });
+        for (source, found) in error.sources.iter_mut().zip([jumps, step, mesh]) {
+            source.take(found);
+        }
+    }
+}
+
+/// When another life reaches a limit.
+struct At<'a> {
+    hours: f64,
+    /// Standard deviation \[h\].
+    noise: f64,
+    jumps: f64,
+    what: &'a str,
+}
+
+impl At<'_> {
+    /// A bias that this life tells, and in words how.
+    fn bias(&self, hours: f64, noise: f64) -> (Size, String) {
+        let how = format!("the life with {} is {:.2} h", self.what, self.hours);
+        (Size::Bias { hours, noise }, how)
     }
 }
 
 impl SourceError {
-    /// A measured bias \[h\], with the hours of the other life; or why there is none, which leaves what the
-    /// run told.
-    fn take(&mut self, found: Result<(f64, f64, &Other), String>) {
+    /// A measured bias and how it is known; or why there is none, which leaves what the run told.
+    fn take(&mut self, found: Result<(Size, String), String>) {
         match found {
-            Ok((bias, hours, other)) => {
-                self.size = Size::Bias(bias);
-                self.how = format!("the life with {} is {hours:.2} h", other.what);
-            }
+            Ok((size, how)) => (self.size, self.how) = (size, how),
             Err(why) => self.how = format!("{}; {why}", self.how),
         }
     }
@@ -334,9 +368,20 @@ mod tests {
 
     #[test]
     fn biases_add_by_sign_and_noise_in_quadrature() {
-        use Size::{Bias, Bound, Noise, NotMeasured};
-        let all = error([Bias(-0.75), Bias(0.5), Bias(-0.25), Noise(0.125)]);
+        use Size::{Bound, Noise, NotMeasured};
+        let bias = |hours, noise| Size::Bias { hours, noise };
+        let all = error([
+            bias(-0.75, 0.0),
+            bias(0.5, 0.0),
+            bias(-0.25, 0.0),
+            Noise(0.125),
+        ]);
         assert_eq!((all.bias(), all.noise(), all.total()), (-0.5, 0.125, 0.75));
+        let noisy = error([bias(-0.75, 3.0), bias(0.5, 0.0), NotMeasured, Noise(4.0)]);
+        assert_eq!(
+            (noisy.bias(), noisy.noise(), noisy.total()),
+            (-0.25, 5.0, 10.25)
+        );
         let two = error([Noise(3.0), Noise(4.0), NotMeasured, NotMeasured]);
         assert_eq!(two.total(), 10.0);
         let run = error([Bound(2.5), NotMeasured, NotMeasured, Noise(0.125)]);

@@ -159,12 +159,14 @@ impl ThreshingOutcome {
         out.push_str(", under the torque of the published depth\n");
         out.push_str(
             "assumed: tip radius, number of bars, inertia, width, drive, entry speed, bending stiffness and\n  \
-             strength of the crop, one profile for all bars\n\n",
+             strength of the crop, its friction on the concave, one profile for all bars; the errors above have\n  \
+             no part for these, and the strength and that friction move the hours most, by more than the\n  \
+             errors (table in the guide of `thresher`)\n\n",
         );
         out.push_str(&power::table(&self.power_new, &self.power_worn));
         out.push_str(&format!(
             "\n{} revolutions in {} steps, {} jumps of a depth up to {} of the elastic penetration (K k \
-             S); {} per step; worst residual {}; sampling error of a cycle up to {} %\n",
+             S); {} per step; worst residual {}; sampling error of a cycle {} %\n",
             number(self.revolutions, 4),
             self.totals.steps,
             self.jumps,

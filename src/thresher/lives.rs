@@ -78,6 +78,8 @@ impl Lives {
                 "torque_most_nm": most,
                 "life": outcome.history.life_json(),
                 "calibration": outcome.calibration.map(|c| c.json()),
+                "sampling_error": outcome.sampling,
+                "life_error": outcome.errors.iter().flat_map(|e| e.rows()).collect::<Vec<_>>(),
             });
         }
         found
@@ -107,6 +109,15 @@ impl Lives {
         let calibration = calibrated.map_or_else(String::new, |of| {
             format!("with the torque held, {}\n", of.describe())
         });
-        format!("{table}{calibration}\n{}", run.describe(p, tooth))
+        let errors = other
+            .errors
+            .iter()
+            .map(|e| e.describe())
+            .collect::<String>();
+        let of_other = match errors.is_empty() {
+            true => errors,
+            false => format!("with the {} held, {errors}", self.held.other().word()),
+        };
+        format!("{table}{calibration}{of_other}\n{}", run.describe(p, tooth))
     }
 }

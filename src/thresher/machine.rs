@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn the_hash_sees_the_values_of_a_machine_and_not_their_spelling() {
         let hash = |flag: &str| thresher(&[flag]).unwrap().0.hash;
-        assert_eq!(hash("thresher.bars=8"), hash("step.dt=2e-5"));
+        assert_eq!(hash("thresher.bars=8"), hash("step.dt=4e-5"));
         assert_ne!(hash("thresher.bars=8"), hash("thresher.bars=6"));
     }
 

@@ -142,6 +142,7 @@ mod tests {
         let points = [0.0, 10.0].map(|hours| OperationRow {
             hours,
             torque_nm: 146.0,
+            demand_nm: 146.0,
             drive_w: 10_250.0,
             feeder_w: -500.0,
             cycles: 0.0,

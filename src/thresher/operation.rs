@@ -1,14 +1,14 @@
 //! What is held while the teeth wear, and when the machine can no longer be operated.
 
 use super::life::{Cycle, SETTLING, Threshing};
-use super::parameters::Hold;
+use super::parameters::{Hold, Thresher};
 use super::rows::{OperationRow, ProfileRow};
 use super::wear_history::WearHistory;
 use crate::dynamics::record::StepRecord;
 use crate::experiment::RunError;
 use crate::report::Progress;
 use crate::thresher::ThreshingWorld;
-use crate::wear::{Life, LimitLife, Profile, WearState};
+use crate::wear::{Life, Limit, LimitLife, Profile, WearError, WearState};
 
 /// The torque is held this near the operating torque.
 const TORQUE_TOLERANCE: f64 = 0.02;
@@ -23,11 +23,17 @@ const PLUGGED: f64 = 2.0;
 /// limit, and stalls as the teeth wear on.
 const STALLED: f64 = 0.98;
 
+/// Cycles before a stall, it included, through which the line of the torque is laid.
+const FITTED: usize = 6;
+
 /// Mean torque, power and flow of one measured cycle, machine totals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Operation {
     /// Of the drive \[N m\].
     pub torque: f64,
+    /// What the drive would have to give to keep the cylinder's speed \[N m\]: more than it can once
+    /// the cylinder slows down.
+    pub demand: f64,
     /// Of the cylinder \[rad/s\].
     pub speed: f64,
     /// Power of the drive and of the feeder \[W\].
@@ -51,6 +57,7 @@ impl Operation {
             cycles: now.cycles,
             hours: now.hours,
             torque_nm: self.torque,
+            demand_nm: self.demand,
             speed_rad_s: self.speed,
             drive_w: self.drive,
             feeder_w: self.feeder,
@@ -197,19 +204,33 @@ impl Threshing<'_> {
     }
 }
 
-/// The machine's own limits: when it stops conveying, and when the base under a tooth is worn
-/// through. `base` is the thickness of the base \[m\].
-pub(super) fn limits(history: &WearHistory, state: &WearState, base: f64) -> [LimitLife; 2] {
-    [
-        conveyance(history),
-        worn_through(history, state.life(), base),
-    ]
+/// The machine's own limits, when it stops conveying and when the base under a tooth is worn
+/// through, and the standard deviation of the hours of the first by the scatter of the torque \[h\].
+/// `base` is the thickness of the base \[m\].
+///
+/// # Errors
+/// [`WearError`].
+pub(super) fn limits(
+    history: &WearHistory,
+    state: &WearState,
+    p: &Thresher,
+    base: f64,
+) -> Result<([LimitLife; 2], f64), WearError> {
+    let (conveyance, scatter) = conveyance(&history.operation, state.life(), p)?;
+    let through = worn_through(history, state.life(), base);
+    Ok(([conveyance, through], scatter))
 }
 
-/// The machine conveyed at one measured profile and not at the next: halfway between, with half of
-/// the time between them as the error.
-fn conveyance(history: &WearHistory) -> LimitLife {
-    let mut limit = LimitLife {
+/// The machine conveyed at one measured profile and not at the next. Where the drive stalls, the hours
+/// are those at which the torque that it would have to give passes its limit: the torque of a cycle
+/// scatters, and how far a stalled cylinder slows down depends on how long it is simulated. A machine
+/// that is plugged passed its limit halfway between the two.
+fn conveyance(
+    rows: &[OperationRow],
+    life: &Life,
+    p: &Thresher,
+) -> Result<(LimitLife, f64), WearError> {
+    let none = LimitLife {
         limit: "no longer conveys".to_owned(),
         cell: 0,
         cycles: None,
@@ -218,14 +239,63 @@ fn conveyance(history: &WearHistory) -> LimitLife {
         jump_hours: None,
         extrapolated_hours: None,
     };
-    let rows = &history.operation;
-    if let Some(k) = rows.iter().position(|row| !row.conveys) {
-        let (before, after) = (&rows[k.saturating_sub(1)], &rows[k]);
-        limit.cycles = Some(0.5 * (before.cycles + after.cycles));
-        limit.hours = Some(0.5 * (before.hours + after.hours));
-        limit.error_hours = Some(0.5 * (after.hours - before.hours));
+    let Some(k) = rows.iter().position(|row| !row.conveys) else {
+        return Ok((none, 0.0));
+    };
+    let (before, after) = (&rows[k.saturating_sub(1)], &rows[k]);
+    let points: Vec<(f64, f64)> = (rows[..=k].iter())
+        .map(|row| (row.hours, row.demand_nm))
+        .collect();
+    let recent = &points[points.len().saturating_sub(FITTED)..];
+    let most = p.drive_torque_factor * p.operating_torque;
+    let stalls = (after.crop_filled < PLUGGED).then(|| passes(recent, most));
+    let (hours, scatter) = stalls.flatten().unwrap_or((
+        0.5 * (before.hours + after.hours),
+        0.5 * (after.hours - before.hours),
+    ));
+    // what is known of the height that the teeth have then is known of these hours
+    let height = height_at(life, hours);
+    let found = life.crossing(&Limit::height(&none.limit, height))?;
+    let error_hours = found.jump_hours.map(|jumps| jumps + 2.0 * scatter);
+    let known = LimitLife {
+        hours: Some(hours),
+        error_hours: error_hours.or(Some(2.0 * scatter)),
+        ..found
+    };
+    Ok((known, scatter))
+}
+
+/// Where the least-squares line through `points` reaches `y`, and the standard deviation of that place
+/// by the scatter about the line. `None` for fewer than three points, and for a line that does not
+/// rise to `y` between them.
+fn passes(points: &[(f64, f64)], y: f64) -> Option<(f64, f64)> {
+    let n = points.len() as f64;
+    let (x0, y0) = (points.iter()).fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let sum =
+        |of: fn(f64, f64) -> f64| -> f64 { points.iter().map(|p| of(p.0 - x0, p.1 - y0)).sum() };
+    let spread = sum(|x, _| x * x);
+    let slope = sum(|x, y| x * y) / spread;
+    let at = x0 + (y - y0) / slope;
+    let inside = points.len() > 2 && slope > 0.0 && points[0].0 <= at && at <= points.last()?.0;
+    let off = points.iter().map(|p| p.1 - y0 - slope * (p.0 - x0));
+    let variance = off.map(|r| r * r).sum::<f64>() / (n - 2.0);
+    let of_line = variance * (1.0 / n + (at - x0).powi(2) / spread);
+    inside.then(|| (at, of_line.sqrt() / slope))
+}
+
+/// Height of the teeth after `hours`, on a straight line between two profiles \[m\].
+fn height_at(life: &Life, hours: f64) -> f64 {
+    let points = life.points();
+    let after = points.iter().position(|point| point.hours >= hours);
+    let k = after
+        .unwrap_or(points.len() - 1)
+        .max(1)
+        .min(points.len() - 1);
+    let (a, b) = (&points[k.saturating_sub(1)], &points[k]);
+    match b.hours > a.hours {
+        true => a.height + (hours - a.hours) / (b.hours - a.hours) * (b.height - a.height),
+        false => b.height,
     }
-    limit
 }
 
 /// The lowest node reaches the underside of the base. Between two profiles it sinks evenly; after
@@ -294,4 +364,28 @@ fn lowest(rows: &[ProfileRow]) -> Vec<Lowest> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_through_scattered_points_passes_a_value() {
+        let exact: Vec<(f64, f64)> = (0..5).map(|k| (f64::from(k), 2.0 * f64::from(k))).collect();
+        let (at, scatter) = passes(&exact, 5.0).unwrap();
+        assert!(
+            (at - 2.5).abs() < 1e-14 && scatter < 1e-14,
+            "{at} {scatter}"
+        );
+        // residuals +-1 of a slope of 2 at the mean of 4 points: sqrt(4/2/4)/2
+        let points = [(0.0, 1.0), (1.0, 1.0), (2.0, 3.0), (3.0, 7.0)];
+        let (at, scatter) = passes(&points, 3.0).unwrap();
+        assert!((at - 1.5).abs() < 1e-14, "{at}");
+        assert!((scatter - 0.5_f64.sqrt() / 2.0).abs() < 1e-14, "{scatter}");
+        assert_eq!(passes(&exact[..2], 1.0), None);
+        assert_eq!(passes(&exact, 9.0), None);
+        let falls: Vec<(f64, f64)> = exact.iter().map(|p| (p.0, -p.1)).collect();
+        assert_eq!(passes(&falls, -3.0), None);
+    }
 }

@@ -57,7 +57,7 @@ pub struct Thresher {
     pub crop_strength: f64,
     /// Crop on teeth, default 0.271.
     pub friction_steel: f64,
-    /// Crop on concave, default 0.271: steel, as the teeth. A concave that holds the crop back more
+    /// Crop on concave, default 0.271 (assumed): steel, as the teeth. A concave that holds the crop back more
     /// than worn teeth draw it plugs the machine.
     pub friction_concave: f64,
     /// Start of the concave arc at the inlet \[degrees\], counter-clockwise from +x; default 215.

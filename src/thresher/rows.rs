@@ -47,6 +47,8 @@ row! {
         cycles: f64,
         hours: f64,
         torque_nm: f64,
+        /// Torque that keeps the cylinder's speed: above what the drive can give once it slows down.
+        demand_nm: f64,
         speed_rad_s: f64,
         /// Power of the drive, and of the feeder: negative where it holds the crop back.
         drive_w: f64,
@@ -81,6 +83,8 @@ row! {
         source: String,
         kind: String,
         hours: f64,
+        /// Standard deviation of the source, or of the measured bias.
+        noise_hours: f64,
         how: String,
     }
 }
@@ -144,7 +148,7 @@ mod tests {
         assert_eq!(header::<ProfileRow>(), "cycles,hours,bar,node,x_m,y_m");
         assert_eq!(
             header::<OperationRow>(),
-            "cycles,hours,torque_nm,speed_rad_s,drive_w,feeder_w,crop_stiffness_pa_m,crop_filled,\
+            "cycles,hours,torque_nm,demand_nm,speed_rad_s,drive_w,feeder_w,crop_stiffness_pa_m,crop_filled,\
              crop_out_kg_s,conveys"
         );
         assert_eq!(
@@ -155,7 +159,10 @@ mod tests {
             header::<ComparisonRow>(),
             "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated"
         );
-        assert_eq!(header::<ErrorRow>(), "limit,source,kind,hours,how");
+        assert_eq!(
+            header::<ErrorRow>(),
+            "limit,source,kind,hours,noise_hours,how"
+        );
         assert_eq!(
             header::<BarLoadRow>(),
             "teeth,angle_deg,normal_n,friction_n"

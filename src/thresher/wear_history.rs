@@ -75,7 +75,8 @@ impl WearHistory {
                 row.error_hours = error.total();
             }
             let own = |c: &&mut LimitLife| c.limit == error.limit;
-            for crossing in self.crossings.iter_mut().filter(own) {
+            let all = self.crossings.iter_mut().chain(&mut self.machine_limits);
+            for crossing in all.filter(own) {
                 crossing.error_hours = Some(error.total());
             }
         }
