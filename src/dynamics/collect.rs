@@ -11,6 +11,7 @@ use super::rules::{
     Choice, Rule, Rules, Situation, Span, applied_acceleration, centripetal, impact_rule,
     resting_speed, rule,
 };
+use super::visco_elastic::Springs;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// Least penetration of a limit that is closed by position: \[m or rad\], and relative to its arm.
@@ -29,7 +30,9 @@ impl Interval {
         self.clear_blocks();
         self.driven = drives(&self.start, inverse_mass);
         let contacts = std::mem::take(&mut self.detection.contacts);
+        let mut springs = Springs::default();
         for (index, contact) in contacts.iter().enumerate() {
+            springs.take_up(&contacts[index..]);
             let movable = movable(contact.rows.bodies, inverse_mass);
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
             if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {
@@ -39,7 +42,8 @@ impl Interval {
                 continue;
             };
             let cached = cache.get(&contact.key);
-            let now = self.situation(rules, contact, cached, inverse_mass, span);
+            let mut now = self.situation(rules, contact, cached, inverse_mass, span);
+            now.rates = springs.rates(contact, inverse_mass);
             match rule(rules, contact, &now) {
                 Choice::Inactive => {}
                 Choice::Deferred => self.deferred.push(index),
@@ -101,10 +105,7 @@ impl Interval {
             located,
             unseen: cached.is_none() && crowd <= LOCATED_CROWD,
             crowded: crowd > 0,
-            diagonal: match contact.law {
-                NormalLaw::ViscoElastic { .. } => contact.rows.diagonal(inverse_mass)[(0, 0)],
-                _ => 0.0,
-            },
+            rates: [0.0; 2],
         }
     }
 

@@ -130,8 +130,8 @@ pub(super) struct Situation {
     pub crowded: bool,
     /// Whether it took no part in the last step.
     pub unseen: bool,
-    /// `G_NN` [1/kg] of a visco-elastic contact.
-    pub diagonal: f64,
+    /// `Σk G_NN` [1/s²] and `Σc G_NN` [1/s] of a visco-elastic contact, see [`visco_elastic`].
+    pub rates: [f64; 2],
 }
 
 /// How a contact enters the contact problem.
@@ -169,9 +169,9 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
         },
         NormalLaw::ViscoElastic { stiffness, damping } => {
             // the gap is used without a dead band, which would lose force
-            let rates = [now.gamma_a.x, now.gamma_f.x];
+            let velocities = [now.gamma_a.x, now.gamma_f.x];
             let law = [stiffness, damping];
-            match visco_elastic(law, contact.gap, rates, now.diagonal, now.span.length) {
+            match visco_elastic(law, contact.gap, velocities, now.rates, now.span.length) {
                 Some((free, compliance)) => Choice::Active(Rule {
                     free: Vec2::new(free, 0.0),
                     law: Law::Contact {

@@ -1,22 +1,67 @@
 //! Springs and dampers of a step: contacts of the Kelvin-Voigt law.
 
+use super::model::{ContactPoint, NormalLaw};
+use crate::contact::Vec3;
+
 /// `κ = k G Δt²` at which half of the stretch is taken at the end of the step: half of the bound of
 /// an explicit step. A smaller number damps contacts that a step resolves, a larger one lets those
 /// ring that it does not.
 const UNRESOLVED: f64 = 2.0;
+
+/// The springs and dampers of one pair of surfaces that overlap.
+#[derive(Default)]
+pub(super) struct Springs {
+    pair: Option<u64>,
+    /// `Σk` \[N/m\] and `Σc` \[N s/m\].
+    sums: [f64; 2],
+}
+
+impl Springs {
+    /// Takes up the pair of the first of these contacts. The contacts of a pair follow each other.
+    #[inline]
+    pub fn take_up(&mut self, contacts: &[ContactPoint]) {
+        let first = &contacts[0];
+        let law = |contact: &ContactPoint| match contact.law {
+            NormalLaw::ViscoElastic { stiffness, damping } => Some([stiffness, damping]),
+            _ => None,
+        };
+        if law(first).is_none() || self.pair == Some(first.key.pair) {
+            return;
+        }
+        self.pair = Some(first.key.pair);
+        let pair = contacts.iter().take_while(|c| c.key.pair == first.key.pair);
+        let pressed = pair.filter(|c| c.gap <= 0.0).filter_map(law);
+        self.sums = pressed.fold([0.0; 2], |[k, c], [own, damper]| [k + own, c + damper]);
+    }
+
+    /// `Σk G_NN` [1/s²] and `Σc G_NN` [1/s] for a contact of the pair, at least its own.
+    #[inline]
+    pub fn rates(&self, contact: &ContactPoint, inverse_mass: &[Vec3]) -> [f64; 2] {
+        let NormalLaw::ViscoElastic { stiffness, damping } = contact.law else {
+            return [0.0; 2];
+        };
+        let diagonal = contact.rows.diagonal(inverse_mass)[(0, 0)];
+        let [k, c] = self.sums;
+        [k.max(stiffness), c.max(damping)].map(|sum| sum * diagonal)
+    }
+}
 
 /// Kelvin-Voigt contact with the gap `g` at the midpoint,
 ///
 /// ```text
 /// P = −Δt [k (x + a Δt γ_E) + φ c (θ γ_E + (1 − θ) γ_A)],  0 ≤ P                            (1)
 /// x = g + (1 − a) Δt (γ_E − γ_A)/4  for g ≤ 0,   a g  for g > 0
-/// a = κ²/(κ² + 4),  κ = k G Δt²,  and 1 for c = 0
+/// a = κ²/(κ² + 4),  κ = Σk G Δt²,  and 1 for c = 0
 /// ```
 ///
 /// as `0 ≤ γ_NE + b + R P ⟂ P ≥ 0`. For small `κ` the stretch is that of a spring between bodies, the
 /// mean of three midpoints: order 2. A contact that the step does not resolve, of large `κ`, has its
 /// gap closed at the next midpoint, as a rigid one. So is one without a damper, to first order: what
 /// presses on it comes to rest by the damping of the step alone, and would ring for ever. `θ` is that of a damper between bodies, too.
+///
+/// `κ` and `z` of the damper count all springs and dampers of the pair of surfaces that overlap:
+/// what the step resolves is the motion of the bodies on all of them. With its own alone each of
+/// 400 cells under a pad is resolved, and the pad rings for ever.
 ///
 /// `φ` is the part of the step in which the surfaces overlap,
 /// `φ = ½ − g/(Δt |γ_A|)` in [0, 1]. A damper acts from the landing on with its full force; all or
@@ -27,7 +72,8 @@ const UNRESOLVED: f64 = 2.0;
 ///
 /// # Arguments
 /// - `[stiffness, damping]`: `k`, `c`; `g`: the gap at the midpoint.
-/// - `[rate, free]`: `γ_A` and `γ_F`; `diagonal`: `G`.
+/// - `[rate, free]`: `γ_A` and `γ_F`.
+/// - `rates`: `Σk G` [1/s²] and `Σc G` [1/s].
 ///
 /// # Returns
 /// `b` and `R`; `None` for a contact that takes no part.
@@ -38,21 +84,21 @@ pub(super) fn visco_elastic(
     [stiffness, damping]: [f64; 2],
     g: f64,
     [rate, free]: [f64; 2],
-    diagonal: f64,
+    rates: [f64; 2],
     dt: f64,
 ) -> Option<(f64, f64)> {
     let part = overlapping(g, dt * rate.abs());
     if g > 0.0 && part == 0.0 && g + dt * free > 0.0 {
         return None;
     }
-    let number = stiffness * diagonal * dt * dt;
+    let number = rates[0] * dt * dt;
     let late = match damping > 0.0 {
         // without a square, which may overflow
         true => 1.0 / (1.0 + (UNRESOLVED / number).powi(2)),
         false => 1.0,
     };
     let damping = part * damping;
-    let theta = damper_weight(damping * diagonal * dt);
+    let theta = damper_weight(part * rates[1] * dt);
     let mean = if g <= 0.0 {
         0.25 * (1.0 - late) * dt
     } else {
@@ -99,7 +145,8 @@ mod tests {
         let (mut x, mut u) = (gap, -1.0);
         for _ in 0..(time / dt).round() as usize {
             let gap = x + 0.5 * dt * u;
-            let rule = visco_elastic([stiffness, damping], gap, [u, u], 1.0 / MASS, dt);
+            let law = [stiffness, damping];
+            let rule = visco_elastic(law, gap, [u, u], law.map(|v| v / MASS), dt);
             let next = rule.map_or(u, |(b, compliance)| {
                 let impulse = -(u + b) / (compliance + 1.0 / MASS);
                 u + impulse.max(0.0) / MASS

@@ -203,3 +203,17 @@ fn a_pin_loses_its_weight_on_request() {
     let told = number("jump_error_m");
     assert!((off / told - 1.0).abs() < 0.05, "{off} {told}");
 }
+
+/// Bug: 400 cells under a pin, each of which a step resolves, rang for ever between two states, and the
+/// largest load on a cell was right on average alone.
+#[test]
+fn a_pin_on_many_cells_comes_to_rest() {
+    let place = Place::new();
+    let finer = ["--set", "wear.pin.cell=5e-5", "--set", "duration=1e5"];
+    let args: Vec<&str> = ["run", "pin-on-disc"].into_iter().chain(finer).collect();
+    let (code, out, err) = place.run(&args);
+    assert_eq!(code, 0, "{out}{err}");
+    let summary = place.json("out/pin-on-disc/summary.json");
+    let open = summary["wear_open_load"].as_f64().unwrap();
+    assert!(open < 1e-3, "{open}");
+}
