@@ -9,17 +9,19 @@ use serde_json::{Value, json};
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
 const EVERY: usize = 20;
 
-/// Results of a machine: output folder, part of the summary, text for the terminal, and totals.
-type Found = (OutputFolder, Value, String, Totals);
+/// Results of a machine: output folder, part of the summary, text for the terminal, totals, and what
+/// makes the results those of another machine.
+type Found = (OutputFolder, Value, String, Totals, Option<String>);
 
 /// Runs the machine of a scene and writes its results.
 pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Outcome, RunError> {
-    let (folder, mut found, text, totals) = match machine {
+    let (folder, mut found, text, totals, wrong) = match machine {
         Machine::Study(setup) => study(args, scene, setup)?,
         Machine::Thresher(setup) => thresher(args, scene, setup)?,
     };
     found["totals"] = summary::totals(&totals);
-    found["warnings"] = json!(summary::warnings(&totals));
+    let warnings = summary::warnings(&totals);
+    found["warnings"] = json!(warnings.iter().chain(&wrong).collect::<Vec<_>>());
     let (mut head, say) = (summary::header("run", scene), args.common.flags.say());
     if let Some(of_scene) = &mut head.scene {
         of_scene.warnings = machine.step_warnings(scene.step.dt);
@@ -31,9 +33,9 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
             scene.name, scene.title
         )
     })?;
-    Ok(match totals.unsolved_islands {
-        0 => Outcome::Done,
-        _ => Outcome::Failed,
+    Ok(match totals.unsolved_islands == 0 && wrong.is_none() {
+        true => Outcome::Done,
+        false => Outcome::Failed,
     })
 }
 
@@ -46,7 +48,7 @@ fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, R
     drop(progress);
     outcome.write(&folder, study, &setup.tooth)?;
     let (found, text) = (outcome.json(study), outcome.describe(study));
-    Ok((folder, found, text, outcome.totals))
+    Ok((folder, found, text, outcome.totals, None))
 }
 
 fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Found, RunError> {
@@ -67,6 +69,9 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     let mut text = lives.describe(p, &setup.tooth);
     let mut totals = lives.run.totals;
     totals.unsolved_islands = lives.unsolved_islands();
-    text.push_str(&summary::noted(&summary::warnings(&totals)));
-    Ok((folder, found, text, totals))
+    let wrong = lives.run.missed_torque(p);
+    let mut warnings = summary::warnings(&totals);
+    warnings.extend(wrong.clone());
+    text.push_str(&summary::noted(&warnings));
+    Ok((folder, found, text, totals, wrong))
 }

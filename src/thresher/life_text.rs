@@ -3,6 +3,7 @@
 use super::blocks::Tooth;
 use super::life::ThreshingOutcome;
 use super::machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
+use super::operation::TORQUE_TOLERANCE;
 use super::parameters::{ConcaveSetting, Thresher};
 use super::power;
 use super::rows::ErrorRow;
@@ -112,6 +113,21 @@ impl ThreshingOutcome {
             .fold(0.0, f64::max)
     }
 
+    /// What is wrong with the torque of new teeth, if the stiffness of the crop could not bring it
+    /// within 2 % of the operating torque.
+    pub fn missed_torque(&self, p: &Thresher) -> Option<String> {
+        let ratio = self.torque_new / p.operating_torque;
+        let missed = !((ratio - 1.0).abs() <= TORQUE_TOLERANCE);
+        missed.then(|| {
+            format!(
+                "new teeth take {} N m, not the operating torque of {} N m: no stiffness of the crop \
+                 gives it with these parameters, and the hours are those of another operation",
+                number(self.torque_new, 4),
+                number(p.operating_torque, 4)
+            )
+        })
+    }
+
     /// Results as text.
     pub fn describe(&self, p: &Thresher, tooth: &Tooth) -> String {
         let mut out = format!(
@@ -151,9 +167,10 @@ impl ThreshingOutcome {
             number(100.0 * self.feeder_share(), 2)
         ));
         out.push_str(&format!(
-            "calibrated: crop stiffness {} Pa/m, so that new teeth take the operating torque; the wear \
+            "calibrated: crop stiffness {} Pa/m, so that new teeth take {} N m; the wear \
              coefficient {} m2/N",
             number(self.stiffness, 3),
+            number(self.torque_new, 4),
             number(self.coefficient, 3)
         ));
         out.push_str(", under the torque of the published depth\n");

@@ -11,7 +11,7 @@ use crate::thresher::ThreshingWorld;
 use crate::wear::{Life, Limit, LimitLife, Profile, WearError, WearState};
 
 /// The torque is held this near the operating torque.
-const TORQUE_TOLERANCE: f64 = 0.02;
+pub(super) const TORQUE_TOLERANCE: f64 = 0.02;
 /// Cycles that are measured again for one profile at most.
 const ATTEMPTS: usize = 8;
 /// Within a cycle the modulus stays this near the one of its start.

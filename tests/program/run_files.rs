@@ -183,3 +183,23 @@ fn a_second_run_replaces_its_files_and_keeps_others() {
         "mine"
     );
 }
+
+/// Bug: where no stiffness of the crop gives the operating torque, the text said that it was met, and
+/// the run ended with 0.
+#[test]
+fn a_thresher_off_its_operating_torque_is_told() {
+    let place = Place::new();
+    let (code, out, err) = place.run(&["run", "thresher", "--set", "thresher.speed=1e6"]);
+    assert_eq!(code, 2, "{out}{err}");
+    assert!(
+        out.contains("not the operating torque of 146.4 N m"),
+        "{out}"
+    );
+    let summary = place.json("out/thresher/summary.json");
+    let warnings = summary["warnings"].as_array().unwrap();
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.to_string().contains("operating torque"))
+    );
+}
