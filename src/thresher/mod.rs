@@ -19,7 +19,7 @@
 //! | strength of the crop, assumed \[N/m\] | friction on the concave, assumed | K of the published depth [m²/N] | torque held: unfit \[h\] | feed held \[h\] |
 //! |---|---|---|---|---|
 //! | 10 | 0.271 | 7.3e-13 | 169 ± 9 (148) | stalls 130 ± 7 (114) |
-//! | **20** | **0.271** | 6.4e-13 | 148 ± 5 | stalls 109 ± 4 |
+//! | **20** | **0.271** | 6.4e-13 | 147 ± 4 | stalls 112 ± 4 |
 //! | 40 | 0.271 | 7.4e-13 | 156 ± 10 (134) | stalls 127 ± 6 (109) |
 //! | 1e6, never parts | 0.271 | 2.6e-13 | 80.5 ± 1.3 (195) | unfit 62 ± 1 (150) |
 //! | 20 | 0.2 | 12.7e-13 | 387 ± 30 (195) | unfit 378 ± 35 (190) |
