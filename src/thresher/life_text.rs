@@ -117,8 +117,8 @@ impl ThreshingOutcome {
     /// within 2 % of the operating torque.
     pub fn missed_torque(&self, p: &Thresher) -> Option<String> {
         let ratio = self.torque_new / p.operating_torque;
-        let missed = !((ratio - 1.0).abs() <= TORQUE_TOLERANCE);
-        missed.then(|| {
+        let off = (ratio - 1.0).abs();
+        (off.is_nan() || off > TORQUE_TOLERANCE).then(|| {
             format!(
                 "new teeth take {} N m, not the operating torque of {} N m: no stiffness of the crop \
                  gives it with these parameters, and the hours are those of another operation",
