@@ -211,13 +211,15 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
             .filter(|_| rules.sweeps);
         let least = thickness.map_or(0.0, |thickness| -0.5 * thickness);
         let in_front = contact.gap > least;
+        let touches = contact.gap <= touch_tolerance(contact, interval, step);
         contact.gap -= 0.5 * length * closing;
-        if in_front && contact.gap < 0.0 {
+        let passes = in_front && contact.gap < 0.0;
+        if passes {
             passed.push(contact.surfaces);
         }
-        in_front
+        passes || in_front && touches
     });
-    // the pair is seen from the start as a whole: a contact of it that opens may still be pressed
+    // contacts of such a pair that touch at the start may be pressed, though they open
     found.contacts.retain(|c| passed.contains(&c.surfaces));
     let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
     interval.detection.contacts.retain(|c| !replaced(c));
