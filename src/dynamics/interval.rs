@@ -110,15 +110,13 @@ impl Interval {
         model.detect_joints(dt, &mut self.detection.joints)
     }
 
-    /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the impulses of given normal loads.
-    pub fn free_velocities<M: MultibodyModel + ?Sized>(
+    /// Reads the forces `h` of the interval, and `M⁻¹ h`. `time` is that of its midpoint.
+    pub fn apply_forces<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
         inverse_mass: &[Vec3],
         time: f64,
-        length: f64,
     ) {
-        self.length = length;
         self.forces.clear();
         self.forces.resize(self.start.len(), Vec3::zeros());
         model.forces(time, &mut self.forces);
@@ -129,6 +127,12 @@ impl Interval {
                 .zip(inverse_mass)
                 .map(|(f, w)| f.component_mul(w)),
         );
+    }
+
+    /// `u_F = u_A + M⁻¹ (h Δt + W_N P_N)` with the impulses of given normal loads. `h` is that of
+    /// [`Interval::apply_forces`].
+    pub fn free_velocities(&mut self, inverse_mass: &[Vec3], length: f64) {
+        self.length = length;
         self.free.clear();
         self.free.extend(
             self.start

@@ -399,13 +399,14 @@ impl Runner {
         }
         interval.detect_pairs(model, &self.pairs, context.dt)?;
         let cache = self.own_contacts.as_ref().unwrap_or(context.cache);
+        let w = context.inverse_mass;
+        interval.apply_forces(model, w, at + 0.5 * span.length);
         if rules.locates() {
             let (places, here) = (&self.place, &self.here);
             let place = |b: u32| start_of(places, here, b);
             see_from_the_start(model, interval, cache, rules, place, span.length, span.step)?;
         }
-        let w = context.inverse_mass;
-        interval.free_velocities(model, w, at + 0.5 * span.length, span.length);
+        interval.free_velocities(w, span.length);
         interval.collect(rules, cache, Some(&self.members), w, span);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
