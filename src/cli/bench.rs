@@ -28,6 +28,10 @@ pub(super) struct BenchArgs {
     /// the drum 300].
     #[arg(long, value_name = "N", conflicts_with = "solvers")]
     pub settle: Option<u32>,
+    /// Tolerances of moreau's solver, separated by commas, each measured [default: that of the scene].
+    #[arg(long, value_name = "R", value_delimiter = ',', value_parser = tolerance,
+          conflicts_with_all = ["solvers", "tolerance"])]
+    pub tolerances: Vec<f64>,
     /// Run only the smallest size of each scene, with 10 timed steps.
     #[arg(long, conflicts_with_all = ["solvers", "scenes"])]
     pub quick: bool,

@@ -2,7 +2,7 @@
 
 use super::bench::BenchArgs;
 use super::{Outcome, effect, summary};
-use crate::experiment::{Engine, RunError, Throughput, Workload, growth};
+use crate::experiment::{Engine, REST_SOLVED, RunError, Throughput, Workload, growth};
 use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -82,6 +82,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let throughput = Throughput {
         engines,
         threads,
+        tolerances: args.tolerances.clone(),
         steps: flags.steps.unwrap_or(steps) as usize,
     };
     let target = flags.out.clone();
@@ -102,6 +103,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
         settings: Settings {
             steps: throughput.steps,
             threads: &throughput.threads,
+            tolerances: &throughput.tolerances,
             settle: works.iter().map(|work| work.settle).collect(),
         },
         rows: rows.len(),
@@ -132,6 +134,7 @@ struct Found<'a> {
 struct Settings<'a> {
     steps: usize,
     threads: &'a [usize],
+    tolerances: &'a [f64],
     settle: Vec<usize>,
 }
 
@@ -181,6 +184,8 @@ fn table(rows: &[ResultRow]) -> String {
     let mut table = Table::new([
         ("scene", Align::Left),
         ("engine", Align::Left),
+        ("tolerance", Align::Right),
+        ("rest", Align::Left),
         ("threads", Align::Right),
         ("contacts", Align::Right),
         ("step", Align::Right),
@@ -196,21 +201,35 @@ fn table(rows: &[ResultRow]) -> String {
     ]);
     let steps = rows.iter().filter(|r| r.measure == "step-time");
     for step in steps {
-        let value = |measure: &str, engine: &str, threads: usize| {
+        let of = |row: &ResultRow, measure: &str| {
+            (&row.scene, &row.rung) == (&step.scene, &step.rung) && row.measure == measure
+        };
+        let own = |measure: &str| {
             let same = |r: &&ResultRow| {
-                (&r.scene, &r.rung, r.engine.as_str()) == (&step.scene, &step.rung, engine)
-                    && (r.measure.as_str(), r.threads) == (measure, threads)
+                of(r, measure)
+                    && (&r.engine, &r.setting, r.threads)
+                        == (&step.engine, &step.setting, step.threads)
             };
             rows.iter().find(same).map(|r| r.value)
         };
-        let own = |measure: &str| value(measure, &step.engine, step.threads);
         let cell = |measure: &str, unit: &str| {
             own(measure).map_or("-".to_owned(), |v| quantity(v, unit, 3))
         };
-        let ratio = value("step-time", Engine::Rapier.name(), 1).map(|r| step.value / r);
+        let rapier = |r: &&ResultRow| of(r, "step-time") && r.engine == Engine::Rapier.name();
+        let ratio = rows.iter().find(rapier).map(|r| step.value / r.value);
+        let ours = step.engine == Engine::Moreau.name();
+        let tolerance = step.setting.strip_prefix("tolerance ").filter(|_| ours);
+        let tolerance = tolerance.and_then(|rest| rest.split(',').next());
+        let rest = match (ours, step.setting.contains(REST_SOLVED)) {
+            (false, _) => "-",
+            (true, false) => "kept",
+            (true, true) => "solved",
+        };
         table.push([
             step.scene.clone(),
             step.engine.clone(),
+            tolerance.unwrap_or("-").to_owned(),
+            rest.to_owned(),
             step.threads.to_string(),
             own("contacts").map_or("-".to_owned(), |n| format!("{n:.0}")),
             quantity(step.value, "s", 3),
@@ -229,9 +248,13 @@ fn table(rows: &[ResultRow]) -> String {
     let growths = rows.iter().filter(|r| r.measure == "growth");
     for row in growths {
         out.push_str(&format!(
-            "{} {}{}: time grows as contacts^{} from {}\n",
+            "{} {}{}{}: time grows as contacts^{} from {}\n",
             row.scene,
             row.engine,
+            match row.setting.split_once("tolerance") {
+                Some((_, setting)) => format!(", tolerance{setting}"),
+                None => String::new(),
+            },
             match row.threads {
                 1 => String::new(),
                 n => format!(" on {n} threads"),

@@ -65,6 +65,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("step.events", &[Ours, Landings]),
     ("step.impact_law", &[Ours, Landings, Restitution]),
     ("step.recovery", &[Ours, Landings, Staggered]),
+    ("step.keep_rest", &[Ours]),
     ("step.shares", &[Ours]),
     ("step.solver", &[Ours]),
     ("step.tolerance", &[Ours]),

@@ -102,6 +102,7 @@ pub(super) struct Ours<'a> {
     events: Option<bool>,
     impact_law: Option<&'a str>,
     recovery: Option<bool>,
+    keep_rest: Option<bool>,
     shares: Option<&'a str>,
     solver: Option<&'a str>,
     tolerance: Option<f64>,
@@ -140,6 +141,7 @@ pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
             events: Some(step.events),
             impact_law: Some(step.impact_law.name()),
             recovery: Some(step.recovery),
+            keep_rest: Some(step.keep_rest),
             shares: Some(step.shares.name()),
             solver: Some(&step.solver),
             tolerance: Some(step.tolerance),
@@ -174,7 +176,8 @@ fn merged(mut summary: Value, more: Value) -> Value {
 
 /// The totals as JSON; figures that a peer does not report are null.
 pub(super) fn totals(t: &Totals) -> Value {
-    const OF_OURS: [&str; 13] = [
+    const OF_OURS: [&str; 14] = [
+        "resting_islands",
         "sweeps",
         "factorisations",
         "pivots",

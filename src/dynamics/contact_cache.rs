@@ -100,6 +100,15 @@ pub(super) struct ContactCache {
     pub lands: bool,
 }
 
+impl ContactCache {
+    /// Adds the entries of an island that was left out of the last steps.
+    pub fn take_back(&mut self, entries: &[(ContactKey, CachedContact)]) {
+        self.contacts.extend(entries.iter().copied());
+        let pairs = entries.iter().map(|(key, _)| key.pair);
+        self.overlaps.seen.extend(pairs);
+    }
+}
+
 /// Pairs of surfaces that are moved apart by position.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct Overlaps {

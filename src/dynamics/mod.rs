@@ -70,6 +70,7 @@ pub mod record;
 mod recording;
 mod recovery;
 mod redundancy;
+mod resting;
 mod roles;
 mod rules;
 pub(crate) mod saved;

@@ -203,6 +203,20 @@ pub trait MultibodyModel {
         None
     }
 
+    /// A number that changes whenever anything changes that decides about contacts, besides places,
+    /// velocities, masses and forces: surfaces, their properties, the numbering of bodies.
+    ///
+    /// `None`, the default, if contacts may change without: every island is then solved in every
+    /// step, see [`StepperSettings::keep_rest`](super::StepperSettings::keep_rest).
+    fn revision(&self) -> Option<u64> {
+        None
+    }
+
+    /// Which bodies are at rest in this step, one flag for each.
+    /// [`MultibodyModel::detect`] need not find their contacts with each other, or with bodies that
+    /// neither move nor can be pushed.
+    fn set_resting(&mut self, _resting: &[bool]) {}
+
     /// Generalised forces `h` [N, N, N m] at the present configuration and the velocities of the
     /// start of the step; `out` holds zeros on entry.
     fn forces(&self, time: f64, out: &mut [Vec3]);

@@ -6,7 +6,8 @@ use crate::contact::Vec2;
 use serde::{Deserialize, Serialize};
 
 /// Status of a contact in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ContactStatus {
     Open,
     Stick,
@@ -32,7 +33,7 @@ impl ContactStatus {
 }
 
 /// One contact in one step. Signs as in [`crate::contact`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactRecord {
     /// Time \[s\] of the contact: the end of the step; for an impact located in time its instant.
     /// For the last of a series of ever smaller bounces, the instant at which the series ends.
@@ -45,7 +46,9 @@ pub struct ContactRecord {
     pub places: [SurfacePoint; 2],
     /// Contact point \[m\] and unit normal, at the configuration where it was detected. If both
     /// bodies move, the point is half way across the gap; [`ContactRecord::places`] are not.
+    #[serde(with = "super::saved::pair")]
     pub position: Vec2,
+    #[serde(with = "super::saved::pair")]
     pub normal: Vec2,
     /// `g_N` \[m\] there; positive is open.
     pub gap: f64,
@@ -64,6 +67,7 @@ pub struct ContactRecord {
     /// `P_N γ̄_N` \[J\], work of the normal impulse on the bodies; negative for a loss.
     pub normal_work: f64,
     /// Stiffness `k` [N/m] of the contact: infinite for a rigid one, 0 where the load is given.
+    #[serde(with = "super::saved::endless")]
     pub stiffness: f64,
     pub status: ContactStatus,
 }
@@ -199,6 +203,10 @@ pub struct StepRecord {
     /// Every part of every joint that took part, in the model's order, repeated like contacts.
     pub joints: Vec<JointRecord>,
     pub islands: usize,
+    /// Islands at rest among them. They were not solved: nothing about them has changed since their
+    /// last solve, so their impulses are those, and their residual is bounded by that of the solve
+    /// and the speed that it left. Their contacts come first in the record.
+    pub resting: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,
@@ -253,6 +261,7 @@ impl StepRecord {
         self.impacts.extend_from_slice(&part.impacts);
         self.joints.extend_from_slice(&part.joints);
         self.islands += part.islands;
+        self.resting += part.resting;
         self.sweeps += part.sweeps;
         self.factorisations += part.factorisations;
         self.pivots += part.pivots;

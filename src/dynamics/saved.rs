@@ -28,15 +28,15 @@ pub(crate) mod some_pair {
     }
 }
 
-/// A time that may be infinite; JSON has no number for that.
+/// A number that may be infinite; JSON has none for that.
 pub(crate) mod endless {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
-        time.is_finite().then_some(*time).serialize(to)
+    pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
+        number.is_finite().then_some(*number).serialize(to)
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-        Option::deserialize(from).map(|time| time.unwrap_or(f64::INFINITY))
+        Option::deserialize(from).map(|number| number.unwrap_or(f64::INFINITY))
     }
 }

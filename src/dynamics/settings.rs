@@ -28,6 +28,10 @@ pub struct StepperSettings {
     pub impact_law: ImpactLaw,
     /// Whether pairs that overlap at the start are moved apart; [`Scheme::Moreau`] never does this.
     pub recovery: bool,
+    /// Whether islands at rest keep their impulses from step to step, as long as nothing about them
+    /// changes, instead of being solved in every step: see [`StepRecord::resting`](super::record::StepRecord::resting).
+    #[serde(default = "yes")]
+    pub keep_rest: bool,
     /// How redundant contacts share a load.
     pub shares: Shares,
     /// A name of [`crate::solver::SOLVERS`].
@@ -47,6 +51,10 @@ fn one() -> usize {
     1
 }
 
+fn yes() -> bool {
+    true
+}
+
 impl Default for StepperSettings {
     fn default() -> Self {
         StepperSettings {
@@ -54,6 +62,7 @@ impl Default for StepperSettings {
             events: false,
             impact_law: ImpactLaw::Capped,
             recovery: true,
+            keep_rest: true,
             shares: Shares::Found,
             solver: "auto".to_owned(),
             tolerance: 1e-8,

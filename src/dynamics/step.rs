@@ -11,11 +11,12 @@ use super::impacts::{find_impacts, finish_landings};
 use super::interval::Interval;
 use super::joint_recovery::{Closed, close_joints, excess_gaps, take_up_excess};
 use super::kinetic::kinetic;
-use super::model::{Detection, MultibodyModel};
+use super::model::{Detection, ModelError, MultibodyModel};
 use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval};
 use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
+use super::resting::{Begin, Solved};
 use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
@@ -91,6 +92,7 @@ impl MoreauStepper {
         };
         record.energy.potential_start = model.potential_energy();
         record.energy.kinetic_start = kinetic(&interval.start, &self.inverse_mass);
+        self.begin_rest(model, dt);
         model.advance(0.5 * dt);
         // contacts that close together must be detected one step earlier: see `find_crowds`
         let ahead = if rules.events && self.cache.lands {
@@ -99,12 +101,60 @@ impl MoreauStepper {
             dt
         };
         self.stiff.clear();
-        if let Err(error) = interval.detect(model, ahead) {
+        if let Err(error) = self.detect(model, ahead) {
             self.cancel(model);
             return Err(error.into());
         }
+        let interval = &mut self.interval;
         self.stiff = stiffen(&self.cache.links, interval, &mut self.inverse_mass, dt);
         Ok(BegunStep { rules, record })
+    }
+
+    /// Finds which islands rest in this step, and makes their bodies immovable.
+    fn begin_rest<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, dt: f64) {
+        if !self.settings.keep_rest || self.solver.store_problems {
+            self.resting.clear();
+            model.set_resting(&[]);
+            return;
+        }
+        let at = Begin {
+            start: &self.interval.start,
+            inverse_mass: &self.inverse_mass,
+            origin: &self.origin,
+            time: self.time + 0.5 * dt,
+            dt,
+        };
+        self.resting.begin(model, at, &mut self.cache);
+        self.set_resting(model);
+    }
+
+    fn set_resting<M: MultibodyModel + ?Sized>(&mut self, model: &mut M) {
+        let resting = self.resting.flags();
+        for (w, _) in (self.inverse_mass.iter_mut().zip(&resting)).filter(|(_, rests)| **rests) {
+            *w = Vec3::zeros();
+        }
+        model.set_resting(&resting);
+    }
+
+    /// Detects all contacts that may close within `ahead` \[s\]: once more if they end the rest of
+    /// an island.
+    fn detect<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ahead: f64,
+    ) -> Result<(), ModelError> {
+        loop {
+            self.interval.detect(model, ahead)?;
+            let Interval {
+                detection, start, ..
+            } = &self.interval;
+            let (w, cache) = (&self.inverse_mass, &mut self.cache);
+            if !self.resting.disturbed(detection, start, w, cache) {
+                return Ok(());
+            }
+            self.inverse_mass.copy_from_slice(model.inverse_mass());
+            self.set_resting(model);
+        }
     }
 
     /// The detection of the step.
@@ -163,6 +213,8 @@ impl MoreauStepper {
             in_cluster[body as usize] = true;
         }
         self.count_islands(record, &mut clusters, &in_cluster);
+        self.resting.record(record);
+        self.rest(model, &in_cluster, dt);
         self.record(model, record, &clusters, &in_cluster);
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
@@ -172,6 +224,7 @@ impl MoreauStepper {
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
         self.solver.cache.commit();
+        self.resting.end(model);
         model.end_step();
         self.solver.clock.lap(|t| &mut t.write);
         record.energy.potential_end = model.potential_energy();
@@ -252,6 +305,21 @@ impl MoreauStepper {
         };
         self.solver.clock.lap(|t| &mut t.solve);
         Ok(clusters)
+    }
+
+    /// Puts the solved islands that are at rest to rest exactly, from the next step on.
+    fn rest<M: MultibodyModel + ?Sized>(&mut self, model: &M, in_cluster: &[bool], dt: f64) {
+        if !self.settings.keep_rest || self.solver.store_problems {
+            return;
+        }
+        let step = Solved {
+            interval: &self.interval,
+            inverse_mass: &self.inverse_mass,
+            in_cluster,
+            tolerance: self.solver.tolerance,
+        };
+        let found = self.resting.find(model, step, &mut self.solution);
+        self.resting.keep(model, step, &self.solution, &found, dt);
     }
 
     /// Adds the solver work of all islands to the record. Adds the results and problems of an island

@@ -8,6 +8,8 @@ use super::model::{Configuration, ContactKey};
 use super::outcome::SolvedProblem;
 use super::phases::{Clock, PhaseClock, Phases};
 use super::pulled_links::StiffLink;
+use super::record::ContactRecord;
+use super::resting::RestingIslands;
 use super::rules::Scheme;
 use super::settings::{StepError, StepperSettings};
 use super::solution::Solution;
@@ -24,6 +26,7 @@ pub struct MoreauStepper {
     pub(super) solver: IslandSolver,
     pub(super) time: f64,
     pub(super) cache: ContactCache,
+    pub(super) resting: RestingIslands,
     /// Cache entries that the current step writes; they replace the cache when the step succeeds.
     pub(super) contacts_next: CachedContacts,
     pub(super) landings_next: Vec<Landing>,
@@ -39,13 +42,14 @@ pub struct MoreauStepper {
     named: bool,
 }
 
-/// State of a stepper between two steps: the two caches and the time. `PipelineState` of the rapier
+/// State of a stepper between two steps: the two caches, the islands at rest and the time. `PipelineState` of the rapier
 /// adapter includes it in a saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct StepperState {
     time: f64,
     contacts: ContactCache,
     islands: IslandCacheState,
+    resting: RestingIslands,
 }
 
 impl MoreauStepper {
@@ -81,6 +85,7 @@ impl MoreauStepper {
             table,
             time: 0.0,
             cache: ContactCache::default(),
+            resting: RestingIslands::default(),
             contacts_next: CachedContacts::default(),
             landings_next: Vec::new(),
             interval: Interval {
@@ -113,6 +118,7 @@ impl MoreauStepper {
         self.solver.worker.solver = Box::new(Judged::new(solver));
         self.solver.pool = None;
         self.solver.cache.clear();
+        self.resting.clear();
         self.named = false;
     }
 
@@ -132,6 +138,7 @@ impl MoreauStepper {
     pub fn forget_contacts(&mut self) {
         self.cache.contacts.clear();
         self.cache.links.clear();
+        self.resting.clear();
         self.solver.cache.clear();
     }
 
@@ -141,6 +148,7 @@ impl MoreauStepper {
             time: self.time,
             contacts: self.cache.clone(),
             islands: self.solver.cache.state(),
+            resting: self.resting.clone(),
         }
     }
 
@@ -149,14 +157,16 @@ impl MoreauStepper {
         self.time = state.time;
         self.cache = state.contacts.clone();
         self.solver.cache.restore(&state.islands);
+        self.resting = state.resting.clone();
     }
 
     /// Returns the cache entries of contacts and joints between bodies that all have a number of
     /// `group`, as (number, key, entry). A step without those bodies removes them from the cache.
     pub(crate) fn set_aside(
-        &self,
+        &mut self,
         group: impl Fn(u32) -> u32,
     ) -> Vec<(u32, ContactKey, CachedContact)> {
+        let resting = self.resting.set_aside(&group);
         let found = &self.interval.detection;
         let contacts = found.contacts.iter().map(|c| (&c.key, &c.rows));
         let all = contacts.chain(found.joints.iter().map(|j| (&j.key, &j.rows)));
@@ -171,14 +181,17 @@ impl MoreauStepper {
             let cached = self.cache.contacts.get(key).filter(|_| own != 0)?;
             Some((own, *key, *cached))
         };
-        all.filter_map(of).collect()
+        resting.into_iter().chain(all.filter_map(of)).collect()
+    }
+
+    /// Contacts of the islands that rest in this step; detection leaves them out.
+    pub(crate) fn resting_contacts(&self) -> impl Iterator<Item = &ContactRecord> {
+        self.resting.contacts()
     }
 
     /// Restores the entries that [`MoreauStepper::set_aside`] returned.
     pub(crate) fn take_back(&mut self, contacts: &[(ContactKey, CachedContact)]) {
-        self.cache.contacts.extend(contacts.iter().copied());
-        let seen = &mut self.cache.overlaps.seen;
-        seen.extend(contacts.iter().map(|(key, _)| key.pair));
+        self.cache.take_back(contacts);
     }
 
     /// Whether to store the problems of every step for [`MoreauStepper::problems`]; off by default.

@@ -1,10 +1,12 @@
 //! Where a contact lies on a surface.
 
+use serde::{Deserialize, Serialize};
+
 /// A place on one surface of a contact, as detection found it.
 ///
 /// It belongs to the surface itself, not to the middle of the gap, and to the configuration in which
 /// the contact was found.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// The edge, or cell, that the contact lies on: the segment number of a polyline, from 0; the
     /// part's number on a surface of other parts; 0 on a surface of one piece.

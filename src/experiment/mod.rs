@@ -117,6 +117,7 @@ pub use reference::{Measure, Samples, measures};
 pub use results::{Results, run_settings};
 pub(crate) use results::{interleave, median_and_spread, row};
 pub use self_reference::SelfReference;
+pub(crate) use setting::REST_SOLVED;
 pub use setting::{Setting, step_count};
 pub use simulate::{Engine, RunError, Totals, simulate};
 pub use throughput::{Throughput, Workload, growth};

@@ -3,6 +3,9 @@ use super::simulate::Engine;
 use crate::scene::{ImpactLaw, Step};
 use crate::solver::Shares;
 
+/// In a label: islands at rest are solved in every step.
+pub(crate) const REST_SOLVED: &str = "rest solved";
+
 /// One point of an experiment: engine, step and settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
@@ -55,6 +58,10 @@ impl Setting {
         }
         if !self.step.recovery {
             label.push_str(", no recovery");
+        }
+        if !self.step.keep_rest {
+            label.push_str(", ");
+            label.push_str(REST_SOLVED);
         }
         if self.step.shares != Shares::default() {
             label.push_str(&format!(", {} shares", self.step.shares.name()));

@@ -217,6 +217,9 @@ pub struct Totals {
     /// Bodies, summed over steps, whose contacts could not be read from a peer.
     #[serde(rename = "bodies_with_unread_contacts")]
     pub unread: usize,
+    /// Islands at rest that kept their impulses, summed over steps.
+    #[serde(rename = "resting_islands")]
+    pub resting: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,
@@ -313,6 +316,7 @@ impl Totals {
         self.contacts += contacts;
         self.most_contacts = self.most_contacts.max(contacts);
         self.unread += record.unread;
+        self.resting += record.resting;
         self.sweeps += record.sweeps;
         self.factorisations += record.factorisations;
         self.pivots += record.pivots;

@@ -3,7 +3,7 @@ use super::setting::Setting;
 use super::simulate::{Engine, RunError};
 use crate::dynamics::{Phases, StepError};
 use crate::report::{Progress, ResultRow};
-use crate::scene::{Built, Scene};
+use crate::scene::{Built, Scene, Step};
 
 /// A scene at one size.
 #[derive(Debug, Clone)]
@@ -21,11 +21,14 @@ pub struct Throughput {
     pub engines: Vec<Engine>,
     /// Numbers of threads of our engine, each measured; a peer, as it is built here, has one thread.
     pub threads: Vec<usize>,
+    /// Tolerances of our solver, each measured; that of the scene if empty.
+    pub tolerances: Vec<f64>,
     /// Timed steps, 1 at least.
     pub steps: usize,
 }
 
-/// Steps that an engine takes in a turn, so that its world is in the CPU caches as in a run alone.
+/// Timed steps that an engine takes in a turn, so that its world is in the CPU caches as in a run
+/// alone. A step that is not timed follows; it is the one that is looked at.
 const TURN: usize = 10;
 
 /// One engine with its own copy of the world.
@@ -35,6 +38,8 @@ struct Point {
     /// Time of each step \[s\], and for our engine the times of its phases.
     times: Vec<f64>,
     phases: Vec<Phases>,
+    /// Steps that were looked at, and the sum of their contacts.
+    watched: usize,
     contacts: usize,
     islands: usize,
     sweeps: usize,
@@ -47,34 +52,59 @@ struct Point {
 impl Throughput {
     /// Number of steps of all engines in one workload, for a progress bar.
     pub fn count(&self, work: &Workload) -> usize {
-        self.points().count() * (work.settle + self.steps)
+        self.points(&work.scene).len() * (work.settle + self.steps + self.steps.div_ceil(TURN))
     }
 
-    /// The engines, each with its number of threads.
-    fn points(&self) -> impl Iterator<Item = (Engine, usize)> + '_ {
-        self.engines.iter().flat_map(|&engine| {
-            let threads = match engine {
-                Engine::Moreau => self.threads.as_slice(),
-                _ => &[1],
-            };
-            threads.iter().map(move |&n| (engine, n))
-        })
+    /// The engines, each with its settings: ours with each number of threads and each tolerance,
+    /// once with islands at rest kept, once with all islands solved in every step.
+    fn points(&self, scene: &Scene) -> Vec<(Engine, Step)> {
+        let own = [scene.step.tolerance];
+        let tolerances = match self.tolerances.as_slice() {
+            [] => &own,
+            given => given,
+        };
+        let mut points = Vec::new();
+        for &engine in &self.engines {
+            if engine != Engine::Moreau {
+                let threads = 1;
+                let step = scene.step.clone();
+                points.push((engine, Step { threads, ..step }));
+                continue;
+            }
+            let all = tolerances.iter();
+            for (&tolerance, &threads) in all.flat_map(|r| self.threads.iter().map(move |n| (r, n)))
+            {
+                for keep_rest in [true, false] {
+                    let step = Step {
+                        tolerance,
+                        threads,
+                        keep_rest,
+                        ..scene.step.clone()
+                    };
+                    if scene.step.keep_rest || !keep_rest {
+                        points.push((engine, step));
+                    }
+                }
+            }
+        }
+        points
     }
 
     /// Times the steps of a workload, each engine with its own copy of the world.
     ///
-    /// Engines take turns of ten steps, so that a slowdown of the computer affects all of them. All
-    /// but the times is deterministic.
+    /// Engines take turns of ten steps, so that a slowdown of the computer affects all of them.
+    /// Between the timed steps of a turn nothing else is done. After them comes a step that is not
+    /// timed, whose contacts and overlaps are measured. All but the times is deterministic.
     ///
     /// # Returns
-    /// For each engine, and for each number of threads of ours:
+    /// For each engine, and for each setting of ours:
     /// - `step-time` \[s\], the mean of the middle half of the timed steps, with half their range over
     ///   it in `spread`. (Steps are of different kinds, some without a solve; a median would show one
     ///   kind alone.)
     /// - `contacts`, the mean number of a step;
-    /// - `penetration` \[m\], the worst of the timed steps;
-    /// - for our engine the time of each phase of a step ([`Phases`]), in the same way, `residual`
-    ///   and `unsolved-islands`;
+    /// - `penetration` \[m\], the worst of the measured steps;
+    /// - for our engine the time of each phase of a step ([`Phases`]), in the same way, and `residual`
+    ///   and `unsolved-islands` of all timed steps;
     /// - `contact-sweeps` per second, for a method that sweeps over the contacts: over the whole step
     ///   for a peer, over the solve for our engine if all contacts form one island.
     ///
@@ -90,10 +120,12 @@ impl Throughput {
         progress: &Progress,
     ) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
         let mut points = Vec::new();
-        for (engine, threads) in self.points() {
+        for (engine, step) in self.points(&work.scene) {
             engine.has_model(&work.scene)?;
-            let mut scene = work.scene.clone();
-            scene.step.threads = threads;
+            let scene = Scene {
+                step,
+                ..work.scene.clone()
+            };
             let mut built = scene.build()?;
             let setting = Setting::new(engine, &scene.step);
             if let Some(settings) = &setting.baseline {
@@ -103,13 +135,17 @@ impl Throughput {
             built.measure(|built, k| engine.state(built, k));
             points.push(Point::new(setting, built));
         }
-        let all = work.settle + self.steps;
-        for turn in (0..all).step_by(TURN) {
+        for turn in (0..work.settle).step_by(TURN) {
+            let steps = TURN.min(work.settle - turn);
             interleave(&mut points, 1, |_, point| {
-                for step in turn..all.min(turn + TURN) {
-                    point.step(step >= work.settle);
-                    progress.advance();
-                }
+                point.settle(steps, progress);
+                Ok::<_, RunError>(())
+            })?;
+        }
+        for turn in (0..self.steps).step_by(TURN) {
+            let steps = TURN.min(self.steps - turn);
+            interleave(&mut points, 1, |_, point| {
+                point.turn(steps, progress);
                 Ok::<_, RunError>(())
             })?;
         }
@@ -131,6 +167,7 @@ impl Point {
             built,
             times: Vec::new(),
             phases: Vec::new(),
+            watched: 0,
             contacts: 0,
             islands: 0,
             sweeps: 0,
@@ -141,32 +178,63 @@ impl Point {
         }
     }
 
-    fn step(&mut self, timed: bool) {
-        if self.failed.is_some() {
-            return;
+    /// Steps that nobody looks at.
+    fn settle(&mut self, steps: usize, progress: &Progress) {
+        self.records(false);
+        for _ in 0..steps {
+            self.take(|point| point.setting.engine.step(&mut point.built).map(drop));
+            progress.advance();
         }
-        if let Err(error) = self.try_step(timed) {
+    }
+
+    /// A turn of timed steps, and one that is looked at.
+    fn turn(&mut self, steps: usize, progress: &Progress) {
+        self.records(false);
+        for _ in 0..steps {
+            self.take(Point::timed_step);
+            progress.advance();
+        }
+        self.records(true);
+        self.take(Point::watched_step);
+        progress.advance();
+    }
+
+    /// Whether steps of a peer make a record.
+    fn records(&mut self, on: bool) {
+        if let Some(simulation) = self.built.simulation_mut() {
+            simulation.peer_records = on;
+        }
+    }
+
+    fn take(&mut self, step: impl Fn(&mut Point) -> Result<(), StepError>) {
+        if self.failed.is_none()
+            && let Err(error) = step(self)
+        {
             self.failed = Some(error.to_string());
         }
     }
 
-    fn try_step(&mut self, timed: bool) -> Result<(), StepError> {
+    fn timed_step(&mut self) -> Result<(), StepError> {
+        self.built.time_phases(true);
+        let (record, elapsed) = self.setting.engine.timed_step(&mut self.built)?;
+        self.times.push(elapsed);
+        self.phases.push(self.built.phases());
+        self.sweeps += record.sweeps;
+        self.residual = self.residual.max(record.residual);
+        self.unsolved += record.unsolved;
+        Ok(())
+    }
+
+    fn watched_step(&mut self) -> Result<(), StepError> {
         let engine = self.setting.engine;
-        self.built.time_phases(timed);
-        let (record, elapsed) = engine.timed_step(&mut self.built)?;
+        self.built.time_phases(false);
+        let record = engine.step(&mut self.built)?;
         let found = self.built.measure(|built, k| engine.state(built, k));
-        if timed {
-            self.times.push(elapsed);
-            self.phases.push(self.built.phases());
-            self.contacts += record.contacts_at_end();
-            self.islands = self.islands.max(record.islands);
-            self.sweeps += record.sweeps;
-            self.penetration = self
-                .penetration
-                .max(found.map_or(record.penetration, |m| m.worst));
-            self.residual = self.residual.max(record.residual);
-            self.unsolved += record.unsolved;
-        }
+        self.watched += 1;
+        self.contacts += record.contacts_at_end();
+        self.islands = self.islands.max(record.islands);
+        let worst = found.map_or(record.penetration, |m| m.worst);
+        self.penetration = self.penetration.max(worst);
         Ok(())
     }
 
@@ -193,9 +261,8 @@ impl Point {
             let failed = row("step-time", f64::NAN, "s");
             return vec![ResultRow { mode, ..failed }];
         }
-        let steps = self.times.len() as f64;
-        let contacts = self.contacts as f64 / steps;
-        let mean = self.times.iter().sum::<f64>() / steps;
+        let contacts = self.contacts as f64 / self.watched as f64;
+        let mean = self.times.iter().sum::<f64>() / self.times.len() as f64;
         let (step, spread) = middle(&mut self.times);
         let mut rows = vec![
             ResultRow {
@@ -244,11 +311,11 @@ fn middle(times: &mut [f64]) -> (f64, f64) {
 }
 
 /// Exponent p of `time ∝ contacts^p` over the sizes of a scene, by least squares over logarithms.
-/// One row for each scene, engine and number of threads with at least two sizes; its `rung` names
+/// One row for each scene, engine and setting with at least two sizes; its `rung` names
 /// the smallest and the largest number of contacts.
 pub fn growth(rows: &[ResultRow]) -> Vec<ResultRow> {
-    fn engine(r: &ResultRow) -> (&str, &str, usize) {
-        (&r.scene, &r.engine, r.threads)
+    fn engine(r: &ResultRow) -> (&str, &str, &str, usize) {
+        (&r.scene, &r.engine, &r.setting, r.threads)
     }
     let value = |of: &ResultRow, measure: &str| {
         let same =

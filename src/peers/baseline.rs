@@ -99,12 +99,15 @@ impl Simulation {
     /// unknown.
     pub fn step_with_rapier(&mut self) -> StepRecord {
         let dt = widen(self.world.integration_parameters.dt);
-        let start_energy = peer::energies(&self.world);
+        let before = (self.peer_records).then(|| peer::energies(&self.world));
         let start = Instant::now();
         self.world.step_with_events(&self.hooks, &());
         self.peer_seconds = start.elapsed().as_secs_f64();
         self.peer_time += dt;
-        let mut record = peer::record(&self.world, self.peer_time, dt, start_energy);
+        let Some(before) = before else {
+            return StepRecord::default();
+        };
+        let mut record = peer::record(&self.world, self.peer_time, dt, before);
         for pair in self.world.narrow_phase.contact_pairs() {
             for manifold in pair.solver_manifolds() {
                 contacts(&self.world, pair, manifold, &mut record);

@@ -129,6 +129,9 @@ pub struct Simulation {
     ground: Option<RigidBodyHandle>,
     pub(super) peer_time: f64,
     pub(super) peer_seconds: f64,
+    /// Whether a peer's step reads its contacts and energies for the record; otherwise the record is
+    /// empty. A clean measurement of its time does nothing else between two steps.
+    pub peer_records: bool,
     pub(super) hooks: SurfaceHooks,
 }
 
@@ -160,6 +163,7 @@ impl Simulation {
             ground: None,
             peer_time: 0.0,
             peer_seconds: 0.0,
+            peer_records: true,
             hooks: SurfaceHooks::default(),
         })
     }

@@ -27,6 +27,11 @@ pub(super) struct Bodies {
     /// `M⁻¹` with damping, see [`damped`].
     pub inverse_mass: Vec<Vec3>,
     pub roles: BodyRoles,
+    /// Whether each body is at rest in this step, see [`MultibodyModel::set_resting`]; empty if none
+    /// is.
+    ///
+    /// [`MultibodyModel::set_resting`]: crate::dynamics::MultibodyModel::set_resting
+    pub resting: Vec<bool>,
     /// Whether a body has damping.
     damping: bool,
     exact: FxHashMap<RigidBodyHandle, ExactBody>,

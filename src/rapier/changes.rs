@@ -43,6 +43,8 @@ pub(super) struct ColliderWatch {
     pub gone: Vec<(ColliderHandle, Option<RigidBodyHandle>)>,
     /// Slots of all colliders that changed, came or went since detection last read this list.
     pub pending: Vec<u32>,
+    /// Counts the scans that found changes.
+    pub revision: u64,
 }
 
 impl ColliderWatch {
@@ -100,6 +102,7 @@ impl ColliderWatch {
             }
             self.known = met;
         }
+        self.revision += u64::from(!self.changed.is_empty() || !self.gone.is_empty());
         let touched = self.changed.iter().chain(&self.gone);
         self.pending
             .extend(touched.map(|(handle, _)| handle.into_raw_parts().0));

@@ -20,6 +20,8 @@ pub(super) struct Joints {
     pairs: Vec<Option<[u32; 2]>>,
     /// Numbering of the bodies in `pairs`; `None` until they are looked up.
     numbering: Option<u64>,
+    /// Counts the joints that were read or removed.
+    pub revision: u64,
 }
 
 /// The properties of a joint when it was last read.
@@ -55,6 +57,7 @@ impl Joints {
             }
             count += 1;
         }
+        self.revision += (self.seen.len() - count) as u64;
         self.seen.truncate(count);
         self.forms.truncate(count);
         if self.numbering != Some(bodies.numbering) {
@@ -65,6 +68,7 @@ impl Joints {
 
     /// Reads the joint that comes after `count` others.
     fn read(&mut self, count: usize, seen: Seen, joint: &ImpulseJoint) -> Result<(), ModelError> {
+        self.revision += 1;
         let id = seen.handle.into_raw_parts().0;
         let mut form = None;
         if joint.data.is_enabled() {

@@ -6,7 +6,7 @@ use super::joints::Joints;
 use super::reporter::Reporter;
 use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::StepRecord;
+use crate::dynamics::record::{ContactRecord, StepRecord};
 use crate::dynamics::{
     BodyRoles, Clock, Configuration, Detection, JointRow, ModelError, MoreauStepper,
     MultibodyModel, Phases, Pose64, Scheme, SolvedProblem, StepError, StepperSettings,
@@ -230,7 +230,11 @@ impl MoreauPipeline {
             let begun = self.stepper.begin(&mut model, dt);
             // a sleeping body that is pressed on wakes before the solve: cancel, wake it and begin
             // again
-            if begun.is_ok() && model.wakes_sleepers(self.stepper.detection()) {
+            let wakes = begun.is_ok() && {
+                let resting = self.stepper.resting_contacts();
+                model.wakes_sleepers(self.stepper.detection(), resting)
+            };
+            if wakes {
                 self.stepper.cancel(&mut model);
                 self.bodies.undo_step(world);
                 continue;
@@ -274,6 +278,7 @@ impl MoreauPipeline {
         out: &mut Detection,
     ) -> Result<(), StepError> {
         let dt = self.step_length(world);
+        self.bodies.resting.clear();
         loop {
             self.sync(world, dt)?;
             let mut model = self.model(world, &(), dt);
@@ -281,7 +286,7 @@ impl MoreauPipeline {
             out.joints.clear();
             model.find(dt, None, out)?;
             // sleeping bodies that are pressed on wake and then have contacts
-            if !model.wakes_sleepers(out) {
+            if !model.wakes_sleepers(out, std::iter::empty()) {
                 return Ok(());
             }
         }
@@ -469,7 +474,11 @@ impl RapierModel<'_> {
     }
 
     /// Whether contacts press on a sleeping body, which then has to wake before the step.
-    fn wakes_sleepers(&mut self, found: &Detection) -> bool {
+    fn wakes_sleepers<'a>(
+        &mut self,
+        found: &Detection,
+        resting: impl Iterator<Item = &'a ContactRecord>,
+    ) -> bool {
         if !self.sleeps && self.bodies.sleepers.is_empty() {
             return false;
         }
@@ -483,7 +492,7 @@ impl RapierModel<'_> {
             }
         }
         let drop = self.gravity.norm() * self.dt * self.dt;
-        self.bodies.note_contacts(found, &free, drop, self.dt);
+        (self.bodies).note_contacts(found, resting, &free, drop, self.dt);
         self.bodies.sleepers.any_to_wake()
     }
 }
@@ -491,6 +500,18 @@ impl RapierModel<'_> {
 impl MultibodyModel for RapierModel<'_> {
     fn roles(&self) -> Option<&BodyRoles> {
         Some(&self.bodies.roles)
+    }
+
+    fn revision(&self) -> Option<u64> {
+        let laws = self.detector.revision()?;
+        let (joints, bodies) = (self.joints.revision, self.bodies.numbering);
+        // none of them ever falls, so that the sum changes with each
+        Some(laws + joints + bodies + self.bodies.watch.revision)
+    }
+
+    fn set_resting(&mut self, resting: &[bool]) {
+        self.bodies.resting.clear();
+        self.bodies.resting.extend_from_slice(resting);
     }
 
     fn kinetic_energy(&self, velocities: &[Vec3]) -> Option<f64> {

@@ -191,7 +191,8 @@ impl Reporter {
     }
 }
 
-/// Whether neither body of a pair moves and one of them sleeps: detection skips their contacts.
+/// Whether neither body of a pair moves and one of them sleeps or is at rest: detection skips their
+/// contacts.
 fn asleep(world: &PhysicsWorld, bodies: &Bodies, pair: &Pair) -> bool {
     let number = |h: &ColliderHandle| match world.colliders.get(*h)?.parent() {
         Some(body) => bodies.index_of(body),
@@ -200,7 +201,7 @@ fn asleep(world: &PhysicsWorld, bodies: &Bodies, pair: &Pair) -> bool {
     let [Some(a), Some(b)] = [number(&pair[0]), number(&pair[1])] else {
         return false;
     };
-    bodies.sleeps([a, b]) && bodies.still(a) && bodies.still(b)
+    bodies.sleeps_or_rests([a, b]) && bodies.still(a) && bodies.still(b)
 }
 
 /// Whether one collider of the pair that still exists has switched one of `events` on.

@@ -11,6 +11,7 @@ use super::engine::prelude::*;
 use super::joints::fingerprint;
 use super::shadow::Shadow;
 use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::record::ContactRecord;
 use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,16 +65,21 @@ impl Sleepers {
 impl Bodies {
     /// Whether a body can neither be pushed nor moves.
     pub fn still(&self, number: u32) -> bool {
-        number == NO_BODY || {
+        number == NO_BODY || self.rests(number) || {
             let k = number as usize;
             self.inverse_mass[k] == Vec3::zeros() && self.velocities[k] == Vec3::zeros()
         }
     }
 
-    /// Whether one of these bodies sleeps.
-    pub fn sleeps(&self, numbers: [u32; 2]) -> bool {
+    /// Whether a body is at rest in this step: it is awake, but nothing about it changes.
+    pub fn rests(&self, number: u32) -> bool {
+        self.resting.get(number as usize) == Some(&true)
+    }
+
+    /// Whether one of these bodies sleeps or is at rest.
+    pub fn sleeps_or_rests(&self, numbers: [u32; 2]) -> bool {
         let group = |b: u32| self.list.get(b as usize).map_or(0, |s| s.group);
-        !self.sleepers.is_empty() && numbers.iter().any(|b| group(*b) != 0)
+        numbers.iter().any(|b| group(*b) != 0 || self.rests(*b))
     }
 
     /// Makes an island of the bodies that the user put to sleep; with `stay_awake`, marks all
@@ -202,10 +208,20 @@ impl Bodies {
     /// wakes.
     ///
     /// A moving body wakes a sleeping one if their gap would close in this step. A kinematic body
-    /// that moves wakes a sleeping one that it touches. `free` [m/s, m/s, rad/s] are the velocities
+    /// that moves wakes a sleeping one that it touches. `found` has no contacts of islands at rest,
+    /// which are `resting`. `free` [m/s, m/s, rad/s] are the velocities
     /// at the end of the step as if nothing touched.
-    pub fn note_contacts(&mut self, found: &Detection, free: &[Vec3], drop: f64, dt: f64) {
+    pub fn note_contacts<'a>(
+        &mut self,
+        found: &Detection,
+        resting: impl Iterator<Item = &'a ContactRecord>,
+        free: &[Vec3],
+        drop: f64,
+        dt: f64,
+    ) {
         self.sleepers.links.clear();
+        let links = resting.map(|contact| (contact.bodies, contact.surfaces));
+        self.sleepers.links.extend(links);
         for contact in &found.contacts {
             let touch = 2.0 * contact.gap_noise + drop;
             let sides = contact.rows.bodies;

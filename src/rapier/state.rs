@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Format version of [`PipelineState`].
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// A pipeline between two steps, as plain data for serde.
 ///

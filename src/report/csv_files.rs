@@ -97,6 +97,7 @@ row! {
         dt_s: f64,
         contacts: usize,
         islands: Option<usize>,
+        resting: Option<usize>,
         sweeps: Option<usize>,
         factorisations: Option<usize>,
         pivots: Option<usize>,
@@ -269,6 +270,7 @@ impl From<&StepRecord> for StepRow {
             dt_s: step.dt,
             contacts: step.contacts_at_end(),
             islands: known.then_some(step.islands),
+            resting: known.then_some(step.resting),
             sweeps: known.then_some(step.sweeps),
             factorisations: known.then_some(step.factorisations),
             pivots: known.then_some(step.pivots),
@@ -456,7 +458,8 @@ mod tests {
         );
         assert_eq!(
             header::<StepRow>(),
-            "time_s,dt_s,contacts,islands,sweeps,factorisations,pivots,residual,\
+            "time_s,dt_s,contacts,islands,resting,sweeps,factorisations,pivots,\
+             residual,\
              residual_velocity_m_s,unsolved,redundant,capped,relaxed,joints_capped,events,recovering,\
              impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
@@ -568,6 +571,7 @@ mod tests {
             unread: 0,
             joints: Vec::new(),
             islands: 2,
+            resting: 1,
             sweeps: 3,
             factorisations: 4,
             pivots: 5,
@@ -603,7 +607,7 @@ mod tests {
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
+            "0.5,0.25,1,2,1,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
         );
     }
 

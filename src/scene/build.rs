@@ -18,6 +18,7 @@ impl Step {
             events: self.events,
             impact_law: self.impact_law,
             recovery: self.recovery,
+            keep_rest: self.keep_rest,
             shares: self.shares,
             solver: self.solver.clone(),
             tolerance: self.tolerance,

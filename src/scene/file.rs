@@ -103,6 +103,9 @@ pub struct Step {
     pub impact_law: ImpactLaw,
     /// Whether bodies that start overlapped are moved apart, default yes; `staggered` only.
     pub recovery: bool,
+    /// Whether islands at rest keep their impulses until something about them changes, default yes;
+    /// otherwise every step solves them.
+    pub keep_rest: bool,
     /// Impulse distribution among redundant contacts, default `found`: the one that the solver finds.
     pub shares: Shares,
     /// A name of [`crate::oracles::SOLVERS`]; default the first, `auto`.
@@ -123,6 +126,7 @@ impl Default for Step {
             events: false,
             impact_law: ImpactLaw::default(),
             recovery: true,
+            keep_rest: true,
             shares: Shares::default(),
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,

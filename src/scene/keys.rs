@@ -108,6 +108,7 @@ pub const KEYS: &[Key] = &[
     key("step.events", Flag, "", "Whether the time of impacts is located within the step; staggered only; default false"),
     key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "Impact law; default capped: Newton's law, bounded so that it never adds energy"),
     key("step.recovery", Flag, "", "Whether bodies that overlap at the start are moved apart; staggered only; default true"),
+    key("step.keep_rest", Flag, "", "Whether islands at rest keep their impulses until something about them changes, instead of being solved in every step; default true"),
     key("step.shares", Word(&["found", "minimum-norm"]), "", "Impulse distribution over redundant contacts; default found: that of the solver; minimum-norm: that of least norm"),
     key("step.solver", Word(&SOLVERS), "", "Impulse solver; default auto"),
     key("step.tolerance", Real(1e-15, 1e-2), "", "Relative natural-map residual at which a solve counts as solved; default 1e-8"),

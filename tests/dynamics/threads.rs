@@ -551,6 +551,7 @@ fn bench_runs_ours_with_each_number_of_threads() {
     let place = Place::new();
     let mut args = vec!["bench", "many-pyramids", "--steps", "3", "--settle", "2"];
     args.extend(small("many-pyramids").iter().flat_map(|s| ["--set", s]));
+    args.extend(["--set", "step.keep_rest=false"]);
     args.extend(["--threads", "1,3,1", "--out", "r"]);
     let (code, out, err) = place.run(&args);
     assert_eq!(code, 0, "{err}");

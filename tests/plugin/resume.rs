@@ -55,7 +55,7 @@ fn pyramid(world: &mut PhysicsWorld) {
     }
 }
 
-const SCENES: [Scene; 10] = [
+const SCENES: [Scene; 11] = [
     ("a heap", || {
         let mut world = grounded();
         heap(&mut world, 0.0);
@@ -156,6 +156,16 @@ const SCENES: [Scene; 10] = [
             p.place(&mut world, body, pose, velocity).unwrap();
         }
         (world, p)
+    }),
+    ("a pyramid at rest, hit after a second", || {
+        let mut world = grounded();
+        pyramid(&mut world);
+        world.insert(at(2.0, 10.0), ColliderBuilder::ball(0.3));
+        let settings = MoreauSettings {
+            stay_awake: true,
+            ..MoreauSettings::default()
+        };
+        (world, MoreauPipeline::new(settings).unwrap())
     }),
     ("an arch of wedges, redundant", || {
         let mut world = grounded();
@@ -293,7 +303,7 @@ fn states_that_do_not_fit_are_refused() {
         assert!(text.contains(from));
         serde_json::from_str(&text.replacen(from, to, 1)).unwrap()
     };
-    let older = changed("\"version\":4", "\"version\":3");
+    let older = changed("\"version\":5", "\"version\":3");
     let error = MoreauPipeline::resume(&older, &mut world).err().unwrap();
     assert!(
         matches!(error, StateError::Version { found: 3, .. }),

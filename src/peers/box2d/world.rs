@@ -156,6 +156,9 @@ impl Box2d {
             })?;
             read_motion(&mut self.world, id, body).map_err(box2d_error("pose"))?;
         }
+        if !simulation.peer_records {
+            return Ok(StepRecord::default());
+        }
         let mut record = peer::record(rapier, simulation.peer_time, dt, before);
         self.contacts(rapier, &starts, &mut record)
             .map_err(box2d_error("contacts"))?;

@@ -190,6 +190,11 @@ impl Colliders {
         self.list.iter().flatten().any(Known::is_sensor)
     }
 
+    pub fn any_hooks(&self) -> bool {
+        let mut all = self.list.iter().flatten();
+        all.any(|known| !known.hooks().is_empty())
+    }
+
     pub fn set_surface(&mut self, handle: ColliderHandle, law: SurfaceLaw) {
         self.surfaces.insert(handle, law);
         self.unchecked = true;

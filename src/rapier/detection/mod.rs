@@ -93,6 +93,8 @@ pub(super) struct Detector {
     span: Span,
     /// Per body, in this step.
     present: Vec<Present>,
+    /// Counts the changes of surface laws.
+    laws: u64,
 }
 
 impl Detector {
@@ -103,7 +105,14 @@ impl Detector {
         }
     }
 
+    /// A number that changes with the properties of surfaces; `None` if hooks may change contacts
+    /// at any time.
+    pub fn revision(&self) -> Option<u64> {
+        (!self.colliders.any_hooks()).then_some(self.laws)
+    }
+
     pub fn set_surface(&mut self, collider: ColliderHandle, law: SurfaceLaw) {
+        self.laws += 1;
         self.colliders.set_surface(collider, law);
         let slot = collider.into_raw_parts().0;
         self.leaves.resurface(slot, &self.colliders);
@@ -115,6 +124,7 @@ impl Detector {
     }
 
     pub fn forget_surface(&mut self, collider: ColliderHandle) {
+        self.laws += 1;
         self.colliders.surfaces.remove(&collider);
     }
 
@@ -345,6 +355,7 @@ struct Present {
     center: Vec2,
     coordinate: f64,
     kind: RigidBodyType,
+    /// Asleep or at rest: its contacts with what is still are stored.
     asleep: bool,
     /// No contact can push the body.
     immovable: bool,
@@ -376,8 +387,8 @@ impl Present {
             center: shadow.pose.apply(shadow.center),
             coordinate: shadow.pose.translation.amax(),
             kind: shadow.kind,
-            asleep: shadow.group != 0,
-            immovable: bodies.inverse_mass[k as usize] == Vec3::zeros(),
+            asleep: shadow.group != 0 || bodies.rests(k),
+            immovable: bodies.inverse_mass[k as usize] == Vec3::zeros() || bodies.rests(k),
             still: bodies.still(k),
             fast: false,
         }
