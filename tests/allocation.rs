@@ -63,6 +63,24 @@ fn sweeps_allocate_nothing_once_they_have_solved_a_problem() {
     }
 }
 
+/// A step at rest allocates the record that it returns and a few lists, however large the scene.
+#[test]
+fn a_step_at_rest_allocates_no_more_for_more_bodies() {
+    let counts = [4, 16].map(|wide| {
+        let even = format!("repeat.even.count=[{wide},5]");
+        let odd = format!("repeat.odd.count=[{},5]", wide - 1);
+        let mut built = load("wall", &[&even, &odd]).build().unwrap();
+        for _ in 0..5 {
+            Engine::Moreau.step(&mut built).unwrap();
+        }
+        let step = || assert_eq!(Engine::Moreau.step(&mut built).unwrap().resting, 1);
+        measure(step).count_total
+    });
+    println!("{counts:?}");
+    assert!(counts[1] <= counts[0], "{counts:?}");
+    assert!(counts[1] <= 40, "{counts:?}");
+}
+
 /// From bodies, whichever stage it takes; the arch takes the interior point.
 #[test]
 fn newton_and_interior_point_allocate_nothing_once_they_have_solved_the_problem() {

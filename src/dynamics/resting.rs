@@ -29,9 +29,11 @@
 use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
 use super::interval::{Interval, Source};
 use super::model::{Configuration, ContactKey, Detection, MultibodyModel, NormalLaw};
+use super::outcome::SolvedProblem;
 use super::record::{ContactRecord, StepRecord};
 use super::recording::record_interval;
 use super::solution::Solution;
+use super::step::is_used;
 use crate::contact::{NO_BODY, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +49,9 @@ pub(crate) struct RestingIsland {
     residual: [f64; 2],
     /// For the contact cache, when it is solved again.
     entries: Vec<(ContactKey, CachedContact)>,
+    /// The problem solved last, if problems are stored.
+    #[serde(skip)]
+    problem: Option<SolvedProblem>,
 }
 
 /// A body at rest, and what its rest depends on.
@@ -92,6 +97,8 @@ pub(super) struct Solved<'a> {
     pub inverse_mass: &'a [Vec3],
     pub in_cluster: &'a [bool],
     pub tolerance: f64,
+    /// Of the islands that are used, in their order; empty if they are not stored.
+    pub problems: &'a [SolvedProblem],
 }
 
 impl RestingIslands {
@@ -111,6 +118,12 @@ impl RestingIslands {
     /// The contacts of all islands at rest.
     pub fn contacts(&self) -> impl Iterator<Item = &ContactRecord> {
         self.islands.iter().flat_map(|island| &island.contacts)
+    }
+
+    /// The problems of all islands at rest, if they are stored.
+    pub fn problems(&self) -> impl Iterator<Item = SolvedProblem> {
+        let stored = self.islands.iter().map(|island| &island.problem);
+        stored.flatten().cloned()
     }
 
     /// Begins a step: ends the rest of islands that something changed for.
@@ -194,23 +207,24 @@ impl RestingIslands {
         }
     }
 
-    /// Puts the islands of a solved step to rest that are: sets their end velocities to zero.
-    /// [`RestingIslands::keep`] must follow when the step is recorded. Returns them by number.
-    pub fn find<M: MultibodyModel + ?Sized>(
-        &self,
+    /// Puts the islands of a solved step of `dt` \[s\] to rest that are at rest: sets their end
+    /// velocities to zero. The model is still at the midpoint.
+    pub fn add<M: MultibodyModel + ?Sized>(
+        &mut self,
         model: &M,
         step: Solved,
         solution: &mut Solution,
-    ) -> Vec<(usize, [f64; 2])> {
+        dt: f64,
+    ) {
         let interval = step.interval;
         if model.revision().is_none() || !interval.roles.dominance.is_empty() {
-            return Vec::new();
+            return;
         }
         let mut found: Vec<(usize, [f64; 2])> = (0..solution.islands.len())
             .filter_map(|k| Some((k, rest_of(k, &step, solution)?)))
             .collect();
         if found.is_empty() {
-            return found;
+            return;
         }
         let mut island_of = vec![0; step.inverse_mass.len()];
         for (n, (k, _)) in found.iter().enumerate() {
@@ -219,39 +233,19 @@ impl RestingIslands {
         let linked = linked(&step, &island_of, found.len());
         let mut linked = linked.iter();
         found.retain(|_| linked.next() == Some(&false));
+        let mut of_block = vec![usize::MAX; interval.blocks.len()];
         for (k, _) in &found {
+            for &i in solution.islands.blocks(*k) {
+                of_block[i as usize] = *k;
+            }
             let bodies: Vec<usize> = members(interval, solution, *k).collect();
             bodies
                 .iter()
                 .for_each(|&body| solution.end[body] = Vec3::zeros());
         }
-        found
-    }
-
-    /// Keeps the islands that [`RestingIslands::find`] found in a step of `dt` \[s\], once its end
-    /// velocities are final. The model is still at the midpoint.
-    pub fn keep<M: MultibodyModel + ?Sized>(
-        &mut self,
-        model: &M,
-        step: Solved,
-        solution: &Solution,
-        found: &[(usize, [f64; 2])],
-        dt: f64,
-    ) {
-        let (interval, w) = (step.interval, step.inverse_mass);
+        let w = step.inverse_mass;
         self.dt = dt;
-        let mut of_block = vec![
-            usize::MAX;
-            if found.is_empty() {
-                0
-            } else {
-                interval.blocks.len()
-            }
-        ];
-        for (k, _) in found {
-            (solution.islands.blocks(*k).iter()).for_each(|&i| of_block[i as usize] = *k);
-        }
-        for &(k, residual) in found {
+        for (k, residual) in found {
             let mut own = StepRecord::default();
             let mut entries = CachedContacts::default();
             let used = |i: usize| of_block[i] == k;
@@ -279,6 +273,7 @@ impl RestingIslands {
                 penetration: own.penetration,
                 redundant: solution.outcomes[k].redundant,
                 residual,
+                problem: problem_of(k, &step, solution),
                 entries: entries.entries().to_vec(),
             });
         }
@@ -347,6 +342,17 @@ fn members<'a>(
     sides
         .filter(|body| *body != NO_BODY)
         .map(|body| body as usize)
+}
+
+/// The problem of an island, if problems are stored: that of islands in clusters is not.
+fn problem_of(island: usize, step: &Solved, solution: &Solution) -> Option<SolvedProblem> {
+    step.problems.first()?;
+    let used = |k: &usize| {
+        let mut blocks = solution.islands.blocks(*k).iter();
+        blocks.any(|&i| is_used(step.interval, step.in_cluster, i as usize))
+    };
+    let before = (0..island).filter(used).count();
+    step.problems.get(before).cloned()
 }
 
 /// The bound (1) of an island, relative and \[m/s\], if it is at rest by itself.

@@ -112,7 +112,7 @@ impl MoreauStepper {
 
     /// Finds which islands rest in this step, and makes their bodies immovable.
     fn begin_rest<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, dt: f64) {
-        if !self.settings.keep_rest || self.solver.store_problems {
+        if !self.settings.keep_rest {
             self.resting.clear();
             model.set_resting(&[]);
             return;
@@ -214,8 +214,8 @@ impl MoreauStepper {
         }
         self.count_islands(record, &mut clusters, &in_cluster);
         self.resting.record(record);
-        self.rest(model, &in_cluster, dt);
         self.record(model, record, &clusters, &in_cluster);
+        self.rest(model, &in_cluster, dt);
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
         let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
@@ -307,9 +307,10 @@ impl MoreauStepper {
         Ok(clusters)
     }
 
-    /// Puts the solved islands that are at rest to rest exactly, from the next step on.
+    /// Puts the solved islands that are at rest to rest exactly, once the step is recorded as it was
+    /// solved.
     fn rest<M: MultibodyModel + ?Sized>(&mut self, model: &M, in_cluster: &[bool], dt: f64) {
-        if !self.settings.keep_rest || self.solver.store_problems {
+        if !self.settings.keep_rest {
             return;
         }
         let step = Solved {
@@ -317,9 +318,11 @@ impl MoreauStepper {
             inverse_mass: &self.inverse_mass,
             in_cluster,
             tolerance: self.solver.tolerance,
+            problems: &self.problems,
         };
-        let found = self.resting.find(model, step, &mut self.solution);
-        self.resting.keep(model, step, &self.solution, &found, dt);
+        let resting: Vec<_> = self.resting.problems().collect();
+        self.resting.add(model, step, &mut self.solution, dt);
+        self.problems.extend(resting);
     }
 
     /// Adds the solver work of all islands to the record. Adds the results and problems of an island
@@ -496,7 +499,7 @@ fn keep_momenta<M: MultibodyModel + ?Sized>(
 }
 
 /// Whether a block is recorded with the interval: none of its bodies is in a cluster.
-fn is_used(interval: &Interval, in_cluster: &[bool], block: usize) -> bool {
+pub(super) fn is_used(interval: &Interval, in_cluster: &[bool], block: usize) -> bool {
     let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
     sides.all(|b| !in_cluster[*b as usize])
 }

@@ -216,7 +216,8 @@ impl MoreauStepper {
         &mut self.solver.clock
     }
 
-    /// The contact problems of the last step, one per island, those of located impacts last. Empty
+    /// The contact problems of the last step, one per island: those of located impacts and then those
+    /// of islands at rest, as they were solved last, come at the end. Empty
     /// unless they are stored.
     pub fn problems(&self) -> &[SolvedProblem] {
         &self.problems

@@ -24,6 +24,7 @@
 //! | inserting and removing | as rapier; the handle of a removed object is refused | `rapier_seam::bodies_that_come_and_go_are_noticed` `bodies::handles_of_removed_bodies_are_refused` |
 //! | enabling and disabling | as rapier | `bodies::disabled_bodies_are_not_there` `bodies::disabled_colliders_touch_nothing` |
 //! | sleeping and waking | by rapier's activation settings; impulses are stored during sleep and used again | `sleeping::a_pyramid_falls_asleep_and_stands_still` `sleeping::a_woken_pyramid_does_not_move` `sleeping::what_changes_wakes_and_nothing_else` `sleeping::activation_settings_are_the_bodys_own` |
+//! | islands at rest | awake, in every record, but neither detected nor solved until something about them changes | `resting::islands_at_rest_repeat_their_step` `resting::any_change_ends_the_rest` |
 //! | CCD (`ccd_enabled`) | impacts of the body are located in time; scheme `staggered` only | `fast_bodies::bullets_stop_at_thin_walls` `fast_bodies::bullets_meet_each_other` `fast_bodies::nothing_passes_a_wall_that_rapier_would_stop` |
 //! | soft CCD prediction | nothing to set: contacts that close within a step are always detected | `fast_bodies::soft_prediction_changes_nothing` |
 //! | numbers that are not finite, masses that cannot be | refused by name, where rapier switches the body off | `bodies::states_that_are_not_finite_are_refused` `bodies::masses_that_cannot_be_are_refused` |

@@ -86,7 +86,9 @@
 //! alone: the natural map, [`natural_map`](crate::contact::natural_map), is zero exactly where they
 //! solve it. `record.residual` is the worst island's, without unit, `record.residual_velocity` in
 //! m/s. An island counts as solved where the first is at most `StepperSettings::tolerance` (1e-8) and
-//! the second that share of the island's own velocities, or round-off. `record.unsolved` counts
+//! the second that share of the island's own velocities, or round-off. An island at rest is not solved
+//! again until something about it changes: the same bounds hold for the impulses that it keeps, and
+//! `record.resting` counts it. `record.unsolved` counts
 //! the others. **Check it**: an unsolved island is not an error, the step uses its best impulses, and
 //! only this number shows it. `record.redundant` counts islands whose impulse distribution is not
 //! unique (a box on more than one point): the motion is the same for all distributions;

@@ -74,6 +74,12 @@ pub struct MoreauSettings {
 /// touches. Bodies that the user puts to sleep within one step wake together. An island may fall
 /// asleep with speeds below rapier's thresholds; the kinetic energy of that motion is lost.
 ///
+/// # Rest
+/// An island that is at rest but awake keeps its impulses until something about it changes. It is in
+/// every record ([`StepRecord::resting`] counts it) and costs next to nothing.
+/// [`StepperSettings::keep_rest`] switches this off. As long as any collider has hooks, every island is
+/// solved in every step.
+///
 /// # Memory
 /// rapier keeps a note of every removed collider for its own next step. From time to time the
 /// pipeline takes these colliders out of rapier's query tree and contact graph, and drops the

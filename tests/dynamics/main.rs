@@ -16,3 +16,4 @@ mod own_solver;
 mod slides;
 mod sticking;
 mod threads;
+mod work_counts;

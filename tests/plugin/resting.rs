@@ -195,22 +195,22 @@ fn any_change_ends_the_rest() {
     for events in [false, true] {
         for (name, change) in CHANGES {
             let mut yards = [true, false].map(|keep| Yard::new(keep, events));
-            let loads = yards.each_mut().map(|yard| {
+            let ends = yards.each_mut().map(|yard| {
                 let (first, before) = (load(&yard.steps(30)), yard.poses());
                 change(yard);
                 let last = load(&yard.steps(25));
-                let changed = before != yard.poses() || (last / first - 1.0).abs() > 1e-3;
+                let moved = before != yard.poses();
+                let changed = moved || (last / first - 1.0).abs() > 1e-3;
                 assert!(changed, "{name}: the change changes nothing");
-                last
+                (moved, last)
             });
             let [kept, solved] = &yards;
             let way = apart(kept, solved);
             assert!(way < 1e-6, "{name}, events {events}: {way} m apart");
-            let more = loads[0] / loads[1] - 1.0;
-            assert!(
-                more.abs() < 1e-4 || loads == [0.0; 2],
-                "{name}: loads {loads:?} N s"
-            );
+            // the load of a single step says nothing while bodies land
+            let [(moved, own), (_, other)] = ends;
+            let same = moved || (own / other - 1.0).abs() < 1e-6;
+            assert!(same, "{name}: {own} for {other} N s");
         }
     }
 }

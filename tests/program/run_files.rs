@@ -42,7 +42,7 @@ fn every_scene_runs_and_leaves_its_files() {
         assert_eq!(place.header(&format!("{folder}/contacts.csv")), CONTACTS);
         let steps = place.header(&format!("{folder}/steps.csv"));
         assert!(
-            steps.starts_with("time_s,dt_s,contacts,islands,sweeps,"),
+            steps.starts_with("time_s,dt_s,contacts,islands,resting,sweeps,"),
             "{steps}"
         );
         let columns = steps.split(',').count();

@@ -83,7 +83,7 @@ fn an_overlap_that_lasts_is_measured_by_the_size_of_the_bodies() {
 fn a_run_of_ours_that_did_not_hold_ends_with_2() {
     let place = place();
     // gravity, a floor and round-off: more than nothing
-    let words = "run pyramid --time 0.5 --set verdict.imbalance=0";
+    let words = "run pyramid --time 0.5 --set verdict.imbalance=0 --set step.keep_rest=false";
     let (code, verdict) = run(&place, words);
     assert_eq!((code, &verdict["held"]), (2, &false.into()), "{verdict}");
     let sentence = verdict["sentence"].as_str().unwrap();

@@ -1,0 +1,48 @@
+//! What a step costs, counted: a change that makes steps dearer shows here, on any machine.
+
+use crate::common::{load, run_steps};
+
+/// Scene, changes, steps, then the counts of today: islands at rest, sweeps, factorisations, pivots.
+/// Lower a count where a step has become cheaper; never raise one without a reason in the commit.
+type Row = (&'static str, &'static [&'static str], usize, [usize; 4]);
+
+const COUNTS: [Row; 6] = [
+    ("wall", &[], 60, [59, 20, 8, 0]),
+    ("wall", &["step.keep_rest=false"], 60, [0, 20, 8, 0]),
+    ("drum", &[], 150, [0, 740, 1438, 0]),
+    ("card-house", &[], 240, [159, 7080, 4295, 3232]),
+    ("hit-heap", &[], 120, [0, 5845, 6664, 281]),
+    ("chain", &[], 120, [0, 1819, 119, 0]),
+];
+
+#[test]
+fn no_step_has_grown_dearer() {
+    for (name, changes, steps, [resting, sweeps, factorisations, pivots]) in COUNTS {
+        let totals = run_steps(&load(name, changes), steps).totals;
+        println!(
+            "{name} {changes:?}: {:?}",
+            [
+                totals.resting,
+                totals.sweeps,
+                totals.factorisations,
+                totals.pivots
+            ]
+        );
+        assert_eq!(totals.unsolved_islands, 0, "{name}");
+        assert!(
+            totals.resting >= resting,
+            "{name}: {} at rest",
+            totals.resting
+        );
+        for (what, now, before) in [
+            ("sweeps", totals.sweeps, sweeps),
+            ("factorisations", totals.factorisations, factorisations),
+            ("pivots", totals.pivots, pivots),
+        ] {
+            assert!(
+                now <= before,
+                "{name} {changes:?}: {now} {what}, {before} before"
+            );
+        }
+    }
+}
