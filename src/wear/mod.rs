@@ -46,7 +46,7 @@ pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
 pub use polygon::{check_chain, check_polygon, signed_area};
 pub use profile::Profile;
 pub use remesh::{clip_loops, remesh};
-pub use state::{WearSettings, WearState, WearStep};
+pub use state::{PlannedStep, WearSettings, WearState, WearStep};
 pub use update::{Update, refit_quadratic, smooth_depths, wear_normal};
 
 use thiserror::Error;
