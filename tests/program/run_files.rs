@@ -9,9 +9,11 @@ use std::fs;
 const BODIES: &str = "time_s,body,x_m,y_m,angle_rad,vx_m_s,vy_m_s,omega_rad_s";
 const CONTACTS: &str = "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_ns,impulse_t_ns,\
                         slip_m,load_slip_nm,friction_work_j,status";
-const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated";
+const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated,\
+                          worn_through_cycles";
 const WEAR: &str = "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle";
-const FRICTION: &str = "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours";
+const FRICTION: &str = "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours,\
+                        worn_through_cycles";
 const PROFILE: &str = "cycles,hours,bar,node,x_m,y_m";
 const LIFE: &str = "limit,hours,cycles,error_hours,bar,cell";
 const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,\

@@ -217,3 +217,44 @@ fn a_pin_on_many_cells_comes_to_rest() {
     let open = summary["wear_open_load"].as_f64().unwrap();
     assert!(open < 1e-3, "{open}");
 }
+
+/// Bug: depths of hundreds of metres on a tooth of 18.8 mm on a base of 8 mm, and all was well.
+#[test]
+fn a_study_ends_where_the_tooth_ends() {
+    let place = Place::new();
+    let args = ["run", "thresher-study", "--out", "r", "--set"];
+    let (code, out, err) = place.run(&[&args[..], &["study.cycles=1e12"]].concat());
+    assert_eq!(code, 2, "{out}{err}");
+    for words in [
+        "base worn through after",
+        "at 18 of 18 points the base is worn through before the study.cycles = 1000000000000.0",
+        "base worn through: after",
+    ] {
+        assert!(out.contains(words), "{words}: {out}");
+    }
+    let number = |cell: &String| cell.parse::<f64>().unwrap();
+    let rows = place.rows("r/comparison.csv");
+    let cycles: Vec<f64> = rows.iter().map(|row| number(&row[6])).collect();
+    for row in &rows {
+        let depth = 1e-6 * number(&row[3]);
+        assert!((0.02..0.0268).contains(&depth), "{row:?}");
+    }
+    // wear of a cycle is as the torque and the speed
+    for (k, speed) in [70.0, 80.0, 90.0, 100.0, 110.0, 120.0].iter().enumerate() {
+        for (row, torque) in [(k, 146.39), (k + 6, 20.87)] {
+            let scaled = cycles[row] * speed * torque / (cycles[0] * 70.0 * 146.39);
+            assert!((scaled - 1.0).abs() < 1e-6, "{torque} {speed}: {scaled}");
+        }
+    }
+    // as many cycles as the first tooth lasts, and a little more and less
+    let frictions = place.rows("r/friction.csv");
+    let all = cycles.iter().copied();
+    let all = all.chain(frictions.iter().map(|row| number(&row[6])));
+    let first = all.fold(f64::INFINITY, f64::min);
+    for (share, expected) in [(0.97, 0), (1.03, 2)] {
+        let most = format!("study.cycles={}", share * first);
+        let flags = ["--set", "study.batches=24"];
+        let (code, out, err) = place.run(&[&args[..], &[&most], &flags].concat());
+        assert_eq!(code, expected, "{share}: {out}{err}");
+    }
+}
