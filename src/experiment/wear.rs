@@ -121,6 +121,12 @@ pub fn run_wear(
             Err(error) => return Err(failed(&run.names, error)),
         };
         run.add(&jumped);
+        let lasts = run.worn.seconds() < life.duration;
+        if let Some(error) = run.worn.worn_through() {
+            let why = failed(&run.names, error.clone()).to_string();
+            run.ended = lasts.then_some(why);
+            break;
+        }
         for step in 0..settle + steps {
             let (record, seconds) = Engine::Moreau.timed_step(built)?;
             run.totals.wall += seconds;
@@ -131,7 +137,7 @@ pub fn run_wear(
             }
         }
     }
-    if run.ended.is_none() {
+    if run.ended.is_none() && run.worn.worn_through().is_none() {
         let Some(simulation) = built.simulation_mut() else {
             return Err(unfit("the scene is not built on a rapier world"));
         };

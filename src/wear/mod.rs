@@ -92,6 +92,11 @@ pub enum WearError {
         "wear: the surface is too curved at node {node} for the requested depth, or for its cells"
     )]
     Unbalanced { node: usize },
+    /// A part that is thinner than its surface sinks in under load: what touches it reaches through.
+    #[error(
+        "wear: {left} m are left under node {node}, which sinks in by {sinks} m under its load"
+    )]
+    Thin { node: usize, left: f64, sinks: f64 },
     /// The wear has reached the underside of the base.
     #[error("wear: node {node} at y = {y} m is worn through the base, {base} m thick")]
     WornThrough { node: usize, y: f64, base: f64 },

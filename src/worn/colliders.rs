@@ -9,6 +9,10 @@ use crate::wear::{
 };
 use std::collections::BTreeSet;
 
+/// How far a body that comes down on its new surface sinks in at most, over what it does at rest: 1.15 is
+/// seen with the damping that yielding surfaces get. A larger number ends a life of a thin body earlier.
+const LANDING: f64 = 1.5;
+
 /// How a collider wears.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearingSurface {
@@ -68,6 +72,8 @@ pub struct WornColliders {
     planned: Option<f64>,
     /// Normal impulses [N s] of yielding contacts since the last jump: of open ones, and of all.
     yielded: [f64; 2],
+    /// Why the next jump fails, where that is known.
+    through: Option<WornError>,
 }
 
 #[derive(Debug, Clone)]
@@ -104,6 +110,7 @@ impl WornColliders {
             seconds: 0.0,
             planned: None,
             yielded: [0.0; 2],
+            through: None,
         }
     }
 
@@ -257,6 +264,9 @@ impl WornColliders {
         if !(most > 0.0 && most.is_finite()) {
             return Err(WornError::Past { until, worn });
         }
+        if let Some(why) = &self.through {
+            return Err(why.clone());
+        }
         let rates = self.rates()?;
         let planned = self.planned;
         let rule = JumpRule {
@@ -277,6 +287,7 @@ impl WornColliders {
             false => None,
         };
         let next = yielding.as_ref().map(|(next, _)| *next);
+        let through = self.thin(&rates, seconds, next)?;
         if wears {
             self.wear(world, pipeline, &rates, seconds)?;
             if seconds == most {
@@ -288,7 +299,7 @@ impl WornColliders {
                 pipeline.set_surface(collider, law);
             }
         }
-        self.planned = next;
+        (self.planned, self.through) = (next, through);
         let [open, all] = self.yielded;
         self.clear();
         Ok(Jumped {
@@ -356,6 +367,12 @@ impl WornColliders {
     /// Wear so far \[s\].
     pub fn seconds(&self) -> f64 {
         self.seconds
+    }
+
+    /// Why no further jump is possible: a surface is worn so thin that what presses on it reaches through
+    /// it. What is measured from then on means nothing, and the next jump is this error.
+    pub fn worn_through(&self) -> Option<&WornError> {
+        self.through.as_ref()
     }
 
     fn on(&self, slot: u32) -> Option<usize> {
@@ -426,6 +443,41 @@ impl WornColliders {
         }
         self.seconds += seconds;
         Ok(())
+    }
+
+    /// Why nothing can be measured after a jump of so many seconds, if surfaces then yield by what they
+    /// wear in `next` seconds, or by their own compliance: one is left thinner than it sinks in.
+    fn thin(
+        &self,
+        rates: &[LoadSlip],
+        seconds: f64,
+        next: Option<f64>,
+    ) -> Result<Option<WornError>, WornError> {
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let wear = |source| WornError::Wear { surface, source };
+            let depths = part.state.rates(load.sums()).map_err(wear)?;
+            let yields = depths.iter().map(|rate| rate * next.unwrap_or(0.0));
+            // elastic: S = Σ k δ |s| and A = Σ k |s|
+            let elastic = load.sums().iter().zip(load.stiffness());
+            let elastic = elastic.map(|(s, a)| if *a > 0.0 { s / a } else { 0.0 });
+            let sinks: Vec<f64> = yields.zip(elastic).map(|(a, b)| a.max(b)).collect();
+            let loaded = |node: usize| sinks[node] > 0.0;
+            for (node, thick) in part.face.thickness(part.state.profile(), loaded) {
+                let left = thick - seconds * depths[node];
+                if left <= LANDING * sinks[node] {
+                    return Ok(Some(WornError::WornThrough {
+                        surface,
+                        seconds: self.seconds + seconds,
+                        source: WearError::Thin {
+                            node,
+                            left,
+                            sinks: sinks[node],
+                        },
+                    }));
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// The longest jump that the depth of a rule and the meshes allow, whatever its feedback.

@@ -218,6 +218,36 @@ fn a_pin_on_many_cells_comes_to_rest() {
     assert!(open < 1e-3, "{open}");
 }
 
+/// Bug: the last cycles of a pin thinner than it sinks in, by wear compliance or by a stiffness, met the
+/// disc through its upper side: overlaps of 0.08 m, and jumps by loads that were none.
+#[test]
+fn a_pin_ends_before_the_disc_reaches_through_it() {
+    let place = Place::new();
+    let stiff = "[[material]]\nname = \"steel\"\nstiffness = 1e6\n\n[[body]]\nname = \"disc\"";
+    let text = SCENE.replacen("[[body]]\nname = \"disc\"", stiff, 1);
+    place.write("rigid.toml", SCENE);
+    place.write("stiff.toml", text);
+    for (file, sinks) in [("rigid.toml", 2e-4), ("stiff.toml", 7.848e-4)] {
+        let changes = ["duration=1e10", "overlap=0.1", "life.jump=2e-4"];
+        let changes = changes.map(|change| ["--set", change]).concat();
+        let (code, out, err) = place.run(&[&["run", file, "--out", "r"][..], &changes].concat());
+        assert_eq!(code, 2, "{file}: {out}{err}");
+        assert!(out.contains("worn through itself after"), "{file}: {out}");
+        let summary = place.json("r/summary.json");
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let deepest = number(&summary["totals"]["worst_penetration_m"]);
+        // a landing on a new surface
+        assert!(deepest < 1.5 * sinks, "{file}: {deepest}");
+        let pin = &summary["wear"][0];
+        let (gone, error) = (number(&pin["deepest_m"]), number(&pin["jump_error_m"]));
+        assert!((0.0385..0.04).contains(&gone), "{file}: {gone}");
+        // the same load from the first jump to the last
+        assert!(error < 1e-6, "{file}: {error}");
+        let rate = gone / number(&summary["wear_s"]);
+        assert!((rate / 1.962e-10 - 1.0).abs() < 1e-4, "{file}: {rate}");
+    }
+}
+
 /// Bug: depths of hundreds of metres on a tooth of 18.8 mm on a base of 8 mm, and all was well.
 #[test]
 fn a_study_ends_where_the_tooth_ends() {
