@@ -41,7 +41,7 @@ mod update;
 
 pub use archard::{Archard, LoadSlip};
 pub use cells::CellMap;
-pub use jump::{Jump, JumpBound, JumpRule, trapezoid_error};
+pub use jump::{Jump, JumpBound, JumpRule, MOST_JUMPS, trapezoid_error};
 pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
 pub use polygon::{check_chain, check_polygon, signed_area};
 pub use profile::Profile;

@@ -248,6 +248,30 @@ fn a_pin_ends_before_the_disc_reaches_through_it() {
     }
 }
 
+/// Bug: jumps of a nanometre, seven million of them, ran for ever.
+#[test]
+fn jumps_without_end_are_bounded() {
+    let place = Place::new();
+    let changes = ["life.jump=1e-9", "step.time=0.02", "life.settle=0"];
+    let changes = changes.map(|change| ["--set", change]).concat();
+    let (code, out, err) = place.run(&[&["run", "pin-on-disc"][..], &changes].concat());
+    assert_eq!(code, 2, "{out}{err}");
+    for words in [
+        "life.jump = 1e-9: 20000 jumps",
+        "of the 3600000.0 s of life.duration",
+        "allowed is about",
+    ] {
+        assert!(out.contains(words), "{words}: {out}");
+    }
+    let allowed = "allowed is 1.34e-6 to 1 m";
+    for scene in ["thresher", "thresher-study"] {
+        place.refused(
+            &["run", scene, "--set", "wear.jump=1e-9"],
+            &["wear.jump", allowed],
+        );
+    }
+}
+
 /// Bug: depths of hundreds of metres on a tooth of 18.8 mm on a base of 8 mm, and all was well.
 #[test]
 fn a_study_ends_where_the_tooth_ends() {
