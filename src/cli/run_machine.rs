@@ -47,8 +47,11 @@ fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, R
     let outcome = run_study(scene, setup, &progress)?;
     drop(progress);
     outcome.write(&folder, study, &setup.tooth)?;
-    let (found, text) = (outcome.json(study), outcome.describe(study));
-    Ok((folder, found, text, outcome.totals, None))
+    let found = outcome.json(study);
+    let wrong = outcome.worn_through(study);
+    let warnings: Vec<String> = wrong.iter().cloned().collect();
+    let text = outcome.describe(study) + &summary::noted(&warnings);
+    Ok((folder, found, text, outcome.totals, wrong))
 }
 
 fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Found, RunError> {

@@ -30,9 +30,8 @@ impl Interval {
         self.clear_blocks();
         self.driven = drives(&self.start, inverse_mass);
         let contacts = std::mem::take(&mut self.detection.contacts);
-        let mut springs = Springs::default();
+        let springs = Springs::of(&contacts, inverse_mass.len());
         for (index, contact) in contacts.iter().enumerate() {
-            springs.take_up(&contacts[index..]);
             let movable = movable(contact.rows.bodies, inverse_mass);
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
             if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {

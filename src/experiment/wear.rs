@@ -2,9 +2,9 @@
 
 use super::simulate::{Engine, RunError, Totals, simulate};
 use crate::dynamics::record::StepRecord;
-use crate::report::{Progress, row};
+use crate::report::{Progress, number, row};
 use crate::scene::{Built, Life, Scene};
-use crate::wear::{JumpRule, WearState};
+use crate::wear::{JumpRule, MOST_JUMPS, WearState};
 use crate::worn::{WearingSurface, WornColliders, WornError};
 
 row! {
@@ -52,6 +52,9 @@ row! {
         bound: String,
     }
 }
+
+/// Most rows of `profile.csv` and of `wear.csv`: about a gigabyte of memory.
+const MOST_ROWS: usize = 5_000_000;
 
 /// The wear of a scene's bodies.
 #[derive(Debug, Clone)]
@@ -121,6 +124,16 @@ pub fn run_wear(
             Err(error) => return Err(failed(&run.names, error)),
         };
         run.add(&jumped);
+        let lasts = run.worn.seconds() < life.duration;
+        if let Some(error) = run.worn.worn_through() {
+            let why = failed(&run.names, error.clone()).to_string();
+            run.ended = lasts.then_some(why);
+            break;
+        }
+        run.ended = lasts.then(|| run.too_many_jumps(&life)).flatten();
+        if run.ended.is_some() {
+            break;
+        }
         for step in 0..settle + steps {
             let (record, seconds) = Engine::Moreau.timed_step(built)?;
             run.totals.wall += seconds;
@@ -131,7 +144,7 @@ pub fn run_wear(
             }
         }
     }
-    if run.ended.is_none() {
+    if run.ended.is_none() && run.worn.worn_through().is_none() {
         let Some(simulation) = built.simulation_mut() else {
             return Err(unfit("the scene is not built on a rapier world"));
         };
@@ -215,6 +228,31 @@ impl WearOutcome {
             bound: jumped.bound.word().to_owned(),
         });
         self.add_nodes();
+    }
+
+    /// Why there can be no further jump: there are as many as a life may have.
+    fn too_many_jumps(&self, life: &Life) -> Option<String> {
+        let jumps = self.jumps.len();
+        if jumps < MOST_JUMPS && self.nodes.len() < MOST_ROWS {
+            return None;
+        }
+        let worn = self.worn.seconds();
+        let states = (0..self.worn.surfaces()).map(|surface| self.state(surface));
+        let depths = states.flat_map(|state| state.depth().iter().copied());
+        let mean = depths.fold(0.0, f64::max) / jumps as f64;
+        Some(format!(
+            "life.jump = {:?}: {jumps} jumps of {} m on average wear for {} of the {:?} s of life.duration, \
+             more are not computed; allowed is about {} to 1 m{}",
+            life.jump,
+            number(mean, 3),
+            number(worn, 4),
+            life.duration,
+            number(mean * life.duration / worn, 2),
+            match mean < 0.5 * life.jump {
+                true => ", with cells that are more than three times as long (wear.cell)",
+                false => "",
+            }
+        ))
     }
 
     /// Adds the present nodes of all surfaces.

@@ -45,6 +45,18 @@ fn invalid(collider: ColliderHandle, problem: &str) -> ModelError {
     ModelError::Invalid(format!("collider (handle {id:?}): {problem}"))
 }
 
+/// The body of a collider and the collider's place in its frame.
+fn body_of(
+    world: &PhysicsWorld,
+    collider: ColliderHandle,
+) -> Result<(RigidBodyHandle, Pose64), ModelError> {
+    let found = world.colliders.get(collider);
+    let found = found.ok_or_else(|| invalid(collider, "is not in the world"))?;
+    let place = found.position_wrt_parent().map(Pose64::from_rapier);
+    let body = found.parent().zip(place);
+    body.ok_or_else(|| invalid(collider, "has no body"))
+}
+
 impl MoreauPipeline {
     /// The outline of a collider.
     ///
@@ -169,31 +181,79 @@ impl MoreauPipeline {
         Ok(())
     }
 
-    /// Takes a piece of material off the body of a collider: its mass, its centre of mass and its
-    /// inertia become those of the rest. From then on the mass is the body's own, its colliders have
+    /// Takes pieces of material off the bodies of colliders: the mass of each body, its centre of mass and
+    /// its inertia become those of the rest. From then on the mass is the body's own, its colliders have
     /// none. The velocity of the centre of mass stays as it is.
     ///
     /// # Errors
     /// [`ModelError::Invalid`] for a collider without a dynamic body, or if no mass or inertia is left;
-    /// nothing is changed then.
+    /// nothing is changed then, whichever piece it is.
     pub fn take_material(
         &mut self,
         world: &mut PhysicsWorld,
-        collider: ColliderHandle,
-        piece: &Piece,
+        pieces: &[(ColliderHandle, Piece)],
     ) -> Result<(), ModelError> {
-        let found = world.colliders.get(collider);
-        let found = found.ok_or_else(|| invalid(collider, "is not in the world"))?;
-        let place = found.position_wrt_parent().map(Pose64::from_rapier);
-        let body = found.parent().zip(place);
-        let (handle, place) = body.ok_or_else(|| invalid(collider, "has no body"))?;
+        let mut left: Vec<(RigidBodyHandle, Vec2, ExactBody)> = Vec::new();
+        for (collider, piece) in pieces {
+            let (handle, place) = body_of(world, *collider)?;
+            let earlier = left.iter().position(|(known, ..)| *known == handle);
+            let (centre, whole) = match earlier {
+                Some(k) => (left[k].1, left[k].2),
+                None => self.whole(world, *collider, handle)?,
+            };
+            let gone = place.apply(piece.centre);
+            let mass = whole.mass - piece.mass;
+            let rest = (centre * whole.mass - gone * piece.mass) / mass;
+            let inertia = whole.inertia + whole.mass * (centre - rest).norm_squared()
+                - piece.inertia
+                - piece.mass * (gone - rest).norm_squared();
+            // the last test is one for finite numbers as well
+            if !(mass > 0.0 && inertia > 0.0 && mass + inertia < f64::INFINITY) {
+                let problem =
+                    format!("wear leaves a mass of {mass} kg and {inertia} kg m2 of inertia");
+                return Err(invalid(*collider, &problem));
+            }
+            let rest = (handle, rest, ExactBody { mass, inertia });
+            match earlier {
+                Some(k) => left[k] = rest,
+                None => left.push(rest),
+            }
+        }
+        for (handle, rest, exact) in left {
+            let properties = MassProperties::new(
+                Vector::new(rest.x as Real, rest.y as Real),
+                exact.mass as Real,
+                exact.inertia as Real,
+            );
+            let body = world.bodies.get(handle).ok_or_else(|| not_there(handle))?;
+            for own in body.colliders().to_vec() {
+                if let Some(own) = world.colliders.get_mut(own) {
+                    own.set_density(0.0);
+                }
+            }
+            if let Some(body) = world.bodies.get_mut(handle) {
+                body.set_additional_mass_properties(properties, true);
+                body.recompute_mass_properties_from_colliders(&world.colliders);
+            }
+            self.set_exact_mass(handle, exact)?;
+        }
+        Ok(())
+    }
+
+    /// Centre of mass, in its own frame, and mass of the dynamic body of a collider.
+    fn whole(
+        &self,
+        world: &PhysicsWorld,
+        collider: ColliderHandle,
+        handle: RigidBodyHandle,
+    ) -> Result<(Vec2, ExactBody), ModelError> {
         let body = world.bodies.get(handle).ok_or_else(|| not_there(handle))?;
         if !body.is_dynamic() {
             return Err(invalid(collider, "only a dynamic body has a mass to lose"));
         }
         let local = &body.mass_properties().local_mprops;
         let known = self.bodies.exact().find(|(known, _)| *known == handle);
-        let whole = known.map_or_else(
+        let exact = known.map_or_else(
             || ExactBody {
                 mass: widen(local.mass()),
                 inertia: widen(local.principal_inertia()),
@@ -201,33 +261,7 @@ impl MoreauPipeline {
             |(_, exact)| exact,
         );
         let centre = Vec2::new(widen(local.local_com.x), widen(local.local_com.y));
-        let gone = place.apply(piece.centre);
-        let mass = whole.mass - piece.mass;
-        let rest = (centre * whole.mass - gone * piece.mass) / mass;
-        let inertia = whole.inertia + whole.mass * (centre - rest).norm_squared()
-            - piece.inertia
-            - piece.mass * (gone - rest).norm_squared();
-        // the last test is one for finite numbers as well
-        if !(mass > 0.0 && inertia > 0.0 && mass + inertia < f64::INFINITY) {
-            let problem = format!("wear leaves a mass of {mass} kg and {inertia} kg m2 of inertia");
-            return Err(invalid(collider, &problem));
-        }
-        let left = MassProperties::new(
-            Vector::new(rest.x as Real, rest.y as Real),
-            mass as Real,
-            inertia as Real,
-        );
-        let colliders = body.colliders().to_vec();
-        for own in colliders {
-            if let Some(own) = world.colliders.get_mut(own) {
-                own.set_density(0.0);
-            }
-        }
-        if let Some(body) = world.bodies.get_mut(handle) {
-            body.set_additional_mass_properties(left, true);
-            body.recompute_mass_properties_from_colliders(&world.colliders);
-        }
-        self.set_exact_mass(handle, ExactBody { mass, inertia })
+        Ok((centre, exact))
     }
 
     /// Least mass \[kg\] of the dynamic bodies of some colliders, by their numbers in records.

@@ -4,6 +4,7 @@ use super::Blocks;
 use super::blocks::{Calibration, Study, Tooth, Wear};
 use super::parameters::Thresher;
 use crate::scene::{At, Range, SceneError, distinct, range};
+use crate::wear::MOST_JUMPS;
 use std::f64::consts::TAU;
 
 const SIZE: Range = range(1e-6, 1e6, "1e-6 to 1e6 m");
@@ -28,7 +29,8 @@ pub(super) fn check(blocks: &Blocks, top: &At<'_>) -> Result<(), SceneError> {
         tooth(&top.key("tooth"), block)?;
     }
     if let Some(block) = &blocks.wear {
-        wear(&top.key("wear"), block)?;
+        let tooth = blocks.tooth.unwrap_or_default();
+        wear(&top.key("wear"), block, &tooth)?;
     }
     if let Some(block) = &blocks.study {
         study(&top.key("study"), block)?;
@@ -49,11 +51,18 @@ fn tooth(at: &At<'_>, tooth: &Tooth) -> Result<(), SceneError> {
     at.count("cells", tooth.cells, 3, 1000)
 }
 
-fn wear(at: &At<'_>, wear: &Wear) -> Result<(), SceneError> {
+fn wear(at: &At<'_>, wear: &Wear, tooth: &Tooth) -> Result<(), SceneError> {
     let coefficient = range(1e-30, 1.0, "1e-30 to 1 m2/N");
     at.within("coefficient", wear.coefficient, coefficient)?;
     // Jumps longer than 0.3 of an edge are shortened to it.
-    at.within("jump", wear.jump, range(1e-9, 1.0, "1e-9 to 1 m"))?;
+    let least = (tooth.gamma + tooth.base) / MOST_JUMPS as f64;
+    if !(least..=1.0).contains(&wear.jump) {
+        return Err(SceneError::OutOfRange {
+            at: at.key("jump").place(),
+            value: format!("{:?}", wear.jump),
+            allowed: format!("{least:.2e} to 1 m, from {MOST_JUMPS} jumps for a tooth on its base"),
+        });
+    }
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     at.within(
         "smoothing_length",

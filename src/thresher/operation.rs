@@ -300,7 +300,7 @@ fn height_at(life: &Life, hours: f64) -> f64 {
 
 /// The lowest node reaches the underside of the base. Between two profiles it sinks evenly; after
 /// the last, at the last rate.
-fn worn_through(history: &WearHistory, life: &Life, base: f64) -> LimitLife {
+pub(super) fn worn_through(history: &WearHistory, life: &Life, base: f64) -> LimitLife {
     let lowest = lowest(&history.profile);
     let mut limit = LimitLife {
         limit: "base worn through".to_owned(),

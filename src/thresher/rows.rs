@@ -110,6 +110,8 @@ row! {
         relative_error: f64,
         /// Whether a constant was fitted to this point.
         calibrated: bool,
+        /// When the base is worn through, if before the study's cycles: the depth is that of then.
+        worn_through_cycles: f64,
     }
 }
 
@@ -123,6 +125,8 @@ row! {
         /// To the highest limit of wear.
         life_hours: f64,
         published_hours: f64,
+        /// As in `comparison.csv`.
+        worn_through_cycles: f64,
     }
 }
 
@@ -157,7 +161,8 @@ mod tests {
         );
         assert_eq!(
             header::<ComparisonRow>(),
-            "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated"
+            "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated,\
+             worn_through_cycles"
         );
         assert_eq!(
             header::<ErrorRow>(),
@@ -169,7 +174,7 @@ mod tests {
         );
         assert_eq!(
             header::<FrictionRow>(),
-            "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours"
+            "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours,worn_through_cycles"
         );
     }
 }

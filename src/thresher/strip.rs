@@ -2,15 +2,12 @@
 
 use super::parameters::Thresher;
 use super::shapes::{
-    CROP, STEEL, arc_length, bending, parting, segment_mass, segment_shape, strip_pose, turned,
-    unit,
+    arc_length, bending, parting, segment_faces, segment_mass, strip_pose, turned, unit,
 };
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{JointRecord, StepRecord};
 use crate::dynamics::{JointCoordinate, JointPart, StepError};
-use crate::peers::{
-    BodyId, FrictionRule, JointShape, JointSpec, MassSpec, Motion, Simulation, Surface,
-};
+use crate::peers::{BodyId, JointShape, JointSpec, MassSpec, Motion, Simulation};
 use crate::rapier::Pose64;
 use std::collections::VecDeque;
 
@@ -184,25 +181,19 @@ impl Strip {
         drift: f64,
     ) -> Result<(), StepError> {
         let velocity = (along + turned(along) * drift) * p.entry_speed;
-        let surface = Surface {
-            // the friction of the pair is set on the steel
-            friction: 0.0,
-            friction_rule: FrictionRule::Larger,
-            groups: (CROP, STEEL),
-            ..Surface::default()
-        };
-        let shape = segment_shape(p);
+        let [(above, surface), (below, other)] = segment_faces(p);
         let (next, _) = simulation.add_body(
             Motion::Kinematic,
             Pose64::new(centre, along.y.atan2(along.x)),
             Vec3::new(velocity.x, velocity.y, 0.0),
-            &shape,
+            &above,
             &surface,
             None,
         )?;
+        simulation.add_collider(next, &below, &other)?;
         if let Some(&newest) = self.segments.front() {
             let (mass, inertia) = segment_mass(p);
-            simulation.release(newest, &shape, MassSpec::Given { mass, inertia })?;
+            simulation.release(newest, &above, MassSpec::Given { mass, inertia })?;
             self.passed.energy_in += kinetic(simulation, p, newest);
             self.passed.segments_in += 1;
             let half = Vec2::new(0.5 * p.segment_length, 0.0);

@@ -13,7 +13,7 @@ use super::wear_history::WearHistory;
 use crate::experiment::{RunError, Totals};
 use crate::report::Progress;
 use crate::scene::Scene;
-use crate::wear::{WearError, WearState};
+use crate::wear::{Profile, WearError, WearState};
 
 /// One published depth after 4e6 cycles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,7 +138,7 @@ pub fn run_study(
             wearing_steps = wearing_steps.max(point.first.wearing_steps);
             speed_after = speed_after.max(point.first.speed_after.abs());
             oracle_difference = oracle_difference.max(point.oracle_difference);
-            let row = compare_point(study, torque, speed, point.depth, calibrated);
+            let row = compare_point(study, torque, speed, &point, calibrated);
             comparison.push(row);
             progress.advance();
         }
@@ -178,10 +178,20 @@ pub fn run_study(
     })
 }
 
-/// Wear of a new tooth over the study's cycles.
+/// Share of a tooth on its base that one update wears at most where the tooth is worn through: the cycles
+/// until then are good to a few per cent.
+const FINE_UPDATE: f64 = 1.0 / 16.0;
+/// Remaining cycles that count as round-off, relative to the requested ones.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Wear of a new tooth over the study's cycles, or until its base is worn through.
 pub(super) struct Point {
     /// Depth of the deepest cell \[m\].
     pub depth: f64,
+    /// Cycles after which the base is worn through; `None` if it is not.
+    pub worn_through: Option<f64>,
+    /// Depth of the last update \[m\].
+    last_update: f64,
     /// The cycle of the new tooth.
     first: Cycle,
     /// See [`StudyOutcome::oracle_difference`]; 0 if the reading has no algebra.
@@ -189,23 +199,57 @@ pub(super) struct Point {
 }
 
 /// Wears a new tooth by the study's cycles at a torque \[N m\] and a speed \[rad/s\].
+///
+/// There is no law without a tooth: it ends where a cell reaches the underside of the base. A point that
+/// ends there in an update that is too long to tell when is computed again with shorter ones.
 pub(super) fn operating_point(
+    scene: &Scene,
+    setup: &Setup<Study>,
+    at: [f64; 2],
+    contact_time: f64,
+    totals: &mut Totals,
+) -> Result<Point, RunError> {
+    let new = setup.tooth.profile()?.height() + setup.tooth.base;
+    let fine = FINE_UPDATE * new;
+    let point = worn_point(scene, setup, at, contact_time, f64::INFINITY, totals)?;
+    match point.worn_through.is_some() && point.last_update > fine {
+        true => worn_point(scene, setup, at, contact_time, fine, totals),
+        false => Ok(point),
+    }
+}
+
+/// [`operating_point`] with updates that wear by `deepest_update` \[m\] at most.
+fn worn_point(
     scene: &Scene,
     setup: &Setup<Study>,
     [torque, speed]: [f64; 2],
     contact_time: f64,
+    deepest_update: f64,
     totals: &mut Totals,
 ) -> Result<Point, RunError> {
     let (study, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let (update, balanced) = (study.update, study.reading == Reading::TorqueBalanced);
-    let cycles = study.cycles / f64::from(study.batches);
     let mut state = new_tooth(tooth, wear, speed, update)?;
     let mut algebra = state.clone();
     let mut first = None;
-    for _ in 0..study.batches {
+    let (mut through, mut last_update) = (None, 0.0);
+    loop {
+        let now = state.life().last().cycles;
+        let left = study.cycles - now;
+        if left <= ROUND_OFF * study.cycles || through.is_some() {
+            break;
+        }
         let rotor = rotor(study, state.profile(), update, torque, speed)?;
         let cycle = load_cycle(scene, rotor, contact_time, totals)?;
+        let rates = state.rates(&cycle.load_slip)?;
+        let rate = rates.into_iter().fold(0.0, f64::max);
+        let batch = study.cycles / f64::from(study.batches);
+        let cycles = batch.min(deepest_update / rate).min(left);
+        let (before, lowest) = (deepest(&state), lowest(state.profile()));
         advance(&mut state, &cycle.load_slip, cycles)?;
+        last_update = deepest(&state) - before;
+        through = until_through(lowest, state.profile(), tooth.base)
+            .map(|part| (now + part * cycles, before + part * last_update));
         first.get_or_insert(cycle);
         if balanced {
             let profile = algebra.profile();
@@ -221,11 +265,26 @@ pub(super) fn operating_point(
         }
     }
     Ok(Point {
-        depth: deepest(&state),
+        depth: through.map_or_else(|| deepest(&state), |(_, depth)| depth),
+        worn_through: through.map(|(cycles, _)| cycles),
+        last_update,
         // there is at least one batch
         first: first.unwrap_or_default(),
         oracle_difference,
     })
+}
+
+/// The part of an update after which the lowest node, at `from` \[m\] before it, reaches the underside of
+/// the base, `base` \[m\] below the base line, as it sinks evenly; `None` if it does not.
+fn until_through(from: f64, after: &Profile, base: f64) -> Option<f64> {
+    let to = lowest(after);
+    (to <= -base).then(|| ((from + base) / (from - to)).clamp(0.0, 1.0))
+}
+
+/// Height of the lowest node \[m\].
+fn lowest(profile: &Profile) -> f64 {
+    let heights = profile.nodes().iter().map(|p| p.y);
+    heights.fold(f64::INFINITY, f64::min)
 }
 
 /// One batch of cycles; the error says what to change if the batch is too long for the profile.
@@ -243,13 +302,15 @@ fn compare_point(
     study: &Study,
     torque: f64,
     speed: f64,
-    depth: f64,
+    point: &Point,
     calibrated: bool,
 ) -> ComparisonRow {
+    let compared = study.cycles == 4e6 && point.worn_through.is_none();
     let published = PUBLISHED
         .iter()
-        .find(|p| p.torque == torque && p.speed == speed && study.cycles == 4e6)
+        .find(|p| p.torque == torque && p.speed == speed && compared)
         .map_or(f64::NAN, |p| p.depth);
+    let depth = point.depth;
     ComparisonRow {
         torque_nm: torque,
         omega_rad_s: speed,
@@ -259,6 +320,7 @@ fn compare_point(
         calibrated: calibrated
             && torque == study.calibrate.torque
             && speed == study.calibrate.speed,
+        worn_through_cycles: point.worn_through.unwrap_or(f64::NAN),
     }
 }
 

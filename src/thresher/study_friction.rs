@@ -51,6 +51,7 @@ pub(super) fn friction_rows(
             computed_um: 1e6 * point.depth,
             life_hours: life(&at, times[1])?,
             published_hours: published.map_or(f64::NAN, |(_, hours)| *hours),
+            worn_through_cycles: point.worn_through.unwrap_or(f64::NAN),
         });
     }
     Ok(rows)

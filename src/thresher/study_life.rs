@@ -7,6 +7,7 @@
 
 use super::blocks::{Study, Tooth, Update, Wear};
 use super::contact_time::contact_time;
+use super::operation;
 use super::study_rotor::{deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_history::WearHistory;
 use crate::experiment::{RunError, Totals};
@@ -125,6 +126,9 @@ fn history(
     })?;
     state.close(&last)?;
     history.close(1, &state, &wear.limits)?;
+    let through = operation::worn_through(&history, state.life(), tooth.base);
+    // of no interest to a tooth that is replaced at its last limit
+    history.add_limits(1, (through.hours.is_some()).then_some(through));
     Ok(history)
 }
 

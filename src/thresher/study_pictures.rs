@@ -66,6 +66,7 @@ mod tests {
             computed_um: 100.0 * omega_rad_s,
             relative_error: 0.0,
             calibrated: omega_rad_s == 70.0,
+            worn_through_cycles: f64::NAN,
         };
         let rows = [
             row(20.87, 70.0, 1130.0),

@@ -1,6 +1,7 @@
 //! Output of a run of the study: files and text.
 
 use super::blocks::{Reading, Study, Tooth};
+use super::rows::ComparisonRow;
 use super::study::StudyOutcome;
 use super::study_pictures::depth_over_speed;
 use crate::report::{Align, OutputFolder, ReportError, Table, number, quantity, write_rows};
@@ -109,6 +110,27 @@ impl StudyOutcome {
         out
     }
 
+    /// What to say of the points at which the base is worn through before the study's cycles. In the
+    /// literal reading depths mean nothing, which is said already.
+    pub fn worn_through(&self, study: &Study) -> Option<String> {
+        if self.stall.is_some() {
+            return None;
+        }
+        let compared = self.comparison.iter().map(|row| row.worn_through_cycles);
+        let at_frictions = self.frictions.iter().map(|row| row.worn_through_cycles);
+        let all: Vec<f64> = compared.chain(at_frictions).collect();
+        let through = all.iter().copied().filter(|cycles| cycles.is_finite());
+        let first = through.clone().reduce(f64::min)?;
+        Some(format!(
+            "at {} of {} points the base is worn through before the study.cycles = {:?}, first after {} \
+             cycles: their depths are those of that moment, and no depth of a tooth goes beyond",
+            through.count(),
+            all.len(),
+            study.cycles,
+            number(first, 4)
+        ))
+    }
+
     /// Where the contact time comes from.
     fn of_contact_time(&self, study: &Study) -> String {
         let time = quantity(self.contact_time, "s", 5);
@@ -135,6 +157,7 @@ impl StudyOutcome {
             ("depth [um]", Align::Right),
             ("life [h]", Align::Right),
             ("published life [h]", Align::Right),
+            ("", Align::Left),
         ]);
         let hours = |h: f64| match h.is_nan() {
             true => "-".to_owned(),
@@ -146,6 +169,7 @@ impl StudyOutcome {
                 format!("{:.0}", row.computed_um),
                 hours(row.life_hours),
                 hours(row.published_hours),
+                through(row.worn_through_cycles),
             ]);
         }
         format!(
@@ -191,7 +215,7 @@ impl StudyOutcome {
                 published,
                 format!("{:.0}", row.computed_um),
                 percent,
-                if row.calibrated { "calibrated" } else { "" }.to_owned(),
+                remark(row),
             ]);
         }
         let mut out = format!("{table}");
@@ -203,5 +227,21 @@ impl StudyOutcome {
             ));
         }
         out
+    }
+}
+
+/// What marks a row of the comparison.
+fn remark(row: &ComparisonRow) -> String {
+    let calibrated = if row.calibrated { "calibrated" } else { "" };
+    let both = [calibrated.to_owned(), through(row.worn_through_cycles)];
+    let said: Vec<String> = both.into_iter().filter(|s| !s.is_empty()).collect();
+    said.join(", ")
+}
+
+/// When a base is worn through; empty if it is not.
+fn through(cycles: f64) -> String {
+    match cycles.is_nan() {
+        true => String::new(),
+        false => format!("base worn through after {} cycles", number(cycles, 4)),
     }
 }

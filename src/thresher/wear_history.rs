@@ -83,9 +83,11 @@ impl WearHistory {
     }
 
     /// Adds the machine's own limits.
-    pub(super) fn add_limits(&mut self, bar: u32, limits: [LimitLife; 2]) {
-        self.life.extend(limits.iter().map(|l| life_row(bar, l)));
-        self.machine_limits.extend(limits);
+    pub(super) fn add_limits(&mut self, bar: u32, limits: impl IntoIterator<Item = LimitLife>) {
+        for limit in limits {
+            self.life.push(life_row(bar, &limit));
+            self.machine_limits.push(limit);
+        }
     }
 
     /// Crossings of all limits, the machine's own last.

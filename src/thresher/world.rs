@@ -8,7 +8,8 @@
 use super::blocks::Tooth;
 use super::parameters::{ConcaveSetting, Thresher};
 use super::shapes::{
-    base_radius, concave_chain, segment_shape, steel, steel_law, tooth_chain, unit,
+    base_radius, concave_chain, concave_surface, segment_shape, steel_law, teeth_surface,
+    tooth_chain, unit,
 };
 use super::strip::{Passed, Strip, StripWork};
 use crate::contact::{Vec2, Vec3};
@@ -91,14 +92,14 @@ impl ThreshingWorld {
         let mut simulation = Simulation::new(scene.step.stepper(), gravity, scene.step.dt)?;
         let p = parameters;
         let inertia = p.per_metre(p.inertia);
-        let law = steel_law(p, stiffness);
+        let steel = teeth_surface(p, stiffness);
         let outline = tooth_chain(p, tooth, profile, 0)?;
         let (cylinder, first) = simulation.add_body(
             Motion::Dynamic,
             Pose64::new(Vec2::zeros(), 0.0),
             Vec3::new(0.0, 0.0, p.speed),
             &outline,
-            &steel(p.friction_steel, law),
+            &steel,
             Some(MassSpec::Given {
                 mass: inertia / (AXLE_RADIUS * AXLE_RADIUS),
                 inertia,
@@ -107,7 +108,7 @@ impl ThreshingWorld {
         let mut bars = vec![first];
         for k in 1..p.bars as usize {
             let chain = tooth_chain(p, tooth, profile, k)?;
-            bars.push(simulation.add_collider(cylinder, &chain, &steel(p.friction_steel, law))?);
+            bars.push(simulation.add_collider(cylinder, &chain, &steel)?);
         }
         simulation.add_joint(&JointSpec {
             drive: Some(JointDrive::Motor {
@@ -121,7 +122,7 @@ impl ThreshingWorld {
             Pose64::new(Vec2::zeros(), 0.0),
             Vec3::zeros(),
             &concave_chain(p, p.tip_radius),
-            &steel(p.friction_concave, law),
+            &concave_surface(p, stiffness),
             None,
         )?;
         let strip = Strip::lay(&mut simulation, p)?;
@@ -160,7 +161,7 @@ impl ThreshingWorld {
     /// As [`ThreshingWorld::new`]; the old teeth then remain.
     pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
         let p = &self.parameters;
-        let surface = steel(p.friction_steel, steel_law(p, self.stiffness));
+        let surface = teeth_surface(p, self.stiffness);
         for k in 0..self.bars.len() {
             let chain = tooth_chain(p, &self.tooth, profile, k)?;
             self.bars[k] =
@@ -170,7 +171,7 @@ impl ThreshingWorld {
         if p.concave == ConcaveSetting::Follows {
             self.tips = base_radius(p, &self.tooth) + profile.height();
         }
-        let surface = steel(p.friction_concave, steel_law(p, self.stiffness));
+        let surface = concave_surface(p, self.stiffness);
         let chain = concave_chain(p, self.tips);
         self.concave =
             self.simulation

@@ -97,6 +97,14 @@ pub(super) struct JumpTaken<'a> {
     pub highest: usize,
 }
 
+/// The point after a jump that is not yet added.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct NextPoint {
+    /// Error of the last point, known by the rate of this jump.
+    settled: Option<Vec<f64>>,
+    point: LifePoint,
+}
+
 /// The history of a worn part, and the life computed from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Life {
@@ -133,8 +141,9 @@ impl Life {
         &self.points[self.points.len() - 1]
     }
 
-    /// Adds an Euler jump, `h_i += N r_i`; its rate also gives the final error of the jump before.
-    pub(super) fn add(&mut self, jump: JumpTaken) -> Result<(), WearError> {
+    /// The point after an Euler jump, `h_i += N r_i`; its rate also gives the final error of the jump
+    /// before. Nothing changes until it is [added](Life::add).
+    pub(super) fn next(&self, jump: JumpTaken) -> Result<NextPoint, WearError> {
         let cells = self.last().depth.len();
         same_length("rates", jump.rate.len(), cells)?;
         same_length("load_slip", jump.load_slip.len(), cells)?;
@@ -173,9 +182,16 @@ impl Life {
         all_finite("depth of cell", &next.depth)?;
         all_finite("worn volume of cell", &next.volume)?;
         all_finite("cycles and hours", &[next.cycles, next.hours])?;
-        self.settle(settled);
-        self.points.push(next);
-        Ok(())
+        Ok(NextPoint {
+            settled,
+            point: next,
+        })
+    }
+
+    /// Adds the point after a jump.
+    pub(super) fn add(&mut self, next: NextPoint) {
+        self.settle(next.settled);
+        self.points.push(next.point);
     }
 
     /// Replaces the extrapolated error of the last point, once the rate at its end is known.
@@ -351,7 +367,7 @@ mod tests {
     fn life(rates: &[[f64; 2]], rate_error: f64) -> Life {
         let mut life = Life::new(2, 10.0, 0);
         for (i, rate) in rates.iter().enumerate() {
-            life.add(JumpTaken {
+            let next = life.next(JumpTaken {
                 cycles: 1000.0,
                 cycle_seconds: 3.6,
                 rate,
@@ -360,8 +376,8 @@ mod tests {
                 area: &[0.0, 0.0],
                 height: 9.0 - i as f64,
                 highest: 0,
-            })
-            .unwrap();
+            });
+            life.add(next.unwrap());
         }
         life
     }

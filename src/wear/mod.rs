@@ -41,12 +41,12 @@ mod update;
 
 pub use archard::{Archard, LoadSlip};
 pub use cells::CellMap;
-pub use jump::{Jump, JumpBound, JumpRule, trapezoid_error};
+pub use jump::{Jump, JumpBound, JumpRule, MOST_JUMPS, trapezoid_error};
 pub use life::{Life, LifePoint, Limit, LimitLife, Measure};
 pub use polygon::{check_chain, check_polygon, signed_area};
 pub use profile::Profile;
 pub use remesh::{clip_loops, remesh};
-pub use state::{WearSettings, WearState, WearStep};
+pub use state::{PlannedStep, WearSettings, WearState, WearStep};
 pub use update::{Update, refit_quadratic, smooth_depths, wear_normal};
 
 use thiserror::Error;
@@ -92,6 +92,11 @@ pub enum WearError {
         "wear: the surface is too curved at node {node} for the requested depth, or for its cells"
     )]
     Unbalanced { node: usize },
+    /// A part that is thinner than its surface sinks in under load: what touches it reaches through.
+    #[error(
+        "wear: {left} m are left under node {node}, which sinks in by {sinks} m under its load"
+    )]
+    Thin { node: usize, left: f64, sinks: f64 },
     /// The wear has reached the underside of the base.
     #[error("wear: node {node} at y = {y} m is worn through the base, {base} m thick")]
     WornThrough { node: usize, y: f64, base: f64 },

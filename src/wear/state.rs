@@ -1,4 +1,4 @@
-use super::life::JumpTaken;
+use super::life::{JumpTaken, NextPoint};
 use super::update::deepest;
 use super::{
     Archard, CellMap, Jump, JumpRule, Life, LoadSlip, Profile, Update, WearError, clip_loops,
@@ -50,6 +50,22 @@ pub struct WearState {
     cells: CellMap,
     cell_size: f64,
     life: Life,
+}
+
+/// A jump of a surface that is not yet taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedStep {
+    profile: Profile,
+    cells: CellMap,
+    next: NextPoint,
+    step: WearStep,
+}
+
+impl PlannedStep {
+    /// The profile after the jump.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
 }
 
 /// A surface after a jump, with the numbers of [`WearStep`].
@@ -217,6 +233,23 @@ impl WearState {
         cycles: f64,
         rate_error: f64,
     ) -> Result<WearStep, WearError> {
+        let planned = self.plan(load_slip, cycles, rate_error)?;
+        Ok(self.take(planned))
+    }
+
+    /// A jump without the jump.
+    ///
+    /// # Arguments
+    /// Those of [`WearState::advance`].
+    ///
+    /// # Errors
+    /// Those of [`WearState::advance`].
+    pub fn plan(
+        &self,
+        load_slip: &[f64],
+        cycles: f64,
+        rate_error: f64,
+    ) -> Result<PlannedStep, WearError> {
         let inside = cycles > 0.0 && cycles.is_finite();
         in_range("jump length [cycles]", cycles, inside, "finite and above 0")?;
         let inside = rate_error >= 0.0 && rate_error.is_finite();
@@ -243,7 +276,7 @@ impl WearState {
             false => 0.0,
         };
         let removed: Vec<f64> = requested.iter().map(|a| a * share).collect();
-        self.life.add(JumpTaken {
+        let next = self.life.next(JumpTaken {
             cycles,
             cycle_seconds: self.settings.cycle_seconds,
             rate: &rate,
@@ -261,24 +294,23 @@ impl WearState {
             clipped_area,
             remeshed,
         };
-        self.profile = profile;
-        self.cells = cells;
-        Ok(step)
+        Ok(PlannedStep {
+            profile,
+            cells,
+            next,
+            step,
+        })
     }
 
-    /// The profile after a jump, without the jump.
+    /// Wears the part by a planned jump.
     ///
     /// # Arguments
-    /// Those of [`WearState::advance`].
-    ///
-    /// # Errors
-    /// Those of [`WearState::advance`].
-    pub fn preview(&self, load_slip: &[f64], cycles: f64) -> Result<Profile, WearError> {
-        let inside = cycles > 0.0 && cycles.is_finite();
-        in_range("jump length [cycles]", cycles, inside, "finite and above 0")?;
-        let rates = self.rates(load_slip)?;
-        let depths: Vec<f64> = rates.iter().map(|r| r * cycles).collect();
-        Ok(self.worn(&depths)?.profile)
+    /// - `planned`: of this state as it is, [`WearState::plan`].
+    pub fn take(&mut self, planned: PlannedStep) -> WearStep {
+        self.life.add(planned.next);
+        self.profile = planned.profile;
+        self.cells = planned.cells;
+        planned.step
     }
 
     /// The surface after these depths \[m\].

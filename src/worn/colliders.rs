@@ -9,6 +9,10 @@ use crate::wear::{
 };
 use std::collections::BTreeSet;
 
+/// How far a body that comes down on its new surface sinks in at most, over what it does at rest: 1.15 is
+/// seen with the damping that yielding surfaces get. A larger number ends a life of a thin body earlier.
+const LANDING: f64 = 1.5;
+
 /// How a collider wears.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearingSurface {
@@ -68,6 +72,8 @@ pub struct WornColliders {
     planned: Option<f64>,
     /// Normal impulses [N s] of yielding contacts since the last jump: of open ones, and of all.
     yielded: [f64; 2],
+    /// Why the next jump fails, where that is known.
+    through: Option<WornError>,
 }
 
 #[derive(Debug, Clone)]
@@ -104,6 +110,7 @@ impl WornColliders {
             seconds: 0.0,
             planned: None,
             yielded: [0.0; 2],
+            through: None,
         }
     }
 
@@ -240,8 +247,9 @@ impl WornColliders {
     /// - `until`: wear to reach at most \[s\], see [`WornColliders::seconds`], which then is `until`.
     ///
     /// # Errors
-    /// [`WornError::Unmeasured`], [`WornError::Sleeps`], [`WornError::Past`];
-    /// [`WornError::WornThrough`] and [`WornError::Wear`] leave everything as before the jump.
+    /// [`WornError::Unmeasured`], [`WornError::Sleeps`], [`WornError::Past`],
+    /// [`WornError::WornThrough`], [`WornError::Model`] and [`WornError::Wear`]. All leave everything as
+    /// before the jump.
     pub fn jump(
         &mut self,
         world: &mut PhysicsWorld,
@@ -256,8 +264,11 @@ impl WornColliders {
         if !(most > 0.0 && most.is_finite()) {
             return Err(WornError::Past { until, worn });
         }
+        if let Some(why) = &self.through {
+            return Err(why.clone());
+        }
         let rates = self.rates()?;
-        let planned = self.planned.take();
+        let planned = self.planned;
         let rule = JumpRule {
             cycles: planned.unwrap_or(self.rule.cycles).min(most),
             // a planned jump has the depth of the rule, but for what changed since
@@ -269,22 +280,30 @@ impl WornColliders {
         // NaN if an infinite feedback meets a coefficient of 0
         let stable = feedback <= rule.stability || feedback.is_nan();
         let wears = planned.is_some() || stable;
+        let seconds = if wears { jump.cycles } else { 0.0 };
+        let compliance = planned.is_some() || !stable;
+        let yielding = match compliance {
+            true => Some(self.plan(world, pipeline, &rates, most - seconds)?),
+            false => None,
+        };
+        let next = yielding.as_ref().map(|(next, _)| *next);
+        let through = self.thin(&rates, seconds, next)?;
         if wears {
-            self.wear(world, pipeline, &rates, jump.cycles)?;
-            if jump.cycles == most {
+            self.wear(world, pipeline, &rates, seconds)?;
+            if seconds == most {
                 self.seconds = until;
             }
         }
-        let compliance = planned.is_some() || !stable;
-        if compliance {
-            let left = until - self.seconds;
-            let left = if left > 0.0 { left } else { f64::INFINITY };
-            self.plan(world, pipeline, &rates, left)?;
+        if let Some((_, laws)) = yielding {
+            for (collider, law) in laws {
+                pipeline.set_surface(collider, law);
+            }
         }
+        (self.planned, self.through) = (next, through);
         let [open, all] = self.yielded;
         self.clear();
         Ok(Jumped {
-            seconds: if wears { jump.cycles } else { 0.0 },
+            seconds,
             bound: jump.bound,
             feedback,
             compliance,
@@ -350,6 +369,12 @@ impl WornColliders {
         self.seconds
     }
 
+    /// Why no further jump is possible: a surface is worn so thin that what presses on it reaches through
+    /// it. What is measured from then on means nothing, and the next jump is this error.
+    pub fn worn_through(&self) -> Option<&WornError> {
+        self.through.as_ref()
+    }
+
     fn on(&self, slot: u32) -> Option<usize> {
         self.parts.iter().position(|part| part.number() == slot)
     }
@@ -379,6 +404,7 @@ impl WornColliders {
         Ok(each.iter().copied().chain(pairs).fold(0.0, f64::max))
     }
 
+    /// Wears all surfaces, or on an error none.
     fn wear(
         &mut self,
         world: &mut PhysicsWorld,
@@ -387,6 +413,7 @@ impl WornColliders {
         seconds: f64,
     ) -> Result<(), WornError> {
         let mut worn = Vec::with_capacity(self.parts.len());
+        let mut gone = Vec::new();
         for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
             let after = self.seconds + seconds;
             let failed = |source| match source {
@@ -397,23 +424,60 @@ impl WornColliders {
                 },
                 source => WornError::Wear { surface, source },
             };
-            let profile = part.state.preview(load.sums(), seconds).map_err(failed)?;
-            let outline = part.face.outline(&profile);
+            let step = part.state.plan(load.sums(), seconds, 0.0);
+            let step = step.map_err(failed)?;
+            let outline = part.face.outline(step.profile());
             Face::check(&outline, part.hollow).map_err(failed)?;
-            worn.push((profile, outline));
-        }
-        let parts = self.parts.iter_mut().zip(rates).zip(worn);
-        for (surface, ((part, load), (profile, outline))) in parts.enumerate() {
             if let Some(density) = part.density {
-                let piece = part.face.piece(part.state.profile(), &profile, density);
-                pipeline.take_material(world, part.collider, &piece)?;
+                let piece = (part.face).piece(part.state.profile(), step.profile(), density);
+                gone.push((part.collider, piece));
             }
-            let step = part.state.advance(load.sums(), seconds, 0.0);
-            step.map_err(|source| WornError::Wear { surface, source })?;
+            // a collider that is gone has no outline to change
+            pipeline.outline(world, part.collider, None)?;
+            worn.push((step, outline));
+        }
+        pipeline.take_material(world, &gone)?;
+        for (part, (step, outline)) in self.parts.iter_mut().zip(worn) {
+            part.state.take(step);
             pipeline.set_outline(world, part.collider, &outline)?;
         }
         self.seconds += seconds;
         Ok(())
+    }
+
+    /// Why nothing can be measured after a jump of so many seconds, if surfaces then yield by what they
+    /// wear in `next` seconds, or by their own compliance: one is left thinner than it sinks in.
+    fn thin(
+        &self,
+        rates: &[LoadSlip],
+        seconds: f64,
+        next: Option<f64>,
+    ) -> Result<Option<WornError>, WornError> {
+        for (surface, (part, load)) in self.parts.iter().zip(rates).enumerate() {
+            let wear = |source| WornError::Wear { surface, source };
+            let depths = part.state.rates(load.sums()).map_err(wear)?;
+            let yields = depths.iter().map(|rate| rate * next.unwrap_or(0.0));
+            // elastic: S = Σ k δ |s| and A = Σ k |s|
+            let elastic = load.sums().iter().zip(load.stiffness());
+            let elastic = elastic.map(|(s, a)| if *a > 0.0 { s / a } else { 0.0 });
+            let sinks: Vec<f64> = yields.zip(elastic).map(|(a, b)| a.max(b)).collect();
+            let loaded = |node: usize| sinks[node] > 0.0;
+            for (node, thick) in part.face.thickness(part.state.profile(), loaded) {
+                let left = thick - seconds * depths[node];
+                if left <= LANDING * sinks[node] {
+                    return Ok(Some(WornError::WornThrough {
+                        surface,
+                        seconds: self.seconds + seconds,
+                        source: WearError::Thin {
+                            node,
+                            left,
+                            sinks: sinks[node],
+                        },
+                    }));
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// The longest jump that the depth of a rule and the meshes allow, whatever its feedback.
@@ -432,22 +496,25 @@ impl WornColliders {
         Ok(longest)
     }
 
-    /// Lets the surfaces yield by what the next jump will wear, of at most so many seconds.
+    /// The next jump of `left` seconds at most, 0 for as long as the rule says, and the laws with which
+    /// the surfaces yield by what it will wear.
     ///
     /// A body of mass m that lies on a surface which yields by the depth h of a jump under its load F
     /// would swing with `ω² = F/(m h)` after each jump; a damping of `2 k/ω` stops it at once.
     fn plan(
-        &mut self,
+        &self,
         world: &PhysicsWorld,
-        pipeline: &mut MoreauPipeline,
+        pipeline: &MoreauPipeline,
         rates: &[LoadSlip],
-        most: f64,
-    ) -> Result<(), WornError> {
+        left: f64,
+    ) -> Result<(f64, Vec<(ColliderHandle, SurfaceLaw)>), WornError> {
+        let most = if left > 0.0 { left } else { f64::INFINITY };
         let rule = JumpRule {
             cycles: self.rule.cycles.min(most),
             ..self.rule
         };
         let seconds = self.longest(&rule, rates)?.cycles;
+        let mut laws = Vec::with_capacity(self.parts.len());
         for (surface, part) in self.parts.iter().enumerate() {
             let (speed, law) = (part.sliding(self.measured), part.state.law());
             // what does not slide does not wear, and what has no coefficient neither
@@ -465,10 +532,9 @@ impl WornColliders {
                 cells: true,
                 ..part.law
             };
-            pipeline.set_surface(part.collider, law);
+            laws.push((part.collider, law));
         }
-        self.planned = Some(seconds);
-        Ok(())
+        Ok((seconds, laws))
     }
 
     fn clear(&mut self) {

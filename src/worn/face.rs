@@ -129,6 +129,25 @@ impl Face {
         }
     }
 
+    /// How thick the solid is under the nodes of a profile that are asked for, along their normals, as pairs
+    /// of node and thickness \[m\]; infinite with nothing behind. The ends of an open profile are left out:
+    /// they lie on the faces beside it.
+    pub fn thickness<'a>(
+        &self,
+        profile: &'a Profile,
+        asked: impl Fn(usize) -> bool + 'a,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let outline = self.outline(profile);
+        let frame = self.frame;
+        let ends = usize::from(!profile.is_ring());
+        let nodes = ends..profile.node_count() - ends;
+        let normals = profile.normals();
+        nodes.filter(move |node| asked(*node)).map(move |node| {
+            let from = frame.rotate(profile.nodes()[node]);
+            (node, through(&outline, from, -frame.rotate(normals[node])))
+        })
+    }
+
     /// Checks that the outline does not cross itself.
     pub fn check(outline: &Outline, hollow: bool) -> Result<(), WearError> {
         match (outline.closed, hollow) {
@@ -190,6 +209,24 @@ impl Face {
             inertia: density * (second - area * centre.norm_squared()),
         }
     }
+}
+
+/// How far a ray from a corner of an outline runs until it meets an edge that does not start or end there.
+fn through(outline: &Outline, from: Vec2, along: Vec2) -> f64 {
+    let points = &outline.points;
+    let edges = points.len() - usize::from(!outline.closed);
+    let meets = |k: usize| {
+        let (a, b) = (points[k], points[(k + 1) % points.len()]);
+        if a == from || b == from {
+            return None;
+        }
+        // from + t along = a + s (b − a)
+        let (edge, start) = (b - a, a - from);
+        let turn = along.perp(&edge);
+        let (t, s) = (start.perp(&edge) / turn, start.perp(&along) / turn);
+        (t > 0.0 && (0.0..=1.0).contains(&s)).then_some(t)
+    };
+    (0..edges).filter_map(meets).fold(f64::INFINITY, f64::min)
 }
 
 /// The first edge that wears and how many do.
@@ -311,6 +348,24 @@ mod tests {
                 assert!((found - (a + 0.25 * (b - a))).norm() < 1e-15, "{edge}");
             }
         }
+    }
+
+    #[test]
+    fn a_square_is_as_thick_as_it_is_wide() {
+        let (face, profile, _) = Face::cut(&square(), Some([0, 0]), Some(1.0), 0).unwrap();
+        let found: Vec<(usize, f64)> = face.thickness(&profile, |node| node != 2).collect();
+        assert_eq!(found, [(1, 4.0), (3, 4.0)]);
+        // from the corners of a whole outline to those across
+        let (face, profile, _) = Face::cut(&square(), None, Some(4.0), 0).unwrap();
+        for (_, thick) in face.thickness(&profile, |_| true) {
+            assert!((thick - 32f64.sqrt()).abs() < 1e-14, "{thick}");
+        }
+        let ground = outline(&[(2.0, 0.0), (1.0, 0.0), (0.0, 0.0)], false);
+        let (face, profile, _) = Face::cut(&ground, None, None, 0).unwrap();
+        assert_eq!(
+            face.thickness(&profile, |_| true).next(),
+            Some((1, f64::INFINITY))
+        );
     }
 
     #[test]

@@ -34,4 +34,5 @@ mod results;
 mod resume;
 mod seams;
 mod sleeping;
+mod springs;
 mod user_worlds;

@@ -1,16 +1,19 @@
 //! The files that `run` and `compare` write: which, with what columns, and how exact.
 
-use super::cli::SCENES;
+use super::cli::scenes_of_bodies;
 use crate::common::program::Place;
+use crate::common::small;
 use serde_json::Value;
 use std::fs;
 
 const BODIES: &str = "time_s,body,x_m,y_m,angle_rad,vx_m_s,vy_m_s,omega_rad_s";
 const CONTACTS: &str = "time_s,body_1,body_2,cell,x_m,y_m,nx,ny,gap_m,impulse_n_ns,impulse_t_ns,\
                         slip_m,load_slip_nm,friction_work_j,status";
-const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated";
+const COMPARISON: &str = "torque_nm,omega_rad_s,published_um,computed_um,relative_error,calibrated,\
+                          worn_through_cycles";
 const WEAR: &str = "cycles,hours,bar,cell,x_m,depth_m,load_slip_nm_per_cycle";
-const FRICTION: &str = "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours";
+const FRICTION: &str = "friction,torque_nm,omega_rad_s,computed_um,life_hours,published_hours,\
+                        worn_through_cycles";
 const PROFILE: &str = "cycles,hours,bar,node,x_m,y_m";
 const LIFE: &str = "limit,hours,cycles,error_hours,bar,cell";
 const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,precision,measure,\
@@ -18,11 +21,18 @@ const RESULTS: &str = "scene,rung,engine,scheme,solver,setting,dt_s,threads,prec
 
 #[test]
 fn every_scene_runs_and_leaves_its_files() {
-    for scene in SCENES {
+    for scene in scenes_of_bodies() {
         let place = Place::new();
-        let (code, out, err) = place.run(&["run", scene, "--steps", "3"]);
-        // links of the capstan lie 0.05 mm deep in its drum from the first step on, 0.2 % of a link
-        let expected = if scene == "capstan" { 2 } else { 0 };
+        let changes = small(scene).iter().flat_map(|change| ["--set", change]);
+        let args = ["run", scene, "--steps", "3"].into_iter().chain(changes);
+        let (code, out, err) = place.run(&args.collect::<Vec<_>>());
+        let expected = match scene {
+            // links lie 0.05 mm deep in the drum from the first step on, 0.2 % of a link
+            "capstan" => 2,
+            // laid with overlaps of 0.5 %, in islands that no solve certifies: catalogue.rs
+            "box-drum" => 2,
+            _ => 0,
+        };
         assert_eq!(code, expected, "{scene}: {err}");
         assert!(out.starts_with(scene), "{out}");
         let folder = format!("out/{scene}");

@@ -217,3 +217,98 @@ fn a_pin_on_many_cells_comes_to_rest() {
     let open = summary["wear_open_load"].as_f64().unwrap();
     assert!(open < 1e-3, "{open}");
 }
+
+/// Bug: the last cycles of a pin thinner than it sinks in, by wear compliance or by a stiffness, met the
+/// disc through its upper side: overlaps of 0.08 m, and jumps by loads that were none.
+#[test]
+fn a_pin_ends_before_the_disc_reaches_through_it() {
+    let place = Place::new();
+    let stiff = "[[material]]\nname = \"steel\"\nstiffness = 1e6\n\n[[body]]\nname = \"disc\"";
+    let text = SCENE.replacen("[[body]]\nname = \"disc\"", stiff, 1);
+    place.write("rigid.toml", SCENE);
+    place.write("stiff.toml", text);
+    for (file, sinks) in [("rigid.toml", 2e-4), ("stiff.toml", 7.848e-4)] {
+        let changes = ["duration=1e10", "overlap=0.1", "life.jump=2e-4"];
+        let changes = changes.map(|change| ["--set", change]).concat();
+        let (code, out, err) = place.run(&[&["run", file, "--out", "r"][..], &changes].concat());
+        assert_eq!(code, 2, "{file}: {out}{err}");
+        assert!(out.contains("worn through itself after"), "{file}: {out}");
+        let summary = place.json("r/summary.json");
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let deepest = number(&summary["totals"]["worst_penetration_m"]);
+        // a landing on a new surface
+        assert!(deepest < 1.5 * sinks, "{file}: {deepest}");
+        let pin = &summary["wear"][0];
+        let (gone, error) = (number(&pin["deepest_m"]), number(&pin["jump_error_m"]));
+        assert!((0.0385..0.04).contains(&gone), "{file}: {gone}");
+        // the same load from the first jump to the last
+        assert!(error < 1e-6, "{file}: {error}");
+        let rate = gone / number(&summary["wear_s"]);
+        assert!((rate / 1.962e-10 - 1.0).abs() < 1e-4, "{file}: {rate}");
+    }
+}
+
+/// Bug: jumps of a nanometre, seven million of them, ran for ever.
+#[test]
+fn jumps_without_end_are_bounded() {
+    let place = Place::new();
+    let changes = ["life.jump=1e-9", "step.time=0.02", "life.settle=0"];
+    let changes = changes.map(|change| ["--set", change]).concat();
+    let (code, out, err) = place.run(&[&["run", "pin-on-disc"][..], &changes].concat());
+    assert_eq!(code, 2, "{out}{err}");
+    for words in [
+        "life.jump = 1e-9: 20000 jumps",
+        "of the 3600000.0 s of life.duration",
+        "allowed is about",
+    ] {
+        assert!(out.contains(words), "{words}: {out}");
+    }
+    let allowed = "allowed is 1.34e-6 to 1 m";
+    for scene in ["thresher", "thresher-study"] {
+        place.refused(
+            &["run", scene, "--set", "wear.jump=1e-9"],
+            &["wear.jump", allowed],
+        );
+    }
+}
+
+/// Bug: depths of hundreds of metres on a tooth of 18.8 mm on a base of 8 mm, and all was well.
+#[test]
+fn a_study_ends_where_the_tooth_ends() {
+    let place = Place::new();
+    let args = ["run", "thresher-study", "--out", "r", "--set"];
+    let (code, out, err) = place.run(&[&args[..], &["study.cycles=1e12"]].concat());
+    assert_eq!(code, 2, "{out}{err}");
+    for words in [
+        "base worn through after",
+        "at 18 of 18 points the base is worn through before the study.cycles = 1000000000000.0",
+        "base worn through: after",
+    ] {
+        assert!(out.contains(words), "{words}: {out}");
+    }
+    let number = |cell: &String| cell.parse::<f64>().unwrap();
+    let rows = place.rows("r/comparison.csv");
+    let cycles: Vec<f64> = rows.iter().map(|row| number(&row[6])).collect();
+    for row in &rows {
+        let depth = 1e-6 * number(&row[3]);
+        assert!((0.02..0.0268).contains(&depth), "{row:?}");
+    }
+    // wear of a cycle is as the torque and the speed
+    for (k, speed) in [70.0, 80.0, 90.0, 100.0, 110.0, 120.0].iter().enumerate() {
+        for (row, torque) in [(k, 146.39), (k + 6, 20.87)] {
+            let scaled = cycles[row] * speed * torque / (cycles[0] * 70.0 * 146.39);
+            assert!((scaled - 1.0).abs() < 1e-6, "{torque} {speed}: {scaled}");
+        }
+    }
+    // as many cycles as the first tooth lasts, and a little more and less
+    let frictions = place.rows("r/friction.csv");
+    let all = cycles.iter().copied();
+    let all = all.chain(frictions.iter().map(|row| number(&row[6])));
+    let first = all.fold(f64::INFINITY, f64::min);
+    for (share, expected) in [(0.97, 0), (1.03, 2)] {
+        let most = format!("study.cycles={}", share * first);
+        let flags = ["--set", "study.batches=24"];
+        let (code, out, err) = place.run(&[&args[..], &[&most], &flags].concat());
+        assert_eq!(code, expected, "{share}: {out}{err}");
+    }
+}

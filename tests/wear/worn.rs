@@ -451,6 +451,67 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
     assert_eq!(jumped, Err(WornError::Unmeasured));
 }
 
+/// Bug: where the second of two bodies had no mass left to lose, the first was worn already.
+#[test]
+fn a_jump_that_fails_on_one_surface_wears_none() {
+    for one_body in [false, true] {
+        let mut stand = Stand::flat(1e-6);
+        let pin = stand.pin;
+        stand.yielding(pin, 1e11);
+        let heavy = |density: f64| WearingSurface {
+            density: Some(density),
+            ..foot(Some(2e-3))
+        };
+        stand.add(pin, heavy(1e3));
+        // 1e-8 m2 in a jump: more than the mass of its body
+        let foot = ColliderBuilder::cuboid(0.005, 0.02).translation(at(0.1, 0.0));
+        let foot = foot.density(0.0).friction(0.0);
+        let body = match one_body {
+            true => stand.body,
+            false => {
+                let mass = MassProperties::new(Vector::ZERO, MASS as Real, 1.0);
+                let body = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
+                let body = body.lock_rotations().enabled_translations(false, true);
+                let body = body.translation(at(0.0, 0.02));
+                stand.world.bodies.insert(body)
+            }
+        };
+        let (colliders, bodies) = (&mut stand.world.colliders, &mut stand.world.bodies);
+        let second = colliders.insert_with_parent(foot, body, bodies);
+        stand.yielding(second, 1e11);
+        stand.add(second, heavy(1e12));
+        // rapier has the mass of a body from its first step on
+        let (world, pipeline) = (&mut stand.world, &mut stand.pipeline);
+        pipeline.step(world).unwrap();
+        let mass = |stand: &Stand| stand.world.bodies[stand.body].mass();
+        let before = (mass(&stand), stand.worn.outline(0), stand.worn.outline(1));
+        let error = stand.jump(200, 1e6).unwrap_err();
+        let told = error.to_string();
+        assert!(
+            told.contains("wear leaves a mass of -"),
+            "{one_body}: {told}"
+        );
+        assert_eq!(stand.worn.seconds(), 0.0);
+        for surface in 0..2 {
+            assert!(stand.worn.state(surface).depth().iter().all(|h| *h == 0.0));
+            assert_eq!(stand.worn.state(surface).life().points().len(), 1);
+        }
+        let after = (mass(&stand), stand.worn.outline(0), stand.worn.outline(1));
+        assert_eq!(before, after, "{one_body}");
+        let shape = |collider| {
+            let found = stand.pipeline.outline(&stand.world, collider, None);
+            found.unwrap()
+        };
+        for (surface, collider) in [(0, pin), (1, second)] {
+            let of_world = shape(collider).points;
+            let own = stand.worn.outline(surface).points;
+            // single precision of the collider
+            let off = of_world.iter().zip(&own).map(|(a, b)| (a - b).norm());
+            assert!(off.fold(0.0, f64::max) < 1e-8, "{one_body} {surface}");
+        }
+    }
+}
+
 fn ring(points: Vec<Vec2>) -> WearState {
     part(Profile::ring(points).unwrap(), 1.0)
 }
