@@ -101,9 +101,14 @@ pub(super) struct ContactCache {
 }
 
 impl ContactCache {
-    /// Adds the entries of an island that was left out of the last steps.
+    /// Adds the entries of an island that was left out of the last steps; those that the cache has
+    /// stay.
     pub fn take_back(&mut self, entries: &[(ContactKey, CachedContact)]) {
-        self.contacts.extend(entries.iter().copied());
+        let missing = entries
+            .iter()
+            .filter(|(key, _)| self.contacts.get(key).is_none());
+        let missing: Vec<_> = missing.copied().collect();
+        self.contacts.extend(missing);
         let pairs = entries.iter().map(|(key, _)| key.pair);
         self.overlaps.seen.extend(pairs);
     }

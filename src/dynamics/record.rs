@@ -204,8 +204,9 @@ pub struct StepRecord {
     pub joints: Vec<JointRecord>,
     pub islands: usize,
     /// Islands at rest among them. They were not solved: nothing about them has changed since their
-    /// last solve, so their impulses are those, and their residual is bounded by that of the solve
-    /// and the speed that it left. Their contacts come first in the record.
+    /// last solve, so their impulses are those. Their relative residual is that of the solve, their
+    /// residual velocity a bound from it and the speed that it left. Their contacts come first in
+    /// the record.
     pub resting: usize,
     pub sweeps: usize,
     pub factorisations: usize,

@@ -7,31 +7,36 @@ use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
-/// Adds the work and the contacts of the blocks that `used` selects to `record`, and their entries
-/// to `cache`.
+/// `(u_A + u_E)/2` of all bodies, on which the impulses of an interval do work: 0 for motion that is
+/// prescribed.
+pub(super) fn working_velocities(
+    interval: &Interval,
+    solution: &Solution,
+    inverse_mass: &[Vec3],
+) -> Vec<Vec3> {
+    let velocities = interval.start.iter().zip(&solution.end).zip(inverse_mass);
+    let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
+    let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
+    mean.collect()
+}
+
+/// Adds the work and the contacts of some blocks to `record`, and their entries to `cache`. `mean`
+/// are the [`working_velocities`].
 pub(super) fn record_interval(
     interval: &Interval,
     solution: &Solution,
-    used: impl Fn(usize) -> bool,
-    inverse_mass: &[Vec3],
+    blocks: impl Iterator<Item = usize>,
+    mean: &[Vec3],
     time: f64,
     record: &mut StepRecord,
     cache: &mut CachedContacts,
 ) {
-    // impulses do no work on bodies with prescribed motion
-    let velocities = interval.start.iter().zip(&solution.end).zip(inverse_mass);
-    let mobile = |v: f64, w: f64| if w > 0.0 { v } else { 0.0 };
-    let mean = velocities.map(|((a, e), w)| (0.5 * (a + e)).zip_map(w, mobile));
-    let mean: Vec<Vec3> = mean.collect();
-    record.contacts.reserve(interval.blocks.len());
-    for (i, (block, &p)) in interval.blocks.iter().zip(&solution.impulses).enumerate() {
-        if !used(i) {
-            continue;
-        }
+    for i in blocks {
+        let (block, p) = (&interval.blocks[i], solution.impulses[i]);
         // no work on a side that receives no impulse
         let side_velocity = |rows: &Rows| {
             let (bodies, jacobian) = (interval.sides[i], rows.jacobian);
-            Rows { bodies, jacobian }.velocity(&mean)
+            Rows { bodies, jacobian }.velocity(mean)
         };
         match block.source {
             Source::Joint(index) => {

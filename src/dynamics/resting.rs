@@ -1,22 +1,33 @@
 //! Islands at rest, which repeat their last step.
 //!
-//! If nothing moved in a step, the next step poses the same contact problem. So an island whose
-//! certified solution leaves its bodies at rest, within the tolerance of the solve, is put to rest
+//! If nothing moves in a step, the next step poses the same contact problem. So an island whose
+//! certified solution leaves its bodies at rest, as far as the solution can tell, is put to rest
 //! exactly: its bodies stop where the contacts were found, at the midpoint. From then on it keeps
 //! its impulses `P` from step to step, without detection and without a solve, until anything that
 //! its problem depends on changes.
 //!
-//! The next problem has the same rows and gaps, and differs in `u_A` alone, which is now zero. So
-//! the residual of `P` in it is at most
+//! # What is at rest
+//! Motion that the solution resolves is never stopped, however slow: with `F` of
+//! [`Residual`](crate::contact::Residual) and `r` its velocity, an island rests if
 //!
 //! ```text
-//! |F/ρ|' ≤ |F/ρ| + 2 max_k (|u_A| + |u_E|)_k,   |u| = max(|v_x|, |v_y|) + r |ω|      (1)
+//! r ≤ ε v,   |u_A|_k + |u_E|_k ≤ min(4 r + δ, ε v),   |u| = |v| + a |ω|       (1)
 //! ```
 //!
-//! over the island's bodies `k`, with `r` the longest arm of the body's contacts; the velocity that
-//! the stop takes from a body is within (1), too. An island rests only if (1) is within the
-//! tolerance. Then every later step is as certified as one that is solved, by (1) instead of a
-//! judgement of its own, and no error adds up: the state is the same, bit for bit.
+//! for all its bodies `k`; `v` is the velocity scale of the island, `δ` the round-off of its
+//! impulses, `a` the longest arm of the body's contacts. `ε` = [`REST`] bounds what can be lost: a
+//! body that should start with less than `ε v` in a step may stay. The solver's tolerance does not
+//! matter, only what the solve reached.
+//!
+//! The repeated problem has the same rows and gaps, and differs in `u_A` alone, which is zero now.
+//! With friction `μ` the residual velocity of `P` in it is at most
+//!
+//! ```text
+//! r + 4 (1 + μ) max_k (|u_A| + |u_E|)_k                                       (2)
+//! ```
+//!
+//! which the record states. The state is the same in all later steps, bit for bit, so no error adds
+//! up.
 //!
 //! # What ends the rest
 //! - a body of the island moves, by the user's hand, or has another mass or force;
@@ -24,18 +35,24 @@
 //! - the step has another length, an immovable body has been displaced, or the model's
 //!   [`revision`](MultibodyModel::revision) is another.
 //!
-//! Islands with joints, springs, moving surfaces, given loads or dominance are always solved.
+//! Islands with joints, springs, moving surfaces, given loads or dominance are always solved, and so
+//! are those with pairs that are moved apart.
 
-use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
+use super::contact_cache::{CachedContact, CachedContacts, ContactCache, Overlaps};
 use super::interval::{Interval, Source};
 use super::model::{Configuration, ContactKey, Detection, MultibodyModel, NormalLaw};
 use super::outcome::SolvedProblem;
 use super::record::{ContactRecord, StepRecord};
-use super::recording::record_interval;
+use super::recording::{record_interval, working_velocities};
 use super::solution::Solution;
 use super::step::is_used;
 use crate::contact::{NO_BODY, Vec3};
 use serde::{Deserialize, Serialize};
+
+/// Largest speed of a body at rest, as a share of the velocity scale of its island: see (1). What can be lost is
+/// an acceleration of 1e-9 m/s² under gravity, 5 nm in the first three seconds; less, and large
+/// islands, which are solved to some 1e-11, never rest.
+const REST: f64 = 1e-10;
 
 /// An island at rest.
 #[derive(Clone, Serialize, Deserialize)]
@@ -45,7 +62,7 @@ pub(crate) struct RestingIsland {
     contacts: Vec<ContactRecord>,
     penetration: f64,
     redundant: bool,
-    /// The bound (1), relative and \[m/s\].
+    /// The relative residual of the last solve, and the bound (2) \[m/s\].
     residual: [f64; 2],
     /// For the contact cache, when it is solved again.
     entries: Vec<(ContactKey, CachedContact)>,
@@ -85,6 +102,8 @@ pub(super) struct Begin<'a> {
     pub start: &'a [Vec3],
     pub inverse_mass: &'a [Vec3],
     pub origin: &'a [Configuration],
+    /// Whether bodies dominate others.
+    pub dominance: bool,
     /// Of the midpoint \[s\].
     pub time: f64,
     pub dt: f64,
@@ -96,7 +115,8 @@ pub(super) struct Solved<'a> {
     pub interval: &'a Interval,
     pub inverse_mass: &'a [Vec3],
     pub in_cluster: &'a [bool],
-    pub tolerance: f64,
+    /// Pairs that are moved apart.
+    pub overlaps: Option<&'a Overlaps>,
     /// Of the islands that are used, in their order; empty if they are not stored.
     pub problems: &'a [SolvedProblem],
 }
@@ -104,6 +124,20 @@ pub(super) struct Solved<'a> {
 impl RestingIslands {
     pub fn clear(&mut self) {
         *self = RestingIslands::default();
+    }
+
+    /// The islands for a saved state: the model that resumes it counts its revisions anew.
+    pub fn saved(&self) -> RestingIslands {
+        RestingIslands {
+            revision: None,
+            ..self.clone()
+        }
+    }
+
+    /// Ends the rest of all islands among so many bodies.
+    pub fn end_all(&mut self, cache: &mut ContactCache, bodies: usize) {
+        self.release(cache, |_| true);
+        self.number(bodies);
     }
 
     pub fn is_empty(&self) -> bool {
@@ -142,7 +176,8 @@ impl RestingIslands {
                 at.start.get(k).is_some_and(|u| *u != Vec3::zeros())
                     || at.origin.get(k) == Some(place)
             };
-            let same = same && self.dt == at.dt && self.immovable.iter().all(stays);
+            let same =
+                same && !at.dominance && self.dt == at.dt && self.immovable.iter().all(stays);
             let mut forces = vec![Vec3::zeros(); at.start.len()];
             model.forces(at.time, &mut forces);
             let rests = |body: &RestingBody| {
@@ -233,23 +268,28 @@ impl RestingIslands {
         let linked = linked(&step, &island_of, found.len());
         let mut linked = linked.iter();
         found.retain(|_| linked.next() == Some(&false));
-        let mut of_block = vec![usize::MAX; interval.blocks.len()];
         for (k, _) in &found {
-            for &i in solution.islands.blocks(*k) {
-                of_block[i as usize] = *k;
-            }
             let bodies: Vec<usize> = members(interval, solution, *k).collect();
             bodies
                 .iter()
                 .for_each(|&body| solution.end[body] = Vec3::zeros());
         }
         let w = step.inverse_mass;
+        let mean = working_velocities(interval, solution, w);
         self.dt = dt;
         for (k, residual) in found {
             let mut own = StepRecord::default();
             let mut entries = CachedContacts::default();
-            let used = |i: usize| of_block[i] == k;
-            record_interval(interval, solution, used, w, 0.0, &mut own, &mut entries);
+            let blocks = solution.islands.blocks(k).iter().map(|i| *i as usize);
+            record_interval(
+                interval,
+                solution,
+                blocks,
+                &mean,
+                0.0,
+                &mut own,
+                &mut entries,
+            );
             let stopped = own.contacts.iter().map(|contact| ContactRecord {
                 slip: 0.0,
                 load_slip: 0.0,
@@ -355,16 +395,18 @@ fn problem_of(island: usize, step: &Solved, solution: &Solution) -> Option<Solve
     step.problems.get(before).cloned()
 }
 
-/// The bound (1) of an island, relative and \[m/s\], if it is at rest by itself.
+/// The relative residual of an island and the bound (2) \[m/s\], if it is at rest by itself.
 fn rest_of(island: usize, step: &Solved, solution: &Solution) -> Option<[f64; 2]> {
     let (interval, outcome) = (step.interval, &solution.outcomes[island]);
     let residual = &outcome.report.residual;
-    let room = 0.5 * (step.tolerance * residual.velocity_scale - residual.velocity);
+    let most = REST * residual.velocity_scale;
+    let room = (4.0 * residual.velocity + residual.round_off).min(most);
     let plain = outcome.report.solved()
         && !(outcome.relaxed || outcome.contacts_bounded || outcome.joints_bounded);
-    if !(plain && room > 0.0) {
+    if !(plain && residual.velocity <= most && room > 0.0) {
         return None;
     }
+    let mut roughest: f64 = 0.0;
     let mut fastest: f64 = 0.0;
     for &i in solution.islands.blocks(island) {
         let (i, block) = (i as usize, &interval.blocks[i as usize]);
@@ -373,9 +415,13 @@ fn rest_of(island: usize, step: &Solved, solution: &Solution) -> Option<[f64; 2]
         };
         let contact = &interval.detection.contacts[index];
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        if !rigid || contact.surface_velocity != 0.0 || block.impact {
+        let pair = &contact.key.pair;
+        let apart = |o: &Overlaps| o.open.contains(pair) || o.late.contains(pair);
+        let moved = step.overlaps.is_some_and(apart);
+        if !rigid || contact.surface_velocity != 0.0 || block.impact || moved {
             return None;
         }
+        roughest = roughest.max(contact.friction);
         for (side, &body) in contact.rows.bodies.iter().enumerate() {
             if body == NO_BODY {
                 continue;
@@ -383,7 +429,7 @@ fn rest_of(island: usize, step: &Solved, solution: &Solution) -> Option<[f64; 2]
             let k = body as usize;
             let [n, t] = contact.rows.jacobian[side];
             let arm = n.z.hypot(t.z);
-            let of = |u: &Vec3| u.xy().amax() + arm * u.z.abs();
+            let of = |u: &Vec3| u.xy().norm() + arm * u.z.abs();
             if interval.sides[i][side] != NO_BODY {
                 fastest = fastest.max(of(&interval.start[k]) + of(&solution.end[k]));
             } else if interval.start[k] != Vec3::zeros() {

@@ -14,7 +14,7 @@ use super::kinetic::kinetic;
 use super::model::{Detection, ModelError, MultibodyModel};
 use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
-use super::recording::{forces_work, record_interval};
+use super::recording::{forces_work, record_interval, working_velocities};
 use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
 use super::resting::{Begin, Solved};
 use super::roles::BodyRoles;
@@ -121,6 +121,7 @@ impl MoreauStepper {
             start: &self.interval.start,
             inverse_mass: &self.inverse_mass,
             origin: &self.origin,
+            dominance: !self.interval.roles.dominance.is_empty(),
             time: self.time + 0.5 * dt,
             dt,
         };
@@ -143,18 +144,24 @@ impl MoreauStepper {
         model: &mut M,
         ahead: f64,
     ) -> Result<(), ModelError> {
-        loop {
+        for round in 0.. {
             self.interval.detect(model, ahead)?;
             let Interval {
                 detection, start, ..
             } = &self.interval;
             let (w, cache) = (&self.inverse_mass, &mut self.cache);
             if !self.resting.disturbed(detection, start, w, cache) {
-                return Ok(());
+                break;
+            }
+            // where each island would disturb the next one, none can rest
+            if round > 0 {
+                self.resting
+                    .end_all(&mut self.cache, self.interval.start.len());
             }
             self.inverse_mass.copy_from_slice(model.inverse_mass());
             self.set_resting(model);
         }
+        Ok(())
     }
 
     /// The detection of the step.
@@ -215,7 +222,7 @@ impl MoreauStepper {
         self.count_islands(record, &mut clusters, &in_cluster);
         self.resting.record(record);
         self.record(model, record, &clusters, &in_cluster);
-        self.rest(model, &in_cluster, dt);
+        self.rest(model, &in_cluster, overlaps.as_ref(), dt);
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
         let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
@@ -309,7 +316,13 @@ impl MoreauStepper {
 
     /// Puts the solved islands that are at rest to rest exactly, once the step is recorded as it was
     /// solved.
-    fn rest<M: MultibodyModel + ?Sized>(&mut self, model: &M, in_cluster: &[bool], dt: f64) {
+    fn rest<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        in_cluster: &[bool],
+        overlaps: Option<&Overlaps>,
+        dt: f64,
+    ) {
         if !self.settings.keep_rest {
             return;
         }
@@ -317,7 +330,7 @@ impl MoreauStepper {
             interval: &self.interval,
             inverse_mass: &self.inverse_mass,
             in_cluster,
-            tolerance: self.solver.tolerance,
+            overlaps,
             problems: &self.problems,
         };
         let resting: Vec<_> = self.resting.problems().collect();
@@ -365,7 +378,13 @@ impl MoreauStepper {
         let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
         next.clear();
         let used = |i: usize| is_used(interval, in_cluster, i);
-        record_interval(interval, solution, used, w, record.time, record, next);
+        let (blocks, mean) = (
+            0..interval.blocks.len(),
+            working_velocities(interval, solution, w),
+        );
+        record.contacts.reserve(interval.blocks.len());
+        let blocks = blocks.filter(|i| used(*i));
+        record_interval(interval, solution, blocks, &mean, record.time, record, next);
         record.energy.forces += forces_work(interval, solution, w, |body| !in_cluster[body]);
         let landings = &mut self.landings_next;
         landings.clear();

@@ -118,7 +118,7 @@ impl MoreauStepper {
         self.solver.worker.solver = Box::new(Judged::new(solver));
         self.solver.pool = None;
         self.solver.cache.clear();
-        self.resting.clear();
+        self.end_rest();
         self.named = false;
     }
 
@@ -148,7 +148,7 @@ impl MoreauStepper {
             time: self.time,
             contacts: self.cache.clone(),
             islands: self.solver.cache.state(),
-            resting: self.resting.clone(),
+            resting: self.resting.saved(),
         }
     }
 
@@ -182,6 +182,11 @@ impl MoreauStepper {
             Some((own, *key, *cached))
         };
         resting.into_iter().chain(all.filter_map(of)).collect()
+    }
+
+    /// Ends the rest of all islands, after a change that nothing else shows.
+    pub(crate) fn end_rest(&mut self) {
+        self.resting.end_all(&mut self.cache, 0);
     }
 
     /// Contacts of the islands that rest in this step; detection leaves them out.

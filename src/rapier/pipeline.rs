@@ -4,6 +4,7 @@ use super::detection::{DetectionDrive, Detector, Hooks, SurfaceLaw};
 use super::engine::prelude::*;
 use super::joints::Joints;
 use super::reporter::Reporter;
+use super::state::Resumed;
 use super::widen::{widen, widen_step};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, StepRecord};
@@ -97,6 +98,8 @@ pub struct MoreauPipeline {
     pub(super) detector: Detector,
     joints: Joints,
     pub(super) reporter: Reporter,
+    /// What a resumed state rests on, until the first step.
+    pub(super) resumed: Option<Resumed>,
     /// The world to which [`MoreauPipeline::step_sets`] lends its sets for the time of a step.
     pub(super) lent: Option<Box<PhysicsWorld>>,
 }
@@ -127,6 +130,7 @@ impl MoreauPipeline {
             bodies: Bodies::default(),
             joints: Joints::default(),
             reporter: Reporter::default(),
+            resumed: None,
             lent: None,
         })
     }
@@ -189,6 +193,11 @@ impl MoreauPipeline {
         }
         synced?;
         self.joints.refresh(world, &self.bodies)?;
+        if let Some(resumed) = self.resumed.take()
+            && resumed.differs(world, self)
+        {
+            self.stepper.end_rest();
+        }
         if self.stepper.settings().scheme == Scheme::Moreau
             && let Some(k) = self.bodies.roles.sweeps.iter().position(|s| s.all)
         {

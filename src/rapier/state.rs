@@ -2,8 +2,10 @@
 
 use super::bodies::ExactBody;
 use super::body_checks::not_there;
+use super::changes::ColliderWatch;
 use super::detection::SurfaceLaw;
 use super::engine::prelude::*;
+use super::joints::Joints;
 use super::pipeline::{MoreauPipeline, MoreauSettings};
 use super::sleeping::Sleepers;
 use super::{PRECISION, widen};
@@ -90,6 +92,38 @@ pub enum StateError {
     World(#[from] ModelError),
     #[error(transparent)]
     Settings(#[from] StepError),
+}
+
+/// Colliders, joints and surface laws when a state was resumed: islands at rest go on resting only
+/// if the user changes none of them before the first step.
+pub(super) struct Resumed {
+    colliders: ColliderWatch,
+    joints: Joints,
+    laws: Option<u64>,
+}
+
+impl Resumed {
+    fn of(world: &PhysicsWorld, pipeline: &MoreauPipeline) -> Result<Resumed, ModelError> {
+        let mut found = Resumed {
+            colliders: ColliderWatch::default(),
+            joints: Joints::default(),
+            laws: pipeline.detector.revision(),
+        };
+        found.colliders.scan(&world.colliders)?;
+        found.joints.refresh(world, &pipeline.bodies)?;
+        Ok(found)
+    }
+
+    /// Whether anything has changed since.
+    pub fn differs(mut self, world: &PhysicsWorld, pipeline: &MoreauPipeline) -> bool {
+        let counts = [self.colliders.revision, self.joints.revision];
+        let scanned = self.colliders.scan(&world.colliders);
+        let read = self.joints.refresh(world, &pipeline.bodies);
+        scanned.is_err()
+            || read.is_err()
+            || counts != [self.colliders.revision, self.joints.revision]
+            || self.laws != pipeline.detector.revision()
+    }
 }
 
 impl MoreauPipeline {
@@ -210,6 +244,7 @@ impl MoreauPipeline {
             bodies.list[k].group = saved.group;
         }
         bodies.sleepers = state.sleepers.clone();
+        pipeline.resumed = Some(Resumed::of(world, &pipeline)?);
         Ok(pipeline)
     }
 }

@@ -1,6 +1,7 @@
 //! Islands at rest keep their impulses while nothing about them changes, and are solved again as
 //! soon as anything does.
 
+use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, Pose64, SurfaceLaw};
@@ -110,7 +111,7 @@ fn islands_at_rest_repeat_their_step() {
 type Change = (&'static str, fn(&mut Yard));
 
 /// Everything that a user or the scene can do to an island at rest.
-const CHANGES: [Change; 18] = [
+const CHANGES: [Change; 19] = [
     ("a push", |y| {
         y.body(5).apply_impulse(Vector::new(1.0, 0.0), true)
     }),
@@ -127,6 +128,9 @@ const CHANGES: [Change; 18] = [
         y.body(8).set_translation(Vector::new(8.0, 3.5), true)
     }),
     ("a mass", |y| y.body(8).set_additional_mass(3.0, true)),
+    ("dominance", |y| {
+        y.body(8).set_dominance_group(1);
+    }),
     ("gravity", |y| y.world.gravity = Vector::new(3.0, -9.81)),
     ("no gravity on one", |y| {
         y.body(6).set_gravity_scale(-1.0, true)
@@ -215,26 +219,29 @@ fn any_change_ends_the_rest() {
     }
 }
 
-/// A box on a slope that friction does not quite hold slides, as slowly as it may.
+/// A box on a slope that friction does not quite hold slides, as slowly as it may and however loose
+/// the tolerance is.
 #[test]
 fn what_slides_slowly_is_not_at_rest() {
-    for over in [1e-3, 1e-5] {
+    for (over, tolerance) in [(1e-3, 1e-8), (1e-5, 1e-8), (1e-3, 1e-3), (1e-2, 1e-2)] {
         let mut world = PhysicsWorld::new();
         let slope: Real = 0.3;
+        let friction = slope.tan() * (1.0 - over);
         world.gravity = 9.81 * Vector::new(slope.sin(), -slope.cos());
         world.insert(
             RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5)),
-            ColliderBuilder::cuboid(WIDE, 0.5).friction(slope.tan() * (1.0 - over)),
+            ColliderBuilder::cuboid(WIDE, 0.5).friction(friction),
         );
         let (body, _) = world.insert(
             RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.5)),
-            ColliderBuilder::cuboid(0.5, 0.5).friction(slope.tan() * (1.0 - over)),
+            ColliderBuilder::cuboid(0.5, 0.5).friction(friction),
         );
-        let mut p = MoreauPipeline::new(MoreauSettings {
+        let mut settings = MoreauSettings {
             stay_awake: true,
             ..MoreauSettings::default()
-        })
-        .unwrap();
+        };
+        settings.stepper.tolerance = tolerance;
+        let mut p = MoreauPipeline::new(settings).unwrap();
         for _ in 0..120 {
             assert_eq!(p.step(&mut world).unwrap().resting, 0);
         }
@@ -243,4 +250,26 @@ fn what_slides_slowly_is_not_at_rest() {
         let right = 0.5 * 9.81 * f64::from(slope.sin()) * f64::from(over) * 4.0;
         assert!((way / right - 1.0).abs() < 0.05, "{way} m for {right}");
     }
+}
+
+/// Two balls that nearly balance: the upper one rolls off, though it starts at 1e-9 of its weight.
+#[test]
+fn what_hardly_tips_is_not_at_rest() {
+    let mut world = PhysicsWorld::new();
+    world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::ball(0.5));
+    let ball = RigidBodyBuilder::dynamic();
+    let (upper, _) = world.insert(ball, ColliderBuilder::ball(0.5));
+    let mut p = MoreauPipeline::new(MoreauSettings {
+        stay_awake: true,
+        ..MoreauSettings::default()
+    })
+    .unwrap();
+    let aside = 1e-9;
+    let at = Pose64::new(Vec2::new(aside, (1.0 - aside * aside).sqrt()), 0.0);
+    p.place(&mut world, upper, at, Vec3::zeros()).unwrap();
+    for _ in 0..600 {
+        p.step(&mut world).unwrap();
+    }
+    let place = p.pose(upper).unwrap().translation;
+    assert!(place.x > 0.5, "still at {place}");
 }

@@ -264,6 +264,33 @@ fn a_jammed_heap_is_resumed_bit_for_bit() {
     }
 }
 
+/// What the user changes between resuming and the first step ends the rest of a pile.
+#[test]
+fn a_change_after_resuming_counts() {
+    let (mut world, mut p) = SCENES[9].1();
+    (0..20).for_each(|_| assert_eq!(p.step(&mut world).unwrap().unsolved, 0));
+    assert_eq!(p.step(&mut world).unwrap().resting, 1);
+    let state = p.state();
+    for change in 0..3 {
+        let mut other = copy(&world);
+        let mut resumed = MoreauPipeline::resume(&state, &mut other).unwrap();
+        let (floor, _) = other.colliders.iter().next().unwrap();
+        match change {
+            0 => {}
+            1 => other.colliders[floor].set_friction(0.1),
+            _ => drop(other.remove_collider(floor)),
+        }
+        let record = resumed.step(&mut other).unwrap();
+        // the ball is still on its way
+        let carried = record.contacts.iter().any(|c| c.bodies.contains(&0));
+        assert_eq!(
+            (record.resting == 1, carried),
+            (change == 0, change < 2),
+            "{change}"
+        );
+    }
+}
+
 /// With rapier's own serialisation of the world.
 #[cfg(feature = "serde-serialize")]
 #[test]

@@ -7,7 +7,7 @@ use crate::dynamics::events::touch_tolerance;
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::belongs;
 use crate::dynamics::model::{ContactKey, ContactPoint, NormalLaw};
-use crate::dynamics::recording::record_interval;
+use crate::dynamics::recording::{record_interval, working_velocities};
 use crate::dynamics::rules::{applied_acceleration, rest_velocity};
 use crate::dynamics::solve::IslandSolver;
 
@@ -58,16 +58,10 @@ impl Runner {
             outcome.count(record);
         }
         let mut contacts = CachedContacts::default();
-        record_interval(
-            instant,
-            hit,
-            |_| true,
-            w,
-            participants.over,
-            record,
-            &mut contacts,
-        );
-        let (impacts, over) = (&mut record.impacts, participants.over);
+        let (over, mean) = (participants.over, working_velocities(instant, hit, w));
+        let all = 0..instant.blocks.len();
+        record_interval(instant, hit, all, &mean, over, record, &mut contacts);
+        let impacts = &mut record.impacts;
         find_impacts(instant, hit, |_| true, w, over, impacts, &mut Vec::new());
         record.events += 1;
         if participants.lone {

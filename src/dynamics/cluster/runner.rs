@@ -10,7 +10,7 @@ use crate::dynamics::interval::{Interval, Source, belongs};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::record::StepRecord;
-use crate::dynamics::recording::{forces_work, record_interval};
+use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
 use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
@@ -439,7 +439,11 @@ impl Runner {
         let (record, cache) = (&mut self.record, &mut cluster.contacts);
         solution.outcomes.iter().for_each(|o| o.count(record));
         cache.clear();
-        record_interval(interval, solution, |_| true, w, time, record, cache);
+        let (all, mean) = (
+            0..interval.blocks.len(),
+            working_velocities(interval, solution, w),
+        );
+        record_interval(interval, solution, all, &mean, time, record, cache);
         let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
         find_impacts(interval, solution, |_| true, w, time, impacts, landings);
         record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
