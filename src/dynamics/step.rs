@@ -192,12 +192,12 @@ impl MoreauStepper {
     ) -> Result<Option<Overlaps>, StepError> {
         let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
         self.cache.lands |= rules.events && interval.detection.contacts.iter().any(lands);
+        interval.free_velocities(model, w, self.time + 0.5 * dt, dt);
         if rules.locates() {
             let place = |body: u32| Some(self.origin[body as usize]);
             see_from_the_start(model, interval, &self.cache.contacts, rules, place, dt, dt)?;
         }
         self.solver.clock.lap(|t| &mut t.detection);
-        interval.free_velocities(model, w, self.time + 0.5 * dt, dt);
         widen_gap_noise(interval, self.solver.tolerance, dt);
         if self.time == 0.0 && rules.corrects_gaps() {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
