@@ -69,6 +69,8 @@ pub(in crate::dynamics) struct Cluster {
     pub contacts: CachedContacts,
     /// Landings that take another step.
     pub landings: Vec<Landing>,
+    /// Joints of the detection whose gaps the last interval left to be closed by position.
+    pub unclosed: Vec<usize>,
     /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
@@ -131,6 +133,7 @@ impl Cluster {
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
             landings: Vec::new(),
+            unclosed: Vec::new(),
             problems: Vec::new(),
         }
     }
@@ -232,6 +235,7 @@ impl Runner {
             std::mem::swap(&mut self.interval.start, &mut self.hit.end);
         }
         cluster.record = std::mem::take(&mut self.record);
+        cluster.unclosed.clone_from(&self.solution.unclosed);
         cluster.problems = std::mem::take(&mut self.problems);
         let velocity = |b: &u32| self.solution.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
