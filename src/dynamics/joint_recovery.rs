@@ -58,10 +58,11 @@ pub(super) fn close_joints<M: MultibodyModel + ?Sized>(
     model: &mut M,
     interval: &Interval,
     solution: &Solution,
+    path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
 ) -> Result<Closed, ModelError> {
-    let mut contacts = contacts_at_end(interval, solution, inverse_mass);
+    let mut contacts = contacts_at_end(interval, solution, path, inverse_mass);
     let mut found = Vec::new();
     let mut closed = Closed {
         moved: vec![Vec2::zeros(); inverse_mass.len()],
@@ -200,13 +201,14 @@ pub(super) fn take_up_excess<M: MultibodyModel + ?Sized>(
     model: &mut M,
     interval: &Interval,
     solution: &Solution,
+    path: Option<&[Vec3]>,
     excess: &[(usize, Vec2)],
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
 ) -> Result<Closed, ModelError> {
     let mut found = Vec::new();
     model.detect_joints(interval.length, &mut found)?;
-    let contacts = contacts_at_end(interval, solution, inverse_mass);
+    let contacts = contacts_at_end(interval, solution, path, inverse_mass);
     let wanted = |k: usize, joint: &JointRow| match joint.kind {
         JointKind::Limit { gap } => Vec2::new(gap.max(0.0), 0.0),
         _ => match excess.binary_search_by_key(&k, |(joint, _)| *joint) {
@@ -217,10 +219,12 @@ pub(super) fn take_up_excess<M: MultibodyModel + ?Sized>(
     Ok(displace(model, &contacts, &found, wanted, inverse_mass, solver, 1.0).0)
 }
 
-/// Rows of rigid contacts, and their gaps \[m\] at the end of the interval.
+/// Rows of rigid contacts, and their gaps \[m\] at the end of the interval. `path` has the mean
+/// velocities of all bodies to the next midpoint, where they are not those at the end.
 fn contacts_at_end(
     interval: &Interval,
     solution: &Solution,
+    path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
 ) -> Vec<(Rows, f64)> {
     let half = 0.5 * interval.length;
@@ -231,7 +235,9 @@ fn contacts_at_end(
             bodies: movable(c.rows.bodies, inverse_mass),
             ..c.rows
         };
-        (own, c.gap + half * c.rows.velocity(&solution.end).x)
+        let end = c.rows.velocity(&solution.end).x;
+        let mean = path.map_or(end, |path| c.rows.velocity(path).x);
+        (own, c.gap + half * (2.0 * mean - end))
     });
     of.filter(|(rows, _)| rows.bodies != [NO_BODY; 2]).collect()
 }

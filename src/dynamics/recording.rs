@@ -148,13 +148,12 @@ fn record_contact(
             status: status(impulse.x, block.impact || instant, sticks, gamma_e.y),
         });
     }
-    if block.impact || instant {
+    if interval.known_overlaps.contains(&contact.key.pair) {
+        // no error of the step
+    } else if block.impact || instant {
         record.penetration_impact = record.penetration_impact.max(-contact.gap);
-    } else if !interval.known_overlaps.contains(&contact.key.pair) {
-        let h = interval.length;
-        let turning = block.turning.filter(|_| block.on_surface);
-        let bend = turning.map_or(0.0, |c| 0.125 * c.x * h * h);
-        let end_gap = contact.gap + 0.5 * h * gamma_e.x + bend;
+    } else {
+        let end_gap = end_gap(interval, solution, i, contact);
         record.penetration = record.penetration.max(-end_gap);
     }
     CachedContact {
@@ -175,6 +174,19 @@ fn record_contact(
         rebounded: block.impact,
         energy: JointEnergy::default(),
     }
+}
+
+/// The gap \[m\] of the contact of block `i` at the end of the interval.
+pub(super) fn end_gap(
+    interval: &Interval,
+    solution: &Solution,
+    i: usize,
+    contact: &ContactPoint,
+) -> f64 {
+    let (h, block) = (interval.length, &interval.blocks[i]);
+    let turning = block.turning.filter(|_| block.on_surface);
+    let bend = turning.map_or(0.0, |c| 0.125 * c.x * h * h);
+    contact.gap + 0.5 * h * contact.rows.velocity(&solution.end).x + bend
 }
 
 /// `P · (γ_A + γ_E)/2` \[J\] with the velocities of both sides, prescribed or not.

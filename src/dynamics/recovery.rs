@@ -399,7 +399,7 @@ fn limits(
 
 /// Twice the lever of a contact on the smaller of its movable bodies \[m\]: at most the diameter of a
 /// circle about the centre of mass that contains the body.
-fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
+pub(super) fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
     let bodies = movable(contact.rows.bodies, inverse_mass);
     let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
         let [n, t] = contact.rows.jacobian[side];

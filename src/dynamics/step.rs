@@ -390,14 +390,20 @@ impl MoreauStepper {
         landings.clear();
         let impacts = &mut record.impacts;
         find_impacts(interval, solution, used, w, record.time, impacts, landings);
+        let inside = |b: &u32| in_cluster.get(*b as usize).is_some_and(|c| *c);
+        let joints = &interval.detection.joints;
+        let outside = |k: &usize| !joints[*k].rows.bodies.iter().any(inside);
+        solution.unclosed.retain(outside);
         for cluster in clusters {
             record.add(&cluster.record);
             landings.extend_from_slice(&cluster.landings);
+            solution.unclosed.extend_from_slice(&cluster.unclosed);
             next.extend(cluster.contacts.entries().iter().copied());
             for (&body, u) in cluster.bodies.iter().zip(&cluster.end) {
                 solution.end[body as usize] = *u;
             }
         }
+        solution.unclosed.sort_unstable();
         finish_landings(&self.cache.landings, record);
         record.impacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         record.energy.kinetic_end = kinetic(&solution.end, w);
@@ -480,13 +486,13 @@ impl MoreauStepper {
             unclosed || !excess.is_empty() || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
-            let closed = close_joints(model, interval, solution, w, &mut self.solver)?;
+            let closed = close_joints(model, interval, solution, path, w, &mut self.solver)?;
             keep_momenta(model, &closed, w, &mut self.solution.end, record);
         }
         if !excess.is_empty() {
             let (interval, solution) = (&self.interval, &self.solution);
             let solver = &mut self.solver;
-            let closed = take_up_excess(model, interval, solution, &excess, w, solver)?;
+            let closed = take_up_excess(model, interval, solution, path, &excess, w, solver)?;
             keep_momenta(model, &closed, w, &mut self.solution.end, record);
         }
         if let Some(mut overlaps) = overlaps {

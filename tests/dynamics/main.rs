@@ -9,6 +9,7 @@ mod closed_loops;
 mod determinism;
 mod energy;
 mod events;
+mod events_worse;
 mod factor_cache;
 mod late_overlap;
 mod momentum;

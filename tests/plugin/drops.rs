@@ -508,6 +508,9 @@ fn drops_that_once_ended_badly_hold() {
         ("segment", "two-sided polyline", 1002, 60.0, false),
         ("segment", "height field", 1002, 240.0, true),
         ("segment", "bowl", 1400, 60.0, false),
+        // a corner that landed is not seen where another one is deeper
+        ("open chain", "height field", 301, 60.0, true),
+        ("hollow, clockwise", "tiles", 1701, 60.0, true),
     ] {
         let (end, deep) = drop_one(kind, on, seed, 1.0 / hz, events);
         assert_eq!(end, End::Held, "{kind} on {on}, {seed}: {deep:e}");

@@ -2,6 +2,7 @@
 
 use super::runner::{Cluster, Context, Runner};
 use super::slides::ended_slides;
+use super::turns::wide_turns;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::events::{crossing, may_close, touch_tolerance};
 use crate::dynamics::interval::{Source, movable};
@@ -10,7 +11,8 @@ use crate::dynamics::model::{ContactPoint, MultibodyModel, NormalLaw};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Steps every cluster of bodies in which a contact closes or a slide ends. `main` is the whole step, `trial` its
+/// Steps every cluster of bodies in which a contact closes, a slide ends
+/// or a contact turns too far. `main` is the whole step, `trial` its
 /// solution.
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted.
@@ -34,6 +36,12 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
             slides
                 .iter()
                 .map(|s| movable(s.bodies, context.inverse_mass)),
+        );
+        let turns = wide_turns(main, trial, context.inverse_mass, |_| true);
+        crossing.extend(
+            turns
+                .iter()
+                .map(|t| movable(t.bodies, context.inverse_mass)),
         );
     }
     if crossing.is_empty() {

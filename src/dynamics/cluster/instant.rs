@@ -28,7 +28,7 @@ impl Runner {
     }
 
     /// Solves an impact of zero duration at the current configuration. Returns whether it was
-    /// between two bodies that touch nothing else.
+    /// between two bodies that touch nothing else, and whether impulses were found that solve it.
     ///
     /// Two such bodies are followed from bounce to bounce until all remaining bounces fit into the
     /// rest of the step. With closing velocity `v` and relative acceleration `a` these take
@@ -41,7 +41,7 @@ impl Runner {
         key: ContactKey,
         rest: Rest,
         bodies: usize,
-    ) -> bool {
+    ) -> [bool; 2] {
         let w = context.inverse_mass;
         let participants = self.participants(context, key, rest, bodies);
         let pressed = |k: &ContactKey| pressed(self.own_contacts.as_ref(), k);
@@ -57,6 +57,7 @@ impl Runner {
             outcome.count_work(record);
             outcome.count(record);
         }
+        let solved = hit.outcomes.iter().all(|o| o.report.solved());
         let mut contacts = CachedContacts::default();
         let (over, mean) = (participants.over, working_velocities(instant, hit, w));
         let all = 0..instant.blocks.len();
@@ -68,7 +69,7 @@ impl Runner {
             self.cache_landed(&participants.in_force, &contacts);
         }
         self.cache_instant(&contacts);
-        participants.lone
+        [participants.lone, solved]
     }
 
     /// Finds which contacts take part in the impact at `key`, and how.

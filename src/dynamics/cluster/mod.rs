@@ -1,11 +1,13 @@
-//! Clusters of bodies that collide, or stop sliding, within a step. Each is stepped separately from event to event.
+//! Clusters of bodies that collide, stop sliding or turn far within a step. Each is stepped separately from event to event.
 
 mod all;
+mod held;
 mod instant;
 mod runner;
 mod search;
 mod slides;
 mod stops;
+mod turns;
 
 pub(super) use all::locate_impacts;
 pub(super) use runner::{Cluster, Context};

@@ -22,10 +22,15 @@ const EVENTS: usize = 4;
 /// end by themselves; the plain rule would leave an overlap where one closes in the first half of
 /// what is left of the step.
 const LANDINGS: usize = 16;
-/// The same for two bodies that touch nothing else: each of their events costs one small solve.
-const LONE_EVENTS: usize = 64;
+/// The same for two bodies that touch nothing else, whose events cost one small solve each, and for
+/// further impacts of the pair that hit last. A body that chatters between two corners hits ever
+/// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
+/// one before.
+const CHATTER: usize = 64;
 /// Most ends of slides of a cluster in a step.
 const STOPS: usize = 8;
+/// Most parts of curved paths of a cluster in a step.
+const TURNS: usize = 16;
 
 /// What ends an interval.
 pub(super) enum Next {
@@ -33,6 +38,8 @@ pub(super) enum Next {
     Closes(Box<ContactPoint>),
     /// A pair stops sliding.
     Stops(Slide),
+    /// A part of an interval with a path too curved for it.
+    Turns,
 }
 
 /// Data that all clusters of a step share.
@@ -62,6 +69,8 @@ pub(in crate::dynamics) struct Cluster {
     pub contacts: CachedContacts,
     /// Landings that take another step.
     pub landings: Vec<Landing>,
+    /// Joints of the detection whose gaps the last interval left to be closed by position.
+    pub unclosed: Vec<usize>,
     /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
@@ -85,6 +94,10 @@ pub(super) struct Runner {
     /// Contacts that take part in the interval and are kept from closing, so that they are no
     /// events.
     pub closed: Vec<ContactKey>,
+    /// Contacts that have landed in the step, and those of them that landed at the instant before the
+    /// interval, as they were then.
+    pub landed: Vec<ContactKey>,
+    pub held: Vec<ContactPoint>,
     /// Problems of all intervals and instants that are part of the result.
     pub problems: Vec<SolvedProblem>,
     /// The cluster's own contact cache, after its first interval.
@@ -120,6 +133,7 @@ impl Cluster {
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
             landings: Vec::new(),
+            unclosed: Vec::new(),
             problems: Vec::new(),
         }
     }
@@ -149,11 +163,11 @@ impl Runner {
         let saved = places(model, &escorts);
         self.start(model, context);
         let mut cluster = Cluster::of(bodies);
-        let (mut elapsed, mut limit) = (0.0, LONE_EVENTS);
-        let (mut rebounds, mut landings, mut stops) = (0, 0, 0);
+        let (mut elapsed, mut limit, mut stops, mut turns) = (0.0, CHATTER, 0, 0);
+        let (mut rebounds, mut landings, mut again) = (0, 0, 0);
+        let (mut last, mut plain) = (None, false);
         loop {
             let rest = Rest::of(context, elapsed);
-            let plain = rebounds >= limit || landings >= LANDINGS.max(limit);
             let rules = Rules {
                 events: context.rules.events && !plain,
                 sweeps: context.rules.sweeps && !plain,
@@ -161,28 +175,38 @@ impl Runner {
             };
             // the trial of the whole step already gives the path from the start
             let known = elapsed == 0.0 && !plain;
-            let slides = context.rules.events && stops < STOPS;
-            let next = self.try_rest(model, solver, context, &rules, rest, [known, slides])?;
+            let [slides, cuts] = [stops < STOPS, turns < TURNS].map(|b| b && context.rules.events);
+            let wanted = [known, slides, cuts];
+            let next = self.try_rest(model, solver, context, &rules, rest, wanted)?;
             let Some((next, time)) = next else {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
             };
             let contact = match next {
                 Next::Closes(contact) => *contact,
-                Next::Stops(slide) => {
-                    stops += 1;
-                    elapsed += self.stop(model, solver, context, &rules, (slide, time), rest)?;
+                next => {
+                    elapsed += match next {
+                        Next::Stops(slide) => {
+                            stops += 1;
+                            self.stop(model, solver, context, &rules, (slide, time), rest)?
+                        }
+                        _ => {
+                            turns += 1;
+                            self.part(model, solver, context, &rules, time, rest)?
+                        }
+                    };
                     self.record_last(context, context.time + elapsed, &mut cluster);
                     self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
                     self.here = places(model, &self.moved);
                     self.interval.start.clone_from(&self.solution.end);
+                    self.held.clear();
                     continue;
                 }
             };
             let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
             let Some((key, time)) = found else {
                 // no contact closes in fact: step the rest by the plain rule
-                limit = 0;
+                plain = true;
                 self.restore(model);
                 continue;
             };
@@ -193,17 +217,25 @@ impl Runner {
             }
             self.forget_sticking(context);
             let rest = Rest::of(context, elapsed);
-            if !self.impact(solver, context, key, rest, cluster.bodies.len()) {
+            let [lone, solved] = self.impact(solver, context, key, rest, cluster.bodies.len());
+            if !lone {
                 limit = EVENTS;
             }
             match self.instant.blocks.iter().any(|b| b.impact) {
+                _ if last == Some(contact.surfaces) => again += 1,
                 true => rebounds += 1,
                 false => landings += 1,
             }
+            last = Some(contact.surfaces);
+            // what no impulses solve closes all the same, and would do so for ever
+            let many = rebounds >= limit || landings >= LANDINGS.max(limit) || again >= CHATTER;
+            plain = many || !solved;
+            self.hold_landed();
             self.here = places(model, &self.moved);
             std::mem::swap(&mut self.interval.start, &mut self.hit.end);
         }
         cluster.record = std::mem::take(&mut self.record);
+        cluster.unclosed.clone_from(&self.solution.unclosed);
         cluster.problems = std::mem::take(&mut self.problems);
         let velocity = |b: &u32| self.solution.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
@@ -222,11 +254,12 @@ impl Runner {
         self.interval.start.clone_from(&context.main.start);
         for interval in [&mut self.interval, &mut self.instant] {
             interval.roles.clone_from(&context.main.roles);
+            let known = &context.main.known_overlaps;
+            interval.known_overlaps.clone_from(known);
         }
-        self.interval
-            .known_overlaps
-            .clone_from(&context.main.known_overlaps);
         self.interval.crowded.clone_from(&context.main.crowded);
+        self.landed.clear();
+        self.held.clear();
         self.own_contacts = None;
         self.record = StepRecord::default();
         self.problems.clear();
@@ -242,7 +275,7 @@ impl Runner {
         context: &Context,
         rules: &Rules,
         rest: Rest,
-        [known, slides]: [bool; 2],
+        [known, slides, cuts]: [bool; 3],
     ) -> Result<Option<(Next, f64)>, StepError> {
         let span = Span {
             step: context.dt,
@@ -265,8 +298,16 @@ impl Runner {
             true => self.first_stop(context, known),
             false => None,
         };
-        let before = closes.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
-        if let Some((slide, time)) = stops.filter(|(_, time)| *time < before) {
+        let part = match cuts {
+            true => self.first_part(context, known, rest),
+            false => f64::INFINITY,
+        };
+        let closing = closes.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
+        let stopping = stops.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
+        if part < closing.min(stopping) {
+            return Ok(Some((Next::Turns, part)));
+        }
+        if let Some((slide, time)) = stops.filter(|(_, time)| *time < closing) {
             return Ok(Some((Next::Stops(slide), time)));
         }
         if let Some((contact, time)) = closes {
@@ -407,6 +448,9 @@ impl Runner {
             see_from_the_start(model, interval, cache, rules, place, span.length, span.step)?;
         }
         interval.free_velocities(w, span.length);
+        self.add_held();
+        let (interval, cache) = (&mut self.interval, self.own_contacts.as_ref());
+        let cache = cache.unwrap_or(context.cache);
         interval.collect(rules, cache, Some(&self.members), w, span);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);

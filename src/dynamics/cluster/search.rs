@@ -12,6 +12,9 @@ use crate::dynamics::solve::IslandSolver;
 /// round-off.
 const SEARCHES: usize = 60;
 
+/// Most lengths of the interval up to an instant that are tried.
+const LENGTHS: usize = 8;
+
 /// Share of a step at its end in which no event is located; such a contact closes at the start of
 /// the next step instead. An interval of zero length has no rates.
 const LAST: f64 = 1e-9;
@@ -156,6 +159,9 @@ impl Runner {
 
     /// Moves to the instant at which `contact` closes and detects the contacts there. Returns the
     /// contact that closes, and the time from the start of the rest.
+    ///
+    /// `time` is that on the path of the whole rest. The shorter interval up to it has another
+    /// path, unless the bodies fly: Newton's method corrects the time until the surfaces touch.
     #[allow(clippy::too_many_arguments)] // the state of one search
     pub(super) fn seek<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -167,11 +173,21 @@ impl Runner {
         time: f64,
         rest: Rest,
     ) -> Result<Option<(ContactKey, f64)>, StepError> {
-        self.restore(model);
-        if time > 0.0 && self.idle() {
-            self.fly(model, time);
-            self.instant.start.clone_from(&self.solution.end);
-        } else if time > 0.0 {
+        if time == 0.0 || self.idle() {
+            self.restore(model);
+            if time > 0.0 {
+                self.fly(model, time);
+                self.instant.start.clone_from(&self.solution.end);
+            } else {
+                self.instant.start.clone_from(&self.interval.start);
+            }
+            let found = self.closing(model, context, contact)?;
+            return Ok(found.map(|near| (near.key, time)));
+        }
+        let (mut time, mut before, mut tried) = (time, None, 0);
+        loop {
+            tried += 1;
+            self.restore(model);
             let span = Span {
                 step: context.dt,
                 length: time,
@@ -181,22 +197,57 @@ impl Runner {
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);
             self.instant.start.clone_from(&self.solution.end);
-        } else {
-            self.instant.start.clone_from(&self.interval.start);
+            let Some(near) = self.closing(model, context, contact)? else {
+                // the time before was as near as possible
+                match before.filter(|_| tried <= LENGTHS) {
+                    Some(before) => (time, tried) = (before, LENGTHS),
+                    None => return Ok(None),
+                }
+                continue;
+            };
+            let better = time + near.gap / near.closing;
+            let inside = better > 0.0 && better < rest.length - LAST * context.dt;
+            if near.gap.abs() <= near.touch || !inside || tried >= LENGTHS {
+                // an open contact that does not get there in this step is no impact
+                let reached = inside || near.gap <= near.touch;
+                return Ok(reached.then_some((near.key, time)));
+            }
+            (before, time) = (Some(time), better);
         }
+    }
+
+    /// Detects the contacts of the instant at the present configuration. Returns the nearest one of
+    /// the pair of `contact` that closes.
+    fn closing<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        context: &Context,
+        contact: &ContactPoint,
+    ) -> Result<Option<Closing>, StepError> {
         let instant = &mut self.instant;
         instant
             .accelerations
             .clone_from(&self.interval.accelerations);
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
-        let closes = |c: &&ContactPoint| {
-            c.surfaces == contact.surfaces
-                && !self.closed.contains(&c.key)
-                && c.rows.velocity(&instant.start).x < 0.0
+        let of = |c: &ContactPoint| Closing {
+            key: c.key,
+            gap: c.gap,
+            closing: -c.rows.velocity(&instant.start).x,
+            touch: touch_tolerance(c, instant, context.dt),
         };
-        let all = instant.detection.contacts.iter().filter(closes);
-        let found = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
-        Ok(found.map(|c| (c.key, time)))
+        let all = instant.detection.contacts.iter();
+        let all = all.filter(|c| c.surfaces == contact.surfaces && !self.closed.contains(&c.key));
+        let all = all.map(of).filter(|near| near.closing > 0.0);
+        Ok(all.min_by(|a, b| a.gap.total_cmp(&b.gap)))
     }
+}
+
+/// A contact that closes at an instant.
+struct Closing {
+    key: ContactKey,
+    /// Its gap \[m\], the velocity at which it closes \[m/s\], and the gap below which it touches.
+    gap: f64,
+    closing: f64,
+    touch: f64,
 }
