@@ -20,6 +20,8 @@ use crate::report::{number, quantity};
 use crate::scene::Scene;
 use crate::wear::{Life, LimitLife};
 
+/// Share of an error of first order that goes when its cause is halved.
+const FIRST_ORDER: f64 = 0.5;
 /// Fewest jumps from which their scatter about a trend is told.
 const FEWEST: usize = 6;
 
@@ -236,10 +238,11 @@ struct Other {
 ///
 /// All three take steps twice as long, which costs half and tells the bias of the step; the others
 /// differ from that life by jumps half as deep, or by edges half as long. With `n` jumps, steps `dt`
-/// and edges `h` the life is taken as `T = T₀ + a/n + b dt + c h²`: Euler jumps are of first order,
-/// contact points at the ends of the overlaps of second. A step is of second order where it resolves
-/// its contacts, and counted as of first: the bias of the time step is then told too large. Coarser
-/// meshes than the run's may be too coarse to tell.
+/// and edges `h` the life is taken as `T = T₀ + a/n + b dt + c h`. Euler jumps are of first order. A step
+/// is of second order where it resolves its contacts, and so is a mesh where the load is smooth, but no
+/// order of either can be seen in lives: halving twice gives differences that their noise hides. Both are
+/// counted as of first order, the lowest that they can have: their biases are then told too large.
+/// Coarser meshes than the run's may be too coarse to tell.
 ///
 /// # Arguments
 /// - `live`: a life of a scene with its setup, with the stiffness of the setup.
@@ -292,24 +295,20 @@ pub(super) fn measure(
             })
         };
         let (run, noise) = (error.hours, error.noise());
-        // a/n of the run
-        let mut of_jumps = 0.0;
+        // of the life with steps twice as long
+        let mut of_jumps = [0.0; 2];
         let jumps = of(0).and_then(|coarse| {
             let fine = of(1)?;
-            if fine.jumps <= coarse.jumps {
-                return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
-            }
-            let share = 1.0 - coarse.jumps / fine.jumps;
-            of_jumps = (coarse.hours - fine.hours) / share;
-            Ok(fine.bias(of_jumps, coarse.noise.hypot(fine.noise) / share))
+            of_jumps = coarse.jump_part(&fine)?;
+            Ok(fine.bias(of_jumps))
         });
-        let step = of(0).map(|other| other.bias(other.hours - run, other.noise.hypot(noise)));
+        let step = of(0).map(|other| {
+            let bias = [other.hours - run, other.noise.hypot(noise)];
+            other.bias(bias)
+        });
         let mesh = of(0).and_then(|coarse| {
             let fine = of(2)?;
-            // a finer mesh bounds the depth of its jumps
-            let at_equal_jumps = fine.hours + of_jumps * (1.0 - coarse.jumps / fine.jumps);
-            let bias = (coarse.hours - at_equal_jumps) / (1.0 - 0.25);
-            Ok(fine.bias(bias, coarse.noise.hypot(fine.noise) / (1.0 - 0.25)))
+            Ok(fine.bias(coarse.mesh_part(&fine, of_jumps)))
         });
         for (source, found) in error.sources.iter_mut().zip([jumps, step, mesh]) {
             source.take(found);
@@ -327,8 +326,27 @@ struct At<'a> {
 }
 
 impl At<'_> {
-    /// A bias that this life tells, and in words how.
-    fn bias(&self, hours: f64, noise: f64) -> (Size, String) {
+    /// `a/n` of this life \[h\] and its standard deviation, from one with more jumps.
+    fn jump_part(&self, fine: &At) -> Result<[f64; 2], String> {
+        if fine.jumps <= self.jumps {
+            return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
+        }
+        let share = 1.0 - self.jumps / fine.jumps;
+        let noise = self.noise.hypot(fine.noise);
+        Ok([self.hours - fine.hours, noise].map(|h| h / share))
+    }
+
+    /// `c h` of this life \[h\] and its standard deviation, from one with edges half as long, which bounds
+    /// the depth of its jumps; `jumps` is the part of the jumps.
+    fn mesh_part(&self, fine: &At, jumps: [f64; 2]) -> [f64; 2] {
+        let shorter = 1.0 - self.jumps / fine.jumps;
+        let difference = self.hours - fine.hours - jumps[0] * shorter;
+        let noise = self.noise.hypot(fine.noise).hypot(jumps[1] * shorter);
+        [difference, noise].map(|h| h / FIRST_ORDER)
+    }
+
+    /// A bias and its standard deviation that this life tells, and in words how.
+    fn bias(&self, [hours, noise]: [f64; 2]) -> (Size, String) {
         let how = format!("the life with {} is {:.2} h", self.what, self.hours);
         (Size::Bias { hours, noise }, how)
     }
@@ -364,6 +382,28 @@ mod tests {
                 .try_into()
                 .unwrap(),
         }
+    }
+
+    /// `T = T₀ + a/n + b dt + c h`: each part comes out, and with the noise of the lives it hangs on.
+    #[test]
+    fn parts_of_first_order_are_told_apart() {
+        let life = |jumps: f64, edge: f64, noise: f64| At {
+            hours: 100.0 + 60.0 / jumps + 3.0 * edge,
+            noise,
+            jumps,
+            what: "",
+        };
+        let coarse = life(20.0, 1.0, 0.6);
+        let jumps = coarse.jump_part(&life(60.0, 1.0, 0.8)).unwrap();
+        assert!((jumps[0] - 3.0).abs() < 1e-12 && (jumps[1] - 1.5).abs() < 1e-12);
+        // edges half as long, and with them jumps half as deep
+        let mesh = coarse.mesh_part(&life(40.0, 0.5, 0.8), jumps);
+        assert!((mesh[0] - 3.0).abs() < 1e-12, "{mesh:?}");
+        assert!(
+            (mesh[1] - 2.0 * 1.0_f64.hypot(0.75)).abs() < 1e-12,
+            "{mesh:?}"
+        );
+        assert!(coarse.jump_part(&life(20.0, 1.0, 0.8)).is_err());
     }
 
     #[test]

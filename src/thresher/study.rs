@@ -248,7 +248,9 @@ fn worn_point(
         let (before, lowest) = (deepest(&state), lowest(state.profile()));
         advance(&mut state, &cycle.load_slip, cycles)?;
         last_update = deepest(&state) - before;
+        // in the literal reading depths mean nothing
         through = until_through(lowest, state.profile(), tooth.base)
+            .filter(|_| balanced)
             .map(|part| (now + part * cycles, before + part * last_update));
         first.get_or_insert(cycle);
         if balanced {

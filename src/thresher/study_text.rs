@@ -110,12 +110,8 @@ impl StudyOutcome {
         out
     }
 
-    /// What to say of the points at which the base is worn through before the study's cycles. In the
-    /// literal reading depths mean nothing, which is said already.
+    /// What to say of the points at which the base is worn through before the study's cycles.
     pub fn worn_through(&self, study: &Study) -> Option<String> {
-        if self.stall.is_some() {
-            return None;
-        }
         let compared = self.comparison.iter().map(|row| row.worn_through_cycles);
         let at_frictions = self.frictions.iter().map(|row| row.worn_through_cycles);
         let all: Vec<f64> = compared.chain(at_frictions).collect();
