@@ -190,6 +190,12 @@ impl Interval {
         (are_among(movable, members) && sides != [NO_BODY; 2]).then_some(sides)
     }
 
+    /// Whether a block is recorded with the interval: none of its bodies is in a cluster.
+    pub fn is_used(&self, block: usize, in_cluster: &[bool]) -> bool {
+        let mut sides = self.sides[block].iter().filter(|b| **b != NO_BODY);
+        sides.all(|b| !in_cluster[*b as usize])
+    }
+
     /// The rows of a block, with only the sides that receive impulses.
     pub fn rows(&self, block: usize) -> Rows {
         block_rows(&self.detection, &self.blocks[block], self.sides[block])

@@ -21,7 +21,7 @@ use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
-use crate::contact::{NO_BODY, Vec3};
+use crate::contact::Vec3;
 use std::borrow::Cow;
 
 /// A step after [`MoreauStepper::begin`]: the bodies are at its midpoint, contacts are detected,
@@ -339,7 +339,7 @@ impl MoreauStepper {
     }
 
     /// Adds the solver work of all islands to the record. Adds the results and problems of an island
-    /// only if at least one of its blocks is used, see [`is_used`].
+    /// only if at least one of its blocks is used, see [`Interval::is_used`].
     fn count_islands(
         &mut self,
         record: &mut StepRecord,
@@ -351,7 +351,7 @@ impl MoreauStepper {
         for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(record);
             let mut blocks = solution.islands.blocks(k).iter();
-            counts[k] = blocks.any(|&i| is_used(interval, in_cluster, i as usize));
+            counts[k] = blocks.any(|&i| interval.is_used(i as usize, in_cluster));
             if counts[k] {
                 outcome.count(record);
             }
@@ -377,7 +377,7 @@ impl MoreauStepper {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let (w, next) = (self.inverse_mass.as_slice(), &mut self.contacts_next);
         next.clear();
-        let used = |i: usize| is_used(interval, in_cluster, i);
+        let used = |i: usize| interval.is_used(i, in_cluster);
         let (blocks, mean) = (
             0..interval.blocks.len(),
             working_velocities(interval, solution, w),
@@ -521,10 +521,4 @@ fn keep_momenta<M: MultibodyModel + ?Sized>(
     record.energy.kinetic_end += change;
     record.energy.joints += change;
     model.set_velocities(end);
-}
-
-/// Whether a block is recorded with the interval: none of its bodies is in a cluster.
-pub(super) fn is_used(interval: &Interval, in_cluster: &[bool], block: usize) -> bool {
-    let mut sides = interval.sides[block].iter().filter(|b| **b != NO_BODY);
-    sides.all(|b| !in_cluster[*b as usize])
 }

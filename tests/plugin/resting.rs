@@ -198,6 +198,7 @@ fn load(record: &StepRecord) -> f64 {
 fn any_change_ends_the_rest() {
     for events in [false, true] {
         for (name, change) in CHANGES {
+            println!("{name}, events {events}");
             let mut yards = [true, false].map(|keep| Yard::new(keep, events));
             let ends = yards.each_mut().map(|yard| {
                 let (first, before) = (load(&yard.steps(30)), yard.poses());
