@@ -6,29 +6,7 @@
 //! its impulses `P` from step to step, without detection and without a solve, until anything that
 //! its problem depends on changes.
 //!
-//! # What is at rest
-//! Motion that the solution resolves is never stopped, however slow: with `F` of
-//! [`Residual`](crate::contact::Residual) and `r` its velocity, an island rests if
-//!
-//! ```text
-//! r ≤ ε v,   |u_A|_k + |u_E|_k ≤ min(1000 r + δ, ε v),   |u| = |v| + a |ω|    (1)
-//! ```
-//!
-//! for all its bodies `k`; `v` is the velocity scale of the island, `δ` the round-off of its
-//! impulses, `a` the longest arm of the body's contacts. At the top of a tower of 50 boxes the speed
-//! is a thousand times the residual of its contacts. `ε` = [`REST`] bounds what can be lost: a
-//! body that should start with less than `ε v` in a step may stay. The solver's tolerance does not
-//! matter, only what the solve reached.
-//!
-//! The repeated problem has the same rows and gaps, and differs in `u_A` alone, which is zero now.
-//! With friction `μ` the residual velocity of `P` in it is at most
-//!
-//! ```text
-//! r + 4 (1 + μ) max_k (|u_A| + |u_E|)_k                                       (2)
-//! ```
-//!
-//! which the record states. The state is the same in all later steps, bit for bit, so no error adds
-//! up.
+//! [`super::at_rest`] tells which islands are at rest.
 //!
 //! # What ends the rest
 //! - a body of the island moves, by the user's hand, or has another mass or force;
@@ -39,22 +17,19 @@
 //! Islands with joints, springs, moving surfaces, given loads or dominance are always solved, and so
 //! are those with pairs that are moved apart.
 
-use super::contact_cache::{CachedContact, CachedContacts, ContactCache, Overlaps};
-use super::interval::{Interval, Source};
-use super::model::{Configuration, ContactKey, Detection, MultibodyModel, NormalLaw};
+use super::at_rest::{Solved, State, first, linked, members, state_of};
+use super::contact_cache::{CachedContact, CachedContacts, ContactCache};
+use super::model::{Configuration, ContactKey, Detection, MultibodyModel};
 use super::outcome::SolvedProblem;
 use super::record::{ContactRecord, StepRecord};
 use super::recording::{record_interval, working_velocities};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// Largest speed of a body at rest, as a share of the velocity scale of its island: see (1). What can be lost is
-/// an acceleration of 1e-9 m/s² under gravity, 5 nm in the first three seconds; less, and large
-/// islands, which are solved to some 1e-11, never rest.
-const REST: f64 = 1e-10;
-/// Largest speed of a body that a residual of the contacts of its island explains, see (1).
-const SPREAD: f64 = 1e3;
+/// Most steps between two stops.
+const LONGEST_PAUSE: u32 = 1 << 20;
 
 /// An island at rest.
 #[derive(Clone, Serialize, Deserialize)]
@@ -64,7 +39,7 @@ pub(crate) struct RestingIsland {
     contacts: Vec<ContactRecord>,
     penetration: f64,
     redundant: bool,
-    /// The relative residual of the last solve, and the bound (2) \[m/s\].
+    /// The relative residual of the last solve, and the bound (2) of [`super::at_rest`] \[m/s\].
     residual: [f64; 2],
     /// For the contact cache, when it is solved again.
     entries: Vec<(ContactKey, CachedContact)>,
@@ -96,6 +71,9 @@ pub(super) struct RestingIslands {
     /// The island of each body, from 1; 0 if it does not rest.
     #[serde(skip)]
     island_of: Vec<u32>,
+    /// For the first body of each island that was stopped in vain: steps until the next stop, and the
+    /// pause after it.
+    pauses: BTreeMap<u32, [u32; 2]>,
 }
 
 /// The state of a step before anything moves.
@@ -109,18 +87,6 @@ pub(super) struct Begin<'a> {
     /// Of the midpoint \[s\].
     pub time: f64,
     pub dt: f64,
-}
-
-/// A solved step before it is recorded.
-#[derive(Clone, Copy)]
-pub(super) struct Solved<'a> {
-    pub interval: &'a Interval,
-    pub inverse_mass: &'a [Vec3],
-    pub in_cluster: &'a [bool],
-    /// Pairs that are moved apart.
-    pub overlaps: Option<&'a Overlaps>,
-    /// Of the islands that are used, in their order; empty if they are not stored.
-    pub problems: &'a [SolvedProblem],
 }
 
 impl RestingIslands {
@@ -172,6 +138,9 @@ impl RestingIslands {
         let now = model.revision();
         let same = now.is_some() && self.revision.is_none_or(|known| Some(known) == now);
         self.revision = now;
+        if !same {
+            self.pauses.clear();
+        }
         if !self.is_empty() {
             let stays = |(body, place): &(u32, Configuration)| {
                 let k = *body as usize;
@@ -257,9 +226,14 @@ impl RestingIslands {
         if model.revision().is_none() || !interval.roles.dominance.is_empty() {
             return;
         }
-        let mut found: Vec<(usize, [f64; 2])> = (0..solution.islands.len())
-            .filter_map(|k| Some((k, rest_of(k, &step, solution)?)))
-            .collect();
+        let mut found = Vec::new();
+        for k in 0..solution.islands.len() {
+            match state_of(k, &step, solution) {
+                State::Moves if self.pauses.is_empty() => {}
+                State::Moves => drop(self.pauses.remove(&first(interval, solution, k))),
+                state => found.push((k, state)),
+            }
+        }
         if found.is_empty() {
             return;
         }
@@ -268,18 +242,24 @@ impl RestingIslands {
             members(interval, solution, *k).for_each(|body| island_of[body] = n + 1);
         }
         let linked = linked(&step, &island_of, found.len());
-        let mut linked = linked.iter();
-        found.retain(|_| linked.next() == Some(&false));
-        for (k, _) in &found {
-            let bodies: Vec<usize> = members(interval, solution, *k).collect();
-            bodies
-                .iter()
-                .for_each(|&body| solution.end[body] = Vec3::zeros());
+        let mut rests = Vec::new();
+        for ((k, state), linked) in found.into_iter().zip(linked) {
+            let stops = !linked && self.stops(state, first(interval, solution, k));
+            if let (true, State::Rests(residual)) = (stops, state) {
+                rests.push((k, residual));
+            }
+            let bodies = members(interval, solution, k).filter(|_| stops);
+            for body in bodies.collect::<Vec<_>>() {
+                solution.end[body] = Vec3::zeros();
+            }
+        }
+        if rests.is_empty() {
+            return;
         }
         let w = step.inverse_mass;
         let mean = working_velocities(interval, solution, w);
         self.dt = dt;
-        for (k, residual) in found {
+        for (k, residual) in rests {
             let mut own = StepRecord::default();
             let mut entries = CachedContacts::default();
             let blocks = solution.islands.blocks(k).iter().map(|i| *i as usize);
@@ -319,6 +299,22 @@ impl RestingIslands {
                 entries: entries.entries().to_vec(),
             });
         }
+    }
+
+    /// Whether an island is stopped now; `first` is the number of its first body.
+    fn stops(&mut self, state: State, first: u32) -> bool {
+        if let State::Rests(_) = state {
+            self.pauses.remove(&first);
+            return true;
+        }
+        let [wait, pause] = self.pauses.entry(first).or_default();
+        if *wait > 0 {
+            *wait -= 1;
+            return false;
+        }
+        *pause = (2 * *pause + 1).min(LONGEST_PAUSE);
+        *wait = *pause;
+        true
     }
 
     /// Notes the places of immovable bodies at the end of a step.
@@ -373,19 +369,6 @@ impl RestingIslands {
     }
 }
 
-/// The movable bodies of an island, once for each of their contacts.
-fn members<'a>(
-    interval: &'a Interval,
-    solution: &'a Solution,
-    island: usize,
-) -> impl Iterator<Item = usize> + 'a {
-    let blocks = solution.islands.blocks(island).iter();
-    let sides = blocks.flat_map(|&i| interval.sides[i as usize]);
-    sides
-        .filter(|body| *body != NO_BODY)
-        .map(|body| body as usize)
-}
-
 /// The problem of an island, if problems are stored: that of islands in clusters is not.
 fn problem_of(island: usize, step: &Solved, solution: &Solution) -> Option<SolvedProblem> {
     step.problems.first()?;
@@ -395,80 +378,4 @@ fn problem_of(island: usize, step: &Solved, solution: &Solution) -> Option<Solve
     };
     let before = (0..island).filter(used).count();
     step.problems.get(before).cloned()
-}
-
-/// The relative residual of an island and the bound (2) \[m/s\], if it is at rest by itself.
-fn rest_of(island: usize, step: &Solved, solution: &Solution) -> Option<[f64; 2]> {
-    let (interval, outcome) = (step.interval, &solution.outcomes[island]);
-    let residual = &outcome.report.residual;
-    let most = REST * residual.velocity_scale;
-    let room = (SPREAD * residual.velocity + residual.round_off).min(most);
-    let plain = outcome.report.solved()
-        && !(outcome.relaxed || outcome.contacts_bounded || outcome.joints_bounded);
-    if !(plain && residual.velocity <= most && room > 0.0) {
-        return None;
-    }
-    let mut roughest: f64 = 0.0;
-    let mut fastest: f64 = 0.0;
-    for &i in solution.islands.blocks(island) {
-        let (i, block) = (i as usize, &interval.blocks[i as usize]);
-        let Source::Contact(index) = block.source else {
-            return None;
-        };
-        let contact = &interval.detection.contacts[index];
-        let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        let pair = &contact.key.pair;
-        let apart = |o: &Overlaps| o.open.contains(pair) || o.late.contains(pair);
-        let moved = step.overlaps.is_some_and(apart);
-        if !rigid || contact.surface_velocity != 0.0 || block.impact || moved {
-            return None;
-        }
-        roughest = roughest.max(contact.friction);
-        for (side, &body) in contact.rows.bodies.iter().enumerate() {
-            if body == NO_BODY {
-                continue;
-            }
-            let k = body as usize;
-            let [n, t] = contact.rows.jacobian[side];
-            let arm = n.z.hypot(t.z);
-            let of = |u: &Vec3| u.xy().norm() + arm * u.z.abs();
-            if interval.sides[i][side] != NO_BODY {
-                fastest = fastest.max(of(&interval.start[k]) + of(&solution.end[k]));
-            } else if interval.start[k] != Vec3::zeros() {
-                return None;
-            }
-            if fastest > room || step.in_cluster[k] {
-                return None;
-            }
-        }
-        if solution.deferred.contains(&index) {
-            return None;
-        }
-    }
-    let bound = residual.velocity + 2.0 * fastest;
-    Some([
-        residual.relative.max(bound / residual.velocity_scale),
-        bound,
-    ])
-}
-
-/// Which of the islands, by `island_of` each body from 1, a contact that is no block of theirs or a
-/// joint connects with something that moves or may be pushed.
-fn linked(step: &Solved, island_of: &[usize], islands: usize) -> Vec<bool> {
-    let mut linked = vec![false; islands + 1];
-    let (found, start) = (&step.interval.detection, &step.interval.start);
-    let island = |body: u32| island_of.get(body as usize).copied().unwrap_or(0);
-    let moves = |body: u32| {
-        let k = body as usize;
-        body != NO_BODY && (step.inverse_mass[k] != Vec3::zeros() || start[k] != Vec3::zeros())
-    };
-    for contact in &found.contacts {
-        let [a, b] = contact.rows.bodies;
-        for (own, other) in [(a, b), (b, a)] {
-            linked[island(own)] |= moves(other) && island(own) != island(other);
-        }
-    }
-    let joined = found.joints.iter().flat_map(|joint| joint.rows.bodies);
-    joined.for_each(|body| linked[island(body)] = true);
-    linked.split_off(1)
 }

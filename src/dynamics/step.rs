@@ -2,6 +2,7 @@
 //! the model.
 
 use super::angular_momentum::restore_angular_momentum;
+use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
@@ -16,7 +17,7 @@ use super::pulled_links::{find_links, stiffen};
 use super::record::StepRecord;
 use super::recording::{forces_work, record_interval, working_velocities};
 use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
-use super::resting::{Begin, Solved};
+use super::resting::Begin;
 use super::roles::BodyRoles;
 use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
