@@ -16,7 +16,8 @@
 //! island is stopped once all its bodies are slower than [`SLOW`] of what the forces on them give in a
 //! step, 1.6e-9 m/s under gravity at 1/60 s. The next solve starts from `u_A = 0` exactly, and tells
 //! rest from a motion that begins: there `u_E` is what the forces leave. If (1) fails, the island is
-//! stopped again only after twice as many steps, and so on, until it is faster or at rest.
+//! stopped again only after twice as many steps, and so on, until it is faster or at rest. What is
+//! stopped is not given back: a steady motion slower than [`SLOW`] is lost.
 //!
 //! The repeated problem has the same rows and gaps, and differs in `u_A` alone, which is zero now.
 //! With friction `μ` the residual velocity of `P` in it is at most

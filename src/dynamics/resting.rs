@@ -138,9 +138,6 @@ impl RestingIslands {
         let now = model.revision();
         let same = now.is_some() && self.revision.is_none_or(|known| Some(known) == now);
         self.revision = now;
-        if !same {
-            self.pauses.clear();
-        }
         if !self.is_empty() {
             let stays = |(body, place): &(u32, Configuration)| {
                 let k = *body as usize;

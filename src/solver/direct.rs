@@ -6,7 +6,7 @@ use super::nsgs::{ALONE, Plan, START};
 use super::response::Response;
 use super::status_newton::StatusNewton;
 use super::{ImpulseSolver, Nsgs, SolveReport, Velocities, drop_unless_finite};
-use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
+use crate::contact::{ContactProblem, Judge, Law, Vec2};
 
 /// Newton and interior point for hard islands: towers, mass ratios, sliding heaps, impacts.
 ///
@@ -14,9 +14,9 @@ use crate::contact::{ContactProblem, Judge, Law, Residual, Vec2};
 ///
 /// 1. Certify the start impulses. If this fails, take up to four chord steps with the factors of
 ///    the island's last Newton step, as long as nine in ten statuses are unchanged
-///    ([`FactorCache`]). An island at rest gets chord steps down to a thousandth of the tolerance,
-///    even if certified, above 500 blocks only after a step that had to be solved. What is left of an
-///    error grows in the next steps, makes towers lean, and leaves gaps that ask for another solve.
+///    ([`FactorCache`]). They aim at a residual of 1e-11, or a thousandth of the tolerance, even if the
+///    start impulses are certified: what is left of an error grows in the next steps, makes towers
+///    lean, and leaves gaps that ask for another solve.
 /// 2. Up to four status-Newton steps from the start impulses. The stage is left out if they are all
 ///    zero, or if the residual times the number of blocks is large: then so many statuses have
 ///    changed that Newton hardly ever converges.
@@ -71,12 +71,17 @@ pub struct Direct {
     judged_last: bool,
 }
 
-/// Share of the tolerance to which impulses of an island at rest are computed: see stage 1 of
-/// [`Direct`]. What is left of a residual adds up from contact to contact: 1e-9 m/s in a tower of 50
-/// boxes were 1e-6 m/s at its top, and under constant impulses it grows. From round-off it takes ten
-/// steps to grow to this share.
-const EXACT: f64 = 1e-3;
-/// Velocity up to which a contact rests, as a share of the velocity scale of its island.
+/// Relative residual to which impulses of an island at rest are computed, see stage 1 of [`Direct`],
+/// and its largest share of the tolerance. What is left of a residual adds up from contact to
+/// contact: 1e-9 m/s in a tower of 50 boxes were 1e-6 m/s at its top, and under constant impulses it
+/// grows. From round-off it takes ten steps to grow to this value. It does not follow a looser
+/// tolerance, so that a pile comes to rest at any.
+const EXACT: f64 = 1e-11;
+const EXACT_SHARE: f64 = 1e-3;
+/// Growth of that residual until certified impulses get chord steps again.
+const GROWN: f64 = 10.0;
+/// Velocity up to which a contact rests, as a share of the velocity scale of its island. A looser
+/// tolerance takes its place.
 const AT_REST: f64 = 1e-6;
 /// Weight of the proximal term for the factors of an island at rest.
 const LIGHT: f64 = 1e-9;
@@ -94,10 +99,9 @@ const SWEEPS_MORE: usize = 4000;
 const NEAR: f64 = 10.0;
 const NEWTON_STEPS: usize = 8;
 
-/// Whether an island at rest needs no chord step: its residual is within [`EXACT`] of the tolerance,
-/// or is round-off.
-fn is_exact(residual: &Residual, tolerance: f64) -> bool {
-    residual.certified(EXACT * tolerance)
+/// The tolerance for an island at rest.
+fn exact(tolerance: f64) -> f64 {
+    EXACT.min(EXACT_SHARE * tolerance)
 }
 
 /// Whether all contacts are compliant. Such a problem always has a solution.
@@ -154,23 +158,16 @@ impl Direct {
         self.judged_last = solved;
         let large = problem.len() > LARGE;
         let light = cache.as_ref().is_some_and(|c| c.is_light());
-        let refines = |c: &&mut &mut FactorCache| match light {
-            true => !is_exact(&residual, tolerance),
-            false => large && c.needed_solve(),
-        };
-        let factors = (cache.as_mut()).filter(|c| !solved || refines(c));
+        let inexact = !residual.certified(GROWN * exact(tolerance));
+        let factors = cache.as_mut().filter(|_| inexact);
         let newton = factors.and_then(|c| c.of(problem));
         if solved && newton.is_none() {
             return report;
         }
         let rests = light || solved;
-        let enough = if rests { EXACT * tolerance } else { tolerance };
+        let enough = if rests { exact(tolerance) } else { tolerance };
         self.best.start(impulses, residual, enough);
         if let Some(newton) = newton {
-            newton.needed_solve = !solved;
-            if self.best.solved() {
-                return report;
-            }
             let (judge, best) = (&mut self.judge, &mut self.best);
             self.judged_last = self.newton.chord(problem, judge, impulses, newton, best);
             self.best.set_tolerance(tolerance);
@@ -182,9 +179,6 @@ impl Direct {
                 return self.found(impulses, report);
             }
             self.judged_last = false;
-            if solved {
-                return report;
-            }
             newton.light_failed |= light;
         }
         self.best.set_tolerance(tolerance);
@@ -224,19 +218,10 @@ impl Direct {
             self.approach(problem, impulses, warm, tolerance, &mut report);
         }
         self.follow_paths(problem, &mut report);
-        if !self.best.solved() {
-            impulses.copy_from_slice(&self.best.impulses);
-        }
-        for sweeps in SWEEPS_LAST {
-            self.sweep_and_polish(problem, impulses, (sweeps, &ALONE), tolerance, &mut report);
-        }
-        if !large && self.best.residual.merit() <= NEAR * tolerance {
-            let more = (SWEEPS_MORE, &ALONE);
-            self.sweep_and_polish(problem, impulses, more, tolerance, &mut report);
-        }
+        self.sweep_last(problem, impulses, tolerance, &mut report);
         if let Some(cache) = cache {
-            let needed = report.factorisations > 0 && !cache.light_failed();
-            if !large && self.best.solved() && needed {
+            let solved = report.factorisations > 0 && self.best.solved();
+            if solved && !large && !cache.light_failed() {
                 self.refine(problem, impulses, tolerance, &mut report);
             }
             self.newton.store_factors(&mut self.response, cache);
@@ -256,11 +241,11 @@ impl Direct {
     ) {
         impulses.copy_from_slice(&self.best.impulses);
         self.judge.natural_map(problem, impulses);
-        let still = AT_REST * self.best.residual.velocity_scale;
+        let still = AT_REST.max(tolerance) * self.best.residual.velocity_scale;
         if self.judge.velocities().iter().any(|u| u.norm() > still) {
             return;
         }
-        self.best.set_tolerance(EXACT * tolerance);
+        self.best.set_tolerance(exact(tolerance));
         self.newton.first = LIGHT;
         self.polish(problem, impulses, 1, report);
         self.newton.first = 0.0;
@@ -289,6 +274,26 @@ impl Direct {
             if k == 0 || problem.len() <= LARGE || !warm {
                 self.interior_point(problem, Some(impulses), report);
             }
+        }
+    }
+
+    /// Stage 7, see [`Direct`].
+    fn sweep_last(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+        report: &mut SolveReport,
+    ) {
+        if !self.best.solved() {
+            impulses.copy_from_slice(&self.best.impulses);
+        }
+        for sweeps in SWEEPS_LAST {
+            self.sweep_and_polish(problem, impulses, (sweeps, &ALONE), tolerance, report);
+        }
+        if problem.len() <= LARGE && self.best.residual.merit() <= NEAR * tolerance {
+            let more = (SWEEPS_MORE, &ALONE);
+            self.sweep_and_polish(problem, impulses, more, tolerance, report);
         }
     }
 

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// The factors of an island's last Newton step, for [`ImpulseSolver::solve_next`].
 ///
 /// If little has moved since, a chord step of Newton's method solves the next problem with the
-/// stored factors and statuses: two triangular solves and no factorisation. At rest a large island
-/// needs one chord step every few steps: a pile is unstable under constant impulses, and under a
-/// hundred rows errors grow 2.5 times a step.
+/// stored factors and statuses: two triangular solves and no factorisation. At rest an island
+/// needs one every few steps: a pile is unstable under constant impulses, and under a hundred rows
+/// errors grow 2.5 times a step.
 ///
 /// Empty at first. The results of a run depend on the cache, so a saved state must contain it.
 ///
@@ -30,8 +30,6 @@ pub(super) struct Newton {
     pub light_failed: bool,
     /// Whether the factors leave out pairs of bodies that only open contacts couple.
     pub closed_only: bool,
-    /// Whether the last problem was not already solved by its start impulses.
-    pub needed_solve: bool,
 }
 
 /// First weight of the proximal term. A smaller one loses digits in the stiff system.
@@ -67,11 +65,6 @@ impl FactorCache {
         self.0.is_none()
     }
 
-    /// Whether the last problem of the island was not already solved by its start impulses.
-    pub(super) fn needed_solve(&self) -> bool {
-        self.0.as_deref().is_some_and(|newton| newton.needed_solve)
-    }
-
     /// Whether the factors have a light proximal term: the island was at rest.
     pub(super) fn is_light(&self) -> bool {
         self.0.as_deref().is_some_and(|n| n.proximal < PROXIMAL)
@@ -105,7 +98,6 @@ impl FactorCache {
             proximal: newton.proximal,
             light_failed: newton.light_failed,
             closed_only: newton.closed_only,
-            needed_solve: newton.needed_solve,
         })
     }
 
@@ -135,7 +127,6 @@ impl FactorCache {
                 proximal: state.proximal,
                 light_failed: state.light_failed,
                 closed_only: state.closed_only,
-                needed_solve: state.needed_solve,
             })
         }))
     }
@@ -154,8 +145,6 @@ pub(crate) struct FactorState {
     light_failed: bool,
     #[serde(rename = "lean")]
     closed_only: bool,
-    #[serde(rename = "settles", default)]
-    needed_solve: bool,
 }
 
 /// The weight of states that were saved without one.

@@ -218,7 +218,7 @@ impl StatusNewton {
         newton.bodies.clear();
         (newton.bodies).extend(newton.factored.rows.iter().map(|r| r.bodies));
         std::mem::swap(&mut newton.factored.gains, &mut self.made_gains);
-        (newton.closed_only, newton.needed_solve) = (false, true);
+        newton.closed_only = false;
         newton.proximal = self.made_proximal;
         std::mem::swap(&mut newton.statuses, &mut self.statuses);
         self.statuses.clear();

@@ -276,3 +276,34 @@ fn what_hardly_tips_is_not_at_rest() {
     let place = p.pose(upper).unwrap().translation;
     assert!(place.x > 0.5, "still at {place}");
 }
+
+/// Boxes of 0.8 m whose places are rounded to f32: they overlap by up to 1.4e-7 m. At every tolerance
+/// they rest within a second.
+#[test]
+fn a_pile_placed_in_single_precision_comes_to_rest() {
+    for tolerance in [1e-8, 1e-6, 1e-4] {
+        let mut world = PhysicsWorld::new();
+        world.insert(
+            RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.5)),
+            ColliderBuilder::cuboid(WIDE, 0.5),
+        );
+        for (row, k) in (0..6).flat_map(|row| (0..6 - row).map(move |k| (row, k))) {
+            let place = Vector::new(k as Real + 0.5 * row as Real, 0.4 + 0.8 * row as Real);
+            world.insert(
+                RigidBodyBuilder::dynamic().translation(place),
+                ColliderBuilder::cuboid(0.4, 0.4),
+            );
+        }
+        let mut settings = MoreauSettings {
+            stay_awake: true,
+            ..MoreauSettings::default()
+        };
+        settings.stepper.tolerance = tolerance;
+        let mut p = MoreauPipeline::new(settings).unwrap();
+        let records = (0..60).map(|_| p.step(&mut world).unwrap());
+        let last = records.last().unwrap();
+        let rests = (last.unsolved, last.resting, last.islands);
+        assert_eq!(rests, (0, 1, 1), "{tolerance}");
+        assert!(last.penetration < 1e-6, "{tolerance}: {}", last.penetration);
+    }
+}
