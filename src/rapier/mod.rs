@@ -21,6 +21,7 @@ mod joint_checks;
 mod joint_rows;
 mod joints;
 mod kernels;
+mod model;
 mod outline;
 mod pipeline;
 mod pose;
