@@ -275,10 +275,10 @@ fn velocities_handed_out_are_those_of_the_impulses_returned() {
     assert!(handed >= 3, "{handed}");
 }
 
-/// Impulses that were just computed get one more, more accurate solve, though they are certified.
-/// Then the island rests.
+/// Impulses that are certified, but less exact than those of an island at rest can be, get chord steps.
+/// Exact ones stay as they are.
 #[test]
-fn what_was_moved_comes_to_rest() {
+fn certified_impulses_are_made_exact() {
     let mut problem = pyramid(24, 0.5).problem();
     assert!(problem.len() > 500);
     let (mut direct, mut cache) = (Direct::default(), FactorCache::default());
@@ -294,10 +294,12 @@ fn what_was_moved_comes_to_rest() {
     let little = 1.0 + 0.5 * TOLERANCE;
     solve(1.0);
     solve(1.001);
-    let (start, end) = solve(little);
-    assert!(start > 0.1 && start < 1.0 && end < 0.1, "{start} {end}");
-    let (start, end) = solve(little);
-    assert!(start > 0.1 && start < 1.0 && end == start, "{start} {end}");
+    for _ in 0..2 {
+        let (start, end) = solve(little);
+        assert!(start > 0.1 && start < 1.0 && end < 0.1, "{start} {end}");
+    }
+    let (start, end) = solve(1.0);
+    assert_eq!(start, end);
 }
 
 /// A large island: in a jammed heap the residual of a solve would grow from step to step.

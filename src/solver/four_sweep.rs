@@ -20,6 +20,13 @@ pub(super) struct FourSweep {
     free: f64,
 }
 
+/// Impulses and velocities of a [`FourSweep`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct FourState {
+    impulses: Vec<[Four; 2]>,
+    bodies: Vec<Body>,
+}
+
 /// (v_x, v_y, ω) and the inverse of the mass.
 type Body = [f64; 4];
 
@@ -129,6 +136,46 @@ impl FourSweep {
             pass(simd, fours, bodies, of)
         });
         [change, scale.max(self.free)]
+    }
+
+    /// Stores the impulses of all groups and the velocities of all bodies.
+    pub fn store(&self, state: &mut FourState) {
+        state.impulses.clear();
+        (state.impulses).extend(self.fours.iter().map(|four| four.impulses));
+        state.bodies.clone_from(&self.bodies);
+    }
+
+    /// Moves impulses and velocities on by `β` times their change since `state`, which becomes the
+    /// present one.
+    pub fn extrapolate(&mut self, factor: f64, state: &mut FourState) {
+        let on = |now: &mut f64, before: &mut f64| {
+            let next = *now + factor * (*now - *before);
+            *before = std::mem::replace(now, next);
+        };
+        for (four, before) in self.fours.iter_mut().zip(&mut state.impulses) {
+            let own = four.impulses.iter_mut().flatten();
+            own.zip(before.iter_mut().flatten())
+                .for_each(|(a, b)| on(a, b));
+        }
+        for (body, before) in self.bodies.iter_mut().zip(&mut state.bodies) {
+            body.iter_mut()
+                .zip(before)
+                .take(3)
+                .for_each(|(a, b)| on(a, b));
+        }
+    }
+
+    /// `(u₀ − u)ᵀ M (u − u₁)` of all bodies \[J\], with the present velocities `u` and those of two
+    /// states.
+    pub fn turn(&self, op: &BodyOperator, [first, second]: [&FourState; 2]) -> f64 {
+        let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
+        let bodies = self.bodies.iter().zip(&op.inverse_mass);
+        let states = first.bodies.iter().zip(&second.bodies);
+        let of = |((u, w), (u0, u1)): ((&Body, &Vec3), (&Body, &Body))| -> f64 {
+            let one = |k: usize| mass(w[k]) * (u0[k] - u[k]) * (u[k] - u1[k]);
+            one(0) + one(1) + one(2)
+        };
+        bodies.zip(states).map(of).sum()
     }
 
     /// Writes the impulses back to their blocks.

@@ -49,6 +49,7 @@ mod interior_point;
 mod judged;
 #[allow(dead_code)] // oracles follow further paths with it
 pub(crate) mod lemke;
+mod momentum;
 mod nsgs;
 mod pairs;
 mod response;

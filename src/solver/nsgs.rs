@@ -1,5 +1,7 @@
 use super::best::Best;
+use super::block_status::Status;
 use super::four_sweep::FourSweep;
+use super::momentum::Momentum;
 use super::{ImpulseSolver, SolveReport};
 use crate::contact::{
     ContactProblem, Delassus, Judge, Law, Mat2, SweepState, Vec2, project_onto_cone, solve_local,
@@ -27,6 +29,10 @@ pub type LocalStep = fn(&Mat2, Vec2, Vec2, &Law) -> Vec2;
 /// starts from a few sweeps and turns after each one: in the catalogue's scenes no order was best
 /// throughout for it. Its last, long sweeps turn every ten.
 ///
+/// # Momentum
+/// [`super::Direct`] starts problems with unique impulses from sweeps by fours that have Nesterov's
+/// momentum. In a drum of 280 contacts it then needs half the factorisations.
+///
 /// # Cost
 /// Frictional contacts are solved four at a time, in groups that change nothing but the time: the
 /// blocks of each body stay in order, and every number is the same to the last bit. In a pyramid of
@@ -51,6 +57,9 @@ pub struct Nsgs {
     step: Option<LocalStep>,
     state: SweepState,
     fours: FourSweep,
+    momentum: Momentum,
+    /// At the last comparison.
+    statuses: Vec<Status>,
     judge: Judge,
     best: Best,
 }
@@ -61,6 +70,10 @@ pub(super) struct Plan {
     turn: usize,
     /// Least pause between two checks by the judge, as a share of all sweeps so far.
     pause: f64,
+    /// Whether sweeps by fours get momentum.
+    momentum: bool,
+    /// Whether to stop early, once ten sweeps change no status.
+    settles: bool,
 }
 
 /// For a solve by sweeps alone, and the last sweeps of a hard problem. Slow sweeps change little, so that without a pause the judge would
@@ -68,13 +81,30 @@ pub(super) struct Plan {
 pub(super) const ALONE: Plan = Plan {
     turn: 10,
     pause: 1.0 / 16.0,
+    momentum: false,
+    settles: false,
 };
 
 /// For a few sweeps that provide a start.
 pub(super) const START: Plan = Plan {
     turn: 1,
     pause: 0.0,
+    momentum: false,
+    settles: false,
 };
+
+/// For sweeps until Newton's method can take over.
+pub(super) const FAST: Plan = Plan {
+    momentum: true,
+    settles: true,
+    ..START
+};
+
+/// Number of sweeps between two comparisons of the statuses.
+const COMPARED: usize = 10;
+/// Distance from the edge of the friction cone within which a contact slips, as a share of the cone's
+/// width.
+const EDGE: f64 = 1e-9;
 
 /// Least number of blocks for groups of four.
 const LEAST_BLOCKS_FOR_FOURS: usize = 32;
@@ -94,6 +124,8 @@ impl Nsgs {
             step: None,
             state: SweepState::default(),
             fours: FourSweep::default(),
+            momentum: Momentum::default(),
+            statuses: Vec::new(),
             judge: Judge::default(),
             best: Best::default(),
         }
@@ -133,7 +165,14 @@ impl Nsgs {
         };
         let level = Level::new();
         let mut since_check = 0;
+        let accelerated = by_four.filter(|_| plan.momentum);
+        self.statuses.clear();
         for sweep in 0..sweeps {
+            match accelerated {
+                Some(_) if sweep == 0 => self.momentum.start(&self.fours),
+                Some(op) if sweep % 2 == 0 => self.momentum.step(&mut self.fours, op),
+                _ => {}
+            }
             let backwards = sweep / plan.turn % 2 == 1;
             let diagonal = judge.diagonal();
             let [change, scale] = match by_four {
@@ -144,10 +183,14 @@ impl Nsgs {
             let rests = change == 0.0;
             let hint = change <= tolerance * scale;
             let checks = rests || plan.checks(hint, since_check, sweep);
-            if by_four.is_some() && (checks || sweep + 1 == sweeps) {
+            let compares = plan.settles && (sweep + 1) % COMPARED == 0;
+            if by_four.is_some() && (checks || compares || sweep + 1 == sweeps) {
                 self.fours.write(impulses);
             }
             if rests {
+                return sweep + 1;
+            }
+            if compares && self.settled(problem, impulses) {
                 return sweep + 1;
             }
             if checks {
@@ -158,6 +201,18 @@ impl Nsgs {
             }
         }
         sweeps
+    }
+
+    /// Whether no block has changed its status since the last call.
+    fn settled(&mut self, problem: &ContactProblem, impulses: &[Vec2]) -> bool {
+        let blocks = problem.laws.iter().zip(impulses);
+        let now = blocks.map(|(law, p)| Status::of(law, Vec2::new(p.x, (1.0 + EDGE) * p.y)));
+        let same = now.clone().eq(self.statuses.iter().copied());
+        if !same {
+            self.statuses.clear();
+            self.statuses.extend(now);
+        }
+        same
     }
 
     /// Whether to try the groups of [`FourSweep`] on `problem`.
