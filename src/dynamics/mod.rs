@@ -95,7 +95,7 @@ pub use joint::RowName;
 pub use joint_frames::{Bend, Coordinate, JointFrames};
 pub use model::{
     Configuration, ContactKey, ContactPoint, Detection, JointCoordinate, JointKind, JointPart,
-    JointRow, ModelError, MultibodyModel, NormalLaw, Spring,
+    JointRow, ModelError, MultibodyModel, NearPair, NormalLaw, Spring,
 };
 pub use outcome::SolvedProblem;
 pub use phases::{Clock, Phases};

@@ -146,17 +146,46 @@ impl JointRow {
     }
 }
 
+/// Two surfaces with a rigid law that may meet within a step, whether they have a contact or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearPair {
+    pub surfaces: [u32; 2],
+    /// As in the rows of a contact.
+    pub bodies: [u32; 2],
+    /// Lower bound of the distance of the surfaces \[m\]; not above 0 if they overlap.
+    pub bound: f64,
+    /// Distance of the farthest point of each body from its centre of mass \[m\].
+    pub radii: [f64; 2],
+    pub restitution: f64,
+}
+
 /// All contacts and joints that a model finds at one configuration, in a fixed order.
 #[derive(Debug, Clone, Default)]
 pub struct Detection {
     pub contacts: Vec<ContactPoint>,
     pub joints: Vec<JointRow>,
+    /// Pairs of surfaces, each once; a model may leave it empty. Event location then misses pairs that
+    /// show no contact at the midpoint of a step, as corners that pass each other do not.
+    pub near: Vec<NearPair>,
+    /// Whether `near` is wanted. Set by the caller.
+    pub wants_near: bool,
 }
 
 impl Detection {
     pub(super) fn clear(&mut self) {
         self.contacts.clear();
         self.joints.clear();
+        self.near.clear();
+    }
+
+    /// Adds a part of a pair of surfaces to `near`. Parts of a pair follow each other.
+    pub(crate) fn add_near(&mut self, part: NearPair) {
+        match self.near.last_mut() {
+            Some(pair) if pair.surfaces == part.surfaces => {
+                pair.bound = pair.bound.min(part.bound);
+            }
+            _ => self.near.push(part),
+        }
     }
 }
 
@@ -266,6 +295,7 @@ pub trait MultibodyModel {
     ) -> Result<(), ModelError> {
         self.detect(dt, out)?;
         out.contacts.retain(|c| pairs.contains(&c.surfaces));
+        out.near.retain(|n| pairs.contains(&n.surfaces));
         out.joints.clear();
         Ok(())
     }

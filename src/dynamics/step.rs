@@ -102,6 +102,7 @@ impl MoreauStepper {
             dt
         };
         self.stiff.clear();
+        self.interval.detection.wants_near = rules.events;
         if let Err(error) = self.detect(model, ahead) {
             self.cancel(model);
             return Err(error.into());

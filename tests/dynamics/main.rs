@@ -12,6 +12,7 @@ mod events;
 mod events_worse;
 mod factor_cache;
 mod late_overlap;
+mod meetings;
 mod momentum;
 mod own_solver;
 mod slides;

@@ -1,5 +1,6 @@
 //! An impact of zero duration at the current configuration of a cluster.
 
+use super::bounce::Bounce;
 use super::runner::{Context, Rest, Runner};
 use crate::contact::Vec2;
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
@@ -33,7 +34,8 @@ impl Runner {
     /// Two such bodies are followed from bounce to bounce until all remaining bounces fit into the
     /// rest of the step. With closing velocity `v` and relative acceleration `a` these take
     /// `2 e v / (a (1 − e))`. Together they give the impulse of a landing without rebound and of
-    /// the rest that follows it.
+    /// the rest that follows it. `a` is that of the applied forces, or as the contact was accelerated
+    /// since it bounced before: bodies that turn may close without any force.
     pub(super) fn impact(
         &mut self,
         solver: &mut IslandSolver,
@@ -65,11 +67,23 @@ impl Runner {
         let impacts = &mut record.impacts;
         find_impacts(instant, hit, |_| true, w, over, impacts, &mut Vec::new());
         record.events += 1;
+        self.bounced = participants.lone.then(|| Bounce {
+            key,
+            velocity: self.velocity_after(key),
+            time: rest.at,
+        });
         if participants.lone {
             self.cache_landed(&participants.in_force, &contacts);
         }
         self.cache_instant(&contacts);
         [participants.lone, solved]
+    }
+
+    /// Normal velocity \[m/s\] of a contact after the impact.
+    fn velocity_after(&self, key: ContactKey) -> f64 {
+        let mut contacts = self.instant.detection.contacts.iter();
+        let contact = contacts.find(|c| c.key == key);
+        contact.map_or(0.0, |c| c.rows.velocity(&self.hit.end).x)
     }
 
     /// Finds which contacts take part in the impact at `key`, and how.
@@ -93,7 +107,12 @@ impl Runner {
             && bodies <= 2
             && touching.iter().filter(|t| **t).count() == 1
             && !joints.any(|j| belongs(j.rows.bodies, members, context.inverse_mass));
-        let acceleration = |c: &ContactPoint| -c.rows.velocity(&instant.accelerations).x;
+        let acceleration = |c: &ContactPoint| {
+            let forces = -c.rows.velocity(&instant.accelerations).x;
+            let bounced = self.bounced;
+            let since = bounced.and_then(|b| b.acceleration(c, &instant.start, rest.at));
+            since.map_or(forces, |a| a.max(forces))
+        };
         let slow = |c: &ContactPoint, e: f64, v: f64| {
             if lone {
                 2.0 * e * v <= acceleration(c) * (1.0 - e) * rest.length

@@ -1,6 +1,7 @@
 //! Clusters of bodies that collide, stop sliding or turn far within a step. Each is stepped separately from event to event.
 
 mod all;
+mod bounce;
 mod held;
 mod instant;
 mod runner;
@@ -8,6 +9,8 @@ mod search;
 mod slides;
 mod stops;
 mod turns;
+mod watch;
+mod watched;
 
 pub(super) use all::locate_impacts;
 pub(super) use runner::{Cluster, Context};

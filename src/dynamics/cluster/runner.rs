@@ -1,12 +1,14 @@
 //! Steps one cluster of bodies from event to event.
 
+use super::bounce::Bounce;
 use super::slides::Slide;
+use super::watched::{Kept, Pair, kept};
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::contact_cache::Landing;
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
-use crate::dynamics::interval::{Interval, Source, belongs};
+use crate::dynamics::interval::{Interval, belongs};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::record::StepRecord;
@@ -16,7 +18,8 @@ use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 
-/// Most rebounds of a cluster in a step; then the plain rule steps the rest.
+/// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
+/// pairs may have as many for each, up to [`LANDINGS`].
 const EVENTS: usize = 4;
 /// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
 /// end by themselves; the plain rule would leave an overlap where one closes in the first half of
@@ -34,8 +37,8 @@ const TURNS: usize = 16;
 
 /// What ends an interval.
 pub(super) enum Next {
-    /// A contact of a deferred pair closes.
-    Closes(Box<ContactPoint>),
+    /// A pair closes.
+    Closes(Pair),
     /// A pair stops sliding.
     Stops(Slide),
     /// A part of an interval with a path too curved for it.
@@ -91,13 +94,14 @@ pub(super) struct Runner {
     pub place: Vec<u32>,
     /// Configurations of the `moved` bodies at the start of the interval.
     pub here: Vec<Configuration>,
-    /// Contacts that take part in the interval and are kept from closing, so that they are no
-    /// events.
-    pub closed: Vec<ContactKey>,
+    /// Contacts that take part in the interval.
+    pub kept: Vec<Kept>,
     /// Contacts that have landed in the step, and those of them that landed at the instant before the
     /// interval, as they were then.
     pub landed: Vec<ContactKey>,
     pub held: Vec<ContactPoint>,
+    /// The impact before, if it was between two bodies that touch nothing else.
+    pub bounced: Option<Bounce>,
     /// Problems of all intervals and instants that are part of the result.
     pub problems: Vec<SolvedProblem>,
     /// The cluster's own contact cache, after its first interval.
@@ -140,7 +144,7 @@ impl Cluster {
 }
 
 /// Configurations of some bodies.
-fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
+pub(super) fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
     let of = |b: &u32| model.configuration(*b as usize);
     bodies.iter().map(of).collect()
 }
@@ -161,7 +165,8 @@ impl Runner {
         self.gather(context, &bodies);
         let escorts = self.moved[bodies.len()..].to_vec();
         let saved = places(model, &escorts);
-        self.start(model, context);
+        self.start(context);
+        self.restore(model);
         let mut cluster = Cluster::of(bodies);
         let (mut elapsed, mut limit, mut stops, mut turns) = (0.0, CHATTER, 0, 0);
         let (mut rebounds, mut landings, mut again) = (0, 0, 0);
@@ -182,8 +187,8 @@ impl Runner {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
             };
-            let contact = match next {
-                Next::Closes(contact) => *contact,
+            let pair = match next {
+                Next::Closes(pair) => pair,
                 next => {
                     elapsed += match next {
                         Next::Stops(slide) => {
@@ -195,16 +200,19 @@ impl Runner {
                             self.part(model, solver, context, &rules, time, rest)?
                         }
                     };
-                    self.record_last(context, context.time + elapsed, &mut cluster);
-                    self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
-                    self.here = places(model, &self.moved);
-                    self.interval.start.clone_from(&self.solution.end);
-                    self.held.clear();
+                    self.go_on(model, context, elapsed, &mut cluster);
                     continue;
                 }
             };
-            let found = self.seek(model, solver, context, &rules, &contact, time, rest)?;
+            let found = self.seek(model, solver, context, &rules, &pair, time, rest)?;
             let Some((key, time)) = found else {
+                // bodies that have flown there may find with their velocities of then that they slide past
+                if time > 0.0 && self.idle() && turns < TURNS {
+                    turns += 1;
+                    elapsed += time;
+                    self.go_on(model, context, elapsed, &mut cluster);
+                    continue;
+                }
                 // no contact closes in fact: step the rest by the plain rule
                 plain = true;
                 self.restore(model);
@@ -219,14 +227,14 @@ impl Runner {
             let rest = Rest::of(context, elapsed);
             let [lone, solved] = self.impact(solver, context, key, rest, cluster.bodies.len());
             if !lone {
-                limit = EVENTS;
+                limit = (EVENTS * cluster.bodies.len() / 2).clamp(EVENTS, LANDINGS);
             }
             match self.instant.blocks.iter().any(|b| b.impact) {
-                _ if last == Some(contact.surfaces) => again += 1,
+                _ if last == Some(pair.surfaces) => again += 1,
                 true => rebounds += 1,
                 false => landings += 1,
             }
-            last = Some(contact.surfaces);
+            last = Some(pair.surfaces);
             // what no impulses solve closes all the same, and would do so for ever
             let many = rebounds >= limit || landings >= LANDINGS.max(limit) || again >= CHATTER;
             plain = many || !solved;
@@ -246,20 +254,21 @@ impl Runner {
         Ok(cluster)
     }
 
-    /// Moves the bodies back to the start of the step.
-    fn start<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, context: &Context) {
+    /// Begins a step of the bodies that are gathered.
+    pub fn start(&mut self, context: &Context) {
         let origin = |b: &u32| context.origin[*b as usize];
         self.here = self.moved.iter().map(origin).collect();
-        self.restore(model);
         self.interval.start.clone_from(&context.main.start);
         for interval in [&mut self.interval, &mut self.instant] {
             interval.roles.clone_from(&context.main.roles);
             let known = &context.main.known_overlaps;
             interval.known_overlaps.clone_from(known);
+            interval.detection.wants_near = context.main.detection.wants_near;
         }
         self.interval.crowded.clone_from(&context.main.crowded);
         self.landed.clear();
         self.held.clear();
+        self.bounced = None;
         self.own_contacts = None;
         self.record = StepRecord::default();
         self.problems.clear();
@@ -310,16 +319,14 @@ impl Runner {
         if let Some((slide, time)) = stops.filter(|(_, time)| *time < closing) {
             return Ok(Some((Next::Stops(slide), time)));
         }
-        if let Some((contact, time)) = closes {
-            return Ok(Some((Next::Closes(Box::new(contact)), time)));
+        if let Some((pair, time)) = closes {
+            return Ok(Some((Next::Closes(pair), time)));
         }
         if known {
             self.restore(model);
             self.advance(model, solver, context, rules, span, rest.at)?;
         } else {
-            for (&b, at) in self.moved.iter().zip(&middle) {
-                model.set_configuration(b as usize, at);
-            }
+            self.place_all(model, &middle);
         }
         self.finish_interval(model);
         Ok(None)
@@ -327,7 +334,7 @@ impl Runner {
 
     /// Finds the bodies of the cluster, the adjacent ones with prescribed motion, and the surface
     /// pairs that may touch.
-    fn gather(&mut self, context: &Context, bodies: &[u32]) {
+    pub fn gather(&mut self, context: &Context, bodies: &[u32]) {
         self.members.clear();
         self.members.resize(context.inverse_mass.len(), false);
         for &b in bodies {
@@ -342,14 +349,16 @@ impl Runner {
             self.moved.push(b);
         }
         let found = &context.main.detection;
-        let contacts = found.contacts.iter().map(|c| (&c.rows, Some(c.surfaces)));
-        let joints = found.joints.iter().map(|j| (&j.rows, None));
-        for (rows, surfaces) in contacts.chain(joints) {
-            if !belongs(rows.bodies, Some(&self.members), context.inverse_mass) {
+        let contacts = found.contacts.iter();
+        let contacts = contacts.map(|c| (c.rows.bodies, Some(c.surfaces)));
+        let near = found.near.iter().map(|n| (n.bodies, Some(n.surfaces)));
+        let joints = found.joints.iter().map(|j| (j.rows.bodies, None));
+        for (sides, surfaces) in contacts.chain(near).chain(joints) {
+            if !belongs(sides, Some(&self.members), context.inverse_mass) {
                 continue;
             }
             self.pairs.extend(surfaces);
-            for b in rows.bodies {
+            for b in sides {
                 if b != NO_BODY && self.place[b as usize] == NO_BODY {
                     self.place[b as usize] = self.moved.len() as u32;
                     self.moved.push(b);
@@ -361,13 +370,17 @@ impl Runner {
     }
 
     pub fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
-        for (&b, place) in self.moved.iter().zip(&self.here) {
+        self.place_all(model, &self.here);
+    }
+
+    pub fn place_all<M: MultibodyModel + ?Sized>(&self, model: &mut M, places: &[Configuration]) {
+        for (&b, place) in self.moved.iter().zip(places) {
             model.set_configuration(b as usize, place);
         }
     }
 
     /// Takes the path and the deferred contacts from the trial of the whole step.
-    fn take_trial(&mut self, context: &Context) {
+    pub fn take_trial(&mut self, context: &Context) {
         let (main, trial) = (context.main, context.trial);
         let (interval, solution) = (&mut self.interval, &mut self.solution);
         interval.length = main.length;
@@ -386,13 +399,16 @@ impl Runner {
             }
         }
         let members = Some(self.members.as_slice());
-        self.closed.clear();
+        let near = main.detection.near.iter();
+        let near = near.filter(|n| belongs(n.bodies, members, context.inverse_mass));
+        interval.detection.near.extend(near);
+        self.kept.clear();
         for (i, block) in main.blocks.iter().enumerate() {
             if belongs(main.sides[i], members, context.inverse_mass) {
                 interval.blocks.push(*block);
                 interval.laws.push(main.laws[i]);
                 solution.impulses.push(trial.impulses[i]);
-                self.closed.extend(contact_key(main, trial, i));
+                self.kept.extend(kept(main, trial, i, context.dt));
             }
         }
     }
@@ -459,10 +475,10 @@ impl Runner {
         if rules.locates() {
             release_lone(interval, solution, rules, w, span.step);
         }
-        self.closed.clear();
+        self.kept.clear();
         let blocks = 0..interval.blocks.len();
-        self.closed
-            .extend(blocks.filter_map(|i| contact_key(interval, solution, i)));
+        self.kept
+            .extend(blocks.filter_map(|i| kept(interval, solution, i, span.step)));
         solution.end_velocities(interval, w);
         // no search on a path that is not finite
         check_finite(&solution.end, context.time)
@@ -474,6 +490,21 @@ impl Runner {
             let u = self.solution.end[b as usize];
             model.shift(b as usize, &u, 0.5 * self.interval.length);
         }
+    }
+
+    /// Ends the interval solved last without an impact. The bodies are at its end.
+    fn go_on<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        context: &Context,
+        elapsed: f64,
+        cluster: &mut Cluster,
+    ) {
+        self.record_last(context, context.time + elapsed, cluster);
+        self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
+        self.here = places(model, &self.moved);
+        self.interval.start.clone_from(&self.solution.end);
+        self.held.clear();
     }
 
     /// Records the interval solved last.
@@ -501,14 +532,4 @@ impl Runner {
 pub(super) fn start_of(places: &[u32], here: &[Configuration], body: u32) -> Option<Configuration> {
     let place = *places.get(body as usize)?;
     here.get(place as usize).copied()
-}
-
-/// The key of the contact of block `i`, unless it is deferred.
-fn contact_key(interval: &Interval, solution: &Solution, i: usize) -> Option<ContactKey> {
-    match interval.blocks[i].source {
-        Source::Contact(c) if !solution.deferred.contains(&c) => {
-            Some(interval.detection.contacts[c].key)
-        }
-        _ => None,
-    }
 }

@@ -1,6 +1,7 @@
 //! Finds when and where the next pair of a cluster closes.
 
 use super::runner::{Context, Rest, Runner, start_of};
+use super::watched::Pair;
 use crate::contact::NO_BODY;
 use crate::dynamics::events::{crossing, touch_tolerance};
 use crate::dynamics::model::{ContactKey, ContactPoint, MultibodyModel};
@@ -8,9 +9,13 @@ use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
 
-/// Most steps of the search for an instant: Newton needs three, bisection of a step 40 to reach
-/// round-off.
-const SEARCHES: usize = 60;
+/// Least part of an interval by which the search for the first instant advances, where the bound of the
+/// distance allows less. Two surfaces that overlap for a shorter time are not seen to.
+const STRIDE: f64 = 1.0 / 64.0;
+
+/// Most steps of the search: those of [`STRIDE`], and as many to converge. Newton needs three, bisection 40
+/// to reach round-off.
+const SEARCHES: usize = 128;
 
 /// Most lengths of the interval up to an instant that are tried.
 const LENGTHS: usize = 8;
@@ -30,104 +35,121 @@ struct Nearest {
 }
 
 impl Runner {
-    /// The first pair of deferred contacts to close on the path of the interval: one of its
-    /// contacts, and the time until then.
+    /// The first pair to close on the path of the interval, and the time until then.
     pub(super) fn next<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
-    ) -> Result<Option<(ContactPoint, f64)>, StepError> {
-        let mut guesses: Vec<(ContactPoint, f64)> = Vec::new();
+    ) -> Result<Option<(Pair, f64)>, StepError> {
+        let mut pairs: Vec<Pair> = Vec::new();
         for &i in &self.solution.deferred {
-            let contact = self.interval.detection.contacts[i];
-            let guess = crossing(&self.interval, &self.solution, &contact, context.dt)
+            let contact = &self.interval.detection.contacts[i];
+            let guess = crossing(&self.interval, &self.solution, contact, context.dt)
                 .unwrap_or(self.interval.length);
-            match guesses
-                .iter_mut()
-                .find(|(c, _)| c.surfaces == contact.surfaces)
-            {
-                Some((_, earlier)) => *earlier = earlier.min(guess),
-                None => guesses.push((contact, guess)),
+            match pairs.iter_mut().find(|p| p.surfaces == contact.surfaces) {
+                Some(pair) => pair.guess = pair.guess.min(guess),
+                None => pairs.push(Pair::of(contact, guess)),
             }
         }
-        let mut first: Option<(ContactPoint, f64)> = None;
-        for (contact, guess) in guesses {
-            if let Some(time) = self.locate(model, context, &contact, guess)?
-                && time < self.interval.length - LAST * context.dt
+        for pair in &mut pairs {
+            pair.speed = self.speed_of(pair.surfaces);
+        }
+        pairs.extend(self.watched(context));
+        let mut first: Option<(Pair, f64)> = None;
+        for pair in pairs {
+            if let Some(time) = self.locate(model, context, &pair)?
                 && first.is_none_or(|(_, earliest)| time < earliest)
             {
-                first = Some((contact, time));
+                first = Some((pair, time));
             }
         }
         Ok(first)
     }
 
-    /// The time at which the pair of `contact` closes on the path of the interval. Starts from
-    /// `first` and uses Newton's method within a bracket, on detected gaps.
+    /// The time at which a pair closes on the path of the interval. Advances by no more than the bound of
+    /// its distance allows, and uses Newton's method within that, on detected gaps.
     ///
-    /// The parabola that gives `first` assumes a straight normal. Only detection sees curved or
-    /// rotating surfaces, and normals that flip in an overlap.
-    fn locate<M: MultibodyModel + ?Sized>(
+    /// The parabola that gives the first guess assumes a straight normal. Only detection sees curved or
+    /// rotating surfaces, corners, and normals that flip in an overlap.
+    pub(super) fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
-        contact: &ContactPoint,
-        first: f64,
+        pair: &Pair,
     ) -> Result<Option<f64>, StepError> {
         let end = self.interval.length;
-        let (mut open, mut closed) = (0.0, None);
-        let mut time = first;
+        let last = end - LAST * context.dt;
+        let (mut open, mut closed, mut apart) = (0.0, None, false);
+        let mut guessed = pair.speed.is_none();
+        let mut time = match pair.speed {
+            Some(_) => 0.0,
+            None => pair.guess,
+        };
         for _ in 0..SEARCHES {
-            let found = self.nearest(model, context, contact, time)?;
+            let (near, bound) = self.nearest(model, context, pair, time)?;
             let mut better = f64::NAN;
-            match found {
+            let mut overlaps = false;
+            if let Some(near) = near {
+                // what is slower closes by less than the gap that counts as touching
+                let closes = near.closing * context.dt > near.touch;
                 // a touching pair closes at the start, though its gap may still be slightly open
-                Some(near) if time == 0.0 && near.gap <= near.touch => return Ok(Some(time)),
-                Some(near) => {
-                    if near.gap.abs() <= near.resolution {
-                        return Ok((near.closing > 0.0).then_some(time));
-                    }
-                    if near.gap > 0.0 {
-                        open = time;
-                    } else {
-                        closed = Some(time);
-                    }
-                    better = time + near.gap / near.closing;
+                let touches = near.gap.abs() <= near.resolution;
+                if closes && (touches || time == 0.0 && near.gap <= near.touch) {
+                    return Ok((time < last).then_some(time));
                 }
-                None => open = time,
+                overlaps = near.gap < -near.resolution;
+                // what overlaps from the start closes as soon as it stops opening
+                if overlaps && !apart && closes {
+                    return Ok((time < last).then_some(time));
+                }
+                better = time + near.gap / near.closing;
             }
-            let limit = match closed {
-                None if time == end => return Ok(None),
-                None => end,
-                Some(closed) => closed,
+            if overlaps && apart {
+                closed = Some(time);
+            } else {
+                (open, apart) = (time, apart || !overlaps);
+            }
+            let limit = match (closed, pair.speed) {
+                (Some(closed), _) => closed,
+                (None, _) if time == end => return Ok(None),
+                (None, Some(speed)) => {
+                    let free = bound.unwrap_or(0.0).max(0.0) / speed;
+                    (open + free + STRIDE * end).min(end)
+                }
+                (None, None) => end,
             };
-            time = if better > open && better < limit {
+            // of a straight path the guess is exact
+            time = if !guessed && pair.guess > open && pair.guess < limit {
+                guessed = true;
+                pair.guess
+            } else if better > open && better < limit {
                 better
             } else if closed.is_none() {
-                end
+                limit
             } else {
                 0.5 * (open + limit)
             };
         }
-        Ok(Some(time))
+        Ok(closed.filter(|time| *time < last))
     }
 
-    /// The smallest gap of a pair at `time` on the path of the interval; `None` if none of its
-    /// contacts is near.
+    /// The smallest gap of a pair at `time` on the path of the interval, `None` if none of its
+    /// contacts is near; and a lower bound of its distance \[m\], if there is one. Contacts deeper than the two
+    /// can move in a step are none: a face of one shape may show the far end of the other.
     fn nearest<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
-        contact: &ContactPoint,
+        pair: &Pair,
         time: f64,
-    ) -> Result<Option<Nearest>, StepError> {
+    ) -> Result<(Option<Nearest>, Option<f64>), StepError> {
         let (interval, solution, share) =
             (&self.interval, &self.solution, time / self.interval.length);
         let at = |b: u32, share: f64| {
             let (a, e) = (interval.start[b as usize], solution.end[b as usize]);
             a + share * (e - a)
         };
-        for b in contact.rows.bodies {
+        for b in pair.bodies {
             if let Some(place) = start_of(&self.place, &self.here, b) {
                 model.set_configuration(b as usize, &place);
                 model.shift(b as usize, &at(b, 0.5 * share), time);
@@ -135,12 +157,13 @@ impl Runner {
         }
         let found = &mut self.instant.detection;
         found.clear();
-        model.detect_pairs(&[contact.surfaces], context.dt, found)?;
+        model.detect_pairs(&[pair.surfaces], context.dt, found)?;
+        let bound = found.near.first().map(|near| near.bound);
         // a resting corner is as near as possible, and closes by round-off
-        let open = |c: &&ContactPoint| !self.closed.contains(&c.key);
+        let open = |c: &&ContactPoint| !self.is_closed(&c.key) && pair.allows(c, context.dt);
         let all = self.instant.detection.contacts.iter().filter(open);
         let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
-        Ok(nearest.map(|c| {
+        let nearest = nearest.map(|c| {
             let mut closing = 0.0;
             for (side, &b) in c.rows.bodies.iter().enumerate() {
                 if b != NO_BODY {
@@ -154,10 +177,16 @@ impl Runner {
                 resolution: (2.0 * c.gap_noise).max(1e-5 * touch),
                 touch,
             }
-        }))
+        });
+        Ok((nearest, bound))
     }
 
-    /// Moves to the instant at which `contact` closes and detects the contacts there. Returns the
+    /// Whether a contact touches at the start of the interval and is kept from closing.
+    fn is_closed(&self, key: &ContactKey) -> bool {
+        self.kept.iter().any(|k| k.touches && k.key == *key)
+    }
+
+    /// Moves to the instant at which a pair closes and detects the contacts there. Returns the
     /// contact that closes, and the time from the start of the rest.
     ///
     /// `time` is that on the path of the whole rest. The shorter interval up to it has another
@@ -169,7 +198,7 @@ impl Runner {
         solver: &mut IslandSolver,
         context: &Context,
         rules: &Rules,
-        contact: &ContactPoint,
+        pair: &Pair,
         time: f64,
         rest: Rest,
     ) -> Result<Option<(ContactKey, f64)>, StepError> {
@@ -181,7 +210,8 @@ impl Runner {
             } else {
                 self.instant.start.clone_from(&self.interval.start);
             }
-            let found = self.closing(model, context, contact)?;
+            let found = self.closing(model, context, pair)?;
+            let found = found.filter(|near| near.gap <= near.touch);
             return Ok(found.map(|near| (near.key, time)));
         }
         let (mut time, mut before, mut tried) = (time, None, 0);
@@ -197,7 +227,7 @@ impl Runner {
             self.advance(model, solver, context, rules, span, rest.at)?;
             self.finish_interval(model);
             self.instant.start.clone_from(&self.solution.end);
-            let Some(near) = self.closing(model, context, contact)? else {
+            let Some(near) = self.closing(model, context, pair)? else {
                 // the time before was as near as possible
                 match before.filter(|_| tried <= LENGTHS) {
                     Some(before) => (time, tried) = (before, LENGTHS),
@@ -217,12 +247,12 @@ impl Runner {
     }
 
     /// Detects the contacts of the instant at the present configuration. Returns the nearest one of
-    /// the pair of `contact` that closes.
+    /// `pair` that closes.
     fn closing<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
-        contact: &ContactPoint,
+        pair: &Pair,
     ) -> Result<Option<Closing>, StepError> {
         let instant = &mut self.instant;
         instant
@@ -237,8 +267,10 @@ impl Runner {
             touch: touch_tolerance(c, instant, context.dt),
         };
         let all = instant.detection.contacts.iter();
-        let all = all.filter(|c| c.surfaces == contact.surfaces && !self.closed.contains(&c.key));
-        let all = all.map(of).filter(|near| near.closing > 0.0);
+        let closed = |key: &ContactKey| self.kept.iter().any(|k| k.touches && k.key == *key);
+        let all = all.filter(|c| c.surfaces == pair.surfaces && !closed(&c.key));
+        let all = all.filter(|c| pair.allows(c, context.dt)).map(of);
+        let all = all.filter(|near| near.closing > 0.0);
         Ok(all.min_by(|a, b| a.gap.total_cmp(&b.gap)))
     }
 }

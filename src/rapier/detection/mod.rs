@@ -349,6 +349,8 @@ impl Detector {
 struct Present {
     /// Bound of the speed of all its points \[m/s\].
     speed: f64,
+    /// Distance of the farthest point from the centre of mass \[m\].
+    radius: f64,
     /// Of the centre of mass, and spin.
     velocity: Vec3,
     /// Centre of mass \[m\], and the largest coordinate of its frame's origin \[m\].
@@ -368,6 +370,7 @@ struct Present {
 /// Stands for colliders without a body.
 static OUTER: Present = Present {
     speed: 0.0,
+    radius: 0.0,
     velocity: Vec3::new(0.0, 0.0, 0.0),
     center: Vec2::new(0.0, 0.0),
     coordinate: 0.0,
@@ -383,6 +386,7 @@ impl Present {
         let (shadow, u) = (&bodies.list[k as usize], &bodies.velocities[k as usize]);
         Present {
             speed: u.xy().norm() + u.z.abs() * shadow.radius,
+            radius: shadow.radius,
             velocity: *u,
             center: shadow.pose.apply(shadow.center),
             coordinate: shadow.pose.translation.amax(),

@@ -12,7 +12,7 @@ use super::points::{Pair, mix, parry_points, places, same_place};
 use super::rows::{Row, Rows};
 use super::seams::Tie;
 use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{ContactPoint, Detection, NormalLaw, Pose64, SurfacePoint};
+use crate::dynamics::{ContactPoint, Detection, NearPair, NormalLaw, Pose64, SurfacePoint};
 use crate::rapier::parry::query::{
     DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
 };
@@ -325,6 +325,14 @@ impl Finder<'_> {
         if bound.is_none() {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
+        if out.wants_near
+            && let Some(bound) = bound.filter(|bound| self.within || *bound <= reach)
+        {
+            let setting = self.plain_setting(sides);
+            if let Some(near) = self.near(&setting, bodies, bound) {
+                out.add_near(near);
+            }
+        }
         let met = self.meet_fast(sides, bodies, found);
         if !found.is_empty() && !met && (self.midpoint || self.within) {
             self.meet_moving(sides, bodies, reach, found);
@@ -405,6 +413,13 @@ impl Finder<'_> {
                 true => self.covered(poses, sides, reach, found),
                 false => None,
             };
+            if out.wants_near && !terms.modified && !terms.cells && (self.within || bound <= reach)
+            {
+                let setting = self.setting(sides, terms, covered);
+                if let Some(near) = self.near(&setting, bodies, bound) {
+                    out.add_near(near);
+                }
+            }
             if terms.modified {
                 let known = self.known(sides)?;
                 let order = Row::order(leaves, &self.leaves.names);
@@ -543,6 +558,20 @@ impl Finder<'_> {
         let parts = sides.map(|leaf| &leaf.part);
         touches(poses, parts, &Sight::default(), far, &mut both);
         width(&both)
+    }
+
+    /// Two parts whose gap is at least `bound` \[m\]; `None` if their law is not rigid.
+    fn near(&self, setting: &Pair, bodies: [&Present; 2], bound: f64) -> Option<NearPair> {
+        let NormalLaw::Rigid { restitution } = setting.law else {
+            return None;
+        };
+        Some(NearPair {
+            surfaces: setting.surfaces,
+            bodies: setting.numbers,
+            bound,
+            radii: bodies.map(|body| body.radius),
+            restitution,
+        })
     }
 
     /// The settings that all contacts of two parts without surface laws share.
