@@ -151,6 +151,10 @@ pub(super) fn find_late(
 /// If (1) has no solution, for example for a body wedged between walls, it is regularised: its rows
 /// get `R P_N` on the left, with a large `R` for rows that ask for a displacement and a very small
 /// one for all others. The body then moves to where it overlaps the walls least.
+///
+/// Zero displacements may solve (1) to its tolerance, [`ENOUGH`] of the widest gap of the island. A pair
+/// with an excess of at most a slop that they leave where it is needs no further step either: until it
+/// overlaps by the trigger of [`limits`] again.
 pub(super) fn part_overlaps(
     overlaps: &mut Overlaps,
     interval: &Interval,
@@ -168,6 +172,7 @@ pub(super) fn part_overlaps(
     }
     let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
     let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
+    let (mut needed, mut little) = (BTreeSet::new(), Vec::new());
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let movable = movable(contact.rows.bodies, inverse_mass);
         let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
@@ -187,11 +192,17 @@ pub(super) fn part_overlaps(
         let waits = is_late && is_exempt(contact, exempt);
         if waits {
             late.insert(pair);
+            needed.insert(pair);
         }
         // correcting a share per step never reaches zero: stop at a tenth of the slop
         let moves = x > 0.1 * slop && (first || is_late) && !waits;
         if moves {
             if first { &mut open } else { &mut late }.insert(pair);
+            if x > slop {
+                needed.insert(pair);
+            } else {
+                little.push((pair, bodies));
+            }
         }
         rows.push(Rows {
             bodies,
@@ -240,6 +251,12 @@ pub(super) fn part_overlaps(
         (STRIDE, &mut wedged),
     );
     solver.cache.wedged = wedged;
+    let moved = |body: &u32| moves.iter().any(|(other, _)| body == other);
+    needed.extend(
+        (little.iter().filter(|(_, bodies)| bodies.iter().any(moved))).map(|(pair, _)| *pair),
+    );
+    overlaps.open.retain(|pair| needed.contains(pair));
+    overlaps.late.retain(|pair| needed.contains(pair));
     moves
 }
 

@@ -307,3 +307,46 @@ fn a_pile_placed_in_single_precision_comes_to_rest() {
         assert!(last.penetration < 1e-6, "{tolerance}: {}", last.penetration);
     }
 }
+
+/// Sixty hexagons dropped into a bin: overlaps of nanometres that no displacement answers do not keep
+/// the pile from rest.
+#[test]
+fn a_pile_dropped_into_a_bin_comes_to_rest() {
+    let mut world = PhysicsWorld::new();
+    world.integration_parameters.dt = 0.005;
+    for (place, half) in [
+        (Vector::new(0.0, -0.5), Vector::new(5.0, 0.5)),
+        (Vector::new(-1.2, 10.0), Vector::new(0.5, 10.0)),
+        (Vector::new(1.2, 10.0), Vector::new(0.5, 10.0)),
+    ] {
+        world.insert(
+            RigidBodyBuilder::fixed().translation(place),
+            ColliderBuilder::cuboid(half.x, half.y).friction(0.4),
+        );
+    }
+    let corners: Vec<Vector> = (0..6)
+        .map(|k| 0.1 * Vector::from_angle(k as Real * std::f32::consts::FRAC_PI_3))
+        .collect();
+    for (layer, column) in (0..12).flat_map(|layer| (0..5).map(move |column| (layer, column))) {
+        let (layer, column) = (layer as Real, column as Real);
+        let place = Vector::new(
+            -0.55 + 0.24 * column + 0.15 * (layer % 2.0) + 0.007 * layer,
+            0.2 + 0.25 * layer + 0.01 * column,
+        );
+        world.insert(
+            RigidBodyBuilder::dynamic().translation(place),
+            ColliderBuilder::convex_hull(&corners)
+                .unwrap()
+                .friction(0.4),
+        );
+    }
+    let settings = MoreauSettings {
+        stay_awake: true,
+        ..MoreauSettings::default()
+    };
+    let mut p = MoreauPipeline::new(settings).unwrap();
+    let records = (0..1600).map(|_| p.step(&mut world).unwrap());
+    let last = records.last().unwrap();
+    assert_eq!((last.resting, last.energy.kinetic_end), (last.islands, 0.0));
+    assert!(last.penetration < 1e-7, "{}", last.penetration);
+}
