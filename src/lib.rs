@@ -34,7 +34,7 @@
 //! | impulse distribution | how redundant contacts share one load; not unique |
 //! | energy bound | impacts and joints add no energy to an island |
 //! | regularisation | contacts yield a little, so that a problem without rigid solution has one |
-//! | fallback | the regularised solve of an island whose rigid problem fails |
+//! | crowd | a large island in motion, answered by sweeps |
 //! | recovery | bodies that start overlapped are moved apart by position alone |
 //! | scheme | which contacts take part in a step: `staggered` (second order) or `moreau` (as published) |
 //! | event | an impact located in time inside a step |

@@ -67,6 +67,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("step.recovery", &[Ours, Landings, Staggered]),
     ("step.keep_rest", &[Ours]),
     ("step.shares", &[Ours]),
+    ("step.effort", &[Ours]),
     ("step.solver", &[Ours]),
     ("step.tolerance", &[Ours]),
     ("gravity", &[Gravity]),

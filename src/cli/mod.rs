@@ -31,14 +31,14 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  wrong input, or a file cannot be read or written; no half-written file is left
-  2  run, solve and atlas: the results are written, but the scene did not hold with moreau, something
-     is unsolved, or a rung of the atlas failed; compare, chart and bench list such points and exit
+  2  run, solve and atlas: the results are written, but the scene did not hold with moreau, a stored
+     problem is unsolved, or a rung of the atlas failed; compare, chart and bench list such points and exit
      with 0";
 const EXIT_RUN: &str = "\
 Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; 2 the results are
 written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body passed
-through another, contacts gave energy, the energy balance is off, or islands are unsolved; or a body
-of [[wear]] is worn through before life.duration. The last lines, `verdict` and `ended` in
+through another, contacts gave energy, the energy balance is off, or islands failed or leave closing
+velocities of more than verdict.bounded; or a body of [[wear]] is worn through before life.duration. The last lines, `verdict` and `ended` in
 summary.json say which; the limits are the keys verdict.* of the scene. For a peer the verdict is
 told, and the exit code is 0.";
 const EXIT_SOLVE: &str = "\
@@ -138,6 +138,9 @@ struct Flags {
     /// Relative natural-map residual at which an island counts as solved.
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     tolerance: Option<String>,
+    /// How hard the impulses of large islands in motion are looked for: fast or exact.
+    #[arg(long, value_name = "NAME")]
+    effort: Option<String>,
     #[arg(long, value_name = "N", value_delimiter = ',',
           value_parser = clap::value_parser!(u32).range(1..=MOST_THREADS as i64),
           help = format!("Threads on which moreau solves islands, 1 to {MOST_THREADS}; results do \
@@ -253,7 +256,11 @@ impl Flags {
         if self.events {
             typed.push(("step.events=true".to_owned(), "--events".to_owned()));
         }
-        for (flag, value) in [("--scheme", &self.scheme), ("--solver", &self.solver)] {
+        for (flag, value) in [
+            ("--scheme", &self.scheme),
+            ("--solver", &self.solver),
+            ("--effort", &self.effort),
+        ] {
             if let Some(value) = value {
                 let change = format!("step.{}=\"{}\"", &flag[2..], value.escape_default());
                 typed.push((change, format!("{flag} {value}")));

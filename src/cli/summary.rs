@@ -104,6 +104,7 @@ pub(super) struct Ours<'a> {
     recovery: Option<bool>,
     keep_rest: Option<bool>,
     shares: Option<&'a str>,
+    effort: Option<&'a str>,
     solver: Option<&'a str>,
     tolerance: Option<f64>,
     threads: Option<usize>,
@@ -143,6 +144,7 @@ pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
             recovery: Some(step.recovery),
             keep_rest: Some(step.keep_rest),
             shares: Some(step.shares.name()),
+            effort: Some(step.effort.name()),
             solver: Some(&step.solver),
             tolerance: Some(step.tolerance),
             threads: Some(step.threads),
@@ -176,15 +178,18 @@ fn merged(mut summary: Value, more: Value) -> Value {
 
 /// The totals as JSON; figures that a peer does not report are null.
 pub(super) fn totals(t: &Totals) -> Value {
-    const OF_OURS: [&str; 14] = [
+    const OF_OURS: [&str; 17] = [
         "resting_islands",
         "sweeps",
         "factorisations",
         "pivots",
         "unsolved_islands",
         "unsolved_steps",
+        "failed_islands",
+        "bounded_way_m",
         "redundant_steps",
         "capped_islands",
+        "crowd_islands",
         "relaxed_islands",
         "joint_capped_islands",
         "events",
@@ -254,9 +259,12 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.unsolved_islands > 0 {
         out.push(format!(
-            "{} islands in {} steps were not solved to the tolerance (worst residual {}, {} m/s)",
+            "{} islands in {} steps were not solved to the tolerance: {} bounded, {} failed; worst \
+             residual {}, {} m/s",
             t.unsolved_islands,
             t.unsolved_steps,
+            t.unsolved_islands - t.failed_islands,
+            t.failed_islands,
             number(t.residual, 2),
             number(t.residual_velocity, 2)
         ));
@@ -274,10 +282,17 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
             t.capped
         ));
     }
+    if t.crowds > 0 {
+        out.push(format!(
+            "{} times an island of more than 500 contacts in motion was answered by sweeps (`--effort exact` \
+             also tries the solver)",
+            t.crowds
+        ));
+    }
     if t.relaxed > 0 {
         out.push(format!(
             "{} times the contacts of an island contradicted each other or no rigid impulses were found: \
-             penetrations were not corrected, or the contacts were regularised",
+             penetrations were not corrected",
             t.relaxed
         ));
     }

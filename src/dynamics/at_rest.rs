@@ -30,6 +30,7 @@
 //! up.
 
 use super::contact_cache::Overlaps;
+use super::crowd::overlaps;
 use super::interval::{Interval, Source};
 use super::model::NormalLaw;
 use super::outcome::SolvedProblem;
@@ -105,7 +106,8 @@ pub(super) fn state_of(island: usize, step: &Solved, solution: &Solution) -> Sta
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
         let pair = &contact.key.pair;
         let apart = |o: &Overlaps| o.open.contains(pair) || o.late.contains(pair);
-        let moved = step.overlaps.is_some_and(apart);
+        let pushed = outcome.crowd && overlaps(contact, contact.gap, step.inverse_mass);
+        let moved = pushed || step.overlaps.is_some_and(apart);
         if !rigid || contact.surface_velocity != 0.0 || block.impact || moved {
             return State::Moves;
         }

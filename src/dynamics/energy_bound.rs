@@ -8,7 +8,6 @@
 //! cone and do not penetrate; by convexity this also holds for their blend.
 
 use super::contact_cache::JointEnergy;
-use super::fallback::hopeless;
 use super::island_problem::{IslandProblem, Terms};
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
@@ -18,6 +17,16 @@ const SHARE: f64 = 0.01;
 
 /// Share of the added energy, and of its scale, that decays in a step.
 const DECAY: f64 = 1.0 / 256.0;
+
+/// Residual, as a share of the island's velocity scale, above which the problem may have no
+/// solution. The residual of a problem without a solution is about as large as the velocity scale.
+const HOPELESS: f64 = 0.01;
+
+/// Whether an island may have no solution at all.
+pub(super) fn hopeless(report: &SolveReport) -> bool {
+    let left = &report.residual;
+    !report.solved() && left.velocity > HOPELESS * left.velocity_scale
+}
 
 /// A blend of two solutions.
 struct Blend {
@@ -218,6 +227,51 @@ fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2
 /// `G P + b`.
 pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
     work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
+}
+
+/// Work that contacts of a crowd may add, as a share of `P · G P`: sweeps leave residuals.
+const ROUND: f64 = 1e-9;
+
+/// Scales the impulses `P` of the rigid contacts of a crowd so that they add no energy:
+///
+/// ```text
+/// W(s P) = s W(P) − s (1 − s) q/2 ≤ 0,   q = P · G P,   s = 1 − 2 W(P)/q          (1)
+/// ```
+///
+/// with `W` of (1) of [`bound_contacts`]. Scaled impulses stay in the friction cone; bodies may close by
+/// a share `1 − s` of what the impulses hold off. `velocities` is `G P + b`. Returns whether it changed
+/// anything.
+pub(super) fn bound_swept(
+    island: &IslandProblem,
+    impulses: &mut [Vec2],
+    velocities: &[Vec2],
+) -> bool {
+    let work = work(island, impulses, velocities);
+    if work <= 0.0 {
+        return false;
+    }
+    let terms = &island.terms;
+    let rigid = |i: usize, p: &Vec2| if terms[i].rigid { *p } else { Vec2::zeros() };
+    let own: Vec<Vec2> = (impulses.iter().enumerate())
+        .map(|(i, p)| rigid(i, p))
+        .collect();
+    let mut change = Vec::new();
+    island.problem.velocities(&own, &mut change);
+    let of = |i: usize| own[i].dot(&(change[i] - island.problem.free[i]));
+    let product: f64 = (0..own.len()).map(of).sum();
+    if work <= ROUND * product {
+        return false;
+    }
+    let share = match product > 0.0 {
+        true => (1.0 - 2.0 * work / product).max(0.0),
+        false => 0.0,
+    };
+    for (i, p) in impulses.iter_mut().enumerate() {
+        if terms[i].rigid {
+            *p *= share;
+        }
+    }
+    true
 }
 
 /// Energy \[J\] that the rigid contacts of a problem add, if all its impulses act.

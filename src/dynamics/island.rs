@@ -2,8 +2,10 @@
 //! the energy that it adds, and judges the solution, in this order.
 
 use super::closings::settle_closings;
-use super::energy_bound::{bound_contacts, bound_joints, joint_energies, work};
-use super::fallback::{self, ENOUGH, Fallback, LARGE, hopeless};
+use super::crowd::{Effort, LARGE, simplify};
+use super::energy_bound::{
+    bound_contacts, bound_joints, bound_swept, hopeless, joint_energies, work,
+};
 use super::interval::Interval;
 use super::island_problem::{IslandProblem, restore_pushes};
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
@@ -12,11 +14,12 @@ use super::redundancy::redundant;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
 use crate::contact::{Residual, Vec2, Vec3, natural_map};
-use crate::solver::{FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
+use crate::solver::{Crowd, FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// A solver with the buffers for one island after the other.
 pub(super) struct Worker {
     pub solver: Box<dyn ImpulseSolver>,
+    pub crowd: Crowd,
     sharing: Sharing,
     /// Reuses its memory.
     island: IslandProblem,
@@ -27,6 +30,7 @@ impl Worker {
     pub fn new(solver: Box<dyn ImpulseSolver>) -> Worker {
         Worker {
             solver,
+            crowd: Crowd::default(),
             sharing: Sharing::default(),
             island: IslandProblem::default(),
             answer: Answer::none(),
@@ -59,22 +63,32 @@ struct Answer {
     contacts_bounded: bool,
     joints_bounded: bool,
     relaxed: bool,
+    crowd: bool,
     /// See [`IslandResult`].
     bias: Option<Vec<Vec2>>,
     problem: Option<SolvedProblem>,
 }
 
+/// Before the first solve.
+const NO_REPORT: SolveReport = SolveReport {
+    status: SolveStatus::Unsolved,
+    sweeps: 0,
+    factorisations: 0,
+    pivots: 0,
+    residual: Residual {
+        absolute: 0.0,
+        relative: 0.0,
+        velocity: 0.0,
+        velocity_scale: 0.0,
+        round_off: 0.0,
+    },
+};
+
 impl Answer {
     fn none() -> Answer {
         Answer {
             impulses: Vec::new(),
-            report: SolveReport {
-                status: SolveStatus::Unsolved,
-                sweeps: 0,
-                factorisations: 0,
-                pivots: 0,
-                residual: Residual::default(),
-            },
+            report: NO_REPORT,
             velocities: Vec::new(),
             change: Vec::new(),
             velocities_known: false,
@@ -82,22 +96,21 @@ impl Answer {
             contacts_bounded: false,
             joints_bounded: false,
             relaxed: false,
+            crowd: false,
             bias: None,
             problem: None,
         }
     }
-}
 
-/// Which form of the rigid problem of an island to solve.
-#[derive(Clone, Copy, PartialEq)]
-enum Attempt {
-    /// The original problem.
-    Original,
-    /// The problem without push-outs. The last step used the fallback, and in heaps wedged together
-    /// push-outs contradict each other.
-    WithoutPushes,
-    /// None: the rigid problem has failed too often.
-    None,
+    /// Starts from the warm impulses of the island.
+    fn begin(&mut self, island: &IslandProblem) {
+        self.impulses.clone_from(&island.warm);
+        (self.contacts_bounded, self.joints_bounded) = (false, false);
+        (self.relaxed, self.crowd) = (false, false);
+        (self.velocities_known, self.change_known) = (false, false);
+        (self.bias, self.problem) = (None, None);
+        self.report = NO_REPORT;
+    }
 }
 
 /// The `b` of the step. It includes the push-outs, which may be `dropped` from the problem.
@@ -115,80 +128,64 @@ impl Worker {
         &self.answer.impulses
     }
 
-    /// Solves the island of these blocks. [`Worker::impulses`] then returns its impulses.
+    /// Solves the island of these blocks. [`Worker::impulses`] then returns its impulses. `crowd` says
+    /// whether it was a crowd in the last step: see [`super::crowd`].
     pub fn solve_island(
         &mut self,
         members: &[u32],
-        (factors, fallback): (Option<&mut FactorCache>, Fallback),
+        (factors, crowd): (Option<&mut FactorCache>, bool),
         task: Task,
         clock: &mut PhaseClock,
-    ) -> (IslandResult, Fallback) {
-        let Task {
-            interval, rules, ..
-        } = task;
+    ) -> IslandResult {
+        let rules = task.rules;
         self.island
-            .set_up(interval, task.solution, members, task.inverse_mass);
+            .set_up(task.interval, task.solution, members, task.inverse_mass);
+        self.answer.begin(&self.island);
         clock.lap(|t| &mut t.assembly);
         let staggered = rules.scheme == Scheme::Staggered;
-        let large = staggered && members.len() > LARGE;
-        let fallback = if large { fallback } else { Fallback::default() };
-        let attempt = match (fallback.skips_rigid(), interval.whole && fallback.active()) {
-            (true, _) => Attempt::None,
-            (false, true) => Attempt::WithoutPushes,
-            (false, false) => Attempt::Original,
-        };
-        self.solve_rigid(attempt, factors, task);
-        if attempt != Attempt::None {
-            self.settle_closings(task.tolerance);
+        // other methods are to show what they do by themselves
+        let own = !matches!(self.solver.name(), "auto" | "direct");
+        let large = staggered && !own && members.len() > LARGE;
+        if large && crowd {
+            self.solve_crowd(members, task);
+            return self.judge(task);
         }
-        // without a rigid solve there are no impulses to bound yet: `solve_regularised` bounds its
-        // own
-        if rules.corrects_gaps() && attempt != Attempt::None {
-            self.bound_joints(attempt, task.tolerance);
+        self.solve_rigid(factors, task.tolerance);
+        self.settle_closings(task.tolerance);
+        if rules.corrects_gaps() {
+            self.bound_joints(task.tolerance);
         }
         self.store_problem(task);
         self.island.count_added();
         let report = self.answer.report;
-        let fallback = if large {
-            fallback.after(&report)
-        } else {
-            fallback
-        };
-        if fallback.active() {
-            self.solve_regularised(members, attempt, task);
-        } else if staggered && !report.solved() {
-            if self.island.contradicts(report.residual.velocity) || hopeless(&report) {
-                self.solve_without_pushes(task.tolerance);
+        if report.solved() {
+            if staggered && rules.law != ImpactLaw::Newton {
+                self.bound_contacts(task.tolerance);
             }
-        } else if staggered && rules.law != ImpactLaw::Newton {
-            self.bound_contacts(task.tolerance);
+        } else if large {
+            self.solve_crowd(members, task);
+        } else if staggered
+            && (self.island.contradicts(report.residual.velocity) || hopeless(&report))
+        {
+            self.solve_without_pushes(!own, task.tolerance);
         }
-        (self.judge(task), fallback)
+        self.judge(task)
     }
 
-    /// Solves the form of the rigid problem that `attempt` names.
-    fn solve_rigid(&mut self, attempt: Attempt, factors: Option<&mut FactorCache>, task: Task) {
+    /// Solves the problem of the step.
+    fn solve_rigid(&mut self, factors: Option<&mut FactorCache>, tolerance: f64) {
         let Worker {
             solver,
             island,
             answer,
             ..
         } = self;
-        answer.impulses.clone_from(&island.warm);
-        (answer.contacts_bounded, answer.joints_bounded) = (false, false);
-        (answer.bias, answer.problem) = (None, None);
-        answer.relaxed = attempt == Attempt::WithoutPushes;
-        if answer.relaxed {
-            island.count_added();
-            island.drop_pushes();
-        }
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
         answer.report = match factors {
-            _ if attempt == Attempt::None => SolveReport::judged(problem, impulses, task.tolerance),
-            Some(factors) => solver.solve_next(problem, impulses, task.tolerance, factors),
-            None => solver.solve(problem, impulses, task.tolerance),
+            Some(factors) => solver.solve_next(problem, impulses, tolerance, factors),
+            None => solver.solve(problem, impulses, tolerance),
         };
-        answer.velocities_known = answer.report.solved() && attempt != Attempt::None && {
+        answer.velocities_known = answer.report.solved() && {
             answer.velocities.clear();
             answer.change.clear();
             if let Some(found) = solver.velocities() {
@@ -200,18 +197,83 @@ impl Worker {
         answer.change_known = answer.velocities_known;
     }
 
+    /// Solves an island as a crowd, see [`super::crowd`].
+    fn solve_crowd(&mut self, members: &[u32], task: Task) {
+        let earlier = self.answer.report;
+        let Worker {
+            solver,
+            crowd,
+            island,
+            answer,
+            ..
+        } = self;
+        simplify(island, members, task.interval, task.inverse_mass);
+        answer.begin(island);
+        answer.crowd = true;
+        let (problem, impulses) = (&island.problem, &mut answer.impulses);
+        let mut report = crowd.solve(problem, impulses, task.tolerance);
+        if task.rules.effort == Effort::Exact && !report.solved() {
+            // the sweeps' impulses that hold each other in balance mislead the solver
+            island.warm.fill(Vec2::zeros());
+            let found = solver.solve(problem, &mut island.warm, task.tolerance);
+            report = match found.residual.velocity < report.residual.velocity {
+                true => {
+                    impulses.copy_from_slice(&island.warm);
+                    found.after(&report)
+                }
+                false => report.after(&found),
+            };
+        }
+        answer.report = report.after(&earlier);
+        self.store_problem(task);
+        self.bound_crowd(task);
+    }
+
+    /// Bounds the energy of joints and contacts of a crowd.
+    fn bound_crowd(&mut self, task: Task) {
+        let Worker {
+            crowd,
+            island,
+            answer,
+            ..
+        } = self;
+        let (report, tolerance) = (answer.report, task.tolerance);
+        let impulses = &mut answer.impulses;
+        let problem = &island.problem;
+        if let Some((report, bias)) =
+            bound_joints(crowd, problem, island, impulses, report, tolerance)
+        {
+            (answer.report, answer.joints_bounded) = (report, true);
+            island.problem.free = bias;
+            island.count_added();
+            answer.bias = Some(original_bias(island, true));
+        }
+        (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+        if island.impact() && task.rules.law != ImpactLaw::Newton {
+            let first = (&mut answer.impulses[..], &answer.velocities[..]);
+            if let Some(report) = bound_contacts(crowd, island, first, answer.report, tolerance) {
+                (answer.report, answer.contacts_bounded) = (report, true);
+                (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+            }
+        }
+        if bound_swept(island, &mut answer.impulses, &answer.velocities) {
+            let judged = SolveReport::judged(&island.problem, &answer.impulses, tolerance);
+            answer.report = judged.after(&answer.report);
+        }
+    }
+
     /// Replaces closing velocities of joints that contradict each other, see [`settle_closings`].
     fn settle_closings(&mut self, tolerance: f64) {
         let Worker { island, answer, .. } = self;
         let report = settle_closings(island, &answer.impulses, &answer.report, tolerance);
         if let Some(report) = report {
             answer.report = report;
-            answer.bias = Some(original_bias(island, answer.relaxed));
+            answer.bias = Some(original_bias(island, false));
         }
     }
 
     /// Bounds the energy of joints, see [`bound_joints`].
-    fn bound_joints(&mut self, attempt: Attempt, tolerance: f64) {
+    fn bound_joints(&mut self, tolerance: f64) {
         let Worker {
             solver,
             island,
@@ -232,7 +294,7 @@ impl Worker {
             answer.joints_bounded = true;
             (answer.velocities_known, answer.change_known) = (false, false);
             island.problem.free = bias;
-            answer.bias = Some(original_bias(island, attempt == Attempt::WithoutPushes));
+            answer.bias = Some(original_bias(island, false));
         }
     }
 
@@ -244,66 +306,12 @@ impl Worker {
         });
     }
 
-    /// Solves the regularised problem of a large island.
-    fn solve_regularised(&mut self, members: &[u32], attempt: Attempt, task: Task) {
+    /// Solves an island again without push-outs. Sweeps from zero if the result is hopeless and `sweeps`
+    /// is set: they find impulses that are never worse than none.
+    fn solve_without_pushes(&mut self, sweeps: bool, tolerance: f64) {
         let Worker {
             solver,
-            island,
-            answer,
-            ..
-        } = self;
-        if attempt == Attempt::WithoutPushes {
-            island.restore_pushes();
-            island.count_added();
-        }
-        let mut regularised = fallback::regularised(&island.problem);
-        if attempt == Attempt::WithoutPushes || attempt == Attempt::None && task.interval.whole {
-            fallback::push_back(&mut regularised, island, task.interval, members);
-        }
-        let tolerance = task.tolerance.max(ENOUGH);
-        let found = solver.solve(&regularised, &mut island.warm, tolerance);
-        let mut total = found.after(&answer.report);
-        if task.rules.corrects_gaps() && attempt == Attempt::None {
-            let mut impulses = std::mem::take(&mut island.warm);
-            let bounded = bound_joints(
-                solver.as_mut(),
-                &regularised,
-                island,
-                &mut impulses,
-                found,
-                tolerance,
-            );
-            island.warm = impulses;
-            total = found.after(&answer.report);
-            if let Some((report, bias)) = bounded {
-                total = report.after(&answer.report);
-                answer.joints_bounded = true;
-                let changes = bias
-                    .iter()
-                    .zip(&regularised.free)
-                    .map(|(now, old)| now - old);
-                let free = island.problem.free.iter_mut();
-                free.zip(changes).for_each(|(b, change)| *b += change);
-                answer.bias = Some(island.problem.free.clone());
-                island.count_added();
-            }
-        }
-        let (problem, found) = (&island.problem, &island.warm);
-        let impulses = &mut answer.impulses;
-        answer.report =
-            fallback::choose_regularised(problem, &total, found, impulses, task.tolerance);
-        (answer.velocities_known, answer.change_known) = (false, false);
-        answer.relaxed = true;
-        if let Some(stored) = (answer.problem.as_mut()).filter(|_| attempt == Attempt::None) {
-            stored.impulses.copy_from_slice(&answer.impulses);
-            stored.report = answer.report;
-        }
-    }
-
-    /// Solves an island again without push-outs. Regularises it if the result is hopeless.
-    fn solve_without_pushes(&mut self, tolerance: f64) {
-        let Worker {
-            solver,
+            crowd,
             island,
             answer,
             ..
@@ -318,15 +326,17 @@ impl Worker {
         } else {
             answer.report = answer.report.after(&again);
         }
-        // nearly solved rigid impulses are better than regularised ones
-        if !again.solved() && hopeless(&answer.report) {
-            let regularised = fallback::regularised(problem);
+        if sweeps && !again.solved() && hopeless(&answer.report) {
             island.warm.fill(Vec2::zeros());
-            let found = solver.solve(&regularised, &mut island.warm, tolerance);
-            let total = found.after(&answer.report);
-            answer.report =
-                fallback::choose_regularised(problem, &total, &island.warm, impulses, tolerance);
-            answer.relaxed = true;
+            let found = crowd.solve(problem, &mut island.warm, tolerance);
+            answer.report = match found.residual.velocity < answer.report.residual.velocity {
+                true => {
+                    impulses.copy_from_slice(&island.warm);
+                    answer.relaxed = true;
+                    found.after(&answer.report)
+                }
+                false => answer.report.after(&found),
+            };
         }
     }
 
@@ -368,6 +378,7 @@ impl Worker {
             joints_bounded: answer.joints_bounded,
             relaxed: answer.relaxed,
             redundant: false,
+            crowd: answer.crowd,
             gain: 0.0,
         };
         if island.impact() {

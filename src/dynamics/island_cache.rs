@@ -1,9 +1,8 @@
 //! The island cache: data of islands for the next step.
 
-use super::fallback::Fallback;
 use super::model::ContactKey;
 use crate::solver::{FactorCache, FactorState};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
 /// Data of the islands of one step.
@@ -11,9 +10,8 @@ use serde::{Deserialize, Serialize};
 struct Generation {
     /// Factors of a Newton system, by the key of the island's first block.
     factors: FxHashMap<ContactKey, FactorCache>,
-    /// Fallback state of large islands, by the keys of all their blocks: in a moving heap any of
-    /// the blocks may be gone in the next step.
-    fallback: FxHashMap<ContactKey, Fallback>,
+    /// The blocks of all crowds: in a moving heap any of them may be gone in the next step.
+    crowds: FxHashSet<ContactKey>,
 }
 
 /// All data of islands for the next step.
@@ -24,8 +22,8 @@ struct Generation {
 pub(super) struct IslandCache {
     last: Generation,
     next: Generation,
-    /// Fallback state of islands that were solved for only a part of this step.
-    within: FxHashMap<ContactKey, Fallback>,
+    /// The blocks of islands that were crowds in a part of this step.
+    within: FxHashSet<ContactKey>,
     /// Whether the displacement problem of a large island had no solution. It is then regularised
     /// at once, as long as any pair overlaps.
     pub wedged: bool,
@@ -35,7 +33,7 @@ pub(super) struct IslandCache {
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct IslandCacheState {
     factors: Vec<(ContactKey, FactorState)>,
-    fallback: Vec<(ContactKey, Fallback)>,
+    crowds: Vec<ContactKey>,
     wedged: bool,
 }
 
@@ -43,7 +41,7 @@ impl IslandCache {
     /// Forgets all islands, after a change of solver or shapes.
     pub fn clear(&mut self) {
         self.drop_step();
-        self.last.fallback.clear();
+        self.last.crowds.clear();
     }
 
     /// Begins a step.
@@ -57,7 +55,7 @@ impl IslandCache {
     }
 
     /// Ends a failed step. Its islands may have taken factors out of the last generation, so all
-    /// factors are dropped. Fallback states do not change.
+    /// factors are dropped. Crowds do not change.
     pub fn drop_step(&mut self) {
         self.last.factors.clear();
         self.next = Generation::default();
@@ -77,47 +75,37 @@ impl IslandCache {
         }
     }
 
-    /// Fallback state of an island: that of the first of its `keys` with a stored state. In a
-    /// `whole` step it is that of the last step, in a part of a step that found earlier in this
-    /// step.
-    pub fn fallback(
-        &self,
-        keys: impl Iterator<Item = ContactKey> + Clone,
-        whole: bool,
-    ) -> Fallback {
-        let stored = |states: &FxHashMap<ContactKey, Fallback>| {
-            let mut keys = keys.clone().filter(|_| !states.is_empty());
-            keys.find_map(|key| states.get(&key).copied())
+    /// Whether one of these blocks belongs to a crowd: of the last step in a `whole` step, of this one in
+    /// a part of a step.
+    pub fn is_crowd(&self, mut keys: impl Iterator<Item = ContactKey>, whole: bool) -> bool {
+        let known = match whole {
+            true => [&self.last.crowds, &self.last.crowds],
+            false => [&self.within, &self.next.crowds],
         };
-        let found = if whole {
-            stored(&self.last.fallback)
-        } else {
-            let within = stored(&self.within).or_else(|| stored(&self.next.fallback));
-            within.map(Fallback::within)
-        };
-        found.unwrap_or_default()
+        known.iter().any(|crowds| !crowds.is_empty())
+            && keys.any(|key| known.iter().any(|crowds| crowds.contains(&key)))
     }
 
-    /// Stores the fallback state of an island with these keys.
-    pub fn store_fallback(
+    /// Stores whether an island with these blocks is a crowd.
+    pub fn store_crowd(
         &mut self,
         keys: impl Iterator<Item = ContactKey> + Clone,
         whole: bool,
-        state: Fallback,
+        crowd: bool,
     ) {
         // an earlier round of the step may have stored another state
-        if whole && !self.next.fallback.is_empty() {
+        if whole && !self.next.crowds.is_empty() {
             for key in keys.clone() {
-                self.next.fallback.remove(&key);
+                self.next.crowds.remove(&key);
             }
         }
-        if state.active() {
-            let states = if whole {
-                &mut self.next.fallback
+        if crowd {
+            let crowds = if whole {
+                &mut self.next.crowds
             } else {
                 &mut self.within
             };
-            states.extend(keys.map(|key| (key, state)));
+            crowds.extend(keys);
         }
     }
 
@@ -125,14 +113,13 @@ impl IslandCache {
     pub fn state(&self) -> IslandCacheState {
         let all = self.last.factors.iter();
         let factors = all.filter_map(|(key, factors)| Some((*key, factors.state()?)));
-        let fallback = self.last.fallback.iter().map(|(key, state)| (*key, *state));
         let mut state = IslandCacheState {
             factors: factors.collect(),
-            fallback: fallback.collect(),
+            crowds: self.last.crowds.iter().copied().collect(),
             wedged: self.wedged,
         };
         state.factors.sort_by_key(|(key, _)| *key);
-        state.fallback.sort_by_key(|(key, _)| *key);
+        state.crowds.sort();
         state
     }
 
@@ -142,7 +129,7 @@ impl IslandCache {
         *self = IslandCache {
             last: Generation {
                 factors: state.factors.iter().map(restored).collect(),
-                fallback: state.fallback.iter().copied().collect(),
+                crowds: state.crowds.iter().copied().collect(),
             },
             wedged: state.wedged,
             ..IslandCache::default()

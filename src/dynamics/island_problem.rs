@@ -142,11 +142,6 @@ impl IslandProblem {
         }
     }
 
-    /// Undoes [`IslandProblem::drop_pushes`]: rigid contacts get their original `b`.
-    pub fn restore_pushes(&mut self) {
-        restore_pushes(&mut self.problem.free, &self.terms);
-    }
-
     /// Whether the rules may have added velocities that no motion of the bodies satisfies.
     /// `velocity` \[m/s\] is the velocity residual of the best impulses.
     pub fn contradicts(&self, velocity: f64) -> bool {

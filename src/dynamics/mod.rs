@@ -26,12 +26,12 @@
 //! WorkingSet           the blocks near enough to matter
 //! Islands              groups of blocks that share bodies
 //! IslandProblem        the contact problem of one island, and data of its blocks
-//! Worker               solves one island: solver, energy bounds, fallback
+//! Worker               solves one island: solver, energy bounds, crowds
 //! IslandResult         the outcome of one island
 //! Solution             impulses and end velocities of all islands; leaves the interval unchanged
 //! StepRecord           the public record of the step
 //! ContactCache         data for the next step, by contact and joint
-//! IslandCache          data for the next step, by island: factors, fallback state
+//! IslandCache          data for the next step, by island: factors, crowds
 //! ```
 //! `MoreauStepper` owns all of them. Only the two caches and the time carry over to the next step;
 //! everything else is stored only to reuse its memory. `PipelineState` of the rapier adapter saves
@@ -43,11 +43,9 @@ mod closings;
 mod cluster;
 mod collect;
 mod contact_cache;
+mod crowd;
 mod energy_bound;
 mod events;
-mod fallback;
-#[cfg(test)]
-mod fallback_tests;
 mod first_step;
 mod gap_resolution;
 mod impacts;
@@ -90,6 +88,7 @@ mod visco_elastic;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;
+pub use crowd::Effort;
 pub(crate) use islands::Islands;
 pub use joint::RowName;
 pub use joint_frames::{Bend, Coordinate, JointFrames};

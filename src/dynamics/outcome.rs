@@ -12,14 +12,28 @@ pub(super) struct IslandOutcome {
     /// Whether the energy of its contacts, and of its joints, was bounded.
     pub contacts_bounded: bool,
     pub joints_bounded: bool,
-    /// Whether push-outs were dropped, or contacts were regularised.
+    /// Whether push-outs were dropped.
     pub relaxed: bool,
+    /// Whether the island is a crowd, see [`super::crowd`].
+    pub crowd: bool,
     pub redundant: bool,
     /// Energy that an impact added \[J\], 0 or more.
     pub gain: f64,
 }
 
+/// Velocity residual above which an island that is not certified has failed, as a share of its velocity
+/// scale. An island without a solution leaves about the scale itself, one whose sweeps stop early some
+/// hundredths.
+const FAILED: f64 = 0.1;
+
 impl IslandOutcome {
+    /// Whether the impulses do not even keep the rigid law within a tenth of the velocities at stake.
+    fn failed(&self) -> bool {
+        let residual = &self.report.residual;
+        // NaN fails
+        !self.report.solved() && !(residual.velocity <= FAILED * residual.velocity_scale)
+    }
+
     /// Adds the work of the solve, even if the result is not used.
     pub fn count_work(&self, record: &mut StepRecord) {
         record.sweeps += self.report.sweeps;
@@ -30,10 +44,12 @@ impl IslandOutcome {
     /// Adds the outcome, if the result is used.
     pub fn count(&self, record: &mut StepRecord) {
         record.unsolved += usize::from(!self.report.solved());
+        record.failed += usize::from(self.failed());
         record.residual = record.residual.max(self.report.residual.relative);
         record.residual_velocity = record.residual_velocity.max(self.report.residual.velocity);
         record.islands += 1;
         record.capped += usize::from(self.contacts_bounded);
+        record.crowds += usize::from(self.crowd);
         record.relaxed += usize::from(self.relaxed);
         record.joints_capped += usize::from(self.joints_bounded);
         record.redundant += usize::from(self.redundant);

@@ -214,15 +214,22 @@ pub struct StepRecord {
     /// Largest residual over the islands: relative (no unit) and velocity (m/s) natural map.
     pub residual: f64,
     pub residual_velocity: f64,
-    /// Islands that the judge did not certify.
+    /// Islands that the judge did not certify. Except for the failed ones they are *bounded*: their
+    /// impulses are in the friction cone and obey the rigid law within the closing velocity
+    /// `residual_velocity`, so that a step adds an overlap of at most that velocity times `dt`.
     pub unsolved: usize,
+    /// Islands among them whose velocity residual is above a tenth of their velocity scale, as if the
+    /// problem had no solution.
+    pub failed: usize,
     /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is
     /// not unique.
     pub redundant: usize,
     /// Islands whose restitution was limited by the energy bound.
     pub capped: usize,
-    /// Islands whose original rigid problem was not solved: their push-outs were dropped, or their
-    /// contacts were regularised.
+    /// Islands of more than 500 contacts in motion, answered by sweeps: see [`Effort`](super::Effort).
+    pub crowds: usize,
+    /// Islands of up to 500 blocks whose push-outs were dropped, because the problem with them was not
+    /// solved. Larger ones are solved by sweeps, without push-outs, until they rest.
     pub relaxed: usize,
     /// Islands whose joint gaps were not closed fully because that would have added energy: the
     /// step is too long for the spin of the bodies, or a joint was built with a gap.
@@ -269,8 +276,10 @@ impl StepRecord {
         self.residual = self.residual.max(part.residual);
         self.residual_velocity = self.residual_velocity.max(part.residual_velocity);
         self.unsolved += part.unsolved;
+        self.failed += part.failed;
         self.redundant += part.redundant;
         self.capped += part.capped;
+        self.crowds += part.crowds;
         self.relaxed += part.relaxed;
         self.joints_capped += part.joints_capped;
         self.joint_gap = self.joint_gap.max(part.joint_gap);

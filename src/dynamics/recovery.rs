@@ -1,7 +1,7 @@
 //! Moves overlapping pairs apart, without adding velocity.
 
 use super::contact_cache::Overlaps;
-use super::fallback::{LARGE, regularise};
+use super::crowd::LARGE;
 use super::interval::{Interval, Source, diagonal, movable};
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
@@ -161,7 +161,7 @@ pub(super) fn part_overlaps(
     solution: &Solution,
     path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
-    exempt: &[bool],
+    (exempt, crowd): (&[bool], &[bool]),
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
     let (dt, share) = (interval.length, share(interval.length));
@@ -179,8 +179,12 @@ pub(super) fn part_overlaps(
         if !matches!(contact.law, NormalLaw::Rigid { .. }) || bodies == [NO_BODY; 2] {
             continue;
         }
-        let left = contact.gap + opening(contact, interval, solution, path);
         let pair = contact.key.pair;
+        // `part_crowd` moves it, for as long as the crowd lasts
+        if is_exempt(contact, crowd) {
+            continue;
+        }
+        let left = contact.gap + opening(contact, interval, solution, path);
         let first = overlaps.open.contains(&pair);
         let is_late = !first && overlaps.late.contains(&pair);
         let slop = if is_late {
@@ -327,6 +331,19 @@ pub(super) fn displacements(
     (0..).zip(moved).filter(some).collect()
 }
 
+/// Gives the rigid contacts of a problem `ξ_N + R P_N` in place of `ξ_N`, with
+/// `R = compliance_of(i) · G_NN`. Every problem then has a solution, and it is bounded.
+fn regularise(problem: &mut ContactProblem, compliance_of: impl Fn(usize) -> f64) {
+    for i in 0..problem.len() {
+        let block = problem.operator.diagonal(i);
+        if let Law::Contact { compliance, .. } = &mut problem.laws[i]
+            && *compliance == 0.0
+        {
+            *compliance = compliance_of(i) * block[(0, 0)];
+        }
+    }
+}
+
 /// Largest factor, up to 1, of an island's displacements `moved` with which no body moves farther
 /// than `stride` times its size: the distance of its farthest contact from its centre.
 fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
@@ -355,7 +372,7 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
 /// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in
 /// time: only for these they are not those at the end. What meets after the end of the step is then an
 /// impact to come.
-fn opening(
+pub(super) fn opening(
     contact: &ContactPoint,
     interval: &Interval,
     solution: &Solution,
@@ -438,9 +455,9 @@ fn block_of(index: usize, interval: &Interval) -> Option<usize> {
     blocks.binary_search_by_key(&index, |b| of(b.source)).ok()
 }
 
-/// Bodies whose late overlaps are not corrected in this step: those of islands whose contacts were
-/// regularised, where the overlap carries the load, and those `in_cluster` that turn too far for the
-/// linear rows of another path to hold.
+/// Bodies whose late overlaps are not corrected in this step: those of islands whose push-outs were
+/// dropped, those of crowds, which have a correction of their own, and those `in_cluster` that turn too
+/// far for the linear rows of another path to hold.
 pub(super) fn exempt_bodies(
     in_cluster: Vec<bool>,
     interval: &Interval,
@@ -453,7 +470,7 @@ pub(super) fn exempt_bodies(
         *exempt = *exempt && turn > STRIDE;
     }
     for (k, outcome) in solution.outcomes.iter().enumerate() {
-        if outcome.relaxed {
+        if outcome.relaxed || outcome.crowd {
             let sides = |i: &u32| interval.sides[*i as usize];
             for body in solution.islands.blocks(k).iter().flat_map(sides) {
                 if let Some(exempt) = exempt.get_mut(body as usize) {
@@ -480,7 +497,7 @@ fn slop(contact: &ContactPoint, interval: &Interval) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fallback_tests::{FailsLarge, row};
+    use super::super::crowd::tests::{FailsLarge, row};
     use super::*;
     use std::sync::atomic::Ordering;
 
@@ -511,7 +528,7 @@ mod tests {
                     &still,
                     None,
                     &masses,
-                    &[],
+                    (&[], &[]),
                     &mut solver,
                 );
                 (asked, moves)

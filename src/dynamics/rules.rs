@@ -1,6 +1,7 @@
 //! The rule of each contact in the contact problem: activation, free term, law.
 
 use super::contact_cache::Left;
+use super::crowd::Effort;
 use super::model::{ContactPoint, NormalLaw};
 use super::visco_elastic::visco_elastic;
 use crate::contact::{Law, Vec2, Vec3};
@@ -65,6 +66,7 @@ pub(super) struct Rules {
     pub events: bool,
     /// Whether fast contacts of swept bodies are, see [`super::Sweep`].
     pub sweeps: bool,
+    pub effort: Effort,
 }
 
 impl Rules {

@@ -1,5 +1,6 @@
 //! Settings of a stepper, and its errors.
 
+use super::crowd::Effort;
 use super::model::ModelError;
 use super::rules::{ImpactLaw, Rules, Scheme};
 use crate::contact::Vec3;
@@ -38,6 +39,9 @@ pub struct StepperSettings {
     pub solver: String,
     /// Relative natural-map residual at which an island counts as solved.
     pub tolerance: f64,
+    /// How hard the impulses of large islands in motion are looked for.
+    #[serde(default)]
+    pub effort: Effort,
     /// Number of threads that solve islands, 1 to [`MOST_THREADS`]; no result depends on it.
     ///
     /// Threads pay from some hundred contacts in several islands on. One island is solved on one
@@ -66,6 +70,7 @@ impl Default for StepperSettings {
             shares: Shares::Found,
             solver: "auto".to_owned(),
             tolerance: 1e-8,
+            effort: Effort::Fast,
             threads: one(),
         }
     }
@@ -79,6 +84,7 @@ impl StepperSettings {
             shares: self.shares,
             events: self.events,
             sweeps: false,
+            effort: self.effort,
         }
     }
 

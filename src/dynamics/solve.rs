@@ -1,6 +1,6 @@
 //! Solves an interval: its islands one by one, or on several threads.
 
-use super::fallback::{Fallback, LARGE};
+use super::crowd::LARGE;
 use super::interval::Interval;
 use super::island::{Task, Worker};
 use super::island_cache::IslandCache;
@@ -19,7 +19,7 @@ struct Job {
     /// Work on earlier parts of it.
     earlier_work: Vec<SolveReport>,
     factors: Option<FactorCache>,
-    fallback: Fallback,
+    crowd: bool,
 }
 
 /// Splits intervals into islands and solves them.
@@ -133,18 +133,14 @@ impl IslandSolver {
         interval: &Interval,
     ) -> Job {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
-        let fallback = if members.len() > LARGE {
-            self.cache.fallback(keys.clone(), interval.whole)
-        } else {
-            Fallback::default()
-        };
+        let crowd = members.len() > LARGE && self.cache.is_crowd(keys.clone(), interval.whole);
         let stores = members.len() >= LEAST_BLOCKS_FOR_FACTORS && interval.whole;
         let first = keys.next().filter(|_| stores);
         Job {
             island,
             earlier_work,
             factors: first.map(|first| self.cache.take_factors(&first)),
-            fallback,
+            crowd,
         }
     }
 
@@ -153,11 +149,11 @@ impl IslandSolver {
         &mut self,
         members: &[u32],
         factors: Option<FactorCache>,
-        fallback: Fallback,
+        crowd: bool,
         interval: &Interval,
     ) {
         let mut keys = members.iter().map(|&i| interval.key(i as usize));
-        (self.cache).store_fallback(keys.clone(), interval.whole, fallback);
+        (self.cache).store_crowd(keys.clone(), interval.whole, crowd);
         if let (Some(factors), Some(first)) = (factors, keys.next()) {
             self.cache.store_factors(first, factors);
         }
@@ -165,10 +161,9 @@ impl IslandSolver {
 
     /// Solves an island on the caller's thread.
     fn solve_here(&mut self, mut job: Job, members: &[u32], task: Task) -> IslandResult {
-        let memory = (job.factors.as_mut(), job.fallback);
-        let solved = (self.worker).solve_island(members, memory, task, &mut self.clock);
-        let (mut result, fallback) = solved;
-        self.store(members, job.factors, fallback, task.interval);
+        let memory = (job.factors.as_mut(), job.crowd);
+        let mut result = (self.worker).solve_island(members, memory, task, &mut self.clock);
+        self.store(members, job.factors, result.outcome.crowd, task.interval);
         add_work(&mut result, &job.earlier_work);
         self.clock.lap(|t| &mut t.solve);
         result
@@ -231,9 +226,8 @@ impl IslandSolver {
         task: Task,
     ) -> Vec<(usize, IslandResult, Vec<Vec2>)> {
         let one = |worker: &mut Worker, clock: &mut PhaseClock, mut job: Job| {
-            let memory = (job.factors.as_mut(), job.fallback);
-            let result;
-            (result, job.fallback) = worker.solve_island(members(job.island), memory, task, clock);
+            let memory = (job.factors.as_mut(), job.crowd);
+            let result = worker.solve_island(members(job.island), memory, task, clock);
             (job, result, worker.impulses().to_vec())
         };
         self.clock.lap(|t| &mut t.assembly);
@@ -243,7 +237,7 @@ impl IslandSolver {
         let solved = pool.solve(&mut self.worker, &mut self.clock, jobs, one);
         let store = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
-            self.store(own, job.factors, job.fallback, task.interval);
+            self.store(own, job.factors, result.outcome.crowd, task.interval);
             add_work(&mut result, &job.earlier_work);
             (job.island, result, impulses)
         };

@@ -5,6 +5,7 @@ use super::angular_momentum::restore_angular_momentum;
 use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
+use super::crowd::{crowd_bodies, part_crowd};
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
@@ -484,8 +485,14 @@ impl MoreauStepper {
             find_late(&mut overlaps, interval, solution, path, w, &exempt);
             overlaps
         });
-        let moves =
-            unclosed || !excess.is_empty() || overlaps.as_ref().is_some_and(|o| !o.is_empty());
+        let crowd = match overlaps {
+            Some(_) => crowd_bodies(w.len(), interval, solution),
+            None => Vec::new(),
+        };
+        let moves = !crowd.is_empty()
+            || unclosed
+            || !excess.is_empty()
+            || overlaps.as_ref().is_some_and(|o| !o.is_empty());
         let potential = moves.then(|| model.potential_energy());
         if unclosed {
             let closed = close_joints(model, interval, solution, path, w, &mut self.solver)?;
@@ -499,7 +506,12 @@ impl MoreauStepper {
         }
         if let Some(mut overlaps) = overlaps {
             let (solver, solution) = (&mut self.solver, &self.solution);
-            let moves = part_overlaps(&mut overlaps, interval, solution, path, w, &exempt, solver);
+            let skipped = (&exempt[..], &crowd[..]);
+            let mut moves =
+                part_overlaps(&mut overlaps, interval, solution, path, w, skipped, solver);
+            if !crowd.is_empty() {
+                moves.extend(part_crowd(&crowd, interval, solution, path, w, solver));
+            }
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
             for (body, d) in moves {

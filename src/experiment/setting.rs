@@ -1,5 +1,6 @@
 use super::baseline::Baseline;
 use super::simulate::Engine;
+use crate::dynamics::Effort;
 use crate::scene::{ImpactLaw, Step};
 use crate::solver::Shares;
 
@@ -65,6 +66,9 @@ impl Setting {
         }
         if self.step.shares != Shares::default() {
             label.push_str(&format!(", {} shares", self.step.shares.name()));
+        }
+        if self.step.effort != Effort::default() {
+            label.push_str(&format!(", {} effort", self.step.effort.name()));
         }
         label
     }

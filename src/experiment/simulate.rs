@@ -226,10 +226,18 @@ pub struct Totals {
     /// Islands that no solve certified, and steps in which there was one.
     pub unsolved_islands: usize,
     pub unsolved_steps: usize,
+    /// Islands among them that failed, see [`StepRecord::failed`].
+    pub failed_islands: usize,
+    /// Largest overlap \[m\] that all others may have added in all: the sum of residual velocity times `dt`.
+    #[serde(rename = "bounded_way_m")]
+    pub bounded_way: f64,
     /// Steps with an impulse distribution that is not unique.
     pub redundant_steps: usize,
     #[serde(rename = "capped_islands")]
     pub capped: usize,
+    /// Islands of more than 500 contacts in motion, answered by sweeps.
+    #[serde(rename = "crowd_islands")]
+    pub crowds: usize,
     #[serde(rename = "relaxed_islands")]
     pub relaxed: usize,
     #[serde(rename = "joint_capped_islands")]
@@ -322,8 +330,13 @@ impl Totals {
         self.pivots += record.pivots;
         self.unsolved_islands += record.unsolved;
         self.unsolved_steps += usize::from(record.unsolved > 0);
+        self.failed_islands += record.failed;
+        if record.unsolved > record.failed {
+            self.bounded_way += record.residual_velocity * record.dt;
+        }
         self.redundant_steps += usize::from(record.redundant > 0);
         self.capped += record.capped;
+        self.crowds += record.crowds;
         self.relaxed += record.relaxed;
         self.joints_capped += record.joints_capped;
         self.events += record.events;

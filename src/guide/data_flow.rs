@@ -17,9 +17,9 @@
 //! | solve | `src/dynamics/solve.rs` | `IslandSolver` | solves all islands, on one thread or several |
 //! | | `src/dynamics/island.rs` | `solve_island` | **here a contact becomes an impulse**: sets up, solves, bounds and judges an island |
 //! | | `src/solver/impulse_solver.rs` | `ImpulseSolver` | seam 2: finds impulses; the other files of `src/solver` have the methods |
-//! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors and fallback state of each island for the next step |
+//! | | `src/dynamics/island_cache.rs` | `IslandCache` | factors of each island, and the crowds, for the next step |
 //! | bound | `src/dynamics/energy_bound.rs` | `bound_contacts` | blends two solutions so that impacts add no energy; `bound_joints` does the same for joints |
-//! | | `src/dynamics/fallback.rs` | `Fallback` | regularises an island without a rigid solution; the step reports it as unsolved |
+//! | | `src/dynamics/crowd.rs` | `part_crowd` | answers large islands in motion by sweeps; the step reports how far they are from the rigid law |
 //! | judge | `src/contact/residual.rs` | `natural_map` | the residual that judges all impulses, of every solver |
 //! | move | `src/dynamics/solution.rs` | `Solution` | impulses of all islands and velocities at the end |
 //! | | `src/dynamics/cluster/all.rs` | `locate_impacts` | with event location: locates impacts in time, one cluster of bodies after the other |

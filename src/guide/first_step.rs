@@ -145,9 +145,11 @@
 //! - **Damping** is exact in free motion.
 //! - **Overlaps** at the start are moved apart by position alone, without a launch.
 //! - **Cost**: structures that stand or hold together cost one to five times rapier's default step (a
-//!   pyramid of 5050 boxes 1.25). Hundreds of bodies that tumble in one heap, and a pile while it is
-//!   hit, cost ten to some hundred times, single steps up to a second, and now and then an island
-//!   stays unsolved; one of more than 500 contacts is then regularised, and counts as relaxed too.
+//!   pyramid of 5050 boxes 1.25). A pile while it is hit costs ten times and more, and now and then an
+//!   island stays unsolved. An island of more than 500 contacts is then answered by sweeps, at some
+//!   five times rapier's cost, until it rests: it counts as unsolved but *bounded*, and the record
+//!   states the worst closing velocity left ([`Effort`](crate::dynamics::Effort) asks for more). An
+//!   island that leaves more than a tenth of the velocities at stake counts as *failed*.
 //! - Chaotic scenes (a heap that falls) part ways after a few impacts, as two runs of rapier with
 //!   different step lengths do.
 //!

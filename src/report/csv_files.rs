@@ -104,6 +104,7 @@ row! {
         residual: Option<f64>,
         residual_velocity_m_s: Option<f64>,
         unsolved: Option<usize>,
+        failed: Option<usize>,
         redundant: Option<usize>,
         capped: Option<usize>,
         relaxed: Option<usize>,
@@ -277,6 +278,7 @@ impl From<&StepRecord> for StepRow {
             residual: known.then_some(step.residual),
             residual_velocity_m_s: known.then_some(step.residual_velocity),
             unsolved: known.then_some(step.unsolved),
+            failed: known.then_some(step.failed),
             redundant: known.then_some(step.redundant),
             capped: known.then_some(step.capped),
             relaxed: known.then_some(step.relaxed),
@@ -460,7 +462,7 @@ mod tests {
             header::<StepRow>(),
             "time_s,dt_s,contacts,islands,resting,sweeps,factorisations,pivots,\
              residual,\
-             residual_velocity_m_s,unsolved,redundant,capped,relaxed,joints_capped,events,recovering,\
+             residual_velocity_m_s,unsolved,failed,redundant,capped,relaxed,joints_capped,events,recovering,\
              impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
              work_recovery_j,imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
@@ -578,6 +580,7 @@ mod tests {
             residual: 6.0,
             residual_velocity: 7.0,
             unsolved: 8,
+            failed: 27,
             redundant: 9,
             capped: 10,
             relaxed: 11,
@@ -607,7 +610,7 @@ mod tests {
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,1,3,4,5,6.0,7.0,8,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
+            "0.5,0.25,1,2,1,3,4,5,6.0,7.0,8,27,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
         );
     }
 

@@ -20,6 +20,7 @@ impl Step {
             recovery: self.recovery,
             keep_rest: self.keep_rest,
             shares: self.shares,
+            effort: self.effort,
             solver: self.solver.clone(),
             tolerance: self.tolerance,
             threads: self.threads,

@@ -6,6 +6,7 @@ use super::linear::LinearBlock;
 use super::machine::Kept;
 use super::wear::{Life, WearEntry};
 use super::{Part, Shape};
+use crate::dynamics::Effort;
 use crate::dynamics::{ImpactLaw, LARGE_OVERLAP, Scheme};
 use crate::oracles::SOLVERS;
 use crate::solver::Shares;
@@ -108,6 +109,8 @@ pub struct Step {
     pub keep_rest: bool,
     /// Impulse distribution among redundant contacts, default `found`: the one that the solver finds.
     pub shares: Shares,
+    /// How hard the impulses of large islands in motion are looked for.
+    pub effort: Effort,
     /// A name of [`crate::oracles::SOLVERS`]; default the first, `auto`.
     pub solver: String,
     /// Relative natural-map residual asked of every solve, default 1e-8.
@@ -128,6 +131,7 @@ impl Default for Step {
             recovery: true,
             keep_rest: true,
             shares: Shares::default(),
+            effort: Effort::default(),
             solver: SOLVERS[0].to_owned(),
             tolerance: 1e-8,
             threads: 1,
@@ -149,6 +153,9 @@ pub struct Limits {
     pub energy: f64,
     /// Largest error of the energy balance of a step, over the energy of the scene; default 1e-9.
     pub imbalance: f64,
+    /// Largest overlap that islands which are not certified may have added in a second, on average, over
+    /// the size of the smallest moving body; default 1.
+    pub bounded: f64,
 }
 
 impl Default for Limits {
@@ -158,6 +165,7 @@ impl Default for Limits {
             joint_gap: 1e-3,
             energy: 1e-3,
             imbalance: 1e-9,
+            bounded: 1.0,
         }
     }
 }

@@ -109,6 +109,7 @@ pub const KEYS: &[Key] = &[
     key("step.impact_law", Word(&["capped", "newton", "uniform"]), "", "Impact law; default capped: Newton's law, bounded so that it never adds energy"),
     key("step.recovery", Flag, "", "Whether bodies that overlap at the start are moved apart; staggered only; default true"),
     key("step.keep_rest", Flag, "", "Whether islands at rest keep their impulses until something about them changes, instead of being solved in every step; default true"),
+    key("step.effort", Word(&["fast", "exact"]), "", "How hard the impulses of islands of more than 500 contacts in motion are looked for: fast, by a hundred sweeps with momentum, default; exact, if they are not certified also by the solver, in some 50 to 150 factorisations"),
     key("step.shares", Word(&["found", "minimum-norm"]), "", "Impulse distribution over redundant contacts; default found: that of the solver; minimum-norm: that of least norm"),
     key("step.solver", Word(&SOLVERS), "", "Impulse solver; default auto"),
     key("step.tolerance", Real(1e-15, 1e-2), "", "Relative natural-map residual at which a solve counts as solved; default 1e-8"),
@@ -216,6 +217,7 @@ pub const KEYS: &[Key] = &[
     key("verdict.joint_gap", Real(0.0, 1.0), "", "Up to which gap of a pin or weld that lasts 0.25 s a run counts as held, over the size of the smaller body; default 1e-3"),
     key("verdict.energy", Real(0.0, 1e6), "", "Up to which energy given by rigid contacts and joints in all a run counts as held, over the energy of the scene; default 1e-3"),
     key("verdict.imbalance", Real(0.0, 1e6), "", "Up to which error of the energy balance of a step a run counts as held, over the energy of the scene; default 1e-9"),
+    key("verdict.bounded", Real(0.0, 1e6), "", "Up to which overlap in a second a run counts as held that islands which are not certified may have added, on average, over the size of the smallest moving body; default 1"),
     key("reference.closed_form", Text, "", "The closed form that the result is compared with; none: no comparison. It must fit the scene"),
 ];
 

@@ -21,10 +21,11 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Vec2};
 ///    zero, or if the residual times the number of blocks is large: then so many statuses have
 ///    changed that Newton hardly ever converges.
 /// 3. If there are no joints and the impulses are unique, that is if the contacts that carry load have
-///    no more rows than the bodies have coordinates: Gauss-Seidel sweeps with momentum ([`Nsgs`]), up to sixty, until ten of
-///    them change no status, and up to eight Newton steps; then the same with up to a hundred more. In
-///    a drum of discs this halves the factorisations. In heaps of boxes it helps nothing, and leaves
-///    impulses that hold each other in balance.
+///    no more rows than the bodies have coordinates: Gauss-Seidel sweeps with momentum ([`Nsgs`]), up
+///    to sixty, until ten of them change no status, and up to eight Newton steps; then the same with up
+///    to a hundred more. In a drum of discs this halves the factorisations. In heaps of boxes it helps
+///    nothing, and leaves impulses that hold each other in balance. Problems of fewer than 32 blocks
+///    are swept without momentum.
 /// 4. Twenty Gauss-Seidel sweeps, up to eight Newton steps, and the interior point from near the
 ///    swept impulses, with Newton as polish. Then eighty more sweeps and the same again.
 /// 5. The interior point with the same start for all contacts.
@@ -33,8 +34,8 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Vec2};
 ///    contacts.
 /// 8. From the best impulses found, 100, 300, 600 and 900 sweeps that turn every ten, each with up to
 ///    eight Newton steps. Turning after each sweep, 1900 sweeps could not end a step of the thresher
-///    that the others end in 1150. Up to 500 blocks 4000 more follow where a
-///    tenth of the residual is certified: one step in 117 000 of the thresher needs them.
+///    that the others end in 1150. Up to 500 blocks 4000 more follow where a tenth of the residual is
+///    certified: one step in 117 000 of the thresher needs them.
 ///
 /// A problem of pins and rows without bounds alone is linear, and has no statuses. After stage 2 it
 /// gets twenty sweeps and Newton steps, and nothing else: if its rows contradict each other, no
@@ -72,6 +73,8 @@ pub struct Direct {
     interior: InteriorPoint,
     continuation: Continuation,
     best: Best,
+    /// Impulses of stage 3, which must not change those of the other stages.
+    trial: Vec<Vec2>,
     /// Whether the judge last evaluated the impulses that were returned.
     judged_last: bool,
 }
@@ -106,7 +109,7 @@ const NEAR: f64 = 10.0;
 const NEWTON_STEPS: usize = 8;
 
 /// The tolerance for an island at rest.
-fn exact(tolerance: f64) -> f64 {
+pub(super) fn exact(tolerance: f64) -> f64 {
     EXACT.min(EXACT_SHARE * tolerance)
 }
 
@@ -229,7 +232,7 @@ impl Direct {
             }
             return self.found(impulses, report);
         }
-        if unique_contacts(problem, impulses) {
+        if !self.best.solved() && unique_contacts(problem, impulses) {
             self.accelerate(problem, impulses, tolerance, &mut report);
         }
         self.approach(problem, impulses, warm, tolerance, &mut report);
@@ -293,10 +296,13 @@ impl Direct {
         tolerance: f64,
         report: &mut SolveReport,
     ) {
-        let mut trial = impulses.to_vec();
+        let mut trial = std::mem::take(&mut self.trial);
+        trial.clear();
+        trial.extend_from_slice(impulses);
         for sweeps in SWEEPS_FAST {
             self.sweep_and_polish(problem, &mut trial, (sweeps, &FAST), tolerance, report);
         }
+        self.trial = trial;
     }
 
     /// Stage 4, see [`Direct`].

@@ -178,6 +178,15 @@ impl FourSweep {
         bodies.zip(states).map(of).sum()
     }
 
+    /// Present velocities of the bodies.
+    #[cfg(test)]
+    pub fn velocities(&self) -> impl Iterator<Item = Vec3> {
+        let moving = &self.bodies[..self.bodies.len() - 1];
+        moving
+            .iter()
+            .map(|[x, y, spin, _]| Vec3::new(*x, *y, *spin))
+    }
+
     /// Writes the impulses back to their blocks.
     pub fn write(&self, impulses: &mut [Vec2]) {
         for (four, blocks) in self.fours.iter().zip(self.groups.members()) {

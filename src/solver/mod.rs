@@ -39,6 +39,7 @@ mod auto;
 mod best;
 mod block_status;
 mod continuation;
+mod crowd;
 mod direct;
 mod enumeration;
 mod factor_cache;
@@ -61,6 +62,7 @@ mod table;
 mod direct_tests;
 
 pub use auto::Auto;
+pub(crate) use crowd::Crowd;
 pub use direct::Direct;
 pub use enumeration::Enumeration;
 pub use factor_cache::FactorCache;

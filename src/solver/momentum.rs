@@ -51,3 +51,71 @@ impl Momentum {
         fours.store(&mut self.start);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::four_sweep::FourSweep;
+    use super::super::nsgs::{CROWD, Nsgs, START};
+    use super::*;
+    use crate::contact::examples::heap;
+    use crate::contact::{ContactProblem, Delassus, Judge, Vec2, project_onto_cone};
+    use fearless_simd::Level;
+
+    fn swept(problem: &ContactProblem, sweeps: usize, momentum: bool) -> (Vec<Vec2>, f64) {
+        let mut judge = Judge::new(problem);
+        let mut impulses = vec![Vec2::zeros(); problem.len()];
+        let plan = if momentum { &CROWD } else { &START };
+        Nsgs::default().run(problem, &mut judge, &mut impulses, 1e-14, sweeps, plan);
+        let left = judge.natural_map(problem, &impulses).velocity;
+        (impulses, left)
+    }
+
+    /// With momentum as many sweeps leave less, and impulses in the friction cone.
+    #[test]
+    fn momentum_saves_sweeps_and_stays_in_the_cone() {
+        for seed in 1..6 {
+            let problem = heap(20, 12, 0.5, 0.0, seed).problem();
+            let (impulses, left) = swept(&problem, 200, true);
+            let (_, plain) = swept(&problem, 200, false);
+            assert!(left < 0.5 * plain, "{seed}: {left} of {plain}");
+            for p in &impulses {
+                assert!((p - project_onto_cone(*p, 0.5)).norm() <= 1e-12 * p.norm());
+            }
+        }
+    }
+
+    /// A step of momentum moves impulses and the velocities of the bodies alike: these stay
+    /// `M⁻¹ Jᵀ P`.
+    #[test]
+    fn velocities_follow_the_impulses() {
+        let problem = heap(9, 7, 0.4, 1.0, 5).problem();
+        let Delassus::Bodies(op) = &problem.operator else {
+            unreachable!()
+        };
+        let judge = Judge::new(&problem);
+        let mut fours = FourSweep::default();
+        assert!(fours.arrange(&problem, op));
+        let mut impulses = vec![Vec2::zeros(); problem.len()];
+        let still = vec![crate::contact::Vec3::zeros(); op.inverse_mass.len()];
+        fours.gather(&problem, op, judge.diagonal(), &impulses, &still);
+        let mut momentum = Momentum::default();
+        momentum.start(&fours);
+        for sweep in 0..12 {
+            if sweep > 0 && sweep % 2 == 0 {
+                momentum.step(&mut fours, op);
+            }
+            fours.sweep(Level::new(), &problem, op, judge.diagonal(), sweep % 2 == 1);
+        }
+        momentum.step(&mut fours, op);
+        assert!(momentum.count > 0);
+        fours.write(&mut impulses);
+        let mut expected = still;
+        for (rows, p) in op.rows.iter().zip(&impulses) {
+            rows.push(*p, &op.inverse_mass, &mut expected);
+        }
+        let scale = expected.iter().map(|u| u.amax()).fold(0.0, f64::max);
+        for (found, expected) in fours.velocities().zip(&expected) {
+            assert!((found - expected).amax() <= 1e-12 * scale);
+        }
+    }
+}

@@ -72,16 +72,20 @@ pub(super) struct Plan {
     pause: f64,
     /// Whether sweeps by fours get momentum.
     momentum: bool,
+    /// Number of last sweeps without momentum.
+    plain: usize,
     /// Whether to stop early, once ten sweeps change no status.
     settles: bool,
 }
 
-/// For a solve by sweeps alone, and the last sweeps of a hard problem. Slow sweeps change little, so that without a pause the judge would
-/// be called after each of them. It costs about three sweeps by fours.
+/// For a solve by sweeps alone, and the last sweeps of a hard problem. Slow sweeps change little, so
+/// that without a pause the judge would be called after each of them. It costs about three sweeps by
+/// fours.
 pub(super) const ALONE: Plan = Plan {
     turn: 10,
     pause: 1.0 / 16.0,
     momentum: false,
+    plain: 0,
     settles: false,
 };
 
@@ -90,6 +94,7 @@ pub(super) const START: Plan = Plan {
     turn: 1,
     pause: 0.0,
     momentum: false,
+    plain: 0,
     settles: false,
 };
 
@@ -97,6 +102,14 @@ pub(super) const START: Plan = Plan {
 pub(super) const FAST: Plan = Plan {
     momentum: true,
     settles: true,
+    ..START
+};
+
+/// For the impulses of [`super::crowd::Crowd`]. The last sweeps have no momentum: what they leave is a
+/// fraction of what momentum may have overshot.
+pub(super) const CROWD: Plan = Plan {
+    momentum: true,
+    plain: 4,
     ..START
 };
 
@@ -170,7 +183,9 @@ impl Nsgs {
         for sweep in 0..sweeps {
             match accelerated {
                 Some(_) if sweep == 0 => self.momentum.start(&self.fours),
-                Some(op) if sweep % 2 == 0 => self.momentum.step(&mut self.fours, op),
+                Some(op) if sweep % 2 == 0 && sweep + plan.plain < sweeps => {
+                    self.momentum.step(&mut self.fours, op);
+                }
                 _ => {}
             }
             let backwards = sweep / plan.turn % 2 == 1;

@@ -243,17 +243,17 @@ fn what_is_resumed_goes_on_bit_for_bit() {
     }
 }
 
-/// What waits to be tried rigid again, and for how long, is part of the state; threads change nothing.
+/// Which islands are crowds is part of the state; threads change nothing.
 #[test]
 fn a_jammed_heap_is_resumed_bit_for_bit() {
     let mut built = load("box-drum", &[]).build().unwrap();
     let simulation = built.simulation_mut().unwrap();
     let (world, p) = (&mut simulation.world, &mut simulation.pipeline);
-    let gave_way: usize = (0..6).map(|_| p.step(world).unwrap().relaxed).sum();
+    let gave_way: usize = (0..6).map(|_| p.step(world).unwrap().crowds).sum();
     assert!(gave_way > 0);
     let text = serde_json::to_string(&p.state()).unwrap();
-    let jams = &serde_json::to_value(p.state()).unwrap()["stepper"]["islands"]["fallback"];
-    assert!(!jams.as_array().unwrap().is_empty(), "{jams}");
+    let crowds = &serde_json::to_value(p.state()).unwrap()["stepper"]["islands"]["crowds"];
+    assert!(!crowds.as_array().unwrap().is_empty(), "{crowds}");
     let mut other = copy(world);
     let mut resumed =
         MoreauPipeline::resume(&serde_json::from_str(&text).unwrap(), &mut other).unwrap();

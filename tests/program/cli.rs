@@ -292,9 +292,9 @@ fn a_closed_pipe_is_no_panic() {
     }
 }
 
-/// Not solved is an outcome: the files are there, and the exit code says so.
+/// Not solved is an outcome, and so is what is left of it: here next to nothing, so that the scene held.
 #[test]
-fn a_run_that_is_not_solved_ends_with_two() {
+fn a_run_that_is_not_certified_says_how_far_it_is_bounded() {
     let place = Place::new();
     // no Gauss-Seidel reaches this in its budget on a tower of forty
     let (code, out, err) = place.run(&[
@@ -311,8 +311,8 @@ fn a_run_that_is_not_solved_ends_with_two() {
         "--out",
         "r",
     ]);
-    assert_eq!(code, 2, "{out} {err}");
-    assert!(out.contains("not solved"), "{out}");
+    assert_eq!(code, 0, "{out} {err}");
+    assert!(out.contains("2 bounded, 0 failed"), "{out}");
     let text = fs::read_to_string(place.path("r/summary.json")).unwrap();
     let summary: Value = serde_json::from_str(&text).unwrap();
     assert!(summary["totals"]["unsolved_islands"].as_u64().unwrap() > 0);

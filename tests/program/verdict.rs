@@ -111,3 +111,26 @@ fn limits_out_of_range_or_without_a_verdict_are_refused() {
         place.refused(&words.split(' ').collect::<Vec<_>>(), &[why]);
     }
 }
+
+/// A piston presses a box into the floor: no impulses stop both. The step says that it failed.
+#[test]
+fn what_has_no_solution_fails() {
+    let place = Place::new();
+    place.write(
+        "press.toml",
+        r#"scene = { name = "press", title = "A piston presses a box into the floor" }
+step = { time = 0.5 }
+body = [
+  { name = "floor", kind = "fixed", box = [4, 1], position = [0, -0.5] },
+  { name = "box", box = [1, 1], position = [0, 0.5] },
+  { name = "piston", kind = "kinematic", box = [1, 1], position = [0, 1.6], velocity = [0, -1] },
+]
+"#,
+    );
+    let (code, verdict) = run(&place, "run press.toml");
+    assert_eq!(code, 2, "{verdict}");
+    let checks = verdict["checks"].as_array().unwrap();
+    let failed = checks.iter().find(|c| c["name"] == "failed").unwrap();
+    assert!(failed["held"] == false, "{failed}");
+    assert!(failed["value"].as_f64().unwrap() > 10.0, "{failed}");
+}
