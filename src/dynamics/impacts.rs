@@ -105,7 +105,8 @@ impl Hit {
     }
 
     /// The time after the start of an interval of length `h` at which the gap closes under the
-    /// applied forces, and the speed then \[s, m/s\].
+    /// applied forces, and the speed then \[s, m/s\]. Impulses of other contacts may close it sooner: at
+    /// the latest at the next midpoint, where this impulse lets it touch.
     fn touch(&self, h: f64) -> (f64, f64) {
         let (v, a) = (
             -self.gamma_a.x,
@@ -117,7 +118,8 @@ impl Hit {
             return (0.0, v.max(0.0));
         }
         let speed = square.sqrt();
-        (2.0 * gap / (v + speed).max(f64::MIN_POSITIVE), speed)
+        let time = 2.0 * gap / (v + speed).max(f64::MIN_POSITIVE);
+        (time.min(1.5 * h), speed)
     }
 }
 
