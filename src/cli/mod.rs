@@ -14,7 +14,9 @@ mod effect;
 mod issues;
 mod run;
 mod run_files;
+mod run_lead;
 mod run_machine;
+mod run_page;
 mod run_wear;
 mod solve;
 mod summary;
@@ -166,6 +168,10 @@ struct RunArgs {
     /// bodies.csv would exceed 100 000 rows]. impacts.csv always has every impact.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
+    /// Write report.html as well: what came out and whether it can be trusted, a replay with contacts
+    /// and impulses, charts and settings, in one file that a browser opens without network.
+    #[arg(long)]
+    report: bool,
     /// Write each contact problem of the run to this folder, as a JSON file.
     #[arg(long, value_name = "DIR")]
     dump_problems: Option<PathBuf>,

@@ -18,6 +18,7 @@ mod issues;
 mod refused;
 mod reports;
 mod run_files;
+mod run_page;
 mod solve;
 mod verdict;
 mod worn;

@@ -1,0 +1,44 @@
+// Put at the end of a copy of report.html by report.py: uses the page as a reader would, and leaves
+// what it saw in the page as JSON.
+addEventListener("load", () => setTimeout(() => {
+  const get = (id) => document.getElementById(id);
+  const canvas = get("scene"), bar = get("time");
+  const cells = (id) => [...get(id).rows].map((row) => [...row.cells].map((cell) => cell.textContent));
+  const seen = () => ({ canvas: canvas.toDataURL().length + ":" + sum(canvas), now: get("now").textContent, step: cells("step") });
+  function sum(canvas) {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let hash = 0;
+    for (let k = 0; k < data.length; k += 3) hash = (hash * 31 + data[k]) | 0;
+    return hash;
+  }
+  const to = (frame) => { bar.value = frame; bar.dispatchEvent(new Event("input", { bubbles: true })); return seen(); };
+  const found = { width: innerWidth, wide: document.documentElement.scrollWidth, frames: Number(bar.max) + 1, picks: [] };
+  found.lead = get("lead").innerText;
+  found.start = to(0);
+  found.middle = to(Math.floor(bar.max / 2));
+  // a click at every place of a grid, until a body and a contact are picked
+  const box = canvas.getBoundingClientRect();
+  const kinds = new Set();
+  for (const part of [0.5, 1]) {
+    to(Math.floor(part * bar.max));
+    const frame = Number(bar.value);
+    for (let y = 3; y < box.height && kinds.size < 2; y += 6) {
+      for (let x = 3; x < box.width && kinds.size < 2; x += 6) {
+        const at = { clientX: box.left + x, clientY: box.top + y, buttons: 1, bubbles: true };
+        canvas.dispatchEvent(new PointerEvent("pointerdown", at));
+        canvas.dispatchEvent(new PointerEvent("pointerup", at));
+        const name = get("picked-name").textContent, kind = name.split(/[ :]/)[0];
+        if ((kind === "Body" && name.includes("dynamic") || kind === "Contact") && !kinds.has(kind)) {
+          kinds.add(kind);
+          found.picks.push({ frame, name, figures: cells("picked"), step: cells("step") });
+        }
+      }
+    }
+  }
+  found.smallest = Math.min(...[...document.querySelectorAll("p, td, button, figcaption span")].filter((e) => e.offsetParent).map((e) => parseFloat(getComputedStyle(e).fontSize)));
+  found.charts = [...document.querySelectorAll(".plot svg")].map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10);
+  const out = document.createElement("pre");
+  out.id = "found";
+  out.textContent = JSON.stringify(found);
+  document.body.append(out);
+}, 50));
