@@ -127,6 +127,8 @@ fn trust(
 
 fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
     let half = number(0.5 * scene.step.dt, 4);
+    // without the zeros at its end
+    let half: f64 = half.parse().unwrap_or(0.5 * scene.step.dt);
     let shorter = format!("a step of half the length (--dt {half})");
     let failed = |name: &str| verdict.checks.iter().any(|c| c.name == name && !c.held);
     let mut advice = Vec::new();
@@ -189,7 +191,7 @@ pub(super) fn machine_lead(
     let reached: Vec<String> = lives.filter_map(hours).collect();
     let what = match reached.is_empty() {
         true => "No limit of wear is reached in the hours that were run.".to_owned(),
-        false => format!("The teeth wear: {}.", reached.join("; ")),
+        false => format!("Limits of wear are reached: {}.", reached.join("; ")),
     };
     let trust = match (solved, wrong) {
         (_, Some(why)) => format!("No: {why}."),
@@ -209,7 +211,7 @@ pub(super) fn machine_lead(
             "Read the assumptions below, and measure on your machine the one that moves the hours \
                       most."
         }
-        _ => "Read the notes below first: they name the keys to change.",
+        _ => "Read the notes and the assumptions below before the hours.",
     };
     Lead {
         good: solved && wrong.is_none(),

@@ -29,7 +29,14 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
     }
     let lead = machine_lead(&found, &totals, warnings.len(), wrong.as_deref());
     let summary = summary::write(&folder, head, found)?;
-    run_page::write(args, &folder, &summary, lead, None, Some(&text))?;
+    run_page::write(
+        args,
+        &folder,
+        &summary,
+        lead,
+        None,
+        Some(&without_clock(&text)),
+    )?;
     summary::finish(folder, &summary, say, |target| {
         let place = target.display();
         format!(
@@ -41,6 +48,12 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// The text without the line that tells how long a step took: a page is the same for the same command.
+fn without_clock(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.contains(" per step; "));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, RunError> {

@@ -213,16 +213,20 @@ impl Replay {
         let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
         let mut impact = Packed::new(&header, &[]);
         let at = column(&header, "time_s");
-        let (mut impacts, mut left_out) = (Vec::new(), 0);
+        let (mut impacts, mut left_out, mut k) = (Vec::new(), 0, 0);
         while rows.next()? {
             if impacts.len() == MOST_IMPACTS {
                 left_out += 1;
                 continue;
             }
             impact.add(&rows);
-            // in the order in which they were found, which is not that of their times
+            // in the order of the steps that found them; a time past the end tells nothing
             let time = rows.number(at);
-            let block = (times.partition_point(|end| *end < time) + 1).min(last);
+            let found = times.partition_point(|end| *end < time);
+            if found < last {
+                k = found;
+            }
+            let block = (k + 1).min(last);
             impacts.push(block.div_ceil(stride).min(frames.max(1) - 1));
         }
         let view = View::of(stage, poses.chunks_exact(count));

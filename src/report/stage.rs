@@ -41,6 +41,13 @@ pub enum Piece {
     Line(Vec<[f64; 2]>),
 }
 
+impl Link {
+    /// Whether its second body slides along an axis, far from its point as it may be.
+    pub(super) fn slides(&self) -> bool {
+        self.kind == "prismatic" || self.kind == "pin-slot"
+    }
+}
+
 impl Piece {
     /// Distance \[m\] of its farthest point from the origin of the body.
     pub(super) fn reach(&self) -> f64 {
@@ -231,7 +238,7 @@ impl View {
         let mut moving = box_of(&|body| body.kind == "dynamic" || body.kind == "coordinate");
         // where joints hang, and the joints of bodies that have no shape
         for frame in frames.clone() {
-            for link in &stage.links {
+            for link in stage.links.iter().filter(|link| !link.slides()) {
                 for (body, at) in link.bodies.iter().zip(link.at) {
                     let pose = body.map_or(Some([0.0; 3]), |k| frame.get(k).copied());
                     pose.iter().for_each(|pose| moving.add(moved(*pose, at)));

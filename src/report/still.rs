@@ -217,28 +217,38 @@ impl Still<'_> {
             return;
         };
         let ink = hex(INK);
-        if !["spring", "rope"].contains(&link.kind) {
-            // an arm from each body to its joint
-            for (body, at) in link.bodies.iter().zip([a, b]) {
-                if let Some(pose) = body.and_then(|k| self.poses.get(k)) {
-                    let arm = path(&[map.px([pose[0], pose[1]]), at]);
-                    let _ = writeln!(svg, "<path d=\"{arm}\" stroke=\"#8a9aa5\"/>");
-                }
+        let origin = |side: usize| {
+            let pose = link.bodies[side].and_then(|k| self.poses.get(k))?;
+            Some(map.px([pose[0], pose[1]]))
+        };
+        if link.slides() {
+            // the way of the slider, through it
+            let angle = link.bodies[0].and_then(|k| self.poses.get(k));
+            let (sin, cos) = (link.axis + angle.map_or(0.0, |pose| pose[2])).sin_cos();
+            if let Some([x, y]) = origin(1).or_else(|| origin(0)) {
+                let (dx, dy) = (24.0 * cos, -24.0 * sin);
+                let way = path(&[[x - dx, y - dy], [x + dx, y + dy]]);
+                let _ = writeln!(
+                    svg,
+                    "<path d=\"{way}\" stroke=\"{ink}\" stroke-width=\"1.2\"/>"
+                );
             }
+            return;
         }
         let points = match link.kind {
             "spring" => zigzag(a, b),
             "rope" => vec![a, b],
-            "prismatic" | "pin-slot" => {
-                let angle = link.axis + link.bodies[0].map_or(0.0, |k| self.poses[k][2]);
-                let (sin, cos) = angle.sin_cos();
-                vec![
-                    [a[0] - 16.0 * cos, a[1] + 16.0 * sin],
-                    [a[0] + 16.0 * cos, a[1] - 16.0 * sin],
-                ]
-            }
             _ => Vec::new(),
         };
+        if points.is_empty() {
+            // an arm from each body to its joint
+            for (side, at) in [(0, a), (1, b)] {
+                if let Some(origin) = origin(side) {
+                    let arm = path(&[origin, at]);
+                    let _ = writeln!(svg, "<path d=\"{arm}\" stroke=\"#8a9aa5\"/>");
+                }
+            }
+        }
         if !points.is_empty() {
             let _ = writeln!(
                 svg,

@@ -29,7 +29,7 @@ class Scene {
     const { x, y } = this.run.view;
     this.width = this.canvas.clientWidth;
     const high = (this.width * (y[1] - y[0])) / (x[1] - x[0]);
-    this.height = Math.max(140, Math.min(high, 0.62 * Math.max(window.innerHeight, 500)));
+    this.height = Math.max(140, Math.min(high, Math.min(640, 0.62 * Math.max(window.innerHeight, 500))));
     this.canvas.style.height = this.height + "px";
     const ratio = window.devicePixelRatio || 1;
     this.canvas.width = Math.round(this.width * ratio);
@@ -132,6 +132,14 @@ class Scene {
     } else if (link.kind === "rope") {
       this.trace([a, b], false);
       context.stroke();
+    } else if (link.kind === "prismatic" || link.kind === "pin-slot") {
+      // the way of the slider, through it
+      const angle = link.axis + (link.bodies[0] === null ? 0 : this.poses[link.bodies[0]][2]);
+      const [c, s] = [24 * Math.cos(angle), 24 * Math.sin(angle)];
+      const at = (ends[1].origin || ends[0].origin);
+      this.trace([[at[0] - c, at[1] + s], [at[0] + c, at[1] - s]], false);
+      context.stroke();
+      return;
     } else {
       // an arm from each body to its joint
       context.strokeStyle = "#8a9aa5";
@@ -139,12 +147,6 @@ class Scene {
         if (origin) { this.trace([origin, at], false); context.stroke(); }
       }
       context.strokeStyle = "#262626";
-      if (link.kind === "prismatic" || link.kind === "pin-slot") {
-        const angle = link.axis + (link.bodies[0] === null ? 0 : this.poses[link.bodies[0]][2]);
-        const [c, s] = [16 * Math.cos(angle), 16 * Math.sin(angle)];
-        this.trace([[a[0] - c, a[1] + s], [a[0] + c, a[1] - s]], false);
-        context.stroke();
-      }
     }
     for (const at of [a, b]) {
       context.beginPath();
