@@ -16,6 +16,10 @@ use serde_json::Value;
 /// Most rows of `bodies.csv` that a run writes without `--every`.
 pub(super) const BODY_ROWS: usize = 100_000;
 
+/// What pictures of bodies that wear say.
+pub(super) const NEW: &str =
+    "Bodies are drawn as they were new: where they overlap here, they have worn.";
+
 /// The part of `summary.json` that only `run` writes.
 #[derive(Serialize)]
 struct Found<'a> {
@@ -201,6 +205,7 @@ pub(super) fn write_still(
         contacts,
         title: &format!("{}: {}", scene.name, scene.title),
         time: *time,
+        note: (!scene.wear.is_empty()).then_some(NEW),
     };
     folder.write("scene.svg", still.to_svg())
 }

@@ -96,7 +96,7 @@ fn trust(
             let why = verdict
                 .sentence
                 .trim_start_matches("the scene did not hold: ");
-            format!("Not everywhere: {why}. Otherwise ")
+            format!("Not everywhere: {why}. Apart from that, ")
         }
     };
     let solved = match totals.unsolved_islands {
@@ -158,11 +158,14 @@ fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
         advice.push(format!("for the energy, {shorter}"));
     }
     if failed("unsolved") {
-        advice.push(
-            "for the unsolved problems, --solver auto, a looser --tolerance, or --dump-problems and \
-             `moreau2d solve`"
-                .to_owned(),
-        );
+        let other = match scene.step.solver.as_str() {
+            "auto" => "",
+            _ => "--solver auto, ",
+        };
+        advice.push(format!(
+            "for the unsolved problems, {other}a looser --tolerance, or a shorter step; \
+             --dump-problems writes them to files for `moreau2d solve`"
+        ));
     }
     format!(
         "Go to the red places of the time bar. Then try: {}.",

@@ -1,4 +1,4 @@
-use super::run::{BODY_ROWS, head, states, write_still};
+use super::run::{BODY_ROWS, NEW, head, states, write_still};
 use super::run_files::RunFiles;
 use super::run_lead::lead;
 use super::{Outcome, RunArgs, run_page, summary};
@@ -101,7 +101,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         notes.len(),
     );
     lead.good &= found.ended.is_none();
-    lead.what_came_out = format!("{} {}", worn_words(&more), lead.what_came_out);
+    lead.what_came_out = format!("{} {} {NEW}", worn_words(&more), lead.what_came_out);
     if let Some(why) = &found.ended {
         lead.what_to_do = format!(
             "The wear ended before its duration: {why}. {}",

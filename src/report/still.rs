@@ -32,6 +32,8 @@ pub struct Still<'a> {
     pub title: &'a str,
     /// \[s\]
     pub time: f64,
+    /// More to know about the picture.
+    pub note: Option<&'a str>,
 }
 
 /// Colour of a contact by its status, and the words in the legend.
@@ -98,7 +100,8 @@ impl Still<'_> {
             y: [view.y[0] - dy, view.y[1] + dy],
         };
         let map = Map { view, scale };
-        let (legend, most) = self.legend();
+        let (mut legend, most) = self.legend();
+        legend.extend(self.note.map(|note| legend_line(&escaped(note))));
         let top = MARGIN + 2.0 * ROW + 6.0;
         let total = top + high + 10.0 + ROW * (legend.len() as f64 + 1.0) + MARGIN - 6.0;
         let mut svg = format!(
@@ -172,21 +175,14 @@ impl Still<'_> {
         let size = |c: &ContactRecord| c.impulse_n.hypot(c.impulse_t);
         let most = self.contacts.iter().map(size).fold(0.0, f64::max);
         let most = if most.is_finite() { most } else { 0.0 };
-        let line = |words: String| {
-            format!(
-                "<text x=\"{MARGIN}\" y=\"{{y}}\" fill=\"{}\">{}</text>\n",
-                hex(INK),
-                words
-            )
-        };
         if self.stage.lane > 0.0 {
             let words =
                 "a mechanism of coordinates: each has a row, and its mark lies at its value";
-            return (vec![line(words.to_owned())], 0.0);
+            return (vec![legend_line(words)], 0.0);
         }
         if most == 0.0 {
             let words = "no contact carries an impulse in the last step";
-            return (vec![line(words.to_owned())], 0.0);
+            return (vec![legend_line(words)], 0.0);
         }
         let arrows = format!(
             "arrows: impulses of the last step on the bodies that they move, the longest {} N s",
@@ -202,7 +198,7 @@ impl Still<'_> {
                 );
             }
         }
-        (vec![line(arrows), line(keys)], most)
+        (vec![legend_line(&arrows), legend_line(&keys)], most)
     }
 
     fn draw_link(&self, svg: &mut String, map: &Map, link: &Link) {
@@ -256,17 +252,25 @@ impl Still<'_> {
                 path(&points)
             );
         }
+        // many joints lie too close for marks
+        let r = if self.stage.links.len() > 500 {
+            0.7
+        } else {
+            2.6
+        };
         for [x, y] in [a, b] {
             let _ = match link.kind {
                 "fixed" => writeln!(
                     svg,
-                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"6\" height=\"6\" fill=\"#ffffff\" stroke=\"{ink}\"/>",
-                    x - 3.0,
-                    y - 3.0
+                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" fill=\"#ffffff\" stroke=\"{ink}\"/>",
+                    x - r,
+                    y - r,
+                    2.0 * r,
+                    2.0 * r
                 ),
                 _ => writeln!(
                     svg,
-                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.6\" fill=\"#ffffff\" stroke=\"{ink}\"/>"
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r}\" fill=\"#ffffff\" stroke=\"{ink}\"/>"
                 ),
             };
         }
@@ -382,6 +386,12 @@ impl Still<'_> {
     }
 }
 
+/// A line of the legend, of SVG.
+fn legend_line(words: &str) -> String {
+    let ink = hex(INK);
+    format!("<text x=\"{MARGIN}\" y=\"{{y}}\" fill=\"{ink}\">{words}</text>\n")
+}
+
 fn draw_body(svg: &mut String, map: &Map, body: &Actor, pose: Pose) {
     let (fill, line) = colours(body.kind);
     for piece in &body.pieces {
@@ -461,6 +471,7 @@ mod tests {
             contacts: &[],
             title: "a < b & \"c\"",
             time: 0.0,
+            note: None,
         };
         still.to_svg()
     }

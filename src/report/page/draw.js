@@ -3,7 +3,7 @@
 
 const FILL = { fixed: ["#e2e2e2", "#7a7a7a"], kinematic: ["#f5e3c3", "#8a6d2f"], dynamic: ["#d3e5f3", "#33596f"], coordinate: ["#d3e5f3", "#33596f"] };
 const COLOUR = { "stick": "#0072b2", "slip+": "#d55e00", "slip-": "#d55e00", "impact": "#cc79a7", "open": "#969696" };
-const ARROW = 0.2; // length of the largest impulse's arrow, of the canvas's shorter side
+const ARROW = 0.2; // length of a usual large impulse's arrow, of the canvas's shorter side
 
 function moved([x, y, angle], [px, py]) {
   const c = Math.cos(angle), s = Math.sin(angle);
@@ -148,26 +148,32 @@ class Scene {
       }
       context.strokeStyle = "#262626";
     }
+    // many joints lie too close for marks
+    const mark = this.run.stage.links.length > 500 ? 0.7 : 2.6;
     for (const at of [a, b]) {
       context.beginPath();
-      if (link.kind === "fixed") context.rect(at[0] - 3, at[1] - 3, 6, 6);
-      else context.arc(at[0], at[1], 2.6, 0, 2 * Math.PI);
+      if (link.kind === "fixed") context.rect(at[0] - mark, at[1] - mark, 2 * mark, 2 * mark);
+      else context.arc(at[0], at[1], mark, 0, 2 * Math.PI);
       context.fill();
       context.stroke();
     }
   }
 
-  // Largest impulse of all contacts that the page holds [N s].
-  get most() {
-    if (this.mostImpulse === undefined) {
-      const { contact } = this.run;
-      this.mostImpulse = 0;
-      for (let row = 0; row < contact.rows; row++) {
-        const size = Math.hypot(contact.get(row, "impulse_n_ns"), contact.get(row, "impulse_t_ns"));
-        if (size > this.mostImpulse) this.mostImpulse = size;
+  // Impulse that nine in ten of those that the page holds stay below [N s].
+  get usual() {
+    if (this.usualImpulse === undefined) {
+      const { contact, impact } = this.run;
+      const sizes = [];
+      for (const table of contact.rows ? [contact] : [impact]) {
+        for (let row = 0; row < table.rows; row++) {
+          const size = Math.hypot(table.get(row, "impulse_n_ns"), table.get(row, "impulse_t_ns"));
+          if (size > 0) sizes.push(size);
+        }
       }
+      sizes.sort((a, b) => a - b);
+      this.usualImpulse = sizes.length ? sizes[Math.floor(0.9 * (sizes.length - 1))] : 0;
     }
-    return this.mostImpulse;
+    return this.usualImpulse;
   }
 
   drawContacts(frame) {
@@ -182,9 +188,10 @@ class Scene {
       const [nx, ny, n, t] = [get("nx"), get("ny"), get("impulse_n_ns"), get("impulse_t_ns")];
       const second = run.stage.bodies[get("body_2")];
       const sign = second && (second.kind === "dynamic" || second.kind === "coordinate") ? 1 : -1;
-      const scale = this.most > 0 ? (sign * longest) / this.most : 0;
+      const size = Math.hypot(n, t);
+      const length = this.usual > 0 ? longest * Math.min(3, size / this.usual) : 0;
+      const scale = size > 0 ? (sign * length) / size : 0;
       const dx = scale * (n * nx - t * ny), dy = -scale * (n * ny + t * nx);
-      const length = Math.hypot(dx, dy);
       const chosen = this.picked && this.picked.table === table && this.picked.row === row;
       context.strokeStyle = context.fillStyle = COLOUR[status];
       context.lineWidth = chosen ? 3 : Math.max(0.8, 1.8 / crowd);

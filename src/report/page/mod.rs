@@ -176,14 +176,16 @@ fn section_html(section: &Section) -> Result<String, ReportError> {
         }
         Section::Pictures { title, pictures } => {
             out.push_str(&head(title));
+            out.push_str("<div class=\"pictures\">\n");
             for (caption, svg) in pictures {
                 let _ = write!(
                     out,
-                    "<figure>\n{}<figcaption><span>{}</span></figcaption></figure>\n",
+                    "<figure><div class=\"wide\">\n{}</div><figcaption><span>{}</span></figcaption></figure>\n",
                     inline(svg),
                     escaped(caption)
                 );
             }
+            out.push_str("</div>\n");
         }
         Section::Text { title, text } => {
             // lines stay lines

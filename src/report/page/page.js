@@ -15,7 +15,7 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   bar.max = run.frames - 1;
   if (run.stride > 1) get("thinned").textContent = ` One written step in ${run.stride} is shown here; all are in the CSV files.`;
   if (run.impacts_left_out) get("thinned").textContent += ` ${run.impacts_left_out} later impacts are in impacts.csv only.`;
-  if (scene.most > 0) get("longest").textContent = `; the largest of the run is ${words(scene.most)} N s`;
+  if (scene.usual > 0) get("longest").textContent = `: nine in ten of the run are below ${words(scene.usual)} N s, which is a fifth of the picture where contacts are few; longer arrows are cut at three times that`;
 
   const charts = [...document.querySelectorAll(".plot[data-from]")].map((plot) => {
     const [left, right, from, to] = ["left", "right", "from", "to"].map((name) => Number(plot.dataset[name]));
@@ -23,15 +23,14 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
     const seek = (event) => {
       if (event.buttons !== 1 && event.type !== "click") return;
       const box = plot.getBoundingClientRect();
-      const along = ((event.clientX - box.left) / plot.querySelector("svg").clientWidth - left) / (right - left);
+      const along = ((event.clientX - box.left) / box.width - left) / (right - left);
       stop();
       show(run.frameAt(from + along * (to - from)), 0);
     };
     plot.addEventListener("click", seek);
     plot.addEventListener("pointermove", seek);
     return (time) => {
-      const width = plot.querySelector("svg").clientWidth;
-      cursor.style.left = width * (left + (right - left) * ((time - from) / (to - from))) + "px";
+      cursor.style.left = 100 * (left + (right - left) * ((time - from) / (to - from))) + "%";
     };
   });
 
