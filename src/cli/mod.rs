@@ -11,6 +11,7 @@ mod compare;
 mod compare_table;
 mod dump;
 mod effect;
+mod explain;
 mod issues;
 mod run;
 mod run_files;
@@ -77,6 +78,8 @@ enum Command {
     /// Simulate a scene, and its wear if it has any.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
+    /// Say what a scene models, what is left out, and which accuracy to expect, from a short trial.
+    Explain(explain::ExplainArgs),
     /// Simulate one scene with moreau and with its peers, and compare accuracy and speed.
     #[command(after_help = EXIT_TABLES)]
     Compare(CompareArgs),
@@ -365,6 +368,7 @@ pub fn main() -> ExitCode {
         Command::Scenes { atlas: true, .. } => atlas::list(),
         Command::Scenes { .. } => list_scenes(),
         Command::Run(args) => run::run(args),
+        Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),
         Command::Atlas(args) => atlas::atlas(args),

@@ -14,6 +14,7 @@ mod chart;
 mod cli;
 mod compare;
 mod effect;
+mod explain;
 mod issues;
 mod refused;
 mod reports;
