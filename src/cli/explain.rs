@@ -17,6 +17,7 @@ pub(super) struct ExplainArgs {
 pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     let flags = &args.common.flags;
     let (scene, machine) = args.common.load()?;
+    flags.refuse_twice(&scene)?;
     let refused = |what: &str| Err(RunError::Unfit(format!("explain: {what}")));
     if flags.out.is_some() {
         return refused("--out: no file is written");
@@ -59,21 +60,36 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
 
 fn text(e: &Explanation) -> String {
     let t = &e.trial;
+    let parts: Vec<String> = [
+        (e.dynamic_bodies, "that move"),
+        (e.fixed_bodies, "fixed"),
+        (e.kinematic_bodies, "on a given path"),
+    ]
+    .iter()
+    .filter(|part| part.0 > 0)
+    .map(|(count, what)| format!("{count} {what}"))
+    .collect();
+    let of = match (parts.is_empty(), e.joints) {
+        (true, _) => "a mechanism of coordinates".to_owned(),
+        (false, 0) => format!("bodies: {}", parts.join(", ")),
+        (false, n) => format!(
+            "bodies: {}; joints: {n}, which take {} coordinates",
+            parts.join(", "),
+            e.joint_rows
+        ),
+    };
     let mut out = format!(
-        "model: {} degrees of freedom: {} bodies that move, {} fixed, {} kinematic, {} joints with {} rows \
-         (built on {})\n\
-         trial: {} of {} steps, {}; at most {} contacts in {} islands, {} unknown impulses\n\
-         in it: {} contacts stick, {} slide, {} impacts; {} sweeps, {} factorisations ({}, {})\n",
+        "degrees of freedom: {} (model {}); {of}\n\
+         trial: {} of {} steps, {}, scheme {}, solver {}\n\
+         at most in a step: {} contacts, {} islands, {} unknown impulses\n\
+         in all: {} times a contact sticks, {} slides; {} impacts; {} sweeps, {} factorisations\n",
         e.degrees_of_freedom,
-        e.dynamic_bodies,
-        e.fixed_bodies,
-        e.kinematic_bodies,
-        e.joints,
-        e.joint_rows,
         e.model,
         t.steps,
         t.run_steps,
         quantity(t.time_s, "s", 3),
+        e.scheme,
+        e.solver,
         t.most_contacts,
         t.most_islands,
         t.most_unknowns,
@@ -82,8 +98,6 @@ fn text(e: &Explanation) -> String {
         t.impacts,
         t.sweeps,
         t.factorisations,
-        e.scheme,
-        e.solver
     );
     out.push_str("left out:\n");
     for left in &e.left_out {

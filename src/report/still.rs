@@ -480,10 +480,10 @@ mod tests {
     #[test]
     fn every_scene_of_the_catalogue_can_be_drawn() {
         for listing in scene::scenes().unwrap() {
-            let Ok(scene) = scene::load(&listing.name, &[]) else {
+            let Ok(scene) = scene::load(listing.name, &[]) else {
                 continue; // a machine
             };
-            let svg = still(&listing.name);
+            let svg = still(listing.name);
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
             assert!(svg.contains("a &lt; b &amp; &quot;c&quot;"));
             let shapes = svg.matches("<circle").count() + svg.matches("<path").count();

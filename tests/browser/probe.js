@@ -1,7 +1,18 @@
 // Put at the end of a copy of report.html by report.py: uses the page as a reader would, and tells
 // the page round it what it saw, as JSON.
-addEventListener("load", () => setTimeout(() => {
+addEventListener("load", () => setTimeout(async () => {
   const get = (id) => document.getElementById(id);
+  const size = () => {
+    const texts = [...document.querySelectorAll("p, td, button, figcaption span, pre")].filter((e) => e.offsetParent);
+    return {
+      width: innerWidth,
+      wide: document.documentElement.scrollWidth,
+      smallest: Math.min(...texts.map((e) => parseFloat(getComputedStyle(e).fontSize))),
+      charts: [...document.querySelectorAll("svg")].map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10),
+    };
+  };
+  const tell = (found) => parent.postMessage(JSON.stringify({ ...size(), lead: get("lead").innerText, ...found }), "*");
+  if (!get("scene")) return tell({});
   const canvas = get("scene"), bar = get("time");
   const cells = (id) => [...get(id).rows].map((row) => [...row.cells].map((cell) => cell.textContent));
   const seen = () => ({ canvas: sum(canvas.toDataURL()), now: get("now").textContent, step: cells("step") });
@@ -11,8 +22,7 @@ addEventListener("load", () => setTimeout(() => {
     return hash;
   }
   const to = (frame) => { bar.value = frame; bar.dispatchEvent(new Event("input", { bubbles: true })); return seen(); };
-  const found = { width: innerWidth, wide: document.documentElement.scrollWidth, frames: Number(bar.max) + 1, picks: [] };
-  found.lead = get("lead").innerText;
+  const found = { frames: Number(bar.max) + 1, picks: [] };
   found.start = to(0);
   found.middle = to(Math.floor(bar.max / 2));
   // a click at every place of a grid, until a body and a contact are picked
@@ -34,7 +44,9 @@ addEventListener("load", () => setTimeout(() => {
       }
     }
   }
-  found.smallest = Math.min(...[...document.querySelectorAll("p, td, button, figcaption span")].filter((e) => e.offsetParent).map((e) => parseFloat(getComputedStyle(e).fontSize)));
-  found.charts = [...document.querySelectorAll(".plot svg")].map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10);
-  parent.postMessage(JSON.stringify(found), "*");
+  to(0);
+  get("play").click();
+  await new Promise((done) => setTimeout(done, 400));
+  found.played = get("now").textContent;
+  tell(found);
 }, 50));

@@ -63,6 +63,9 @@ class Scene {
         if (body.kind === kind) this.drawBody(body, this.poses[k], this.picked?.body === k);
       });
     }
+    run.stage.bodies.forEach((body, k) => {
+      if (body.kind === "kinematic") this.drawTurn(this.poses[k], run.body.get(run.bodyRow(frame, k), "omega_rad_s"));
+    });
     for (const link of run.stage.links) this.drawLink(link);
     this.drawContacts(frame);
   }
@@ -100,6 +103,24 @@ class Scene {
         context.stroke();
       }
     }
+  }
+
+  // The sense in which a body is turned: an arc with a head round its origin.
+  drawTurn(pose, omega) {
+    if (!(Math.abs(omega) > 0)) return;
+    const { context } = this;
+    const [x, y] = this.px(pose), radius = 16, from = 0.75 * Math.PI, to = -0.6 * Math.PI;
+    // the canvas's angles grow clockwise
+    const mirror = omega > 0 ? 1 : -1;
+    context.strokeStyle = context.fillStyle = "#8a6d2f";
+    context.lineWidth = 1.6;
+    const at = (angle, r) => [x + mirror * r * Math.cos(angle), y + r * Math.sin(angle)];
+    const arc = [];
+    for (let k = 0; k <= 24; k++) arc.push(at(from + ((to - from) * k) / 24, radius));
+    this.trace(arc, false);
+    context.stroke();
+    this.trace([at(to - 0.35, radius), at(to, radius - 5), at(to, radius + 5)], true);
+    context.fill();
   }
 
   // The ends of a joint in pixels, each with the origin of its body.

@@ -190,7 +190,7 @@ fn section_html(section: &Section) -> Result<String, ReportError> {
         Section::Text { title, text } => {
             // lines stay lines
             let lines: Vec<String> = text.lines().map(escaped).collect();
-            let _ = write!(out, "{}<pre>{}</pre>\n", head(title), lines.join("\n"));
+            let _ = writeln!(out, "{}<pre>{}</pre>", head(title), lines.join("\n"));
         }
     }
     out.push_str("</section>\n");
