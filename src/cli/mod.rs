@@ -76,6 +76,10 @@ enum Command {
         keys: bool,
     },
     /// Simulate a scene, and its wear if it has any.
+    ///
+    /// Writes bodies.csv, contacts.csv, impacts.csv, steps.csv, summary.json and scene.svg, the bodies at
+    /// the end with the impulses of the last step; with --report also report.html. Wear and machines have
+    /// further files.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
     /// Say what a scene models, what is left out, and which accuracy to expect, from a short trial.

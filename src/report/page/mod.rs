@@ -263,8 +263,9 @@ mod tests {
         assert_eq!(html.matches("</script>").count(), 2);
         assert!(!html.contains("<b>&"));
         let safe = "&lt;/script&gt;&lt;b&gt;&amp;{{script}}{{data}}";
-        // the page's title twice, three sentences, and two for each section
-        assert_eq!(html.matches(safe).count(), 5 + 2 * 3);
+        // the page's title twice, three sentences, three titles of sections, and one item, one text,
+        // two cells
+        assert_eq!(html.matches(safe).count(), 5 + 3 + 4);
     }
 
     #[test]
