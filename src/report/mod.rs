@@ -30,6 +30,7 @@ mod run_charts;
 mod scatter;
 mod stage;
 mod still;
+mod still_bodies;
 mod table;
 
 pub use atlas_matrix::matrix;

@@ -3,7 +3,8 @@
 use super::layout::width_of;
 use super::markup::{escaped, six_digits};
 use super::palette::{FAINT_INK, INK, QUALITATIVE};
-use super::stage::{Actor, Link, Piece, Pose, Stage, View, moved};
+use super::stage::{Link, Piece, Pose, Stage, View, moved};
+use super::still_bodies::{Map, draw_body, path, zigzag};
 use super::table::number;
 use crate::dynamics::record::{ContactRecord, ContactStatus};
 use plotters::style::RGBColor;
@@ -55,30 +56,6 @@ fn status(contact: &ContactRecord) -> usize {
 
 fn hex(RGBColor(r, g, b): RGBColor) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
-}
-
-/// Fill and line of a body.
-fn colours(kind: &str) -> (&'static str, &'static str) {
-    match kind {
-        "fixed" => ("#e2e2e2", "#7a7a7a"),
-        "kinematic" => ("#f5e3c3", "#8a6d2f"),
-        _ => ("#d3e5f3", "#33596f"),
-    }
-}
-
-/// Pixels from the top left of the drawing for a point of the plane.
-struct Map {
-    view: View,
-    scale: f64,
-}
-
-impl Map {
-    fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [
-            self.scale * (x - self.view.x[0]),
-            self.scale * (self.view.y[1] - y),
-        ]
-    }
 }
 
 impl Still<'_> {
@@ -390,65 +367,6 @@ impl Still<'_> {
 fn legend_line(words: &str) -> String {
     let ink = hex(INK);
     format!("<text x=\"{MARGIN}\" y=\"{{y}}\" fill=\"{ink}\">{words}</text>\n")
-}
-
-fn draw_body(svg: &mut String, map: &Map, body: &Actor, pose: Pose) {
-    let (fill, line) = colours(body.kind);
-    for piece in &body.pieces {
-        let _ = match piece {
-            Piece::Disc([x, y, r, spoke]) => {
-                let centre = moved(pose, [*x, *y]);
-                let rim = moved([centre[0], centre[1], pose[2] + spoke], [*r, 0.0]);
-                let ([cx, cy], [rx, ry]) = (map.px(centre), map.px(rim));
-                writeln!(
-                    svg,
-                    "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{:.2}\" fill=\"{fill}\" stroke=\"{line}\"/>\
-                     <path d=\"M{cx:.1} {cy:.1}L{rx:.1} {ry:.1}\" stroke=\"{line}\"/>",
-                    r * map.scale
-                )
-            }
-            Piece::Area(points) | Piece::Line(points) => {
-                let points: Vec<_> = points.iter().map(|p| map.px(moved(pose, *p))).collect();
-                let line = format!("stroke=\"{line}\" stroke-linejoin=\"round\"");
-                match piece {
-                    Piece::Area(_) => writeln!(
-                        svg,
-                        "<path d=\"{}Z\" fill=\"{fill}\" {line}/>",
-                        path(&points)
-                    ),
-                    _ => writeln!(
-                        svg,
-                        "<path d=\"{}\" fill=\"none\" {line} stroke-width=\"2\"/>",
-                        path(&points)
-                    ),
-                }
-            }
-        };
-    }
-}
-
-fn path(points: &[[f64; 2]]) -> String {
-    let mut d = String::new();
-    for (i, [x, y]) in points.iter().enumerate() {
-        let _ = write!(d, "{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' });
-    }
-    d
-}
-
-/// A spring from `a` to `b` in pixels.
-fn zigzag(a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
-    let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-    let length = dx.hypot(dy).max(1e-9);
-    let (nx, ny) = (-dy / length * 5.0, dx / length * 5.0);
-    let turns = ((length / 8.0) as usize).clamp(4, 40);
-    let mut points = vec![a];
-    for i in 0..turns {
-        let t = (i as f64 + 0.5) / turns as f64;
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        points.push([a[0] + t * dx + side * nx, a[1] + t * dy + side * ny]);
-    }
-    points.push(b);
-    points
 }
 
 #[cfg(test)]
