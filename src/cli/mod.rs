@@ -11,10 +11,13 @@ mod compare;
 mod compare_table;
 mod dump;
 mod effect;
+mod explain;
 mod issues;
 mod run;
 mod run_files;
+mod run_lead;
 mod run_machine;
+mod run_page;
 mod run_wear;
 mod solve;
 mod summary;
@@ -73,8 +76,14 @@ enum Command {
         keys: bool,
     },
     /// Simulate a scene, and its wear if it has any.
+    ///
+    /// Writes bodies.csv, contacts.csv, impacts.csv, steps.csv, summary.json and scene.svg, the bodies at
+    /// the end with the impulses of the last step; with --report also report.html. Wear and machines have
+    /// further files.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
+    /// Say what a scene models, what is left out, and which accuracy to expect, from a short trial.
+    Explain(explain::ExplainArgs),
     /// Simulate one scene with moreau and with its peers, and compare accuracy and speed.
     #[command(after_help = EXIT_TABLES)]
     Compare(CompareArgs),
@@ -169,6 +178,10 @@ struct RunArgs {
     /// bodies.csv would exceed 100 000 rows]. impacts.csv always has every impact.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
+    /// Write report.html as well: what came out and whether it can be trusted, a replay with contacts
+    /// and impulses, charts and settings, in one file that a browser opens without network.
+    #[arg(long)]
+    report: bool,
     /// Write each contact problem of the run to this folder, as a JSON file.
     #[arg(long, value_name = "DIR")]
     dump_problems: Option<PathBuf>,
@@ -366,6 +379,7 @@ pub fn main() -> ExitCode {
         Command::Scenes { atlas: true, .. } => atlas::list(),
         Command::Scenes { .. } => list_scenes(),
         Command::Run(args) => run::run(args),
+        Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),
         Command::Atlas(args) => atlas::atlas(args),

@@ -1,11 +1,13 @@
 use super::dump::Dump;
 use super::run_files::{BodyState, RunFiles};
+use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
-use super::{Outcome, RunArgs, effect, print_out, run_machine, run_wear, summary};
+use super::{Outcome, RunArgs, effect, print_out, run_machine, run_page, run_wear, summary};
+use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
 };
-use crate::report::{Align, OutputFolder, Progress, Table, number};
+use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
 use crate::scene::{Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
@@ -13,6 +15,10 @@ use serde_json::Value;
 
 /// Most rows of `bodies.csv` that a run writes without `--every`.
 pub(super) const BODY_ROWS: usize = 100_000;
+
+/// What pictures of bodies that wear say.
+pub(super) const NEW: &str =
+    "Bodies are drawn as they were new: where they overlap here, they have worn.";
 
 /// The part of `summary.json` that only `run` writes.
 #[derive(Serialize)]
@@ -82,7 +88,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         Ok(())
     })?;
     drop(progress);
-    files.finish()?;
+    let last = files.finish()?;
+    write_still(&folder, &scene, &states(&built, args.engine), &last)?;
     let found = measures(&scene, &samples);
     let verdict = judge.verdict(&totals, &built);
     let mut notes = summary::warnings(&totals);
@@ -95,6 +102,18 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         warnings: &notes,
     };
     let text = summary::write(&folder, head, found_in_run)?;
+    let states = states(&built, args.engine);
+    let lead = lead(
+        &scene,
+        args.engine,
+        &totals,
+        &verdict,
+        &found,
+        &states,
+        notes.len(),
+    );
+    let stage = Stage::of(&scene);
+    run_page::write(args, &folder, &text, lead, Some(&stage), None)?;
     let dumped = dump.map(Dump::finish).transpose()?;
     let target = folder.commit()?;
     if args.common.flags.json {
@@ -168,6 +187,27 @@ pub(super) fn states(built: &Built, engine: Engine) -> Vec<BodyState> {
         Some((k as u32, pose, u))
     };
     (0..built.bodies()).filter_map(state).collect()
+}
+
+/// Writes `scene.svg`: the bodies at the end of the run, with the contacts of its last step.
+pub(super) fn write_still(
+    folder: &OutputFolder,
+    scene: &Scene,
+    states: &[BodyState],
+    (contacts, time): &(Vec<ContactRecord>, f64),
+) -> Result<(), ReportError> {
+    let poses = states
+        .iter()
+        .map(|(_, pose, _)| [pose.translation.x, pose.translation.y, pose.angle()]);
+    let still = Still {
+        stage: &Stage::of(scene),
+        poses: &poses.collect::<Vec<_>>(),
+        contacts,
+        title: &format!("{}: {}", scene.name, scene.title),
+        time: *time,
+        note: (!scene.wear.is_empty()).then_some(NEW),
+    };
+    folder.write("scene.svg", still.to_svg())
 }
 
 fn measure_table(found: &[Measure]) -> String {

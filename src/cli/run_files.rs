@@ -1,6 +1,6 @@
 use crate::contact::Vec3;
 use crate::dynamics::Pose64;
-use crate::dynamics::record::StepRecord;
+use crate::dynamics::record::{ContactRecord, StepRecord};
 use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, ReportError, StepRow};
 
 /// Number of a body in the record, its pose and its velocity.
@@ -15,6 +15,10 @@ pub(super) struct RunFiles {
     steps: CsvFile<StepRow>,
     every: usize,
     count: usize,
+    /// Contacts of the last step.
+    last: Vec<ContactRecord>,
+    /// End of the last step \[s\].
+    time: f64,
 }
 
 impl RunFiles {
@@ -26,6 +30,8 @@ impl RunFiles {
             steps: CsvFile::create(folder)?,
             every,
             count: 0,
+            last: Vec::new(),
+            time: 0.0,
         })
     }
 
@@ -56,6 +62,8 @@ impl RunFiles {
         record: &StepRecord,
         states: impl FnOnce() -> I,
     ) -> Result<(), ReportError> {
+        self.last.clone_from(&record.contacts);
+        self.time = record.time;
         for impact in &record.impacts {
             self.impacts.write(&ImpactRow::from(impact))?;
         }
@@ -70,10 +78,15 @@ impl RunFiles {
         self.add_bodies(record.time, states())
     }
 
-    pub fn finish(self) -> Result<(), ReportError> {
+    /// Writes out what is buffered.
+    ///
+    /// # Returns
+    /// The contacts of the last step and its end \[s\].
+    pub fn finish(self) -> Result<(Vec<ContactRecord>, f64), ReportError> {
         self.bodies.finish()?;
         self.contacts.finish()?;
         self.impacts.finish()?;
-        self.steps.finish()
+        self.steps.finish()?;
+        Ok((self.last, self.time))
     }
 }

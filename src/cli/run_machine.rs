@@ -1,5 +1,6 @@
 use super::run_files::RunFiles;
-use super::{Outcome, RunArgs, summary};
+use super::run_lead::machine_lead;
+use super::{Outcome, RunArgs, run_page, summary};
 use crate::experiment::{RunError, Totals};
 use crate::report::{OutputFolder, Progress};
 use crate::scene::Scene;
@@ -26,7 +27,17 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
     if let Some(of_scene) = &mut head.scene {
         of_scene.warnings = machine.step_warnings(scene.step.dt);
     }
-    summary::close(folder, head, found, say, |target| {
+    let lead = machine_lead(&found, &totals, warnings.len(), wrong.as_deref());
+    let summary = summary::write(&folder, head, found)?;
+    run_page::write(
+        args,
+        &folder,
+        &summary,
+        lead,
+        None,
+        Some(&without_clock(&text)),
+    )?;
+    summary::finish(folder, &summary, say, |target| {
         let place = target.display();
         format!(
             "{}: {}\n\n{text}\nresults in {place}\n",
@@ -37,6 +48,12 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Ou
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// The text without the line that tells how long a step took: a page is the same for the same command.
+fn without_clock(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.contains(" per step; "));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, RunError> {

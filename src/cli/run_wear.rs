@@ -1,8 +1,9 @@
-use super::run::{BODY_ROWS, head, states};
+use super::run::{BODY_ROWS, NEW, head, states, write_still};
 use super::run_files::RunFiles;
-use super::{Outcome, RunArgs, summary};
+use super::run_lead::lead;
+use super::{Outcome, RunArgs, run_page, summary};
 use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome, run_wear};
-use crate::report::{Align, OutputFolder, Progress, Table, number, quantity, write_rows};
+use crate::report::{Align, OutputFolder, Progress, Stage, Table, number, quantity, write_rows};
 use crate::scene::Scene;
 use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
 use serde::Serialize;
@@ -59,7 +60,9 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
         Ok(files.add(record, || states(built, Engine::Moreau))?)
     })?;
     drop(progress);
-    files.finish()?;
+    let last = files.finish()?;
+    let states = states(&built, Engine::Moreau);
+    write_still(&folder, scene, &states, &last)?;
     write(&folder, scene, &found)?;
     let verdict = judge.verdict(&found.totals, &built);
     let notes = notes(&found);
@@ -86,7 +89,34 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     text.push_str(&table(&more));
     let say = args.common.flags.say();
     let head = head(scene, Engine::Moreau, every);
-    summary::close(folder, head, more, say, |target| {
+    let summary = summary::write(&folder, head, &more)?;
+    let stage = Stage::of(scene);
+    let mut lead = lead(
+        scene,
+        Engine::Moreau,
+        &found.totals,
+        &verdict,
+        &[],
+        &states,
+        notes.len(),
+    );
+    lead.good &= found.ended.is_none();
+    lead.what_came_out = format!("{} {} {NEW}", worn_words(&more), lead.what_came_out);
+    if let Some(why) = &found.ended {
+        lead.what_to_do = format!(
+            "The wear ended before its duration: {why}. {}",
+            lead.what_to_do
+        );
+    }
+    run_page::write(
+        args,
+        &folder,
+        &summary,
+        lead,
+        Some(&stage),
+        Some(&table(&more)),
+    )?;
+    summary::finish(folder, &summary, say, |target| {
         format!("{text}results in {}\n", target.display())
     })?;
     Ok(match verdict.held && found.ended.is_none() {
@@ -147,6 +177,22 @@ fn bodies(scene: &Scene, found: &WearOutcome) -> Vec<WornBody> {
         }
     };
     found.names.iter().enumerate().map(of).collect()
+}
+
+/// The wear in a sentence.
+fn worn_words(found: &Found) -> String {
+    let deepest = |a: &&WornBody, b: &&WornBody| a.deepest_m.total_cmp(&b.deepest_m);
+    let body = found.wear.iter().max_by(deepest);
+    body.map_or_else(String::new, |body| {
+        format!(
+            "After {} h of wear, computed in {} jumps, {} has lost {} at its deepest cell, {}.",
+            number(found.wear_hours, 4),
+            found.jumps,
+            body.body,
+            quantity(body.deepest_m, "m", 4),
+            body.deepest_cell
+        )
+    })
 }
 
 fn table(found: &Found) -> String {

@@ -39,9 +39,19 @@ pub(super) fn close(
     tables: impl FnOnce(&Path) -> String,
 ) -> Result<(), ReportError> {
     let text = write(&folder, head, more)?;
+    finish(folder, &text, say, tables)
+}
+
+/// The end of [`close`], after `summary.json` with this text is written.
+pub(super) fn finish(
+    folder: OutputFolder,
+    summary: &str,
+    say: Say,
+    tables: impl FnOnce(&Path) -> String,
+) -> Result<(), ReportError> {
     let target = folder.commit()?;
     match say {
-        Say::Summary => print_out(&text),
+        Say::Summary => print_out(summary),
         Say::Tables => print_out(&tables(&target)),
         Say::Nothing => {}
     }

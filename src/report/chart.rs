@@ -1,6 +1,7 @@
 use super::ReportError;
 use super::axis::{Axis, Scale, padded};
 use super::drawing;
+use super::layout::PLOT;
 
 /// How the points of a series are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,8 +155,17 @@ impl Chart {
     /// `ReportError::EmptyChart` where no point of any series can be drawn; `ReportError::Chart`
     /// for an equal aspect on a log axis, and for data too wide for a range in f64.
     pub fn to_svg(&self) -> Result<String, ReportError> {
-        let extent = self.extent()?;
-        drawing::draw(self, extent).map_err(|reason| self.refused(&reason))
+        Ok(self.drawn(PLOT, true)?.0)
+    }
+
+    /// The chart with a plot of `plot` pixels, and where that lies.
+    pub(super) fn drawn(
+        &self,
+        plot: (f64, f64),
+        with_legend: bool,
+    ) -> Result<(String, drawing::Window), ReportError> {
+        let drawn = drawing::draw(self, self.extent()?, plot, with_legend);
+        drawn.map_err(|reason| self.refused(&reason))
     }
 
     fn refused(&self, reason: &str) -> ReportError {

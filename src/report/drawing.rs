@@ -9,11 +9,29 @@ use super::layout::{LEGEND_ROW, Layout, MARGIN, NOTE_ROW, SMALL, TEXT, TITLE};
 use super::legend::{Entry, Look, legend, looks};
 use super::palette;
 
-/// Draws the chart as SVG; the error is plotters' own word. Only the header's size is in pixels.
-pub(super) fn draw(chart: &Chart, extent: Extent) -> Result<String, String> {
+/// Where the plot lies in its picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window {
+    /// Left and right edge of the plot as shares of the picture's width.
+    pub edges: Point,
+    /// Places along the x axis at these edges.
+    pub values: Point,
+}
+
+/// Draws the chart as SVG with a plot of `plot` pixels; the error is plotters' own word. Only the
+/// header's size is in pixels.
+pub(super) fn draw(
+    chart: &Chart,
+    extent: Extent,
+    plot: Point,
+    with_legend: bool,
+) -> Result<(String, Window), String> {
     let looks = looks(chart);
-    let legend = legend(chart, &looks);
-    let layout = Layout::new(chart, extent, &legend);
+    let mut legend = legend(chart, &looks);
+    if !with_legend {
+        legend.clear();
+    }
+    let layout = Layout::new(chart, extent, &legend, plot);
     let (w, h) = units(layout.size);
     let mut svg = String::new();
     {
@@ -30,11 +48,16 @@ pub(super) fn draw(chart: &Chart, extent: Extent) -> Result<String, String> {
         canvas.area.present().map_err(|e| e.to_string())?;
     }
     let pixels = |units: i32| f64::from(units) / U;
-    Ok(svg.replacen(
+    let window = Window {
+        edges: (layout.left / layout.size.0, layout.right / layout.size.0),
+        values: layout.extent.x,
+    };
+    let svg = svg.replacen(
         &format!("width=\"{w}\" height=\"{h}\""),
         &format!("width=\"{}\" height=\"{}\"", pixels(w), pixels(h)),
         1,
-    ))
+    );
+    Ok((svg, window))
 }
 
 fn draw_frame(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {

@@ -4,8 +4,7 @@ use super::chart::{Chart, Extent};
 use super::legend::Entry;
 
 /// Lengths in pixels.
-const PLOT_WIDTH: f64 = 560.0;
-const PLOT_HEIGHT: f64 = 340.0;
+pub(super) const PLOT: Point = (560.0, 340.0);
 pub(super) const MARGIN: f64 = 16.0;
 pub(super) const TITLE: f64 = 16.0;
 pub(super) const TEXT: f64 = 12.5;
@@ -77,13 +76,13 @@ fn line_labels(chart: &Chart, range: (f64, f64), height: f64) -> Vec<(f64, Strin
 }
 
 impl Layout {
-    pub(super) fn new(chart: &Chart, mut extent: Extent, legend: &[Entry]) -> Self {
+    pub(super) fn new(chart: &Chart, mut extent: Extent, legend: &[Entry], plot: Point) -> Self {
         // No axis is shorter than its label.
         let least = (
             width_of(&chart.x.label, TEXT),
             width_of(&chart.y.label, TEXT),
         );
-        let (mut width, mut height) = (PLOT_WIDTH.max(least.0), PLOT_HEIGHT.max(least.1));
+        let (mut width, mut height) = (plot.0.max(least.0), plot.1.max(least.1));
         if chart.equal_aspect {
             let scale = |e: Extent| (e.x.1 - e.x.0, e.y.1 - e.y.0);
             let (most_wide, most_high) = (width, 1.5 * height);

@@ -41,6 +41,7 @@ fn every_scene_runs_and_leaves_its_files() {
             "bodies.csv",
             "contacts.csv",
             "impacts.csv",
+            "scene.svg",
             "steps.csv",
             "summary.json",
         ] {

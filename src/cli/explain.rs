@@ -1,0 +1,144 @@
+//! `explain`: what a scene models, and how well its step resolves it.
+
+use super::{Common, Outcome, print_out, summary};
+use crate::experiment::{Explanation, RunError, explain as of_scene};
+use crate::report::{Align, Table, number, quantity};
+use crate::thresher::Machine;
+use clap::Args;
+use serde_json::json;
+
+#[derive(Args)]
+pub(super) struct ExplainArgs {
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Prints what a scene models; writes no file.
+pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
+    let flags = &args.common.flags;
+    let (scene, machine) = args.common.load()?;
+    flags.refuse_twice(&scene)?;
+    let refused = |what: &str| Err(RunError::Unfit(format!("explain: {what}")));
+    if flags.out.is_some() {
+        return refused("--out: no file is written");
+    }
+    match machine {
+        Some(Machine::Thresher(_)) => {
+            return refused(
+                "a thresher has no trial: `run thresher` prints what it calibrates and assumes",
+            );
+        }
+        Some(Machine::Study(_)) => {
+            let model =
+                "a rotor with one coordinate, its angle; the crop is a prescribed load cycle";
+            if flags.json {
+                print_out(&format!(
+                    "{:#}\n",
+                    json!({"scene": scene.name, "model": "rotor", "degrees_of_freedom": 1})
+                ));
+            } else {
+                print_out(&format!(
+                    "{}: {}\nmodel: {model}\n",
+                    scene.name, scene.title
+                ));
+            }
+            return Ok(Outcome::Done);
+        }
+        None => {}
+    }
+    let mut scene = scene;
+    if let Some(steps) = flags.steps {
+        scene.step.time = f64::from(steps) * scene.step.dt;
+    }
+    let found = of_scene(&scene)?;
+    print_out(&match flags.json {
+        true => format!("{:#}\n", summary::json(&found)),
+        false => format!("{}: {}\n{}", scene.name, scene.title, text(&found)),
+    });
+    Ok(Outcome::Done)
+}
+
+fn text(e: &Explanation) -> String {
+    let t = &e.trial;
+    let parts: Vec<String> = [
+        (e.dynamic_bodies, "that move"),
+        (e.fixed_bodies, "fixed"),
+        (e.kinematic_bodies, "on a given path"),
+    ]
+    .iter()
+    .filter(|part| part.0 > 0)
+    .map(|(count, what)| format!("{count} {what}"))
+    .collect();
+    let of = match (parts.is_empty(), e.joints) {
+        (true, _) => "a mechanism of coordinates".to_owned(),
+        (false, 0) => format!("bodies: {}", parts.join(", ")),
+        (false, n) => format!(
+            "bodies: {}; joints: {n}, which take {} coordinates",
+            parts.join(", "),
+            e.joint_rows
+        ),
+    };
+    let mut out = format!(
+        "degrees of freedom: {} (model {}); {of}\n\
+         trial: {} of {} steps, {}, scheme {}, solver {}\n\
+         at most in a step: {} contacts, {} islands, {} unknown impulses\n\
+         in all: {} times a contact sticks, {} slides; {} impacts; {} sweeps, {} factorisations\n",
+        e.degrees_of_freedom,
+        e.model,
+        t.steps,
+        t.run_steps,
+        quantity(t.time_s, "s", 3),
+        e.scheme,
+        e.solver,
+        t.most_contacts,
+        t.most_islands,
+        t.most_unknowns,
+        t.sticking,
+        t.sliding,
+        t.impacts,
+        t.sweeps,
+        t.factorisations,
+    );
+    out.push_str("left out:\n");
+    for left in &e.left_out {
+        let key = left.key.map_or(String::new(), |key| format!(" ({key})"));
+        out.push_str(&format!("  {}: {}{key}\n", left.what, left.why));
+    }
+    for scale in &e.time_scales {
+        out.push_str(&format!(
+            "time scale: {} takes {}, {} steps\n",
+            scale.what,
+            quantity(scale.period_s, "s", 3),
+            number(scale.steps, 3)
+        ));
+    }
+    match e.accuracy.is_empty() {
+        true => out.push_str(
+            "accuracy: three trials with shorter and shorter steps do not converge: impacts or chaos\n",
+        ),
+        false => {
+            let mut table = Table::new([
+                ("expected after the trial", Align::Left),
+                ("error", Align::Right),
+                ("with half the step", Align::Right),
+                ("order", Align::Right),
+            ]);
+            for a in &e.accuracy {
+                table.push([
+                    a.measure.to_owned(),
+                    quantity(a.error, a.unit, 2),
+                    quantity(a.error_of_half, a.unit, 2),
+                    match a.order.is_nan() {
+                        true => "exact".to_owned(),
+                        false => number(a.order, 2),
+                    },
+                ]);
+            }
+            out.push_str(&format!("{table}"));
+        }
+    }
+    for warning in &e.warnings {
+        out.push_str(&format!("warning: {warning}\n"));
+    }
+    out
+}

@@ -1,0 +1,225 @@
+//! What came out of a run, whether it can be trusted, and what to do: the first words of its page.
+
+use super::run_files::BodyState;
+use crate::experiment::{Engine, Measure, Totals, Verdict};
+use crate::report::{Lead, Stage, number, plus_minus, quantity};
+use crate::scene::Scene;
+use serde_json::Value;
+
+/// Below this speed [m/s], and this spin [rad/s] times a metre, a body counts as at rest here.
+const REST: f64 = 1e-3;
+
+/// The words for a run of bodies.
+///
+/// # Arguments
+/// - `states`: the bodies at the end of the run.
+/// - `notes`: what the summary warns of.
+pub(super) fn lead(
+    scene: &Scene,
+    engine: Engine,
+    totals: &Totals,
+    verdict: &Verdict,
+    found: &[Measure],
+    states: &[BodyState],
+    notes: usize,
+) -> Lead {
+    Lead {
+        good: verdict.held,
+        what_came_out: outcome(scene, totals, found, states),
+        can_it_be_trusted: trust(scene, engine, totals, verdict, notes),
+        what_to_do: advice(scene, engine, verdict),
+    }
+}
+
+fn outcome(scene: &Scene, totals: &Totals, found: &[Measure], states: &[BodyState]) -> String {
+    let stage = Stage::of(scene);
+    let moving = stage.bodies.iter().filter(|b| b.kind == "dynamic").count();
+    let who = match (moving, &scene.linear) {
+        (_, Some(linear)) => format!("{} coordinates", linear.coordinates.len()),
+        (1, None) => "one body that moves".to_owned(),
+        (n, None) => format!("{n} bodies that move"),
+    };
+    let mut text = format!(
+        "{} with {who} ran {} in {} steps, with up to {} contacts at once. ",
+        scene.name,
+        quantity(totals.time, "s", 4),
+        totals.steps,
+        totals.most_contacts
+    );
+    let speed = |state: &&BodyState| state.2.x.hypot(state.2.y);
+    let dynamic = |state: &&BodyState| {
+        let body = stage.bodies.get(state.0 as usize);
+        body.is_some_and(|body| body.kind != "fixed" && body.kind != "kinematic")
+    };
+    let fastest = states
+        .iter()
+        .filter(dynamic)
+        .max_by(|a, b| speed(a).total_cmp(&speed(b)));
+    if let Some(state) = fastest {
+        let most_spin = states.iter().filter(dynamic).map(|s| s.2.z.abs());
+        let at_rest = speed(&state) < REST && most_spin.fold(0.0, f64::max) < REST;
+        text.push_str(&match at_rest {
+            true => "At the end all bodies are at rest. ".to_owned(),
+            false => format!(
+                "At the end the fastest, {}, moves at {}. ",
+                stage.bodies[state.0 as usize].name,
+                quantity(speed(&state), "m/s", 3)
+            ),
+        });
+    }
+    if let Some(first) = found.first() {
+        let unit = match first.unit {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        text.push_str(&format!(
+            "{}: {} computed, {} exact (error {}{unit}).",
+            first.name,
+            number(first.computed, 6),
+            number(first.exact, 6),
+            number(first.error, 2)
+        ));
+    }
+    text.trim_end().to_owned()
+}
+
+fn trust(
+    scene: &Scene,
+    engine: Engine,
+    totals: &Totals,
+    verdict: &Verdict,
+    notes: usize,
+) -> String {
+    let mut text = match verdict.held {
+        true => "Yes, within the model: ".to_owned(),
+        false => {
+            let why = verdict
+                .sentence
+                .trim_start_matches("the scene did not hold: ");
+            format!("Not everywhere: {why}. Apart from that, ")
+        }
+    };
+    let solved = match totals.unsolved_islands {
+        0 => "every contact problem is solved",
+        _ => "the other contact problems are solved",
+    };
+    text.push_str(&match engine.peer() {
+        Some(peer) => format!(
+            "only the poses were checked: {peer} reports no residual and no energy balance. Bodies \
+             overlap by at most {}.",
+            quantity(totals.penetration, "m", 2)
+        ),
+        None => format!(
+            "{solved} to the relative residual {}, bodies overlap by at most {}, and the energy \
+             balance of no step is off by more than {}.",
+            number(scene.step.tolerance, 1),
+            quantity(totals.penetration.max(0.0), "m", 2),
+            quantity(totals.imbalance, "J", 2)
+        ),
+    });
+    match notes {
+        0 => {}
+        1 => text.push_str(" One note below limits what can be read from it."),
+        n => text.push_str(&format!(" {n} notes below limit what can be read from it.")),
+    }
+    text
+}
+
+fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
+    let half = number(0.5 * scene.step.dt, 4);
+    // without the zeros at its end
+    let half: f64 = half.parse().unwrap_or(0.5 * scene.step.dt);
+    let shorter = format!("a step of half the length (--dt {half})");
+    let failed = |name: &str| verdict.checks.iter().any(|c| c.name == name && !c.held);
+    let mut advice = Vec::new();
+    if verdict.held {
+        return format!(
+            "Nothing must be done. To see how much the motion depends on the step, run it again with \
+             --dt {half} and compare."
+        );
+    }
+    if engine != Engine::Moreau {
+        return format!("Try {shorter}, or --engine moreau.");
+    }
+    if failed("passed_through") {
+        advice.push(format!(
+            "for bodies that pass through others, {shorter}, or ccd = true for them"
+        ));
+    }
+    if failed("overlap") {
+        advice.push(format!(
+            "for the overlap, {shorter}, and a look at how the bodies lie at the start"
+        ));
+    }
+    if failed("joint_gap") {
+        advice.push(format!("for the joints, {shorter}"));
+    }
+    if failed("energy") || failed("imbalance") {
+        advice.push(format!("for the energy, {shorter}"));
+    }
+    if failed("unsolved") {
+        let other = match scene.step.solver.as_str() {
+            "auto" => "",
+            _ => "--solver auto, ",
+        };
+        advice.push(format!(
+            "for the unsolved problems, {other}a looser --tolerance, or a shorter step; \
+             --dump-problems writes them to files for `moreau2d solve`"
+        ));
+    }
+    format!(
+        "Go to the red places of the time bar. Then try: {}.",
+        advice.join("; ")
+    )
+}
+
+/// The words for a machine, from what its run adds to the summary.
+///
+/// # Arguments
+/// - `wrong`: what makes the results those of another machine.
+pub(super) fn machine_lead(
+    found: &Value,
+    totals: &Totals,
+    notes: usize,
+    wrong: Option<&str>,
+) -> Lead {
+    let solved = totals.unsolved_islands == 0;
+    let lives = found["life"].as_array().into_iter().flatten();
+    let hours = |life: &Value| {
+        let hours = life["hours"].as_f64()?;
+        let error = life["error_hours"].as_f64().unwrap_or(f64::NAN);
+        let limit = life["limit"].as_str()?.to_owned();
+        Some(format!("{limit} after {} h", plus_minus(hours, error)))
+    };
+    let reached: Vec<String> = lives.filter_map(hours).collect();
+    let what = match reached.is_empty() {
+        true => "No limit of wear is reached in the hours that were run.".to_owned(),
+        false => format!("Limits of wear are reached: {}.", reached.join("; ")),
+    };
+    let trust = match (solved, wrong) {
+        (_, Some(why)) => format!("No: {why}."),
+        (false, None) => format!(
+            "Not everywhere: {} contact problems in {} steps are unsolved.",
+            totals.unsolved_islands, totals.unsolved_steps
+        ),
+        (true, None) => format!(
+            "The computation is sound: every contact problem of its {} steps is solved, to the residual \
+             {}. The hours are no better than what was calibrated and assumed: see the results below.",
+            totals.steps,
+            number(totals.residual, 2)
+        ),
+    };
+    let to_do = match (solved && wrong.is_none(), notes) {
+        (true, 0) => {
+            "Read the assumptions below, and measure on your machine the one that moves the hours \
+                      most."
+        }
+        _ => "Read the notes and the assumptions below before the hours.",
+    };
+    Lead {
+        good: solved && wrong.is_none(),
+        what_came_out: what,
+        can_it_be_trusted: trust,
+        what_to_do: to_do.to_owned(),
+    }
+}

@@ -1,0 +1,272 @@
+//! `run --report`: one page of the run, from its files and its summary.
+
+use super::RunArgs;
+use crate::report::{
+    Lead, OutputFolder, Page, Replay, ReportError, Section, Stage, StepRow, Watch, run_charts,
+    written_rows,
+};
+use crate::scene::LASTING;
+use serde_json::Value;
+use std::fs;
+
+/// The file of the page.
+const FILE: &str = "report.html";
+/// Keys of the summary that the page shows elsewhere.
+const SHOWN: [&str; 10] = [
+    "program",
+    "version",
+    "command",
+    "scene",
+    "title",
+    "scene_hash",
+    "settings",
+    "warnings",
+    "verdict",
+    "measures",
+];
+
+/// Writes `report.html` if it was asked for.
+///
+/// # Arguments
+/// - `summary`: the text of `summary.json`.
+/// - `stage`: bodies for the replay; `None` for a machine, whose pictures are the others in the folder.
+/// - `text`: what the terminal shows of the results, without times of the computer.
+pub(super) fn write(
+    args: &RunArgs,
+    folder: &OutputFolder,
+    summary: &str,
+    lead: Lead,
+    stage: Option<&Stage>,
+    text: Option<&str>,
+) -> Result<(), ReportError> {
+    if !args.report {
+        return Ok(());
+    }
+    let summary: Value = serde_json::from_str(summary).unwrap_or_default();
+    let mut sections = Vec::new();
+    let mut replay = None;
+    if let Some(stage) = stage {
+        replay = Some((stage, Replay::read(folder, stage, watch(&summary, stage))?));
+        let rows: Vec<StepRow> = written_rows(folder)?;
+        sections.push(Section::Charts {
+            title: "Over time".to_owned(),
+            charts: run_charts(&rows, summary["settings"]["tolerance"].as_f64()),
+        });
+    }
+    sections.extend(notes(&summary));
+    sections.extend(checks(&summary));
+    sections.extend(measures(&summary));
+    sections.extend(text.map(|text| Section::Text {
+        title: "Results".to_owned(),
+        text: text.to_owned(),
+    }));
+    sections.extend(pictures(folder)?);
+    sections.push(settings(&summary));
+    sections.extend(totals(&summary));
+    sections.push(Section::List {
+        title: "Files beside this page".to_owned(),
+        items: names(folder)?,
+    });
+    let word = |key: &str| summary[key].as_str().unwrap_or_default().to_owned();
+    let page = Page {
+        title: &format!("{}: {}", word("scene"), word("title")),
+        lead,
+        replay,
+        sections,
+    };
+    folder.write(FILE, page.to_html()?)
+}
+
+/// Limits for the time bar, from those of the verdict.
+fn watch(summary: &Value, stage: &Stage) -> Watch {
+    let check = |name: &str, key: &str| {
+        let checks = summary["verdict"]["checks"].as_array();
+        let found = checks?.iter().find(|check| check["name"] == name)?;
+        found[key].as_f64()
+    };
+    let overlap = check("overlap", "limit").map(|share| share * stage.smallest());
+    // the check's value is the worst error over the energy of the scene
+    let worst = summary["totals"]["worst_imbalance_j"].as_f64();
+    let share = check("imbalance", "value").filter(|share| *share > 0.0);
+    let energy = worst.zip(share).map(|(worst, share)| worst / share);
+    let imbalance = check("imbalance", "limit").zip(energy);
+    Watch {
+        overlap: overlap.unwrap_or(f64::INFINITY),
+        lasting: LASTING,
+        imbalance: imbalance.map_or(f64::INFINITY, |(limit, energy)| limit * energy),
+    }
+}
+
+fn notes(summary: &Value) -> Option<Section> {
+    let notes = summary["warnings"].as_array().filter(|n| !n.is_empty())?;
+    Some(Section::List {
+        title: "Notes".to_owned(),
+        items: notes.iter().map(plain).collect(),
+    })
+}
+
+fn checks(summary: &Value) -> Option<Section> {
+    let checks = summary["verdict"]["checks"].as_array()?;
+    let row = |check: &Value| {
+        let held = if check["held"] == true { "yes" } else { "no" };
+        let meaning = match check["name"].as_str().unwrap_or_default() {
+            "overlap" => "worst lasting overlap over the size of the smaller body",
+            "joint_gap" => "widest lasting joint gap over the size of the smaller body",
+            "passed_through" => "bodies that passed through another",
+            "energy" => "energy that contacts and joints gave, over that of the scene",
+            "imbalance" => "worst error of the energy balance of a step, over the scene's energy",
+            "unsolved" => "contact problems that were not solved to the tolerance",
+            _ => "",
+        };
+        vec![
+            plain(&check["name"]),
+            meaning.to_owned(),
+            figure(&check["value"]),
+            figure(&check["limit"]),
+            held.to_owned(),
+        ]
+    };
+    Some(Section::Table {
+        title: "Checks".to_owned(),
+        header: words(&["check", "what it measures", "value", "limit", "held"]),
+        rows: checks.iter().map(row).collect(),
+    })
+}
+
+fn measures(summary: &Value) -> Option<Section> {
+    let measures = summary["measures"].as_array().filter(|m| !m.is_empty())?;
+    let row = |m: &Value| {
+        let mut row = vec![plain(&m["name"])];
+        row.extend(["computed", "exact", "error"].map(|key| figure(&m[key])));
+        row.push(plain(&m["unit"]));
+        row
+    };
+    Some(Section::Table {
+        title: "Compared with the closed form".to_owned(),
+        header: words(&["measure", "computed", "exact", "error", "unit of the error"]),
+        rows: measures.iter().map(row).collect(),
+    })
+}
+
+fn settings(summary: &Value) -> Section {
+    let mut rows = vec![
+        vec!["command".to_owned(), command()],
+        vec![
+            "program".to_owned(),
+            format!(
+                "{} {}",
+                plain(&summary["program"]),
+                plain(&summary["version"])
+            ),
+        ],
+        vec!["scene".to_owned(), plain(&summary["scene"])],
+        vec![
+            "hash of the scene".to_owned(),
+            plain(&summary["scene_hash"]),
+        ],
+    ];
+    let keys = summary["settings"].as_object().into_iter().flatten();
+    rows.extend(keys.map(|(key, value)| vec![key.clone(), figure(value)]));
+    Section::Table {
+        title: "Settings".to_owned(),
+        header: words(&["setting", "value"]),
+        rows,
+    }
+}
+
+/// Totals, and all other plain figures of the summary.
+fn totals(summary: &Value) -> Option<Section> {
+    let top = summary.as_object()?.iter();
+    let of_top = top.filter(|(key, value)| {
+        !SHOWN.contains(&key.as_str()) && !value.is_object() && !value.is_array()
+    });
+    let totals = summary["totals"].as_object().into_iter().flatten();
+    let rows: Vec<Vec<String>> = (of_top.chain(totals))
+        .map(|(key, value)| vec![key.clone(), figure(value)])
+        .collect();
+    Some(Section::Table {
+        title: "Totals of the run".to_owned(),
+        header: words(&["figure", "value"]),
+        rows,
+    })
+}
+
+/// The pictures in the folder but that of the scene, which the replay shows.
+fn pictures(folder: &OutputFolder) -> Result<Option<Section>, ReportError> {
+    let mut pictures = Vec::new();
+    for name in names(folder)? {
+        if name.ends_with(".svg") && name != "scene.svg" {
+            let svg = fs::read_to_string(folder.path(&name));
+            let svg = svg.map_err(|source| ReportError::Io {
+                path: folder.place(&name),
+                source,
+            })?;
+            pictures.push((name, svg));
+        }
+    }
+    Ok((!pictures.is_empty()).then(|| Section::Pictures {
+        title: "Pictures".to_owned(),
+        pictures,
+    }))
+}
+
+/// Names of the files that the run wrote, sorted.
+fn names(folder: &OutputFolder) -> Result<Vec<String>, ReportError> {
+    let error = |source| ReportError::Io {
+        path: folder.target().to_owned(),
+        source,
+    };
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder.path("")).map_err(error)? {
+        names.push(
+            entry
+                .map_err(error)?
+                .file_name()
+                .to_string_lossy()
+                .into_owned(),
+        );
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The command as it was typed, without the place of the program.
+fn command() -> String {
+    let quoted = |word: String| {
+        let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%".contains(c);
+        match !word.is_empty() && word.chars().all(plain) {
+            true => word,
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        }
+    };
+    let args = std::env::args_os().skip(1);
+    let args = args.map(|arg| quoted(arg.to_string_lossy().into_owned()));
+    std::iter::once("moreau2d".to_owned())
+        .chain(args)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+fn words(header: &[&str]) -> Vec<String> {
+    header.iter().map(|word| (*word).to_owned()).collect()
+}
+
+/// A text without quotes, anything else as JSON.
+fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Null => "—".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// A number to six digits.
+fn figure(value: &Value) -> String {
+    match value.as_f64().filter(|_| value.is_f64()) {
+        Some(x) => match format!("{x:.5e}").parse::<f64>() {
+            Ok(six) => plain(&six.into()),
+            Err(_) => plain(value),
+        },
+        None => plain(value),
+    }
+}

@@ -1,0 +1,397 @@
+//! What a scene models and how well its step resolves it, measured on a short trial.
+
+use super::setting::step_count;
+use super::simulate::{Engine, RunError, Totals, simulate};
+use crate::contact::Vec2;
+use crate::dynamics::record::ContactStatus;
+use crate::scene::{BodyKind, JointKind, Scene};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Part of the run's steps that all trials together take.
+const SHARE: f64 = 0.1;
+/// Steps of the three trials for one step of the coarsest: 1 + 2 + 4.
+const TRIALS: f64 = 7.0;
+/// Most steps of the coarsest trial.
+const MOST_STEPS: usize = 500;
+/// Angle \[rad\] that a body may turn in a step for the second order of joints and faces.
+const TURN: f64 = 0.3;
+
+/// What the program makes of a scene. All figures of the trial are those of its first part alone: what
+/// happens later, such as a landing, is not in them.
+#[derive(Debug, Clone, Serialize)]
+pub struct Explanation {
+    pub scene: String,
+    /// The model on which it is built: `rapier`, `planar` or `linear`.
+    pub model: &'static str,
+    /// Free coordinates: three for each dynamic body, or those of a mechanism, less the rows of the
+    /// joints. Joints that repeat each other, as in a closed loop, leave more.
+    pub degrees_of_freedom: usize,
+    pub dynamic_bodies: usize,
+    /// Bodies without unknowns.
+    pub fixed_bodies: usize,
+    pub kinematic_bodies: usize,
+    pub joints: usize,
+    pub joint_rows: usize,
+    pub scheme: &'static str,
+    pub solver: String,
+    pub trial: Trial,
+    pub left_out: Vec<LeftOut>,
+    pub time_scales: Vec<TimeScale>,
+    /// Empty where the trials do not converge.
+    pub accuracy: Vec<Expected>,
+    pub warnings: Vec<String>,
+}
+
+/// The trial at the scene's step.
+#[derive(Debug, Clone, Serialize)]
+pub struct Trial {
+    pub steps: usize,
+    pub time_s: f64,
+    /// Of all steps that a run takes.
+    pub run_steps: usize,
+    pub most_contacts: usize,
+    /// Unknown impulses of a step at most: two for each contact, and the rows of the joints.
+    pub most_unknowns: usize,
+    pub most_islands: usize,
+    /// Contacts, summed over the steps, by what they did.
+    pub sticking: usize,
+    pub sliding: usize,
+    pub impacts: usize,
+    pub sweeps: usize,
+    pub factorisations: usize,
+    pub unsolved_islands: usize,
+}
+
+/// What is not computed, and why it may be left out.
+#[derive(Debug, Clone, Serialize)]
+pub struct LeftOut {
+    pub what: String,
+    pub why: &'static str,
+    /// The key that brings it back, if there is one.
+    pub key: Option<&'static str>,
+}
+
+/// A time of the scene against its step.
+#[derive(Debug, Clone, Serialize)]
+pub struct TimeScale {
+    pub what: String,
+    pub period_s: f64,
+    pub steps: f64,
+}
+
+/// Expected error at the end of the trial, by doubling the steps twice.
+#[derive(Debug, Clone, Serialize)]
+pub struct Expected {
+    pub measure: &'static str,
+    pub unit: &'static str,
+    /// With the scene's step, and with half of it.
+    pub error: f64,
+    pub error_of_half: f64,
+    /// Observed order of convergence.
+    pub order: f64,
+    /// Sweeps and factorisations with half the step, over those with the step; NaN without any.
+    pub cost_of_half: f64,
+}
+
+/// One trial: totals, final positions, and what its records tell.
+struct Tried {
+    totals: Totals,
+    places: Vec<Vec2>,
+    trial: Trial,
+    islands: usize,
+    fastest_turn: f64,
+    turning: usize,
+    fastest: f64,
+}
+
+/// Explains `scene` by three trials of its start, with its step, half and a quarter of it. Together they
+/// take a tenth of the steps of a run, four steps of the scene's length at least.
+///
+/// # Errors
+/// [`RunError`] if the scene cannot be built or a step fails.
+pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
+    let run_steps = step_count(&scene.step);
+    let steps = (SHARE * run_steps as f64 / TRIALS) as usize;
+    let steps = steps.clamp(4, MOST_STEPS).min(run_steps.max(1));
+    let first = tried(scene, 1, steps, run_steps)?;
+    let half = tried(scene, 2, steps, run_steps)?;
+    let quarter = tried(scene, 4, steps, run_steps)?;
+    let count = |kind| scene.bodies.iter().filter(|b| b.kind == kind).count();
+    let dynamic = count(BodyKind::Dynamic);
+    let rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
+    let coordinates = match &scene.linear {
+        Some(linear) => linear.coordinates.len(),
+        None => 3 * dynamic,
+    };
+    Ok(Explanation {
+        scene: scene.name.clone(),
+        model: scene.model().word(),
+        degrees_of_freedom: coordinates.saturating_sub(rows),
+        dynamic_bodies: dynamic,
+        fixed_bodies: count(BodyKind::Fixed),
+        kinematic_bodies: count(BodyKind::Kinematic),
+        joints: scene.joints.len(),
+        joint_rows: rows,
+        scheme: scene.step.scheme.name(),
+        solver: scene.step.solver.clone(),
+        left_out: left_out(scene, &first),
+        time_scales: time_scales(scene, &first),
+        accuracy: accuracy(&first, &half, &quarter),
+        warnings: warnings(scene, &first),
+        trial: first.trial,
+    })
+}
+
+/// Coordinates that a joint takes.
+fn rows(kind: JointKind) -> usize {
+    match kind {
+        JointKind::Revolute | JointKind::Prismatic => 2,
+        JointKind::Fixed => 3,
+        JointKind::PinSlot => 1,
+        JointKind::Rope | JointKind::Spring => 0,
+    }
+}
+
+fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<Tried, RunError> {
+    let mut scene = scene.clone();
+    scene.step.dt /= finer as f64;
+    let mut built = scene.build()?;
+    let joint_rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
+    let mut trial = Trial {
+        steps,
+        time_s: 0.0,
+        run_steps,
+        most_contacts: 0,
+        most_unknowns: joint_rows,
+        most_islands: 0,
+        sticking: 0,
+        sliding: 0,
+        impacts: 0,
+        sweeps: 0,
+        factorisations: 0,
+        unsolved_islands: 0,
+    };
+    let (mut islands, mut turning) = (0, 0);
+    let (mut fastest_turn, mut fastest) = (0.0, 0.0);
+    let dynamic: Vec<usize> = (0..built.bodies())
+        .filter(|k| {
+            scene
+                .bodies
+                .get(*k)
+                .is_none_or(|b| b.kind == BodyKind::Dynamic)
+        })
+        .collect();
+    let totals = simulate(
+        &mut built,
+        Engine::Moreau,
+        finer * steps,
+        |record, built| {
+            islands += record.islands;
+            trial.most_islands = trial.most_islands.max(record.islands);
+            trial.most_unknowns = trial
+                .most_unknowns
+                .max(2 * record.contacts.len() + joint_rows);
+            trial.impacts += record.impacts.len();
+            for contact in &record.contacts {
+                match contact.status {
+                    ContactStatus::Stick => trial.sticking += 1,
+                    ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
+                    ContactStatus::Open | ContactStatus::Impact => {}
+                }
+            }
+            for k in &dynamic {
+                if let Some((_, u)) = built.state(*k) {
+                    if u.z.abs() > fastest_turn && scene.linear.is_none() {
+                        (fastest_turn, turning) = (u.z.abs(), *k);
+                    }
+                    fastest = u.x.hypot(u.y).max(fastest);
+                }
+            }
+            Ok(())
+        },
+    )?;
+    trial.time_s = totals.time;
+    trial.most_contacts = totals.most_contacts;
+    trial.sweeps = totals.sweeps;
+    trial.factorisations = totals.factorisations;
+    trial.unsolved_islands = totals.unsolved_islands;
+    let place = |k: &usize| Some(built.state(*k)?.0.translation);
+    Ok(Tried {
+        places: dynamic.iter().filter_map(place).collect(),
+        totals,
+        trial,
+        islands,
+        fastest_turn,
+        turning,
+        fastest,
+    })
+}
+
+fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
+    let mut out = Vec::new();
+    let mut add = |what: String, why, key| out.push(LeftOut { what, why, key });
+    let still = |b: &&crate::scene::Body| b.kind != BodyKind::Dynamic;
+    let given = scene.bodies.iter().filter(still).count();
+    if given > 0 {
+        add(
+            format!("velocities of {given} fixed or kinematic bodies"),
+            "their motion is given: they have no unknowns",
+            None,
+        );
+    }
+    if tried.totals.resting > 0 {
+        add(
+            format!("{} of {} islands", tried.totals.resting, tried.islands),
+            "at rest with nothing changed since their last solve: they keep its impulses",
+            Some("step.keep_rest"),
+        );
+    }
+    let kept = scene.bodies.iter().filter(|b| b.touches.is_some()).count();
+    if kept > 0 {
+        add(
+            format!("contacts of {kept} bodies with some others"),
+            "the scene excludes them",
+            Some("body.touches"),
+        );
+    }
+    let tied = scene.joints.iter().filter(|j| !j.contacts).count();
+    if tied > 0 {
+        add(
+            format!("contacts between the bodies of {tied} joints"),
+            "bodies that a joint connects do not touch unless they are told to",
+            Some("joint.contacts"),
+        );
+    }
+    if !scene.step.events {
+        add(
+            "instants of impacts within their steps".to_owned(),
+            "an impact counts from the step that notices it, up to a step late",
+            Some("step.events"),
+        );
+    }
+    out
+}
+
+fn time_scales(scene: &Scene, tried: &Tried) -> Vec<TimeScale> {
+    let mut scales = Vec::new();
+    let dt = scene.step.dt;
+    let mut add = |what: String, period_s: f64| {
+        if period_s.is_finite() {
+            scales.push(TimeScale {
+                what,
+                period_s,
+                steps: period_s / dt,
+            });
+        }
+    };
+    if let Some(body) = scene
+        .bodies
+        .get(tried.turning)
+        .filter(|_| tried.fastest_turn > 0.0)
+    {
+        add(
+            format!("a turn of {}, the fastest in the trial", body.name),
+            TAU / tried.fastest_turn,
+        );
+    }
+    for spring in scene.joints.iter().filter(|j| j.kind == JointKind::Spring) {
+        let mass = |k: usize| scene.bodies[k].mass_and_inertia().map(|m| m.0);
+        let inverse: f64 = (spring.bodies.iter().flatten())
+            .filter_map(|k| mass(*k))
+            .map(|m| 1.0 / m)
+            .sum();
+        add(
+            "a period of a spring".to_owned(),
+            TAU / (spring.spring[0] * inverse).sqrt(),
+        );
+    }
+    scales.sort_by(|a, b| a.period_s.total_cmp(&b.period_s));
+    scales.truncate(5);
+    scales
+}
+
+/// Errors by the differences of three trials: `e ≈ d₁/(1 − 2^−p)` with `p = log₂(d₁/d₂)` between 0.5
+/// and 4. Differences below round-off have no order; they are an error of 0.
+fn accuracy(first: &Tried, half: &Tried, quarter: &Tried) -> Vec<Expected> {
+    let far = |a: &Tried, b: &Tried| {
+        let pairs = a.places.iter().zip(&b.places);
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let size = (first.places.iter()).map(|p| p.norm()).fold(1e-3, f64::max);
+    let energy = |a: &Tried, b: &Tried| (a.totals.energy_end - b.totals.energy_end).abs();
+    let work = |t: &Tried| (t.trial.sweeps + t.trial.factorisations) as f64;
+    let measures = [
+        ("position", "m", far(first, half), far(half, quarter), size),
+        (
+            "energy",
+            "J",
+            energy(first, half),
+            energy(half, quarter),
+            first.totals.kinetic_most.abs() + first.totals.energy_end.abs(),
+        ),
+    ];
+    let expected = |(measure, unit, d1, d2, size): (_, _, f64, f64, f64)| {
+        let (error, order) = match d1 <= 1e-12 * size {
+            true => (0.0, f64::NAN),
+            false => {
+                let order = (d1 / d2).log2().clamp(0.5, 4.0);
+                // the differences do not shrink: impacts, or chaos
+                if d2 >= 0.8 * d1 {
+                    return None;
+                }
+                (d1 / (1.0 - (-order).exp2()), order)
+            }
+        };
+        Some(Expected {
+            measure,
+            unit,
+            error,
+            error_of_half: match error > 0.0 {
+                true => error * (-order).exp2(),
+                false => 0.0,
+            },
+            order,
+            cost_of_half: work(half) / work(first),
+        })
+    };
+    measures.into_iter().filter_map(expected).collect()
+}
+
+fn warnings(scene: &Scene, tried: &Tried) -> Vec<String> {
+    let mut out = scene.step_warnings();
+    let dt = scene.step.dt;
+    let turn = tried.fastest_turn * dt;
+    if turn > TURN && !scene.joints.is_empty() {
+        out.push(format!(
+            "{} turns {turn:.2} rad in a step: joints keep their order below {TURN} rad; step.dt = {:.2e} \
+             would do",
+            scene.bodies[tried.turning].name,
+            TURN / tried.fastest_turn
+        ));
+    }
+    if tried.trial.impacts > 0 && !scene.step.events {
+        let restitution = scene.materials.iter().any(|m| m.restitution > 0.0);
+        if restitution {
+            out.push(
+                "bodies rebound, and each impact is noticed up to a step late: step.events = true locates it"
+                    .to_owned(),
+            );
+        }
+    }
+    if tried.trial.unsolved_islands > 0 {
+        out.push(format!(
+            "{} islands of the trial are unsolved: step.solver = \"auto\", a looser step.tolerance or a \
+             shorter step.dt",
+            tried.trial.unsolved_islands
+        ));
+    }
+    if tried.trial.most_contacts == 0 && scene.bodies.len() > 1 {
+        out.push(format!(
+            "no contact in the trial, the first {:.3} s: what is said here holds before the first landing \
+             (fastest body {:.3} m/s)",
+            tried.trial.time_s, tried.fastest
+        ));
+    }
+    out
+}

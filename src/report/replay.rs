@@ -1,0 +1,279 @@
+//! The motion of a run for its page, read from the CSV files that the run wrote.
+
+use super::packed::pack;
+use super::stage::{Pose, Stage, View};
+use super::{BodyRow, ContactRow, ImpactRow, OutputFolder, ReportError, Row, StepRow};
+use serde::Serialize;
+
+/// Most characters of packed numbers. A page of 1000 bodies then stays below 8 MB with its charts.
+const BUDGET: usize = 7_300_000;
+/// Most frames: more than a screen shows in a minute, and than a time bar has pixels.
+const MOST_FRAMES: usize = 3000;
+/// Most impacts, a quarter of the budget.
+const MOST_IMPACTS: usize = 30_000;
+/// Pieces of the time bar that can be red.
+const PIECES: usize = 500;
+/// Characters of a packed number.
+const PACKED: usize = 5;
+
+/// Limits above which a step is red on the time bar.
+#[derive(Debug, Clone, Copy)]
+pub struct Watch {
+    /// Penetration \[m\], and how long it must last \[s\].
+    pub overlap: f64,
+    pub lasting: f64,
+    /// Error of the energy balance of a step \[J\].
+    pub imbalance: f64,
+}
+
+/// A table of packed numbers, row after row.
+#[derive(Debug, Clone, Default, Serialize)]
+struct Packed {
+    columns: Vec<String>,
+    data: String,
+    #[serde(skip)]
+    wanted: Vec<usize>,
+}
+
+/// Frames of a run: every written step, or one in several where all would be too much for a page.
+#[derive(Debug, Clone, Serialize)]
+pub struct Replay {
+    /// Number of frames, and of written steps of which one is shown.
+    pub frames: usize,
+    pub stride: usize,
+    /// Rows of `steps.csv`, one a frame; the first frame, of the start, has none.
+    step: Packed,
+    /// Rows of `bodies.csv`, all bodies of each frame.
+    body: Packed,
+    /// Rows of `contacts.csv`, those of each frame, and how many these are; the status apart.
+    contact: Packed,
+    contacts: Vec<usize>,
+    statuses: String,
+    /// Rows of `impacts.csv`, and the frame at or after each.
+    impact: Packed,
+    impacts: Vec<usize>,
+    /// Impacts that had no room.
+    impacts_left_out: usize,
+    /// Pieces of equal length of the time bar: the sum of 1 unsolved, 2 lasting overlap, 4 energy
+    /// balance.
+    red: String,
+    /// What the bodies need of the plane in all frames.
+    pub view: View,
+}
+
+/// A CSV file of the run, read row by row.
+struct Rows {
+    reader: csv::Reader<std::fs::File>,
+    row: csv::StringRecord,
+    path: std::path::PathBuf,
+}
+
+impl Rows {
+    fn open<R: Row>(folder: &OutputFolder) -> Result<(Self, Vec<String>), ReportError> {
+        let path = folder.place(R::FILE);
+        let mut reader =
+            csv::Reader::from_path(folder.path(R::FILE)).map_err(ReportError::csv(&path))?;
+        let header = reader.headers().map_err(ReportError::csv(&path))?;
+        let header = header.iter().map(str::to_owned).collect();
+        let rows = Rows {
+            reader,
+            row: csv::StringRecord::new(),
+            path,
+        };
+        Ok((rows, header))
+    }
+
+    fn next(&mut self) -> Result<bool, ReportError> {
+        let read = self.reader.read_record(&mut self.row);
+        read.map_err(ReportError::csv(&self.path))
+    }
+
+    /// NaN where the cell is empty.
+    fn number(&self, column: usize) -> f64 {
+        let cell = self.row.get(column).unwrap_or("");
+        cell.parse().unwrap_or(f64::NAN)
+    }
+}
+
+impl Packed {
+    /// A table of all columns but `left_out`.
+    fn new(header: &[String], left_out: &[&str]) -> Packed {
+        let wanted = (0..header.len()).filter(|k| !left_out.contains(&header[*k].as_str()));
+        let wanted: Vec<usize> = wanted.collect();
+        Packed {
+            columns: wanted.iter().map(|k| header[*k].clone()).collect(),
+            data: String::new(),
+            wanted,
+        }
+    }
+
+    fn add(&mut self, rows: &Rows) {
+        for k in &self.wanted {
+            pack(rows.number(*k), &mut self.data);
+        }
+    }
+}
+
+fn column(header: &[String], name: &str) -> usize {
+    // the headers are those of our own row types
+    header.iter().position(|h| h == name).unwrap_or(usize::MAX)
+}
+
+impl Replay {
+    /// Reads the files of a run that are written and not yet committed.
+    ///
+    /// # Errors
+    /// `ReportError::Io` and `ReportError::Csv`.
+    pub fn read(folder: &OutputFolder, stage: &Stage, watch: Watch) -> Result<Replay, ReportError> {
+        let count = stage.bodies.len().max(1);
+        let times = step_times(folder)?;
+        let all_contacts = count_rows::<ContactRow>(folder)?;
+        let numbers = times.len() * (BodyRow::HEADER.len() * count + StepRow::HEADER.len())
+            + all_contacts * ContactRow::HEADER.len();
+        let kept = count_rows::<ImpactRow>(folder)?.min(MOST_IMPACTS) * ImpactRow::HEADER.len();
+        let stride = (PACKED * numbers).div_ceil(BUDGET - PACKED * kept);
+        let stride = stride.max(times.len().div_ceil(MOST_FRAMES)).max(1);
+        // the start, every `stride`-th step, and the last
+        let last = times.len();
+        let shown = |k: usize| k.is_multiple_of(stride) || k == last;
+
+        let (mut rows, header) = Rows::open::<BodyRow>(folder)?;
+        let mut body = Packed::new(&header, &["time_s", "body"]);
+        let which = column(&header, "body");
+        let xya = ["x_m", "y_m", "angle_rad"].map(|name| column(&header, name));
+        let mut poses: Vec<Pose> = Vec::new();
+        let (mut block, mut first) = (0, true);
+        while rows.next()? {
+            if rows.number(which) == 0.0 {
+                block += usize::from(!first);
+                first = false;
+            }
+            if shown(block) {
+                body.add(&rows);
+                poses.push(xya.map(|k| rows.number(k)));
+            }
+        }
+        let frames = poses.len() / count;
+
+        let (mut rows, header) = Rows::open::<StepRow>(folder)?;
+        let mut step = Packed::new(&header, &[]);
+        let names = ["unsolved", "penetration_m", "imbalance_j", "time_s", "dt_s"];
+        let [unsolved, overlap, imbalance, at, dt] = names.map(|name| column(&header, name));
+        let mut red = [0_u8; PIECES];
+        let end = times.last().copied().unwrap_or(0.0);
+        let mut mark = |from: f64, to: f64, bit: u8| {
+            let piece = |time: f64| (time / end * PIECES as f64).clamp(0.0, PIECES as f64);
+            let from = (piece(from) as usize).min(PIECES - 1);
+            let to = (piece(to).ceil() as usize).max(from + 1);
+            red[from..to].iter_mut().for_each(|bits| *bits |= bit);
+        };
+        let mut since = None;
+        let mut k = 0;
+        while rows.next()? {
+            k += 1;
+            if shown(k) {
+                step.add(&rows);
+            }
+            let (from, to) = (rows.number(at) - rows.number(dt), rows.number(at));
+            if rows.number(unsolved) > 0.0 {
+                mark(from, to, 1);
+            }
+            if rows.number(imbalance).abs() > watch.imbalance {
+                mark(from, to, 4);
+            }
+            // an overlap counts once it has lasted, as in the verdict
+            let deep = rows.number(overlap) > watch.overlap;
+            let start = deep.then(|| since.unwrap_or(from));
+            if let Some(start) = start.filter(|start| to - start >= watch.lasting.min(end)) {
+                mark(start, to, 2);
+            }
+            since = start;
+        }
+
+        let (mut rows, header) = Rows::open::<ContactRow>(folder)?;
+        let mut contact = Packed::new(&header, &["status"]);
+        let [at, status] = ["time_s", "status"].map(|name| column(&header, name));
+        let mut contacts = vec![0; frames];
+        let mut statuses = String::new();
+        let mut k = 0;
+        while rows.next()? {
+            let time = rows.number(at);
+            while k < last && times[k] < time {
+                k += 1;
+            }
+            // step k ends block k + 1
+            let block = (k + 1).min(last);
+            if shown(block) {
+                contact.add(&rows);
+                statuses.push(letter(rows.row.get(status).unwrap_or("")));
+                contacts[block.div_ceil(stride).min(frames - 1)] += 1;
+            }
+        }
+
+        let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
+        let mut impact = Packed::new(&header, &[]);
+        let at = column(&header, "time_s");
+        let (mut impacts, mut left_out, mut k) = (Vec::new(), 0, 0);
+        while rows.next()? {
+            if impacts.len() == MOST_IMPACTS {
+                left_out += 1;
+                continue;
+            }
+            impact.add(&rows);
+            // in the order of the steps that found them; a time past the end tells nothing
+            let time = rows.number(at);
+            let found = times.partition_point(|end| *end < time);
+            if found < last {
+                k = found;
+            }
+            let block = (k + 1).min(last);
+            impacts.push(block.div_ceil(stride).min(frames.max(1) - 1));
+        }
+        let view = View::of(stage, poses.chunks_exact(count));
+        Ok(Replay {
+            frames,
+            stride,
+            step,
+            body,
+            contact,
+            contacts,
+            statuses,
+            impact,
+            impacts,
+            impacts_left_out: left_out,
+            red: red.iter().map(|bits| char::from(b'0' + bits)).collect(),
+            view,
+        })
+    }
+}
+
+fn count_rows<R: Row>(folder: &OutputFolder) -> Result<usize, ReportError> {
+    let (mut rows, _) = Rows::open::<R>(folder)?;
+    let mut count = 0;
+    while rows.next()? {
+        count += 1;
+    }
+    Ok(count)
+}
+
+/// Ends of the written steps \[s\].
+fn step_times(folder: &OutputFolder) -> Result<Vec<f64>, ReportError> {
+    let (mut rows, header) = Rows::open::<StepRow>(folder)?;
+    let at = column(&header, "time_s");
+    let mut times = Vec::new();
+    while rows.next()? {
+        times.push(rows.number(at));
+    }
+    Ok(times)
+}
+
+/// One letter for a status.
+fn letter(status: &str) -> char {
+    match status {
+        "stick" => 's',
+        "slip+" => 'p',
+        "slip-" => 'm',
+        "impact" => 'i',
+        _ => 'o',
+    }
+}

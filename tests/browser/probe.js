@@ -1,0 +1,52 @@
+// Put at the end of a copy of report.html by report.py: uses the page as a reader would, and tells
+// the page round it what it saw, as JSON.
+addEventListener("load", () => setTimeout(async () => {
+  const get = (id) => document.getElementById(id);
+  const size = () => {
+    const texts = [...document.querySelectorAll("p, td, button, figcaption span, pre")].filter((e) => e.offsetParent);
+    return {
+      width: innerWidth,
+      wide: document.documentElement.scrollWidth,
+      smallest: Math.min(...texts.map((e) => parseFloat(getComputedStyle(e).fontSize))),
+      charts: [...document.querySelectorAll("svg")].map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10),
+    };
+  };
+  const tell = (found) => parent.postMessage(JSON.stringify({ ...size(), lead: get("lead").innerText, ...found }), "*");
+  if (!get("scene")) return tell({});
+  const canvas = get("scene"), bar = get("time");
+  const cells = (id) => [...get(id).rows].map((row) => [...row.cells].map((cell) => cell.textContent));
+  const seen = () => ({ canvas: sum(canvas.toDataURL()), now: get("now").textContent, step: cells("step") });
+  function sum(text) {
+    let hash = 0;
+    for (let k = 0; k < text.length; k++) hash = (hash * 31 + text.charCodeAt(k)) | 0;
+    return hash;
+  }
+  const to = (frame) => { bar.value = frame; bar.dispatchEvent(new Event("input", { bubbles: true })); return seen(); };
+  const found = { frames: Number(bar.max) + 1, picks: [] };
+  found.start = to(0);
+  found.middle = to(Math.floor(bar.max / 2));
+  // a click at every place of a grid, until a body and a contact are picked
+  const box = canvas.getBoundingClientRect();
+  const kinds = new Set();
+  for (const part of [0.5, 1]) {
+    to(Math.floor(part * bar.max));
+    const frame = Number(bar.value);
+    for (let y = 3; y < box.height && kinds.size < 2; y += 6) {
+      for (let x = 3; x < box.width && kinds.size < 2; x += 6) {
+        const at = { clientX: box.left + x, clientY: box.top + y, buttons: 1, bubbles: true };
+        canvas.dispatchEvent(new PointerEvent("pointerdown", at));
+        canvas.dispatchEvent(new PointerEvent("pointerup", at));
+        const name = get("picked-name").textContent, kind = name.split(/[ :]/)[0];
+        if ((kind === "Body" && name.includes("dynamic") || kind === "Contact") && !kinds.has(kind)) {
+          kinds.add(kind);
+          found.picks.push({ frame, name, figures: cells("picked"), step: cells("step") });
+        }
+      }
+    }
+  }
+  to(0);
+  get("play").click();
+  await new Promise((done) => setTimeout(done, 400));
+  found.played = get("now").textContent;
+  tell(found);
+}, 50));

@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""Opens pages of `run --report` in a headless Chromium, without network, and uses them.
+
+    tests/browser/report.py PROGRAM
+
+Checks that no error is on the console, that dragging the time bar changes picture and numbers, that
+the figures of a clicked body and contact are those of the CSV files, that nothing is wider than a
+screen of 400 pixels, and that the page can be printed. Ends with 0 where no Chromium is at hand, and
+says so.
+"""
+
+import csv
+import html
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+# scene, arguments, whether it has contacts to click on; None for a machine without a replay
+PAGES = [
+    ("tower", ["--steps", "40"], True),
+    ("chain", ["--time", "1"], True),
+    ("bouncing-ball", ["--events", "--set", 'scene.title="</script><b>&"'], True),
+    ("pin-on-disc", [], True),
+    ("thresher-study", [], None),
+]
+WIDTHS = [400, 1280]
+# no window of a browser is narrower than some 500 pixels, a frame is as narrow as it is told
+FRAME = """<!doctype html><iframe src="probed.html" style="width:%dpx;height:900px;border:0"></iframe>
+<pre id="found"></pre><script>
+addEventListener("message", (event) => { document.getElementById("found").textContent = event.data; });
+</script>"""
+
+
+def browse(browser, page, width, *more):
+    """Standard output and console messages of the browser on a page."""
+    with tempfile.TemporaryDirectory() as profile:
+        command = [
+            browser, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+            "--user-data-dir=" + profile, "--host-resolver-rules=MAP * ~NOTFOUND",
+            "--enable-logging=stderr", "--window-size=%d,900" % width,
+            "--virtual-time-budget=5000", *more, "file://" + page,
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=180)
+    return done.stdout, [l for l in done.stderr.splitlines() if "CONSOLE" in l]
+
+
+def rows(folder, name):
+    with open(os.path.join(folder, name)) as file:
+        return list(csv.DictReader(file))
+
+
+def same(figures, row, page):
+    """Every figure shown is that of the row, rounded to six digits."""
+    shown = 0
+    for name, text in figures:
+        if name == "status":
+            assert row["status"] == text, (page, row["status"], text)
+        elif text == "—":
+            assert row[name] == "", (page, name, row[name])
+        else:
+            assert float("%.6g" % float(row[name])) == float(text), (page, name, row[name], text)
+        shown += 1
+    assert shown > 4, (page, figures)
+
+
+def check(browser, program, scene, args, contacts, width, root):
+    folder = os.path.join(root, "%s-%d" % (scene, width))
+    done = subprocess.run([program, "run", scene, *args, "--report", "--quiet", "--out", folder])
+    assert done.returncode in (0, 2), (scene, done.returncode)
+    page = os.path.join(folder, "report.html")
+    text = open(page).read()
+    probe = open(os.path.join(HERE, "probe.js")).read()
+    copy = os.path.join(folder, "probed.html")
+    with open(copy, "w") as file:
+        file.write(text.replace("</body>", "<script>%s</script></body>" % probe))
+    outer = os.path.join(folder, "frame.html")
+    with open(outer, "w") as file:
+        file.write(FRAME % width)
+    dom, console = browse(browser, outer, 1400, "--dump-dom")
+    assert not console, (scene, console)
+    found = re.search(r'<pre id="found">(.*?)</pre>', dom, re.S)
+    assert found and found.group(1), (scene, "the page did not run to its end")
+    found = json.loads(html.unescape(found.group(1)))
+    assert found["width"] == width, found["width"]
+    assert found["wide"] <= width, "%s is %d pixels wide at %d" % (scene, found["wide"], width)
+    assert found["smallest"] >= 12, found["smallest"]
+    # text of 12.5 in the charts
+    assert found["charts"] and min(12.5 * scale for scale in found["charts"]) >= 8.5, found["charts"]
+    for word in ("What came out", "Trust", "What to do"):
+        assert word in found["lead"], found["lead"]
+    if contacts is None:
+        print("%s at %d pixels" % (scene, width))
+        return
+    assert found["played"] != found["start"]["now"], "it does not play"
+    start, middle = found["start"], found["middle"]
+    for what in ("canvas", "now", "step"):
+        if scene != "tower" or what != "canvas":  # a tower stands as it stood
+            assert start[what] != middle[what], (scene, what)
+    steps, bodies = rows(folder, "steps.csv"), rows(folder, "bodies.csv")
+    kinds = set()
+    for pick in found["picks"]:
+        step = steps[pick["frame"] - 1]
+        same(pick["step"], step, scene)
+        kind = pick["name"].split()[0].rstrip(":")
+        kinds.add(kind)
+        if kind == "Body":
+            k = pick["name"].split()[1].rstrip(":")
+            mine = [b for b in bodies if b["body"] == k and b["time_s"] == step["time_s"]]
+            same(pick["figures"], mine[0], scene)
+        else:
+            near = [c for c in rows(folder, "contacts.csv") if all(
+                name == "status" or float("%.6g" % float(c[name])) == float(value)
+                for name, value in pick["figures"])]
+            assert near, (scene, pick)
+            same(pick["figures"], near[0], scene)
+    assert "Body" in kinds and (not contacts or "Contact" in kinds), (scene, kinds)
+    if width == WIDTHS[-1]:
+        pdf = os.path.join(folder, "page.pdf")
+        _, console = browse(browser, page, width, "--print-to-pdf=" + pdf)
+        assert not console, console
+        assert open(pdf, "rb").read(5) == b"%PDF-", "not printed"
+    print("%s at %d pixels: %d frames, %d picks, as in the CSV files"
+          % (scene, width, found["frames"], len(found["picks"])))
+
+
+def main():
+    names = ["chromium", "chromium-browser", "google-chrome", "chrome"]
+    browser = next(filter(None, map(shutil.which, names)), None)
+    if browser is None:
+        print("no Chromium at hand: the pages are not tried in a browser")
+        return
+    program = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as root:
+        for scene, args, contacts in PAGES:
+            for width in WIDTHS:
+                check(browser, program, scene, args, contacts, width, root)
+
+
+main()

@@ -1,0 +1,85 @@
+//! `explain`: counts by hand, errors as they turn out, at a tenth of the run.
+
+use crate::common::program::Place;
+use moreau2d::experiment::{Engine, explain, simulate};
+use moreau2d::scene;
+use serde_json::Value;
+
+fn told(args: &[&str]) -> Value {
+    let place = Place::new();
+    let all = [&["explain"], args, &["--json", "--quiet"]].concat();
+    let (code, out, err) = place.run(&all);
+    assert_eq!(code, 0, "{args:?}: {err}");
+    assert!(place.everything().is_empty(), "explain writes no file");
+    serde_json::from_str(&out).unwrap()
+}
+
+#[test]
+fn degrees_of_freedom_are_those_of_the_mechanism() {
+    for (scene, free, rows) in [
+        ("pendulum", 1, 2),
+        ("double-pendulum", 2, 4),
+        ("tower", 30, 0),
+        ("bouncing-ball", 3, 0),
+        ("woodpecker", 3, 0),
+    ] {
+        let told = told(&[scene]);
+        assert_eq!(told["degrees_of_freedom"], free, "{scene}");
+        assert_eq!(told["joint_rows"], rows, "{scene}");
+        let [one, all] = ["steps", "run_steps"].map(|key| told["trial"][key].as_u64().unwrap());
+        // three trials, of steps, half and quarter steps
+        assert!(7 * one <= (all / 10).max(28), "{scene}: {one} of {all}");
+    }
+    assert_eq!(told(&["thresher-study"])["degrees_of_freedom"], 1);
+}
+
+#[test]
+fn what_is_left_out_was_seen_in_the_trial() {
+    let tower = told(&["tower"]);
+    assert_eq!(tower["trial"]["most_contacts"], 20);
+    assert_eq!(tower["trial"]["most_unknowns"], 40);
+    let left: Vec<&str> = (tower["left_out"].as_array().unwrap().iter())
+        .filter_map(|left| left["key"].as_str())
+        .collect();
+    assert!(left.contains(&"step.keep_rest"), "{left:?}");
+    let solved = told(&["tower", "--set", "step.keep_rest=false"]);
+    assert!(!solved["left_out"].to_string().contains("keep_rest"));
+}
+
+/// The error at the end of the trial against a run with a step 64 times shorter.
+#[test]
+fn the_expected_error_is_the_one_that_turns_out() {
+    for name in ["pendulum", "double-pendulum", "sliding-block"] {
+        let scene = scene::load(name, &[]).unwrap();
+        let explained = explain(&scene).unwrap();
+        let expected = (explained.accuracy.iter())
+            .find(|a| a.measure == "position")
+            .unwrap_or_else(|| panic!("{name}: no accuracy"));
+        let ends = [1, 64].map(|finer| {
+            let mut scene = scene.clone();
+            scene.step.dt /= f64::from(finer as u32);
+            let mut built = scene.build().unwrap();
+            let steps = finer * explained.trial.steps;
+            simulate(&mut built, Engine::Moreau, steps, |_, _| Ok(())).unwrap();
+            let place = |k| built.state(k).map(|(pose, _)| pose.translation);
+            (0..built.bodies()).filter_map(place).collect::<Vec<_>>()
+        });
+        let error = ends[0]
+            .iter()
+            .zip(&ends[1])
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max);
+        assert!(
+            error <= 2.0 * expected.error + 1e-9 && expected.error <= 2.0 * error + 1e-9,
+            "{name}: {error} for {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn what_has_no_trial_is_refused() {
+    let place = Place::new();
+    place.refused(&["explain", "thresher"], &["explain", "run thresher"]);
+    place.refused(&["explain", "tower", "--out", "x"], &["--out"]);
+    place.refused(&["explain", "towr"], &["tower"]);
+}
