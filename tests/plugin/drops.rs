@@ -511,6 +511,10 @@ fn drops_that_once_ended_badly_hold() {
         // a corner that landed is not seen where another one is deeper
         ("open chain", "height field", 301, 60.0, true),
         ("hollow, clockwise", "tiles", 1701, 60.0, true),
+        // a segment of the floor is overlapped all the time, another one is passed in the step
+        ("segment", "two-sided polyline", 7101, 60.0, false),
+        ("segment", "height field", 7100, 240.0, false),
+        ("open chain", "two-sided polyline", 1602, 60.0, true),
     ] {
         let (end, deep) = drop_one(kind, on, seed, 1.0 / hz, events);
         assert_eq!(end, End::Held, "{kind} on {on}, {seed}: {deep:e}");
