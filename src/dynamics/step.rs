@@ -497,13 +497,15 @@ impl MoreauStepper {
             let closed = take_up_excess(model, interval, solution, path, &excess, w, solver)?;
             keep_momenta(model, &closed, w, &mut self.solution.end, record);
         }
+        self.parted.clear();
         if let Some(mut overlaps) = overlaps {
             let (solver, solution) = (&mut self.solver, &self.solution);
-            let moves = part_overlaps(&mut overlaps, interval, solution, path, w, &exempt, solver);
+            self.parted =
+                part_overlaps(&mut overlaps, interval, solution, path, w, &exempt, solver);
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
-            for (body, d) in moves {
-                model.shift(body as usize, &d, 1.0);
+            for (body, d) in &self.parted {
+                model.shift(*body as usize, d, 1.0);
             }
         }
         Ok(potential)
