@@ -4,9 +4,8 @@
 //! part that lands on the segment may already be on its far side. A part that rests on it is on one
 //! side or the other by rounding. A pair that may touch therefore keeps its side of the last step, and
 //! a new pair takes its side at the start of the step. That includes pairs whose contact belongs to a
-//! neighbour of the segment: it may be theirs in the next step. Where a segment that touched slides on to
-//! the next one of a chain, it has the side that it had on the last one: it may lie below the common
-//! corner by rounding.
+//! neighbour of the segment: it may be theirs in the next step. A segment that slides on to the next one
+//! of a chain may lie below their corner by rounding: it keeps the side that it had.
 
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
@@ -28,6 +27,22 @@ fn is_one_sided(part: &Part) -> bool {
     matches!(&part.core, Core::Edge(edge) if edge.one_sided)
 }
 
+/// The face of segment `i` of a pair on whose side the other part touches a neighbour of the segment.
+fn side_beside(order: [u32; 4], i: usize, part: &Part, memory: &Marks) -> Option<usize> {
+    let Core::Edge(edge) = &part.core else {
+        return None;
+    };
+    let at = |end: usize| {
+        let (sub, reversed) = edge.next[end].filter(|_| edge.goes_on_at(end))?;
+        let mut order = order;
+        order[2 + i] = sub;
+        let marks = memory.get(&order);
+        let face = (marks >> (2 * i) & 3).checked_sub(1)? as usize;
+        (marks & TOUCHED != 0).then_some(if reversed { 1 - face } else { face })
+    };
+    at(0).or_else(|| at(1))
+}
+
 impl Finder<'_> {
     /// Data of earlier poses of a pair that the kernels need.
     pub(super) fn sight(
@@ -40,9 +55,10 @@ impl Finder<'_> {
         if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
             return Sight::default();
         }
+        let order = Row::order(leaves, &self.leaves.names);
         let known = match memory.is_empty() {
             true => 0,
-            false => self.known_sides(leaves, sides, memory),
+            false => memory.get(&order),
         };
         // motion of `other` relative to `base` since the start of the step
         let moved = |base: usize, other: usize| {
@@ -69,38 +85,12 @@ impl Finder<'_> {
                 _ => f64::INFINITY,
             },
             touched: known & TOUCHED != 0,
+            beside: match known & TOUCHED != 0 || memory.is_empty() {
+                true => [None; 2],
+                false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
+            },
             start: sharp.then(|| poses_at(sides, bodies, -0.5 * self.step)),
         }
-    }
-
-    /// The marks of a pair. A pair of two segments that did not touch has those of a neighbour of either
-    /// that touched the other.
-    fn known_sides(&self, leaves: [u32; 2], sides: [&Leaf; 2], memory: &Marks) -> u32 {
-        let order = Row::order(leaves, &self.leaves.names);
-        let known = memory.get(&order);
-        let lines = sides.iter().all(|leaf| is_two_sided(&leaf.part));
-        if known & TOUCHED != 0 || !lines || sides.iter().any(|leaf| leaf.part.rounding > 0.0) {
-            return known;
-        }
-        let beside = |i: usize, end: usize| {
-            let Core::Edge(edge) = &sides[i].part.core else {
-                return None;
-            };
-            let (sub, reversed) = edge.next[end].filter(|_| edge.goes_on_at(end))?;
-            let mut order = order;
-            order[2 + i] = sub;
-            let marks = memory.get(&order);
-            let own = marks >> (2 * i) & 3;
-            let turned = match reversed && own != 0 {
-                true => marks ^ 3 << (2 * i),
-                false => marks,
-            };
-            (marks & TOUCHED != 0).then_some(turned)
-        };
-        let ends = (0..4).map(|k| [k / 2, k % 2]);
-        ends.filter_map(|[i, end]| beside(i, end))
-            .next()
-            .unwrap_or(known)
     }
 
     /// Stores the sides on which two parts lie that are near enough to cross in the next step. Where

@@ -295,9 +295,17 @@ fn is_two_sided(view: &View) -> bool {
     view.edge.is_some_and(|edge| !edge.one_sided)
 }
 
+/// Distance, as a share of the shorter of two segments, up to which one that touches the neighbour of
+/// the other may be on the wrong side of that other by what is left of an overlap.
+const LEFT: f64 = 1e-3;
+
 /// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
-/// do not tell them, as a segment beside another may lie on both sides of its line.
-fn facing([first, second]: &[View; 2], poses: &[Pose64; 2]) -> Option<[Option<usize>; 2]> {
+/// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
+fn facing(
+    [first, second]: &[View; 2],
+    poses: &[Pose64; 2],
+    beside: [Option<usize>; 2],
+) -> Option<[Option<usize>; 2]> {
     let seen = relative(&poses[0], &poses[1]);
     let back = relative(&poses[1], &poses[0]);
     if cross(first, second, &seen, &back) {
@@ -311,16 +319,22 @@ fn facing([first, second]: &[View; 2], poses: &[Pose64; 2]) -> Option<[Option<us
         Nearest::Face(0, [k, _], distance) => (poses[0].rotate(first.normals[k]), distance),
         Nearest::Face(_, [k, _], distance) => (-poses[1].rotate(second.normals[k]), distance),
     };
-    let face = |pose: &Pose64, view: &View, way: Vec2| {
-        Some(usize::from(pose.rotate(view.normals[0]).dot(&way) < 0.0))
+    let size = size(first).min(size(second));
+    if distance <= 1e-9 * size {
+        return None;
+    }
+    let way = direction.normalize();
+    let heights = [
+        poses[0].rotate(first.normals[0]).dot(&way),
+        -poses[1].rotate(second.normals[0]).dot(&way),
+    ];
+    let faces = heights.map(|height| usize::from(height < 0.0));
+    let came_through = |i: usize| {
+        let straight = heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
+        straight && beside[i].is_some_and(|face| face != faces[i])
     };
-    let apart = distance > 1e-9 * size(first).min(size(second));
-    apart.then(|| {
-        [
-            face(&poses[0], first, direction),
-            face(&poses[1], second, -direction),
-        ]
-    })
+    let wrong = distance <= LEFT * size && (0..2).any(came_through);
+    Some(faces.map(|face| Some(if wrong { 1 - face } else { face })))
 }
 
 /// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
@@ -334,7 +348,7 @@ fn sides(
 ) -> Result<[Option<usize>; 2], f64> {
     if let Some(start) = sight.start.filter(|_| !sight.touched)
         && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start)
+        && let Some(sides) = facing(views, &start, sight.beside)
     {
         return Ok(sides);
     }
