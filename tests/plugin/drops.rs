@@ -525,6 +525,9 @@ fn drops_that_once_ended_badly_hold() {
         ("segment", "two-sided polyline", 2901, 60.0, false),
         // an end of a segment lands on the seam of two boxes
         ("segment", "tiles", 2600, 60.0, false),
+        // a free end that slides over a corner, flat or on a hill
+        ("open chain", "height field", 1701, 60.0, true),
+        ("open chain", "two-sided polyline", 3601, 240.0, true),
         // not below the corner, but beside it
         ("segment", "height field", 1200, 60.0, false),
         ("open chain", "two-sided polyline", 402, 240.0, true),

@@ -304,37 +304,66 @@ const LEFT: f64 = 1e-3;
 fn facing(
     [first, second]: &[View; 2],
     poses: &[Pose64; 2],
-    beside: [Option<usize>; 2],
+    (beside, motion): ([Option<usize>; 2], f64),
 ) -> Option<[Option<usize>; 2]> {
     let seen = relative(&poses[0], &poses[1]);
     let back = relative(&poses[1], &poses[0]);
     if cross(first, second, &seen, &back) {
         return None;
     }
-    let (direction, distance) = match nearest(first, second, &seen, &back) {
+    let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
         Nearest::Corners([i, j], distance) => {
             let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
-            (way, distance)
+            (way, distance, [Some(i), Some(j)])
         }
-        Nearest::Face(0, [k, _], distance) => (poses[0].rotate(first.normals[k]), distance),
-        Nearest::Face(_, [k, _], distance) => (-poses[1].rotate(second.normals[k]), distance),
+        Nearest::Face(0, [k, j], distance) => {
+            (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
+        }
+        Nearest::Face(_, [k, i], distance) => (
+            -poses[1].rotate(second.normals[k]),
+            distance,
+            [Some(i), None],
+        ),
     };
     let size = size(first).min(size(second));
     if distance <= 1e-9 * size {
         return None;
     }
     let way = direction.normalize();
-    let heights = [
-        poses[0].rotate(first.normals[0]).dot(&way),
-        -poses[1].rotate(second.normals[0]).dot(&way),
-    ];
-    let faces = heights.map(|height| usize::from(height < 0.0));
-    let came_through = |i: usize| {
-        let straight = heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
-        straight && beside[i].is_some_and(|face| face != faces[i])
+    let ways = [way, -way];
+    let views = [first, second];
+    // beyond a corner of a chain the neighbour tells the side
+    let chained = |i: usize| {
+        let (edge, corner) = (views[i].edge?, corners[i]?);
+        let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
+        edge.next_normal(corner, 0).filter(|_| leads)
     };
-    let wrong = distance <= LEFT * size && (0..2).any(came_through);
-    Some(faces.map(|face| Some(if wrong { 1 - face } else { face })))
+    let heights = [0, 1].map(|i| {
+        let normal = chained(i).unwrap_or(views[i].normals[0]);
+        poses[i].rotate(normal).dot(&ways[i])
+    });
+    let straight = |i: usize| heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
+    let mut faces = heights.map(|height| usize::from(height < 0.0));
+    // what may get to the corner in this step
+    if distance <= motion {
+        for i in 0..2 {
+            let known = beside[i].filter(|_| chained(i).is_some());
+            faces[i] = known.unwrap_or(faces[i]);
+        }
+    }
+    let came_through = |i: usize| straight(i) && beside[i].is_some_and(|face| face != faces[i]);
+    if distance <= LEFT * size && (0..2).any(came_through) {
+        faces = faces.map(|face| 1 - face);
+    }
+    // a free end that slides towards a corner of a chain is about to be above it
+    for (i, j) in [(0, 1), (1, 0)] {
+        let free = |edge: &Edge| corners[i].is_some_and(|end| edge.neighbours[end].is_none());
+        if views[i].edge.is_some_and(free) && !straight(i) && chained(j).is_some() {
+            let normal = poses[j].rotate(views[j].normals[faces[j]]);
+            faces[i] = usize::from(poses[i].rotate(views[i].normals[0]).dot(&normal) > 0.0);
+        }
+    }
+    Some(faces.map(Some))
 }
 
 /// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
@@ -348,7 +377,7 @@ fn sides(
 ) -> Result<[Option<usize>; 2], f64> {
     if let Some(start) = sight.start.filter(|_| !sight.touched)
         && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start, sight.beside)
+        && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
     {
         return Ok(sides);
     }
