@@ -201,16 +201,19 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     pairs.dedup();
     let mut found = detect_at(model, &pairs, bodies, start, step)?;
     let w = model.inverse_mass();
+    // a swept body may have been left in a shallow overlap
+    let least = |contact: &ContactPoint| {
+        let thickness = interval.roles.swept_thickness(contact.rows.bodies, w);
+        let thickness = thickness.filter(|_| rules.sweeps);
+        thickness.map_or(0.0, |thickness| -0.5 * thickness)
+    };
+    let overlaps = |c: &ContactPoint| c.gap < least(c) - touch_tolerance(c, interval, step);
+    let held = held_from_the_start(&found.contacts, &interval.detection.contacts, overlaps);
+    let holds = |c: &ContactPoint| held.contains(&parts_of(c));
     let mut passed: Vec<[u32; 2]> = Vec::new();
     found.contacts.retain_mut(|contact| {
         let closing = -contact.rows.velocity(&interval.start).x;
-        // a swept body may have been left in a shallow overlap
-        let thickness = interval
-            .roles
-            .swept_thickness(contact.rows.bodies, w)
-            .filter(|_| rules.sweeps);
-        let least = thickness.map_or(0.0, |thickness| -0.5 * thickness);
-        let in_front = contact.gap > least;
+        let in_front = contact.gap > least(contact) && !holds(contact);
         let touches = contact.gap <= touch_tolerance(contact, interval, step);
         contact.gap -= 0.5 * length * closing;
         let passes = in_front && contact.gap < 0.0;
@@ -222,9 +225,30 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     // contacts of such a pair that touch at the start may be pressed, though they open
     found.contacts.retain(|c| passed.contains(&c.surfaces));
     let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
-    interval.detection.contacts.retain(|c| !replaced(c));
-    interval.detection.contacts.append(&mut found.contacts);
+    let contacts = &mut interval.detection.contacts;
+    contacts.retain(|c| !replaced(c) || holds(c));
+    contacts.append(&mut found.contacts);
     Ok(())
+}
+
+/// The surfaces and the parts of them that touch in a contact.
+fn parts_of(contact: &ContactPoint) -> [[u32; 2]; 2] {
+    [contact.surfaces, contact.places.map(|place| place.edge)]
+}
+
+/// The parts with an overlap at the start of the step, in the direction of that at its midpoint: they
+/// passed through nothing in between.
+fn held_from_the_start(
+    start: &[ContactPoint],
+    midpoint: &[ContactPoint],
+    overlaps: impl Fn(&ContactPoint) -> bool,
+) -> Vec<[[u32; 2]; 2]> {
+    let agrees = |a: &ContactPoint, b: &ContactPoint| {
+        parts_of(a) == parts_of(b) && a.normal.dot(&b.normal) > std::f64::consts::FRAC_1_SQRT_2
+    };
+    let held = start.iter().filter(|c| overlaps(c));
+    let held = held.filter(|c| midpoint.iter().any(|m| agrees(c, m)));
+    held.map(parts_of).collect()
 }
 
 /// Contacts between `pairs` of surfaces with `bodies` at the poses that `start` returns. The bodies

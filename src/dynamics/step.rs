@@ -504,18 +504,20 @@ impl MoreauStepper {
             let closed = take_up_excess(model, interval, solution, path, &excess, w, solver)?;
             keep_momenta(model, &closed, w, &mut self.solution.end, record);
         }
+        self.parted.clear();
         if let Some(mut overlaps) = overlaps {
             let (solver, solution) = (&mut self.solver, &self.solution);
             let skipped = (&exempt[..], &crowd[..]);
-            let mut moves =
+            let mut parted =
                 part_overlaps(&mut overlaps, interval, solution, path, w, skipped, solver);
             if !crowd.is_empty() {
-                moves.extend(part_crowd(&crowd, interval, solution, path, w, solver));
+                parted.extend(part_crowd(&crowd, interval, solution, path, w, solver));
             }
+            self.parted = parted;
             record.recovering = overlaps.open.len();
             self.cache.overlaps = overlaps;
-            for (body, d) in moves {
-                model.shift(body as usize, &d, 1.0);
+            for (body, d) in &self.parted {
+                model.shift(*body as usize, d, 1.0);
             }
         }
         Ok(potential)

@@ -38,6 +38,8 @@ pub struct MoreauStepper {
     /// The masses of the step, with the added inertia of `stiff` links.
     pub(super) inverse_mass: Vec<Vec3>,
     pub(super) stiff: Vec<StiffLink>,
+    /// Displacements that moved overlapping bodies apart after the last step.
+    pub(super) parted: Vec<(u32, Vec3)>,
     /// Whether the solver is that of the settings.
     named: bool,
 }
@@ -97,6 +99,7 @@ impl MoreauStepper {
             origin: Vec::new(),
             inverse_mass: Vec::new(),
             stiff: Vec::new(),
+            parted: Vec::new(),
             named: true,
         })
     }
@@ -192,6 +195,11 @@ impl MoreauStepper {
     /// Contacts of the islands that rest in this step; detection leaves them out.
     pub(crate) fn resting_contacts(&self) -> impl Iterator<Item = &ContactRecord> {
         self.resting.contacts()
+    }
+
+    /// Displacements [m, m, rad] that moved overlapping bodies apart after the last step.
+    pub(crate) fn parted(&self) -> &[(u32, Vec3)] {
+        &self.parted
     }
 
     /// Restores the entries that [`MoreauStepper::set_aside`] returned.

@@ -276,7 +276,7 @@ impl MoreauPipeline {
         if self.settings.stay_awake {
             return;
         }
-        let group = self.bodies.ready(world, dt);
+        let group = self.bodies.ready(world, self.stepper.parted(), dt);
         if group.iter().any(|g| *g != 0) {
             let memory = self.stepper.set_aside(|body| group[body as usize]);
             self.bodies.fall_asleep(world, &group, memory);

@@ -16,6 +16,11 @@ use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError}
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Displacement in a step up to which a body that is moved out of an overlap may fall asleep, as a
+/// share of its size. A fifth of the overlap or more is undone in a step: what is left is too small to
+/// be seen.
+const PARTED: f64 = 1e-6;
+
 /// A sleeping island.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Group {
@@ -250,7 +255,9 @@ impl Bodies {
 
     /// Updates how long every body has been still after a step of `dt` \[s\], and finds the islands
     /// that are ready to sleep. Returns the island's number for each body, or 0.
-    pub fn ready(&mut self, world: &mut PhysicsWorld, dt: f64) -> Vec<u32> {
+    ///
+    /// A body is not ready as long as it is moved out of an overlap, by the displacements `parted`.
+    pub fn ready(&mut self, world: &mut PhysicsWorld, parted: &[(u32, Vec3)], dt: f64) -> Vec<u32> {
         let unit = f64::from(world.integration_parameters.length_unit);
         let mut ready = vec![false; self.list.len()];
         let mut any = false;
@@ -272,6 +279,11 @@ impl Bodies {
             {
                 body.activation_mut().time_since_can_sleep = now;
             }
+        }
+        for (k, d) in parted {
+            let body = &world.bodies[self.list[*k as usize].handle];
+            let extent = f64::from(body.mass_properties().max_extent());
+            ready[*k as usize] &= d.xy().norm() + d.z.abs() * extent <= PARTED * extent;
         }
         let mut group = vec![0; self.list.len()];
         if any {

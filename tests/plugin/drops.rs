@@ -511,6 +511,26 @@ fn drops_that_once_ended_badly_hold() {
         // a corner that landed is not seen where another one is deeper
         ("open chain", "height field", 301, 60.0, true),
         ("hollow, clockwise", "tiles", 1701, 60.0, true),
+        // a segment of the floor is overlapped all the time, another one is passed in the step
+        ("segment", "two-sided polyline", 7101, 60.0, false),
+        ("segment", "height field", 7100, 240.0, false),
+        ("open chain", "two-sided polyline", 1602, 60.0, true),
+        // an overlap hides what another contact of the pair does
+        ("segment", "two-sided polyline", 6903, 60.0, false),
+        ("segment", "height field", 7101, 240.0, false),
+        // a corner that lies on a segment to the last digit
+        ("hollow", "height field", 5602, 60.0, false),
+        ("hollow", "two-sided polyline", 7401, 60.0, false),
+        // slides over the corner of two segments, below it by rounding
+        ("segment", "two-sided polyline", 2901, 60.0, false),
+        // an end of a segment lands on the seam of two boxes
+        ("segment", "tiles", 2600, 60.0, false),
+        // a free end that slides over a corner, flat or on a hill
+        ("open chain", "height field", 1701, 60.0, true),
+        ("open chain", "two-sided polyline", 3601, 240.0, true),
+        // not below the corner, but beside it
+        ("segment", "height field", 1200, 60.0, false),
+        ("open chain", "two-sided polyline", 402, 240.0, true),
     ] {
         let (end, deep) = drop_one(kind, on, seed, 1.0 / hz, events);
         assert_eq!(end, End::Held, "{kind} on {on}, {seed}: {deep:e}");

@@ -24,14 +24,35 @@ const LENGTHS: usize = 8;
 /// the next step instead. An interval of zero length has no rates.
 const LAST: f64 = 1e-9;
 
-/// Gap and velocity of a pair at an instant.
-struct Nearest {
-    /// Smallest gap \[m\] and the velocity at which it closes \[m/s\].
+/// A contact at an instant.
+struct Closing {
+    key: ContactKey,
+    /// Its gap \[m\] and the velocity at which it closes \[m/s\].
     gap: f64,
     closing: f64,
     /// Gaps that count as zero, and the gap below which surfaces touch \[m\].
     resolution: f64,
     touch: f64,
+}
+
+impl Closing {
+    fn of(contact: &ContactPoint, closing: f64, touch: f64) -> Closing {
+        Closing {
+            key: contact.key,
+            gap: contact.gap,
+            closing,
+            resolution: (2.0 * contact.gap_noise).max(1e-5 * touch),
+            touch,
+        }
+    }
+
+    fn overlaps(&self) -> bool {
+        self.gap < -self.resolution
+    }
+}
+
+fn nearest(all: impl IntoIterator<Item = Closing>) -> Option<Closing> {
+    all.into_iter().min_by(|a, b| a.gap.total_cmp(&b.gap))
 }
 
 impl Runner {
@@ -56,9 +77,9 @@ impl Runner {
         }
         pairs.extend(self.watched(context));
         let mut first: Option<(Pair, f64)> = None;
-        for pair in pairs {
-            if let Some(time) = self.locate(model, context, &pair)?
-                && first.is_none_or(|(_, earliest)| time < earliest)
+        for mut pair in pairs {
+            if let Some(time) = self.locate(model, context, &mut pair)?
+                && first.as_ref().is_none_or(|(_, earliest)| time < *earliest)
             {
                 first = Some((pair, time));
             }
@@ -71,43 +92,51 @@ impl Runner {
     ///
     /// The parabola that gives the first guess assumes a straight normal. Only detection sees curved or
     /// rotating surfaces, corners, and normals that flip in an overlap.
+    ///
+    /// Contacts that overlap from the start close as soon as they stop opening. They become the `standing`
+    /// ones of the pair: the first of its other contacts to close is found however deep they are.
     pub(super) fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
-        pair: &Pair,
+        pair: &mut Pair,
     ) -> Result<Option<f64>, StepError> {
         let end = self.interval.length;
         let last = end - LAST * context.dt;
-        let (mut open, mut closed, mut apart) = (0.0, None, false);
+        let (mut open, mut closed) = (0.0, None);
         let mut guessed = pair.speed.is_none();
         let mut time = match pair.speed {
             Some(_) => 0.0,
             None => pair.guess,
         };
-        for _ in 0..SEARCHES {
-            let (near, bound) = self.nearest(model, context, pair, time)?;
+        for round in 0..SEARCHES {
+            let (found, bound) = self.contacts_at(model, context, pair, time)?;
+            if round == 0 {
+                let standing = found.iter().filter(|near| near.overlaps());
+                pair.standing = standing.map(|near| near.key).collect();
+            }
+            // what is slower closes by less than the gap that counts as touching
+            let closes = |near: &Closing| near.closing * context.dt > near.touch;
+            let (standing, others): (Vec<Closing>, Vec<Closing>) =
+                (found.into_iter()).partition(|near| pair.standing.contains(&near.key));
+            if standing.iter().any(|near| near.overlaps() && closes(near)) {
+                pair.standing.clear();
+                return Ok((time < last).then_some(time));
+            }
             let mut better = f64::NAN;
             let mut overlaps = false;
-            if let Some(near) = near {
-                // what is slower closes by less than the gap that counts as touching
-                let closes = near.closing * context.dt > near.touch;
+            if let Some(near) = nearest(others) {
                 // a touching pair closes at the start, though its gap may still be slightly open
                 let touches = near.gap.abs() <= near.resolution;
-                if closes && (touches || time == 0.0 && near.gap <= near.touch) {
+                if closes(&near) && (touches || time == 0.0 && near.gap <= near.touch) {
                     return Ok((time < last).then_some(time));
                 }
-                overlaps = near.gap < -near.resolution;
-                // what overlaps from the start closes as soon as it stops opening
-                if overlaps && !apart && closes {
-                    return Ok((time < last).then_some(time));
-                }
+                overlaps = near.overlaps();
                 better = time + near.gap / near.closing;
             }
-            if overlaps && apart {
-                closed = Some(time);
-            } else {
-                (open, apart) = (time, apart || !overlaps);
+            match overlaps {
+                true => closed = Some(time),
+                false => open = time,
             }
             let limit = match (closed, pair.speed) {
                 (Some(closed), _) => closed,
@@ -133,16 +162,15 @@ impl Runner {
         Ok(closed.filter(|time| *time < last))
     }
 
-    /// The smallest gap of a pair at `time` on the path of the interval, `None` if none of its
-    /// contacts is near; and a lower bound of its distance \[m\], if there is one. Contacts deeper than the two
-    /// can move in a step are none: a face of one shape may show the far end of the other.
-    fn nearest<M: MultibodyModel + ?Sized>(
+    /// The contacts of a pair at `time` on the path of the interval that may close; and a lower bound of
+    /// its distance \[m\], if there is one.
+    fn contacts_at<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         context: &Context,
         pair: &Pair,
         time: f64,
-    ) -> Result<(Option<Nearest>, Option<f64>), StepError> {
+    ) -> Result<(Vec<Closing>, Option<f64>), StepError> {
         let (interval, solution, share) =
             (&self.interval, &self.solution, time / self.interval.length);
         let at = |b: u32, share: f64| {
@@ -159,11 +187,9 @@ impl Runner {
         found.clear();
         model.detect_pairs(&[pair.surfaces], context.dt, found)?;
         let bound = found.near.first().map(|near| near.bound);
-        // a resting corner is as near as possible, and closes by round-off
-        let open = |c: &&ContactPoint| !self.is_closed(&c.key) && pair.allows(c, context.dt);
-        let all = self.instant.detection.contacts.iter().filter(open);
-        let nearest = all.min_by(|a, b| a.gap.total_cmp(&b.gap));
-        let nearest = nearest.map(|c| {
+        let all = self.instant.detection.contacts.iter();
+        let open = all.filter(|c| self.may_close(c, pair, context.dt));
+        let open = open.map(|c| {
             let mut closing = 0.0;
             for (side, &b) in c.rows.bodies.iter().enumerate() {
                 if b != NO_BODY {
@@ -171,14 +197,16 @@ impl Runner {
                 }
             }
             let touch = touch_tolerance(c, interval, context.dt);
-            Nearest {
-                gap: c.gap,
-                closing,
-                resolution: (2.0 * c.gap_noise).max(1e-5 * touch),
-                touch,
-            }
+            Closing::of(c, closing, touch)
         });
-        Ok((nearest, bound))
+        Ok((open.collect(), bound))
+    }
+
+    /// Whether a contact may be the one that closes. A resting corner is as near as possible, and closes by
+    /// round-off. Contacts deeper than the two can move in a step are none: a face of one shape may show
+    /// the far end of the other.
+    fn may_close(&self, contact: &ContactPoint, pair: &Pair, step: f64) -> bool {
+        !self.is_closed(&contact.key) && pair.allows(contact, step)
     }
 
     /// Whether a contact touches at the start of the interval and is kept from closing.
@@ -260,26 +288,14 @@ impl Runner {
             .clone_from(&self.interval.accelerations);
         model.set_velocities(&instant.start);
         instant.detect_pairs(model, &self.pairs, context.dt)?;
-        let of = |c: &ContactPoint| Closing {
-            key: c.key,
-            gap: c.gap,
-            closing: -c.rows.velocity(&instant.start).x,
-            touch: touch_tolerance(c, instant, context.dt),
+        let instant = &self.instant;
+        let of = |c: &ContactPoint| {
+            let closing = -c.rows.velocity(&instant.start).x;
+            Closing::of(c, closing, touch_tolerance(c, instant, context.dt))
         };
         let all = instant.detection.contacts.iter();
-        let closed = |key: &ContactKey| self.kept.iter().any(|k| k.touches && k.key == *key);
-        let all = all.filter(|c| c.surfaces == pair.surfaces && !closed(&c.key));
-        let all = all.filter(|c| pair.allows(c, context.dt)).map(of);
-        let all = all.filter(|near| near.closing > 0.0);
-        Ok(all.min_by(|a, b| a.gap.total_cmp(&b.gap)))
+        let all = all.filter(|c| c.surfaces == pair.surfaces && !pair.standing.contains(&c.key));
+        let all = all.filter(|c| self.may_close(c, pair, context.dt));
+        Ok(nearest(all.map(of).filter(|near| near.closing > 0.0)))
     }
-}
-
-/// A contact that closes at an instant.
-struct Closing {
-    key: ContactKey,
-    /// Its gap \[m\], the velocity at which it closes \[m/s\], and the gap below which it touches.
-    gap: f64,
-    closing: f64,
-    touch: f64,
 }

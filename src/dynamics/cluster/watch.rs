@@ -27,7 +27,7 @@ impl Runner {
             .into_iter()
             .find(|p| p.surfaces == surfaces);
         let time = match pair {
-            Some(pair) => self.locate(model, context, &pair)?,
+            Some(mut pair) => self.locate(model, context, &mut pair)?,
             None => None,
         };
         self.place_all(model, &middle);
@@ -69,6 +69,7 @@ impl Runner {
             bodies: near.bodies,
             speed: Some(straight + turning),
             guess: 0.0,
+            standing: Vec::new(),
         })
     }
 

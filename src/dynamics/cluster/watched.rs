@@ -12,7 +12,7 @@ use crate::dynamics::solution::Solution;
 use rustc_hash::FxHashSet;
 
 /// A pair of surfaces that may meet in an interval.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Pair {
     pub surfaces: [u32; 2],
     pub bodies: [u32; 2],
@@ -21,6 +21,8 @@ pub(super) struct Pair {
     pub speed: Option<f64>,
     /// A guess of the time at which it closes.
     pub guess: f64,
+    /// Its contacts that overlap all the time until then.
+    pub standing: Vec<ContactKey>,
 }
 
 /// A contact that takes part in an interval, so that its rule keeps it from closing.
@@ -41,6 +43,7 @@ impl Pair {
             bodies: contact.rows.bodies,
             speed: None,
             guess,
+            standing: Vec::new(),
         }
     }
 }

@@ -172,6 +172,7 @@ fn surface(
         for (mine, end, other, at) in [(i, at_i, j, at_j), (j, at_j, i, at_i)] {
             let leads = edges[other].1.ends[1 - at] - edges[other].1.ends[at];
             edges[mine].1.neighbours[end] = Some(leads.normalize());
+            edges[mine].1.next[end] = Some((edges[other].0, end == at));
             edges[mine].1.owns[end] = mine < other;
         }
     }

@@ -4,7 +4,8 @@
 //! part that lands on the segment may already be on its far side. A part that rests on it is on one
 //! side or the other by rounding. A pair that may touch therefore keeps its side of the last step, and
 //! a new pair takes its side at the start of the step. That includes pairs whose contact belongs to a
-//! neighbour of the segment: it may be theirs in the next step.
+//! neighbour of the segment: it may be theirs in the next step. A segment that slides on to the next one
+//! of a chain may lie below their corner by rounding: it keeps the side that it had.
 
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
@@ -26,6 +27,22 @@ fn is_one_sided(part: &Part) -> bool {
     matches!(&part.core, Core::Edge(edge) if edge.one_sided)
 }
 
+/// The face of segment `i` of a pair on whose side the other part touches a neighbour of the segment.
+fn side_beside(order: [u32; 4], i: usize, part: &Part, memory: &Marks) -> Option<usize> {
+    let Core::Edge(edge) = &part.core else {
+        return None;
+    };
+    let at = |end: usize| {
+        let (sub, reversed) = edge.next[end].filter(|_| edge.goes_on_at(end))?;
+        let mut order = order;
+        order[2 + i] = sub;
+        let marks = memory.get(&order);
+        let face = (marks >> (2 * i) & 3).checked_sub(1)? as usize;
+        (marks & TOUCHED != 0).then_some(if reversed { 1 - face } else { face })
+    };
+    at(0).or_else(|| at(1))
+}
+
 impl Finder<'_> {
     /// Data of earlier poses of a pair that the kernels need.
     pub(super) fn sight(
@@ -38,9 +55,10 @@ impl Finder<'_> {
         if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
             return Sight::default();
         }
+        let order = Row::order(leaves, &self.leaves.names);
         let known = match memory.is_empty() {
             true => 0,
-            false => memory.get(&Row::order(leaves, &self.leaves.names)),
+            false => memory.get(&order),
         };
         // motion of `other` relative to `base` since the start of the step
         let moved = |base: usize, other: usize| {
@@ -67,6 +85,10 @@ impl Finder<'_> {
                 _ => f64::INFINITY,
             },
             touched: known & TOUCHED != 0,
+            beside: match known & TOUCHED != 0 || memory.is_empty() {
+                true => [None; 2],
+                false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
+            },
             start: sharp.then(|| poses_at(sides, bodies, -0.5 * self.step)),
         }
     }

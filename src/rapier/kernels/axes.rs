@@ -174,7 +174,9 @@ impl Axes<'_> {
         if let (Some(edge), Some(face)) = (other.edge, self.sides[1 - part]) {
             let inward = poses[1 - part].unrotate(-outward);
             let facing = edge.normals[face].dot(&inward);
-            if facing < 0.0 || facing < 1.0 - 1e-12 && !edge.admits(j, inward) {
+            // both faces of a two-sided segment end in its free end
+            let free_end = !edge.one_sided && edge.neighbours[j].is_none();
+            if facing < 0.0 && !free_end || facing < 1.0 - 1e-12 && !edge.admits(j, inward) {
                 return None;
             }
         }

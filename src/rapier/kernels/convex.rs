@@ -196,6 +196,9 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
     found
 }
 
+/// Rounding of distances, as a share of the sizes of two shapes: far below what a contact resolves.
+const ROUNDING: f64 = 1e-12;
+
 /// The nearest features of two cores that do not overlap.
 enum Nearest {
     /// Corners, by their numbers in the two shapes.
@@ -205,8 +208,7 @@ enum Nearest {
 }
 
 fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
-    // above the rounding of distances that are equal, far below what a contact resolves
-    let slack = 1e-12 * (size(first) + size(second));
+    let slack = ROUNDING * (size(first) + size(second));
     let mut best = Nearest::Corners([0, 0], f64::INFINITY);
     let mut least = f64::INFINITY;
     for (turn, base, other, pose) in [(0, first, second, seen), (1, second, first, back)] {
@@ -293,32 +295,75 @@ fn is_two_sided(view: &View) -> bool {
     view.edge.is_some_and(|edge| !edge.one_sided)
 }
 
+/// Distance, as a share of the shorter of two segments, up to which one that touches the neighbour of
+/// the other may be on the wrong side of that other by what is left of an overlap.
+const LEFT: f64 = 1e-3;
+
 /// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
-/// do not tell them, as a segment beside another may lie on both sides of its line.
-fn facing([first, second]: &[View; 2], poses: &[Pose64; 2]) -> Option<[Option<usize>; 2]> {
+/// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
+fn facing(
+    [first, second]: &[View; 2],
+    poses: &[Pose64; 2],
+    (beside, motion): ([Option<usize>; 2], f64),
+) -> Option<[Option<usize>; 2]> {
     let seen = relative(&poses[0], &poses[1]);
     let back = relative(&poses[1], &poses[0]);
     if cross(first, second, &seen, &back) {
         return None;
     }
-    let (direction, distance) = match nearest(first, second, &seen, &back) {
+    let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
         Nearest::Corners([i, j], distance) => {
             let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
-            (way, distance)
+            (way, distance, [Some(i), Some(j)])
         }
-        Nearest::Face(0, [k, _], distance) => (poses[0].rotate(first.normals[k]), distance),
-        Nearest::Face(_, [k, _], distance) => (-poses[1].rotate(second.normals[k]), distance),
+        Nearest::Face(0, [k, j], distance) => {
+            (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
+        }
+        Nearest::Face(_, [k, i], distance) => (
+            -poses[1].rotate(second.normals[k]),
+            distance,
+            [Some(i), None],
+        ),
     };
-    let face = |pose: &Pose64, view: &View, way: Vec2| {
-        Some(usize::from(pose.rotate(view.normals[0]).dot(&way) < 0.0))
+    let size = size(first).min(size(second));
+    if distance <= 1e-9 * size {
+        return None;
+    }
+    let way = direction.normalize();
+    let ways = [way, -way];
+    let views = [first, second];
+    // beyond a corner of a chain the neighbour tells the side
+    let chained = |i: usize| {
+        let (edge, corner) = (views[i].edge?, corners[i]?);
+        let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
+        edge.next_normal(corner, 0).filter(|_| leads)
     };
-    let apart = distance > 1e-9 * size(first).min(size(second));
-    apart.then(|| {
-        [
-            face(&poses[0], first, direction),
-            face(&poses[1], second, -direction),
-        ]
-    })
+    let heights = [0, 1].map(|i| {
+        let normal = chained(i).unwrap_or(views[i].normals[0]);
+        poses[i].rotate(normal).dot(&ways[i])
+    });
+    let straight = |i: usize| heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
+    let mut faces = heights.map(|height| usize::from(height < 0.0));
+    // what may get to the corner in this step
+    if distance <= motion {
+        for i in 0..2 {
+            let known = beside[i].filter(|_| chained(i).is_some());
+            faces[i] = known.unwrap_or(faces[i]);
+        }
+    }
+    let came_through = |i: usize| straight(i) && beside[i].is_some_and(|face| face != faces[i]);
+    if distance <= LEFT * size && (0..2).any(came_through) {
+        faces = faces.map(|face| 1 - face);
+    }
+    // a free end that slides towards a corner of a chain is about to be above it
+    for (i, j) in [(0, 1), (1, 0)] {
+        let free = |edge: &Edge| corners[i].is_some_and(|end| edge.neighbours[end].is_none());
+        if views[i].edge.is_some_and(free) && !straight(i) && chained(j).is_some() {
+            let normal = poses[j].rotate(views[j].normals[faces[j]]);
+            faces[i] = usize::from(poses[i].rotate(views[i].normals[0]).dot(&normal) > 0.0);
+        }
+    }
+    Some(faces.map(Some))
 }
 
 /// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
@@ -332,7 +377,7 @@ fn sides(
 ) -> Result<[Option<usize>; 2], f64> {
     if let Some(start) = sight.start.filter(|_| !sight.touched)
         && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start)
+        && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
     {
         return Ok(sides);
     }
@@ -426,17 +471,21 @@ pub(super) fn convex_convex(
             Nearest::Face(turn, [k, corner], distance) => {
                 let (base, other) = (&views[turn], &views[1 - turn]);
                 let pose = [&seen, &back][turn];
-                let over = k;
+                // what lies on the face is on its one side or the other by rounding
+                let over = match sides[turn] {
+                    Some(face) if distance <= ROUNDING * (size(first) + size(second)) => face,
+                    _ => k,
+                };
                 let k = match (base.edge, sides[turn]) {
                     // the solid behind a one-sided face is in it, not beyond it; nor is what has
                     // come through a two-sided one
                     (Some(edge), Some(face))
-                        if edge.one_sided || face != k && beyond(edge, face, other, pose) =>
+                        if edge.one_sided || face != over && beyond(edge, face, other, pose) =>
                     {
                         face
                     }
-                    (Some(_), Some(face)) if face != k => return distance - both,
-                    _ => k,
+                    (Some(_), Some(face)) if face != over => return distance - both,
+                    _ => over,
                 };
                 // where a chain leads on towards the face, its corner is not what will meet it
                 let n = poses[turn].rotate(base.normals[k]);
@@ -802,6 +851,54 @@ mod tests {
                     "{depth} {out:?}"
                 );
             }
+        }
+    }
+
+    /// Bug: where the corner of an outline lay on a two-sided segment to the last digit, rounding told
+    /// its side, and neither of its two sides had a contact.
+    #[test]
+    fn a_corner_on_a_segment_is_met_whatever_rounding_tells() {
+        let corner = Vec2::new(0.1, 0.2);
+        let ends = [Vec2::new(-0.4, 0.5), Vec2::new(0.6, 0.45)];
+        let mut sides = ends.map(|end| Edge::new(end, corner, false).unwrap());
+        for (k, side) in sides.iter_mut().enumerate() {
+            side.neighbours[1] = Some((ends[1 - k] - corner).normalize());
+            side.owns[1] = k == 0;
+        }
+        let floor = Edge::new(Vec2::new(-1.1, 0.0), Vec2::new(0.9, 0.0), false).unwrap();
+        let floor = sharp(Core::Edge(Arc::new(floor)));
+        let sides = sides.map(|side| sharp(Core::Edge(Arc::new(side))));
+        for turn in (0..40).map(|k| 0.01 * f64::from(k)) {
+            let base = Pose64::new(Vec2::new(0.3, 0.7), turn);
+            let mut signs = [false; 2];
+            for ulps in -4..=4 {
+                // the corner lies over 0.13 of the floor
+                let spin = 0.3 - 0.02 * f64::from(ulps);
+                let mut own = Pose64::new(Vec2::zeros(), turn + spin);
+                let height = f64::EPSILON * f64::from(ulps);
+                own.translation = base.apply(Vec2::new(0.13, height)) - own.rotate(corner);
+                signs[usize::from(base.apply_inverse(own.apply(corner)).y < 0.0)] = true;
+                let mut out = Vec::new();
+                for side in &sides {
+                    let normals = match &side.core {
+                        Core::Edge(edge) => edge.normals,
+                        _ => unreachable!(),
+                    };
+                    let down = own.unrotate(base.rotate(-Vec2::y()));
+                    let face = usize::from(normals[0].dot(&down) < 0.0);
+                    let sight = Sight {
+                        faces: [Some(1), Some(face)],
+                        motion: f64::INFINITY,
+                        touched: true,
+                        ..Sight::default()
+                    };
+                    touches([&base, &own], [&floor, side], &sight, 1e-3, &mut out);
+                }
+                let up = base.rotate(Vec2::y());
+                let met = |t: &Touch| t.gap.abs() < 1e-14 && t.normal.dot(&up) > 1.0 - 1e-9;
+                assert!(out.iter().any(met), "{turn} {ulps}: {out:?}");
+            }
+            assert_eq!(signs, [true; 2], "{turn}");
         }
     }
 }

@@ -22,6 +22,8 @@ pub(in crate::rapier) struct Edge {
     pub normals: [Vec2; 2],
     /// Direction of the neighbour from each end, as a unit vector.
     pub neighbours: [Option<Vec2>; 2],
+    /// Number of the neighbour at each end, and whether it runs the other way.
+    pub next: [Option<(u32, bool)>; 2],
     /// Whether this segment, rather than the neighbour, reports contacts at each corner.
     pub owns: [bool; 2],
     /// Solid behind, on the left: contacts on the right only.
@@ -39,6 +41,7 @@ impl Edge {
             ends: [a, b],
             normals: [normal, -normal],
             neighbours: [None, None],
+            next: [None, None],
             owns: [true, true],
             one_sided,
             depth: f64::from(u8::from(one_sided)) * (b - a).norm(),
@@ -70,10 +73,13 @@ impl Edge {
 
     /// Whether both ends have neighbours, within 45 degrees of this segment.
     pub fn goes_on(&self) -> bool {
-        (0..2).all(|end| {
-            let next = self.next_normal(end, 0);
-            next.is_some_and(|next| next.dot(&self.normals[0]) > std::f64::consts::FRAC_1_SQRT_2)
-        })
+        (0..2).all(|end| self.goes_on_at(end))
+    }
+
+    /// Whether an end has a neighbour within 45 degrees of this segment.
+    pub fn goes_on_at(&self, end: usize) -> bool {
+        let next = self.next_normal(end, 0);
+        next.is_some_and(|next| next.dot(&self.normals[0]) > std::f64::consts::FRAC_1_SQRT_2)
     }
 
     /// Normal of the neighbour at corner `end`, on the side of `face`.

@@ -92,6 +92,9 @@ pub(super) struct Sight {
     pub motion: f64,
     /// Whether the two touched in the last step.
     pub touched: bool,
+    /// If they did not: per part that is a segment, the face on whose side the other part touched a
+    /// neighbour of the segment.
+    pub beside: [Option<usize>; 2],
     /// Poses of the two at the start of the step, for a two-sided segment with another segment.
     pub start: Option<[Pose64; 2]>,
 }
