@@ -11,7 +11,7 @@
 //!   16 to 66 and 92 of a hundred.
 //! - Overlaps are moved apart by sweeps as well: see [`part_crowd`].
 //! - Contacts that give energy are scaled down: see [`super::energy_bound::bound_swept`].
-//! - [`Effort`] decides whether an exact solve is tried.
+//! - [`Effort`](super::rules::Effort) decides whether an exact solve is tried.
 //!
 //! A heap that slows down comes to rest under the sweeps alone. Then it is certified like any other.
 
@@ -22,12 +22,9 @@ use super::local_bodies::LocalBodies;
 use super::model::{ContactPoint, NormalLaw};
 use super::recovery::{least_size, opening};
 use super::solution::Solution;
-use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
-
-/// Islands with more blocks become crowds if they are not certified.
-pub(super) const LARGE: usize = 500;
+use crate::solver::Crowd;
+use std::collections::BTreeSet;
 
 /// Gap up to which a contact of a crowd touches, as a share of the size of the smaller body. It trades
 /// the place of a body for a problem that sweeps solve: half of it, and heaps still creep.
@@ -45,28 +42,6 @@ const STRIDE: f64 = 0.1;
 
 /// Sweeps for the displacements of a step. What they leave waits for the next step.
 const SWEEPS: usize = 30;
-
-/// How hard the impulses of a crowd are looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Effort {
-    /// By sweeps alone.
-    #[default]
-    Fast,
-    /// If the sweeps are not certified, the settings' solver is tried from zero impulses: some 50 to
-    /// 150 factorisations a step.
-    Exact,
-}
-
-impl Effort {
-    /// The name in scene files and settings.
-    pub fn name(self) -> &'static str {
-        match self {
-            Effort::Fast => "fast",
-            Effort::Exact => "exact",
-        }
-    }
-}
 
 /// Drops pushes, and closing velocities of gaps within the dead band, from the problem of a crowd.
 pub(super) fn simplify(
@@ -123,15 +98,19 @@ pub(super) fn overlaps(contact: &ContactPoint, gap: f64, inverse_mass: &[Vec3]) 
 /// J d ≥ −max(g, 0)    of all others           J d = 0    of joints               (1)
 /// ```
 ///
+/// Rows of pairs that overlap since the `start` get `R P_N` on the left, with `R` their own inverse
+/// mass: a body built into others waits until these have made room, and is not pushed through them.
+///
 /// as far as [`SWEEPS`] sweeps of Gauss-Seidel from zero find them. Bodies outside the crowd do not move.
 /// Velocities and kinetic energy do not change.
 pub(super) fn part_crowd(
     crowd: &[bool],
+    start: &BTreeSet<u64>,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
     inverse_mass: &[Vec3],
-    solver: &mut IslandSolver,
+    solver: &mut Crowd,
 ) -> Vec<(u32, Vec3)> {
     let own = |bodies: [u32; 2]| {
         let inside = |body: u32| crowd.get(body as usize).is_some_and(|c| *c);
@@ -162,9 +141,13 @@ pub(super) fn part_crowd(
             ..contact.rows
         });
         free.push(Vec2::new(asked, 0.0));
+        let yields = overlaps && start.contains(&contact.key.pair);
         laws.push(Law::Contact {
             friction: 0.0,
-            compliance: 0.0,
+            compliance: match yields {
+                true => rows[rows.len() - 1].diagonal(inverse_mass)[(0, 0)],
+                false => 0.0,
+            },
         });
     }
     if !any {
@@ -192,7 +175,7 @@ pub(super) fn part_crowd(
         free,
         laws,
     };
-    let impulses = solver.worker.crowd.displace(&problem, SWEEPS);
+    let impulses = solver.displace(&problem, SWEEPS);
     let Delassus::Bodies(op) = &problem.operator else {
         return Vec::new();
     };

@@ -2,12 +2,12 @@
 
 use super::super::energy_bound::{bound_swept, work};
 use super::super::interval::{Block, Interval, Source};
-use super::super::island_problem::{IslandProblem, Terms, is_rigid};
+use super::super::island_problem::{IslandProblem, LARGE, Terms, is_rigid};
 use super::super::model::{ContactKey, ContactPoint, NormalLaw};
-use super::super::rules::{ImpactLaw, Rules, Scheme};
+use super::super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use super::super::solution::Solution;
 use super::super::solve::IslandSolver;
-use super::{Effort, LARGE, simplify};
+use super::simplify;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
 use crate::solver::{Direct, ImpulseSolver, Shares, SolveReport};
 use std::sync::Arc;

@@ -2,16 +2,16 @@
 //! the energy that it adds, and judges the solution, in this order.
 
 use super::closings::settle_closings;
-use super::crowd::{Effort, LARGE, simplify};
+use super::crowd::simplify;
 use super::energy_bound::{
     bound_contacts, bound_joints, bound_swept, hopeless, joint_energies, work,
 };
 use super::interval::Interval;
-use super::island_problem::{IslandProblem, restore_pushes};
+use super::island_problem::{IslandProblem, LARGE, restore_pushes};
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
 use super::phases::PhaseClock;
 use super::redundancy::redundant;
-use super::rules::{ImpactLaw, Rules, Scheme};
+use super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
 use crate::contact::{Residual, Vec2, Vec3, natural_map};
 use crate::solver::{Crowd, FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};

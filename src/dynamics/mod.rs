@@ -88,7 +88,6 @@ mod visco_elastic;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;
-pub use crowd::Effort;
 pub(crate) use islands::Islands;
 pub use joint::RowName;
 pub use joint_frames::{Bend, Coordinate, JointFrames};
@@ -101,7 +100,7 @@ pub use phases::{Clock, Phases};
 pub use pose::Pose64;
 pub use recovery::{LARGE_OVERLAP, LASTING};
 pub use roles::{BodyRoles, Sweep};
-pub use rules::{ImpactLaw, Scheme};
+pub use rules::{Effort, ImpactLaw, Scheme};
 
 pub use settings::{MOST_THREADS, StepError, StepperSettings};
 pub use stepper::MoreauStepper;

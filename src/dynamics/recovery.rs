@@ -1,8 +1,9 @@
 //! Moves overlapping pairs apart, without adding velocity.
 
 use super::contact_cache::Overlaps;
-use super::crowd::LARGE;
+use super::crowd::overlaps as crowd_overlaps;
 use super::interval::{Interval, Source, diagonal, movable};
+use super::island_problem::LARGE;
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
@@ -180,11 +181,15 @@ pub(super) fn part_overlaps(
             continue;
         }
         let pair = contact.key.pair;
+        let left = contact.gap + opening(contact, interval, solution, path);
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
+            if overlaps.open.contains(&pair) && crowd_overlaps(contact, left, inverse_mass) {
+                open.insert(pair);
+                needed.insert(pair);
+            }
             continue;
         }
-        let left = contact.gap + opening(contact, interval, solution, path);
         let first = overlaps.open.contains(&pair);
         let is_late = !first && overlaps.late.contains(&pair);
         let slop = if is_late {

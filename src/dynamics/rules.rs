@@ -1,7 +1,6 @@
 //! The rule of each contact in the contact problem: activation, free term, law.
 
 use super::contact_cache::Left;
-use super::crowd::Effort;
 use super::model::{ContactPoint, NormalLaw};
 use super::visco_elastic::visco_elastic;
 use crate::contact::{Law, Vec2, Vec3};
@@ -52,6 +51,28 @@ impl ImpactLaw {
             ImpactLaw::Capped => "capped",
             ImpactLaw::Newton => "newton",
             ImpactLaw::Uniform => "uniform",
+        }
+    }
+}
+
+/// How hard the impulses of a crowd are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// By sweeps alone.
+    #[default]
+    Fast,
+    /// If the sweeps are not certified, the settings' solver is tried from zero impulses: some 50 to
+    /// 150 factorisations a step.
+    Exact,
+}
+
+impl Effort {
+    /// The name in scene files and settings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Effort::Fast => "fast",
+            Effort::Exact => "exact",
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Settings of a stepper, and its errors.
 
-use super::crowd::Effort;
 use super::model::ModelError;
-use super::rules::{ImpactLaw, Rules, Scheme};
+use super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use crate::contact::Vec3;
 use crate::solver::Shares;
 use serde::{Deserialize, Serialize};

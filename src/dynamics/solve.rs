@@ -1,9 +1,9 @@
 //! Solves an interval: its islands one by one, or on several threads.
 
-use super::crowd::LARGE;
 use super::interval::Interval;
 use super::island::{Task, Worker};
 use super::island_cache::IslandCache;
+use super::island_problem::LARGE;
 use super::outcome::IslandResult;
 use super::phases::PhaseClock;
 use super::rules::Rules;

@@ -511,7 +511,15 @@ impl MoreauStepper {
             let mut parted =
                 part_overlaps(&mut overlaps, interval, solution, path, w, skipped, solver);
             if !crowd.is_empty() {
-                parted.extend(part_crowd(&crowd, interval, solution, path, w, solver));
+                parted.extend(part_crowd(
+                    &crowd,
+                    &overlaps.open,
+                    interval,
+                    solution,
+                    path,
+                    w,
+                    &mut solver.worker.crowd,
+                ));
             }
             self.parted = parted;
             record.recovering = overlaps.open.len();
