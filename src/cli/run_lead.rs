@@ -100,8 +100,13 @@ fn trust(
         }
     };
     let solved = match totals.unsolved_islands {
-        0 => "every contact problem is solved",
-        _ => "the other contact problems are solved",
+        0 => "every contact problem is solved".to_owned(),
+        all => format!(
+            "{all} contact problems are not certified, {} of them within a closing velocity of {} at worst, \
+             and all others are solved",
+            all - totals.failed_islands,
+            quantity(totals.residual_velocity, "m/s", 2)
+        ),
     };
     text.push_str(&match engine.peer() {
         Some(peer) => format!(
@@ -157,13 +162,13 @@ fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
     if failed("energy") || failed("imbalance") {
         advice.push(format!("for the energy, {shorter}"));
     }
-    if failed("unsolved") {
+    if failed("failed") || failed("bounded") {
         let other = match scene.step.solver.as_str() {
             "auto" => "",
             _ => "--solver auto, ",
         };
         advice.push(format!(
-            "for the unsolved problems, {other}a looser --tolerance, or a shorter step; \
+            "for the problems that are not certified, {other}--effort exact, a looser --tolerance, or a shorter step; \
              --dump-problems writes them to files for `moreau2d solve`"
         ));
     }

@@ -256,10 +256,7 @@ impl Worker {
                 (island.problem).velocities(&answer.impulses, &mut answer.velocities);
             }
         }
-        if bound_swept(island, &mut answer.impulses, &answer.velocities) {
-            let judged = SolveReport::judged(&island.problem, &answer.impulses, tolerance);
-            answer.report = judged.after(&answer.report);
-        }
+        self.bound_sweeps(tolerance);
     }
 
     /// Replaces closing velocities of joints that contradict each other, see [`settle_closings`].
@@ -337,6 +334,17 @@ impl Worker {
                 }
                 false => answer.report.after(&found),
             };
+            self.bound_sweeps(tolerance);
+        }
+    }
+
+    /// Scales down impulses of sweeps that add energy, see [`bound_swept`].
+    fn bound_sweeps(&mut self, tolerance: f64) {
+        let Worker { island, answer, .. } = self;
+        (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+        if bound_swept(island, &mut answer.impulses, &answer.velocities) {
+            let judged = SolveReport::judged(&island.problem, &answer.impulses, tolerance);
+            answer.report = judged.after(&answer.report);
         }
     }
 

@@ -60,6 +60,7 @@ mod joint_recovery;
 mod joint_rules;
 mod kinetic;
 mod local_bodies;
+mod midpoint_gaps;
 mod model;
 mod outcome;
 mod phases;

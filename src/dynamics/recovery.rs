@@ -7,6 +7,7 @@ use super::island_problem::LARGE;
 use super::islands::Islands;
 use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
+use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
@@ -372,25 +373,6 @@ fn within(stride: f64, rows: &[Rows], moved: &[Vec3]) -> f64 {
     size.iter().zip(moved).map(share).fold(1.0, f64::min)
 }
 
-/// Opening \[m\] of a contact from the midpoint of the step to the next one, `Δt γ_E`.
-///
-/// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in
-/// time: only for these they are not those at the end. What meets after the end of the step is then an
-/// impact to come.
-pub(super) fn opening(
-    contact: &ContactPoint,
-    interval: &Interval,
-    solution: &Solution,
-    path: Option<&[Vec3]>,
-) -> f64 {
-    let (dt, closing) = (interval.length, contact.rows.velocity(&solution.end).x);
-    let mean = path.map_or(closing, |path| contact.rows.velocity(path).x);
-    match mean == closing {
-        true => dt * closing,
-        false => (dt * mean).max(dt * mean - 0.5 * dt * closing),
-    }
-}
-
 /// Share of an overlap that a step corrects. The deepest overlap that a step may take up at once,
 /// [`STRIDE`], falls to [`LARGE_OVERLAP`] within [`LASTING`]; at small steps the share is a fifth.
 fn share(dt: f64) -> f64 {
@@ -434,19 +416,6 @@ fn limits(
         return [held + TRIGGER * slop, held + slop];
     }
     [TRIGGER_AT_REST * slop_at_rest, slop_at_rest]
-}
-
-/// Twice the lever of a contact on the smaller of its movable bodies \[m\]: at most the diameter of a
-/// circle about the centre of mass that contains the body.
-pub(super) fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
-    let bodies = movable(contact.rows.bodies, inverse_mass);
-    let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
-        let [n, t] = contact.rows.jacobian[side];
-        n.z.hypot(t.z)
-    });
-    // a point has no size
-    let levers = levers.filter(|lever| *lever > 0.0);
-    2.0 * levers.fold(f64::INFINITY, f64::min)
 }
 
 /// The block of a contact of the detection. Blocks have the order of the contacts, followed by the

@@ -155,7 +155,7 @@ fn a_run_that_did_not_hold_says_so_first() {
     let summary = place.json("r/summary.json");
     assert_eq!(summary["verdict"]["held"], false);
     assert!(html.contains("bad-run\" id=\"lead\"") && html.contains("Not everywhere: "));
-    assert!(html.contains("for the unsolved problems"));
+    assert!(html.contains("for the overlap"));
     let red = data["red"].as_str().unwrap();
     let unsolved = red.bytes().filter(|bits| (bits - b'0') & 1 == 1).count();
     let share = summary["totals"]["unsolved_steps"].as_f64().unwrap() / 3.0;

@@ -9,9 +9,10 @@
 use super::runner::{Context, Rest, Runner};
 use crate::contact::Vec3;
 use crate::dynamics::interval::{Interval, Source, belongs};
+use crate::dynamics::midpoint_gaps::least_size;
 use crate::dynamics::model::{MultibodyModel, NormalLaw};
 use crate::dynamics::recording::end_gap;
-use crate::dynamics::recovery::{LARGE_OVERLAP, least_size};
+use crate::dynamics::recovery::LARGE_OVERLAP;
 use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solution::Solution;

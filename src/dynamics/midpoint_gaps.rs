@@ -1,0 +1,38 @@
+//! Gaps of contacts from one midpoint to the next, and the sizes that they are compared with.
+
+use super::interval::{Interval, movable};
+use super::model::ContactPoint;
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Vec3};
+
+/// Opening \[m\] of a contact from the midpoint of the step to the next one, `Δt γ_E`.
+///
+/// `path` has the mean velocities of all bodies between the two, if the impacts of some are located in
+/// time: only for these they are not those at the end. What meets after the end of the step is then an
+/// impact to come.
+pub(super) fn opening(
+    contact: &ContactPoint,
+    interval: &Interval,
+    solution: &Solution,
+    path: Option<&[Vec3]>,
+) -> f64 {
+    let (dt, closing) = (interval.length, contact.rows.velocity(&solution.end).x);
+    let mean = path.map_or(closing, |path| contact.rows.velocity(path).x);
+    match mean == closing {
+        true => dt * closing,
+        false => (dt * mean).max(dt * mean - 0.5 * dt * closing),
+    }
+}
+
+/// Twice the lever of a contact on the smaller of its movable bodies \[m\]: at most the diameter of a
+/// circle about the centre of mass that contains the body.
+pub(super) fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
+    let bodies = movable(contact.rows.bodies, inverse_mass);
+    let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
+        let [n, t] = contact.rows.jacobian[side];
+        n.z.hypot(t.z)
+    });
+    // a point has no size
+    let levers = levers.filter(|lever| *lever > 0.0);
+    2.0 * levers.fold(f64::INFINITY, f64::min)
+}
