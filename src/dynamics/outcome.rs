@@ -31,7 +31,8 @@ impl IslandOutcome {
     fn failed(&self) -> bool {
         let residual = &self.report.residual;
         // NaN fails
-        !self.report.solved() && !(residual.velocity <= FAILED * residual.velocity_scale)
+        let bounded = residual.velocity <= FAILED * residual.velocity_scale;
+        !self.report.solved() && !bounded
     }
 
     /// Adds the work of the solve, even if the result is not used.
