@@ -374,8 +374,8 @@ pub(super) fn joint_energies(
 /// ```
 ///
 /// which can only take energy. The rest of the gaps is closed by position, see
-/// [`super::joint_recovery`]. `problem` is the island's problem, or its regularised form; `impulses`
-/// is its solution. Returns the report of the bounded solution and its `b`; `None` if the bound
+/// [`super::joint_recovery`]. `impulses` solves `problem`, the island's; if they are `doubtful`, the
+/// plastic problem is solved in any case. Returns the report of the bounded solution and its `b`; `None` if the bound
 /// already holds.
 ///
 /// # Source
@@ -385,7 +385,7 @@ pub(super) fn bound_joints(
     problem: &ContactProblem,
     island: &IslandProblem,
     impulses: &mut [Vec2],
-    report: SolveReport,
+    (report, doubtful): (SolveReport, bool),
     tolerance: f64,
 ) -> Option<(SolveReport, Vec<Vec2>)> {
     let (terms, bilateral) = (&island.terms, &island.bilateral);
@@ -416,7 +416,7 @@ pub(super) fn bound_joints(
     };
     let (now, contacts) = (work(1.0, impulses), by_contacts(impulses));
     let gains = now > room || counts && total + now + contacts > limit;
-    if !gains && !hopeless(&report) {
+    if !gains && !doubtful {
         return None;
     }
     let mut plastic = problem.clone();

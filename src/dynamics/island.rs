@@ -241,7 +241,7 @@ impl Worker {
         let impulses = &mut answer.impulses;
         let problem = &island.problem;
         if let Some((report, bias)) =
-            bound_joints(crowd, problem, island, impulses, report, tolerance)
+            bound_joints(crowd, problem, island, impulses, (report, false), tolerance)
         {
             (answer.report, answer.joints_bounded) = (report, true);
             island.problem.free = bias;
@@ -283,7 +283,7 @@ impl Worker {
             &island.problem,
             island,
             impulses,
-            answer.report,
+            (answer.report, hopeless(&answer.report)),
             tolerance,
         );
         if let Some((report, bias)) = bounded {

@@ -325,7 +325,7 @@ fn a_pile_dropped_into_a_bin_comes_to_rest() {
         );
     }
     let corners: Vec<Vector> = (0..6)
-        .map(|k| 0.1 * Vector::from_angle(k as Real * std::f32::consts::FRAC_PI_3))
+        .map(|k| 0.1 * Vector::from_angle(k as Real * std::f64::consts::FRAC_PI_3 as Real))
         .collect();
     for (layer, column) in (0..12).flat_map(|layer| (0..5).map(move |column| (layer, column))) {
         let (layer, column) = (layer as Real, column as Real);
