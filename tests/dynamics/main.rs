@@ -6,6 +6,7 @@ mod common;
 mod belt;
 mod closed_forms;
 mod closed_loops;
+mod crowds;
 mod determinism;
 mod energy;
 mod events;

@@ -1,0 +1,82 @@
+//! Large islands in motion: how far they are from the rigid law, and how they come to rest.
+
+use crate::common::parse;
+use moreau2d::contact::Vec2;
+use moreau2d::experiment::{Engine, simulate};
+use moreau2d::scene::Built;
+
+/// Boxes or other bodies that start apart and fall into a bin.
+fn heap(body: &str, effort: &str) -> Built {
+    parse(&format!(
+        r#"
+scene = {{ name = "heap", title = "Bodies fall into a bin" }}
+step = {{ effort = "{effort}" }}
+body = [
+  {{ name = "floor", kind = "fixed", box = [12, 1], position = [0, -0.5] }},
+  {{ name = "left", kind = "fixed", box = [1, 20], position = [-4.5, 10] }},
+  {{ name = "right", kind = "fixed", box = [1, 20], position = [4.5, 10] }},
+  {{ name = "grain", density = 1, {body}, position = [-3.7, 0.5] }},
+]
+repeat = [{{ of = "grain", count = [20, 20], step = [[0.39, 0.013], [0.017, 0.4]] }}]
+"#
+    ))
+    .build()
+    .unwrap()
+}
+
+fn places(built: &Built) -> Vec<Vec2> {
+    let all = (0..).map_while(|k| built.state(k));
+    all.map(|(pose, _)| pose.translation).collect()
+}
+
+/// In motion a heap is bounded: no island fails, contacts give no energy, what a step leaves is a few
+/// millimetres at most. It comes to rest by itself, is certified then, and moves by no bit.
+#[test]
+fn a_heap_is_bounded_and_comes_to_rest() {
+    let shapes = [
+        "box = [0.25, 0.25]",
+        "polygon = [[0.14, 0.0], [0.0, 0.14], [-0.14, 0.0], [0.0, -0.14]]",
+    ];
+    for body in shapes {
+        let mut built = heap(body, "fast");
+        let (mut crowds, mut failed, mut worst, mut given) = (0, 0, 0.0f64, 0.0f64);
+        simulate(&mut built, Engine::Moreau, 600, |record, _| {
+            crowds += record.crowds;
+            failed += record.failed;
+            given += record.constraint_work;
+            assert!(given < 1e-6, "{body}: {given} J at {} s", record.time);
+            if record.unsolved > 0 {
+                worst = worst.max(record.residual_velocity);
+            }
+            Ok(())
+        })
+        .unwrap();
+        assert!(crowds > 50 && failed == 0, "{body}: {crowds}, {failed}");
+        assert!(worst * (1.0 / 60.0) < 5e-3, "{body}: {worst} m/s");
+        let before = places(&built);
+        simulate(&mut built, Engine::Moreau, 300, |record, _| {
+            let state = (record.unsolved, record.resting == record.islands);
+            assert_eq!(state, (0, true), "{body} at {} s", record.time);
+            Ok(())
+        })
+        .unwrap();
+        assert!(places(&built) == before, "{body}");
+    }
+}
+
+/// The effort `exact` certifies more steps of a heap in motion.
+#[test]
+fn exact_effort_certifies_more() {
+    let certified = |effort: &str| {
+        let mut built = heap("box = [0.25, 0.25]", effort);
+        let mut certified = 0;
+        simulate(&mut built, Engine::Moreau, 150, |record, _| {
+            certified += usize::from(record.unsolved == 0);
+            Ok(())
+        })
+        .unwrap();
+        certified
+    };
+    let [fast, exact] = ["fast", "exact"].map(certified);
+    assert!(exact > fast + 10, "{exact} {fast}");
+}
