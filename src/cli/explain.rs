@@ -58,6 +58,11 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
+/// A number with its noun: "1 joint", "2 joints".
+fn count(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
 fn text(e: &Explanation) -> String {
     let t = &e.trial;
     let parts: Vec<String> = [
@@ -73,16 +78,17 @@ fn text(e: &Explanation) -> String {
         (true, _) => "a mechanism of coordinates".to_owned(),
         (false, 0) => format!("bodies: {}", parts.join(", ")),
         (false, n) => format!(
-            "bodies: {}; joints: {n}, which take {} coordinates",
+            "bodies: {}; {} on {}",
             parts.join(", "),
-            e.joint_rows
+            count(n, "joint"),
+            count(e.joint_rows, "coordinate")
         ),
     };
     let mut out = format!(
         "degrees of freedom: {} (model {}); {of}\n\
          trial: {} of {} steps, {}, scheme {}, solver {}\n\
-         at most in a step: {} contacts, {} islands, {} unknown impulses\n\
-         in all: {} times a contact sticks, {} slides; {} impacts; {} sweeps, {} factorisations\n",
+         at most in a step: {}, {}, {}\n\
+         in all: {} times a contact sticks, {} slides; {}, {}, {}\n",
         e.degrees_of_freedom,
         e.model,
         t.steps,
@@ -90,14 +96,14 @@ fn text(e: &Explanation) -> String {
         quantity(t.time_s, "s", 3),
         e.scheme,
         e.solver,
-        t.most_contacts,
-        t.most_islands,
-        t.most_unknowns,
+        count(t.most_contacts, "contact"),
+        count(t.most_islands, "island"),
+        count(t.most_unknowns, "unknown impulse"),
         t.sticking,
         t.sliding,
-        t.impacts,
-        t.sweeps,
-        t.factorisations,
+        count(t.impacts, "impact"),
+        count(t.sweeps, "sweep"),
+        count(t.factorisations, "factorisation"),
     );
     out.push_str("left out:\n");
     for left in &e.left_out {

@@ -288,7 +288,7 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.capped > 0 {
         out.push(format!(
-            "restitution was reduced {} times so that impacts add no energy",
+            "impulses were reduced {} times so that contacts add no energy",
             t.capped
         ));
     }

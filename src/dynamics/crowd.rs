@@ -59,7 +59,10 @@ pub(super) fn simplify(
             continue;
         };
         let contact = &interval.detection.contacts[index];
-        if !island.terms[k].impact && contact.gap <= BAND * least_size(contact, inverse_mass) {
+        let size = least_size(contact, inverse_mass);
+        // a point has no size, and no band
+        let band = if size.is_finite() { BAND * size } else { 0.0 };
+        if !island.terms[k].impact && contact.gap <= band {
             let closing = island.added[k].x;
             island.problem.free[k].x -= closing;
             island.added[k].x = 0.0;

@@ -161,6 +161,72 @@ fn effort_decides_whether_a_crowd_is_tried() {
     }
 }
 
+/// Solves, and then leaves this share of the impulses out.
+struct Misses {
+    share: f64,
+    direct: Direct,
+}
+
+impl ImpulseSolver for Misses {
+    fn name(&self) -> &'static str {
+        "direct"
+    }
+
+    fn solve(
+        &mut self,
+        problem: &ContactProblem,
+        impulses: &mut [Vec2],
+        tolerance: f64,
+    ) -> SolveReport {
+        self.direct.solve(problem, impulses, tolerance);
+        impulses.iter_mut().for_each(|p| *p *= 1.0 - self.share);
+        SolveReport::judged(problem, impulses, tolerance)
+    }
+}
+
+/// A step of an island by a solver that [`Misses`] by `share`.
+fn missed(interval: &Interval, share: f64) -> Solution {
+    let direct = Direct::default();
+    let mut solver = IslandSolver::new(Box::new(Misses { share, direct }), 1e-8);
+    let masses = vec![Vec3::new(1.0, 1.0, 0.0); 600];
+    let mut solution = Solution::default();
+    solver.cache.begin();
+    solver.solve(interval, &mut solution, &masses, &RULES);
+    solution
+}
+
+/// What nearly solves an island is not thrown away: the island stays as it is if the solver missed by
+/// little. Otherwise it is a crowd, with the solver's impulses where the sweeps leave more.
+#[test]
+fn a_near_miss_is_kept() {
+    let mut interval = row(0, 600, 0.0);
+    // nothing is pushed, and the last wall makes room for all
+    interval.bias.fill(Vec2::new(-0.5, 0.0));
+    interval.detection.contacts[600].gap = 7.0;
+    interval.bias[600].x = 700.0;
+    for (share, crowd) in [(1e-6, false), (1e-2, true)] {
+        let outcome = &missed(&interval, share).outcomes[0];
+        assert_eq!(outcome.crowd, crowd, "{share}");
+        let left = &outcome.report.residual;
+        assert!(!outcome.report.solved(), "{share}");
+        // sweeps alone leave more than that of a row of 600 balls
+        assert!(
+            left.velocity <= 2.0 * share * left.velocity_scale,
+            "{left:?}"
+        );
+    }
+}
+
+/// Joints alone are no crowd, whatever the solver leaves.
+#[test]
+fn an_island_of_joints_is_no_crowd() {
+    let mut interval = row(0, 600, 0.0);
+    for law in &mut interval.laws {
+        *law = Law::Pin;
+    }
+    assert!(!missed(&interval, 1e-2).outcomes[0].crowd);
+}
+
 /// The problem of a crowd has neither pushes nor gaps within the dead band; wider gaps stay.
 #[test]
 fn the_problem_of_a_crowd_has_no_pushes_and_no_small_gaps() {

@@ -155,6 +155,11 @@ impl IslandProblem {
         largest > 0.0 && (small || velocity > CONTRADICTION * largest)
     }
 
+    /// Whether the island has a rigid contact.
+    pub fn has_rigid(&self) -> bool {
+        self.terms.iter().any(|t| t.rigid)
+    }
+
     /// Whether the island has a rebounding impact.
     pub fn impact(&self) -> bool {
         self.terms.iter().any(|t| t.impact)

@@ -224,7 +224,8 @@ pub struct StepRecord {
     /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is
     /// not unique.
     pub redundant: usize,
-    /// Islands whose restitution was limited by the energy bound.
+    /// Islands whose contacts would have added energy: by restitution, or in a crowd by what the
+    /// sweeps left. Their impulses were reduced.
     pub capped: usize,
     /// Islands of more than 500 contacts in motion, answered by sweeps: see [`Effort`](super::Effort).
     pub crowds: usize,
