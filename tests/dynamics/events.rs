@@ -620,3 +620,24 @@ fn falling_arches_overlap_less_with_events() {
     }
     assert!(depths[1] < depths[0], "{depths:?}");
 }
+
+/// An impact happens in the run, and at the latest half a step after the step that records it: at the
+/// next midpoint, where its contact touches.
+#[test]
+fn impacts_lie_within_the_run() {
+    for (name, steps) in [("drum", 150), ("card-house", 120), ("hit-heap", 60)] {
+        let scene = load(name, &[]);
+        let run = run_steps(&scene, steps);
+        let dt = scene.step.dt;
+        let mut found = 0;
+        for (k, record) in run.records.iter().enumerate() {
+            for impact in &record.impacts {
+                let latest = (k as f64 + 1.5) * dt * (1.0 + 1e-12);
+                let inside = (0.0..=latest).contains(&impact.time);
+                assert!(inside, "{name}, step {k}: {}", impact.time);
+                found += 1;
+            }
+        }
+        assert!(found > 10, "{name}: {found}");
+    }
+}

@@ -13,6 +13,7 @@
 
 mod colliders;
 mod exhaustive;
+mod flights;
 mod grid;
 mod hooks;
 mod leaves;

@@ -334,6 +334,12 @@ impl Finder<'_> {
             }
         }
         let met = self.meet_fast(sides, bodies, found);
+        if self.midpoint
+            && !met
+            && let Some(bound) = bound
+        {
+            self.meet_in_flight(sides, bodies, bound, found);
+        }
         if !found.is_empty() && !met && (self.midpoint || self.within) {
             self.meet_moving(sides, bodies, reach, found);
         }
@@ -394,6 +400,9 @@ impl Finder<'_> {
         let pressed = cell.and_then(|cell| cell_touches(poses, parts, cell, reach, found));
         if let Some(bound) = pressed.or_else(|| touches(poses, parts, &sight, reach, found)) {
             let met = pressed.is_some() || self.meet_fast(sides, bodies, found);
+            if self.midpoint && !met {
+                self.meet_in_flight(sides, bodies, bound, found);
+            }
             if !met && (self.midpoint || self.within) {
                 self.meet_moving(sides, bodies, reach, found);
             }

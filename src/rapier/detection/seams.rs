@@ -28,7 +28,7 @@ const AHEAD: f64 = 2.0;
 
 /// Height over a face, as a share of the smaller part's size, up to which a part slides on it. A part
 /// that flies past corners higher up meets what it meets.
-const FLUSH: f64 = 1e-3;
+pub(super) const FLUSH: f64 = 1e-3;
 
 /// A contact at a corner that could as well be met along other directions.
 pub(super) struct Tie {
@@ -117,9 +117,10 @@ impl Finder<'_> {
             let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * dt;
             best_axis(axes, [&start, &now, &next], present, [noise, flush, slide])
         });
-        if let Some(Some(touch)) = better {
+        if let Some(Some(touches)) = better {
             found.clear();
-            found.extend(touch.filter(|touch| touch.gap <= reach));
+            let touches = touches.into_iter().flatten();
+            found.extend(touches.filter(|touch| touch.gap <= reach));
         }
     }
 
@@ -239,14 +240,14 @@ fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>>
 /// along which they touch at the start; of all that separate them at the start if the present one
 /// does not. `None` if the `present` direction is that one, or if the corner that touches lies
 /// farther beyond the face than the parts `slide` \[m\]: nearly parallel faces then meet elsewhere.
-/// `Some(None)` if a neighbour of a segment has the contact. Poses of the start, now, and of the time
-/// to come.
+/// No contact if a neighbour of a segment has it. Poses of the start, now, and of the time
+/// to come. The contacts are at most two.
 fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
     present: crate::contact::Vec2,
     [noise, flush, slide]: [f64; 3],
-) -> Option<Option<Touch>> {
+) -> Option<[Option<Touch>; 2]> {
     let (mut own, highest) = match axes.separation(start, present) >= -noise {
         true => (axes.separation(next, present), flush),
         false => (f64::NEG_INFINITY, f64::INFINITY),
@@ -269,6 +270,7 @@ fn best_axis(
     }
     match axes.touch(now, axis, noise) {
         Some(touch) if axes.beyond(now, axis, touch.point) > slide => None,
-        touch => Some(touch),
+        Some(touch) => Some([Some(touch), axes.second(now, axis, &touch, noise)]),
+        None => Some([None; 2]),
     }
 }

@@ -1,7 +1,7 @@
 //! The directions along which two convex parts can be separated: the normals of all their faces.
 
-use super::convex::View;
-use super::{Core, Part, Touch, corners};
+use super::convex::{View, clipped_incident};
+use super::{Core, Part, Touch, corners, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -187,6 +187,38 @@ impl Axes<'_> {
             point: p - outward * (self.rounding[1 - part] + 0.5 * gap),
             gap,
             feature: 1 << 30 | (part as u32) << 29 | (face as u32) << 12 | j as u32,
+        })
+    }
+
+    /// The other contact of two sharp polygons along an axis, at the far end of the face that lies over
+    /// that of the axis. `touch` is the one at the nearest corner. `None` if no face lies over it, or
+    /// within `noise` \[m\] of that corner.
+    pub fn second(
+        &self,
+        poses: &[Pose64; 2],
+        Axis { part, face }: Axis,
+        touch: &Touch,
+        noise: f64,
+    ) -> Option<Touch> {
+        let (base, other) = (&self.views[part], &self.views[1 - part]);
+        let polygon = |view: &View| view.edge.is_none() && view.points.len() > 2;
+        if self.rounding != [0.0; 2] || !polygon(base) || !polygon(other) {
+            return None;
+        }
+        let seen = relative(&poses[part], &poses[1 - part]);
+        let ends = clipped_incident(base, face, other, &seen)?;
+        let normal = base.normals[face];
+        let along = Vec2::new(-normal.y, normal.x);
+        let own = along.dot(&poses[part].apply_inverse(touch.point));
+        let off = |end: &(f64, f64)| (end.0 - own).abs();
+        let [a, b] = ends;
+        let (place, gap) = if off(&a) > off(&b) { a } else { b };
+        let extent = normal.dot(&base.points[face]);
+        (off(&(place, gap)) > noise).then(|| Touch {
+            normal: touch.normal,
+            point: poses[part].apply(along * place + normal * (extent + 0.5 * gap)),
+            gap,
+            feature: touch.feature ^ 1 << 28,
         })
     }
 }

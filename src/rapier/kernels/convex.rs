@@ -588,7 +588,12 @@ pub(super) fn convex_convex(
 /// The incident face of `other`, clipped to face `k` of `base`: both ends as (position along the
 /// face, height above it) \[m\]; `None` if nothing is left. `seen` is the pose of `other` in the
 /// frame of `base`.
-fn clipped_incident(base: &View, k: usize, other: &View, seen: &Pose64) -> Option<[(f64, f64); 2]> {
+pub(super) fn clipped_incident(
+    base: &View,
+    k: usize,
+    other: &View,
+    seen: &Pose64,
+) -> Option<[(f64, f64); 2]> {
     let normal = base.normals[k];
     let tangent = Vec2::new(-normal.y, normal.x);
     let [start, end] = base.face(k);
