@@ -61,6 +61,11 @@ const EMBEDDED: &[(&str, &str)] = &[
     ),
     ("tumbler", include_str!("../../scenes/tumbler.toml")),
     ("box-drum", include_str!("../../scenes/box-drum.toml")),
+    (
+        "drum-of-boxes",
+        include_str!("../../scenes/drum-of-boxes.toml"),
+    ),
+    ("grains", include_str!("../../scenes/grains.toml")),
     ("loaded-arch", include_str!("../../scenes/loaded-arch.toml")),
     ("card-house", include_str!("../../scenes/card-house.toml")),
     (

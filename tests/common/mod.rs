@@ -27,6 +27,8 @@ pub fn small(name: &str) -> &'static [&'static str] {
         "many-pyramids" => &["repeat.0.count=[2]", "repeat.1.count=[10, 10, 3, 2]"],
         "tumbler" => &["repeat.0.count=[12, 12]"],
         "box-drum" => &["repeat.0.count=[15, 15]"],
+        "drum-of-boxes" => &["repeat.0.count=[12, 12]"],
+        "grains" => &["repeat.0.count=[10, 5]", "repeat.1.count=[10, 5]"],
         "joint-grid" => &[
             "repeat.0.count=[20, 20]",
             "repeat.0.fixed=[[8, 0], [9, 0], [10, 0], [11, 0]]",

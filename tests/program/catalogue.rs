@@ -10,7 +10,7 @@ use moreau2d::thresher;
 use std::collections::HashMap;
 
 /// Scenes of bodies, and how many steps show what they are about: 50 or all there are, and for the
-/// drum 200 and the platforms 120, after which grains and boxes lie on them.
+/// drum 200, the platforms and the drum of boxes 120, after which grains and boxes lie on them.
 fn scenes_of_bodies() -> Vec<(Scene, usize)> {
     scene::scenes()
         .unwrap()
@@ -21,7 +21,7 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
             let whole = (scene.step.time / scene.step.dt).round() as usize;
             let steps = match scene.name.as_str() {
                 "drum" => 200,
-                "one-way-platforms" => 120,
+                "one-way-platforms" | "drum-of-boxes" => 120,
                 _ => 50.min(whole),
             };
             (scene, steps)

@@ -257,6 +257,8 @@ fn catalogue_scenes_hold_what_their_titles_say() {
     assert_eq!(bodies("many-pyramids"), 10 + 100 * 55);
     assert_eq!(bodies("tumbler"), 1 + 45 * 45);
     assert_eq!(bodies("box-drum"), 1 + 900);
+    assert_eq!(bodies("drum-of-boxes"), 1 + 576);
+    assert_eq!(bodies("grains"), 2 + 1000);
     assert_eq!(bodies("loaded-arch"), 1 + 17 + 4);
     assert_eq!(bodies("card-house"), 1 + 30 + 10);
     assert_eq!(bodies("high-mass-ratio-1"), 1 + 3 * 55);
