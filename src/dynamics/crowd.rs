@@ -37,7 +37,7 @@ const SLOP: f64 = 0.5 * BAND;
 const TRIGGER: f64 = 1.1;
 
 /// Share of an overlap that a step corrects, and the most, as a share of the size.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.8;
 const STRIDE: f64 = 0.1;
 
 /// Sweeps for the displacements of a step. What they leave waits for the next step.
