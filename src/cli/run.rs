@@ -47,7 +47,12 @@ pub(super) fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
     head
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
+/// The scene of a run and its machine, if the run can be made.
+///
+/// # Errors
+/// Those of a scene that cannot be loaded; [`RunError::Unfit`] for an engine that cannot step it, and
+/// for a key or flag without effect.
+pub(super) fn checked(args: &RunArgs) -> Result<(Scene, Option<Machine>), RunError> {
     let (scene, machine) = args.common.load()?;
     match &machine {
         Some(_) => only_moreau(args, &scene)?,
@@ -55,6 +60,11 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         None => args.engine.has_model(&scene)?,
     }
     refuse_idle(args, &scene, machine.as_ref())?;
+    Ok((scene, machine))
+}
+
+pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
+    let (scene, machine) = checked(args)?;
     if let Some(machine) = machine {
         return run_machine::run(args, &scene, &machine);
     }
@@ -70,7 +80,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let every = args
         .every
         .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
-    let mut files = RunFiles::create(&folder, every)?;
+    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
     let mut judge = Judge::new(&scene, &built);
@@ -89,7 +99,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })?;
     drop(progress);
     let last = files.finish()?;
-    write_still(&folder, &scene, &states(&built, args.engine), &last)?;
+    if !args.summary_only {
+        write_still(&folder, &scene, &states(&built, args.engine), &last)?;
+    }
     let found = measures(&scene, &samples);
     let verdict = judge.verdict(&totals, &built);
     let mut notes = summary::warnings(&totals);
