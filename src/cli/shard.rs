@@ -56,8 +56,7 @@ impl Shard {
     /// that of a job array.
     ///
     /// Slurm tells number, first number, step and count of its tasks: `SLURM_ARRAY_TASK_ID`, `_MIN`,
-    /// `_STEP`, `_COUNT`. HyperQueue tells the number alone, in `HQ_TASK_ID`: the count must be typed, and
-    /// tasks be numbered from 1.
+    /// `_STEP`, `_COUNT`. HyperQueue tells the number alone, from 0, in `HQ_TASK_ID`: the count must be typed.
     ///
     /// # Arguments
     /// - `variable`: the value of a variable of the environment.
@@ -93,7 +92,7 @@ impl Shard {
                 let first = whole("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
                 let step = whole("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
                 let own = whole("SLURM_ARRAY_TASK_COUNT")?;
-                // a typed count is of tasks that are numbered from 1
+                // a typed count is of tasks that are numbered from 1, also where a few of them run again
                 match (count, own) {
                     (Some(count), _) => (name, id, 1, 1, count),
                     (None, Some(own)) => (name, id, first, step, own),
@@ -105,11 +104,11 @@ impl Shard {
                 }
             }
             (None, Some(id)) => match count {
-                Some(count) => ("HQ_TASK_ID", id, 1, 1, count),
+                Some(count) => ("HQ_TASK_ID", id, 0, 1, count),
                 None => {
                     return Err(RunError::Unfit(format!(
                         "HQ_TASK_ID = {id}, and HyperQueue does not tell how many tasks there are: give \
-                         --shard /N for tasks 1 to N, or --shard 1/1 for a job without an array"
+                         --shard /N for tasks 0 to N-1, or --shard 1/1 for a job without an array"
                     )));
                 }
             },
@@ -215,13 +214,12 @@ mod tests {
     #[test]
     fn tasks_of_hyperqueue_need_their_count() {
         let set = [("HQ_TASK_ID", "3")];
-        assert_eq!(of(Some("/7"), &set), Ok((3, 7)));
+        assert_eq!(of(Some("/7"), &set), Ok((4, 7)));
+        assert_eq!(of(Some("/7"), &[("HQ_TASK_ID", "0")]), Ok((1, 7)));
         let error = of(None, &set).unwrap_err();
         assert!(error.contains("give --shard /N"), "{error}");
-        for id in ["0", "8"] {
-            let error = of(Some("/7"), &[("HQ_TASK_ID", id)]).unwrap_err();
-            assert!(error.contains("must be 1 to 7"), "{error}");
-        }
+        let error = of(Some("/7"), &[("HQ_TASK_ID", "7")]).unwrap_err();
+        assert!(error.contains("must be 0 to 6"), "{error}");
         let error = of(Some("/7"), &[]).unwrap_err();
         assert!(error.contains("is no task of a job array"), "{error}");
     }

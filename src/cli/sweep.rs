@@ -4,7 +4,8 @@ use super::shard::{Shard, Typed};
 use super::sweep_case::{self, Found, Record, VERSION};
 use super::{Outcome, print_err, print_out, run};
 use crate::experiment::RunError;
-use crate::report::{OutputFolder, Progress};
+use crate::report::{OutputFolder, Progress, ReportError};
+use crate::scene::SceneError;
 use crate::scene::plan::{Case, Plan};
 use clap::Args;
 use serde::{Deserialize, Serialize};
@@ -26,8 +27,9 @@ pub(super) struct SweepArgs {
     /// cores, in a job array 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     jobs: Option<u32>,
-    /// Run part K of N, from 1. In a job array /N: K is SLURM_ARRAY_TASK_ID or HQ_TASK_ID, from 1.
-    /// Without, SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT say which part, from any first number.
+    /// Run part K of N, from 1. In an array of N jobs /N: the part is SLURM_ARRAY_TASK_ID, from 1, or
+    /// HQ_TASK_ID, from 0. Without, SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT say which part, from any
+    /// first number [default: the whole sweep].
     #[arg(long, value_name = "K/N", value_parser = Typed::read)]
     shard: Option<Typed>,
     /// Folder for the cases; several parts may share it [default: out/sweep-PLAN].
@@ -109,6 +111,7 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<Outcome, RunError> {
         let case = sweep_case::arguments(&scene, flags, args.files);
         let name = &planned.cases[number].case;
         let record = sweep_case::run_case(&out, name, &planned.scene, case)?;
+        sweep_case::sweep_up(&out, &left, name)?;
         progress.advance();
         Ok(record)
     })?;
@@ -165,6 +168,11 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
 /// The error of a case, at the place in the plan that causes it.
 fn placed(error: RunError, plan: &Plan, case: &Case) -> RunError {
     let error = match error {
+        RunError::Scene(
+            error @ (SceneError::UnknownScene { .. }
+            | SceneError::NoFile { .. }
+            | SceneError::Read { .. }),
+        ) => RunError::Unfit(format!("{}: {error}", plan.scene_place)),
         RunError::Scene(error) => {
             let changes = case.changes.iter();
             RunError::Scene(changes.fold(error, |error, c| error.placed(&c.flag, &c.place)))
@@ -184,7 +192,7 @@ fn placed(error: RunError, plan: &Plan, case: &Case) -> RunError {
         true => error,
         false => {
             let flags = flags(case).join(", ");
-            RunError::Unfit(format!("{}: with {flags}: {text}", plan.file))
+            RunError::Unfit(format!("{text}; in {} with {flags}", plan.file))
         }
     }
 }
@@ -193,22 +201,29 @@ fn placed(error: RunError, plan: &Plan, case: &Case) -> RunError {
 fn write_plan(out: &Path, planned: &Planned) -> Result<(), RunError> {
     let mut text = format!("{:#}", serde_json::json!(planned));
     text.push('\n');
-    if fs::read_to_string(out.join(PLAN)).is_ok_and(|there| there == text) {
-        return Ok(());
+    let there = || -> Option<Planned> {
+        let text = fs::read(out.join(PLAN)).ok()?;
+        serde_json::from_slice(&text).ok()
+    };
+    match there() {
+        Some(same) if same == *planned => return Ok(()),
+        Some(other) => print_err(&format!(
+            "note: {} has cases of another plan (scene {}, version {}); they stay where they are\n",
+            out.display(),
+            other.scene,
+            other.version
+        )),
+        None => {}
     }
-    let folder = OutputFolder::create(out)?;
-    folder.write(PLAN, text)?;
-    match folder.commit() {
-        Ok(_) => Ok(()),
-        // another part made the folder at the same time
-        Err(error) => {
-            let there = fs::read(out.join(PLAN)).ok();
-            let there = there.and_then(|text| serde_json::from_slice::<Planned>(&text).ok());
-            match there.as_ref() == Some(planned) {
-                true => Ok(()),
-                false => Err(error.into()),
-            }
-        }
+    let write = || -> Result<(), ReportError> {
+        let folder = OutputFolder::create(out)?;
+        folder.write(PLAN, text)?;
+        folder.commit().map(|_| ())
+    };
+    match write() {
+        // another part wrote it at the same time
+        Err(_) if there().as_ref() == Some(planned) => Ok(()),
+        result => Ok(result?),
     }
 }
 

@@ -255,12 +255,17 @@ pub(super) fn sweep_up(out: &Path, left: &[(String, PathBuf)], name: &str) -> Re
     Ok(())
 }
 
-/// What killed runs have left in `out`: name of the case, and path.
+/// What killed runs have left in `out`: name of the case, and path. What they left of `plan.json`, which is
+/// there, is removed.
 pub(super) fn leftovers(out: &Path) -> Result<Vec<(String, PathBuf)>, RunError> {
     let mut found = Vec::new();
     for entry in fs::read_dir(out).map_err(|error| io_error(out, error))? {
         let path = entry.map_err(|error| io_error(out, error))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with(".moreau2d-") {
+            // another part may be about to write the same
+            let _ = fs::remove_dir_all(&path);
+        }
         let case = name.strip_prefix('.').and_then(|rest| rest.split_once('-'));
         if let Some((case, _)) = case.filter(|(case, _)| case.len() == 16) {
             found.push((case.to_owned(), path.clone()));

@@ -191,14 +191,25 @@ impl SweepResult<'_> {
             }
         };
         let doubtful = self.points.iter().any(|point| !point.held);
-        let note = "framed: the scene did not hold, or the case ended with an error".to_owned();
+        let empty = self.points.iter().any(|point| point.result.is_none());
+        let notes = [
+            (
+                doubtful,
+                "framed: the scene did not hold, or the case ended with an error",
+            ),
+            (
+                empty,
+                "–: the case has no such value, as of a limit that is not reached",
+            ),
+        ];
+        let notes = notes.into_iter().filter(|(is, _)| *is);
         Some(ValueMap {
             title: self.result.to_owned(),
             subtitle: self.subject.to_owned(),
             x: x.name.to_owned(),
             y: y.map_or_else(String::new, |y| y.name.to_owned()),
             maps: (0..count).map(panel).collect(),
-            notes: doubtful.then_some(note).into_iter().collect(),
+            notes: notes.map(|(_, note)| note.to_owned()).collect(),
         })
     }
 }

@@ -19,7 +19,7 @@ const CELL: f64 = 66.0;
 /// Width of a cell from which on its number has room.
 const ROOM: f64 = 44.0;
 /// Ratio of the largest to the smallest value from which on colours follow the logarithm.
-const DECADES: f64 = 30.0;
+const DECADES: f64 = 10.0;
 const BROKEN: RGBColor = RGBColor(213, 94, 0);
 
 /// Maps of one value, with one scale of colours.

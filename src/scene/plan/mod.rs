@@ -42,6 +42,8 @@ pub struct Plan {
     pub file: String,
     /// The scene as the plan names it.
     pub scene: String,
+    /// Where the plan names it.
+    pub scene_place: Place,
     /// The keys that vary, in the order of the file.
     pub keys: Vec<String>,
     set: Vec<Setting>,

@@ -68,6 +68,7 @@ pub(super) fn plan(file: &str, text: &str) -> Result<Plan, SceneError> {
     Ok(Plan {
         file: file.to_owned(),
         scene: scene.to_owned(),
+        scene_place: *top.key("scene").place(),
         keys: keys(&set, &axes)?,
         set,
         axes,
