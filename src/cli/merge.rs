@@ -322,7 +322,10 @@ fn shown(table: &SweepTable, columns: &[String]) -> String {
 
 /// Counts, and what is missing.
 fn listed(found: &Summary<'_>) -> String {
-    let mut text = format!("{} cases, {} held\n", found.cases, found.held);
+    let mut text = match found.cases {
+        1 => format!("1 case, {} held\n", found.held),
+        cases => format!("{cases} cases, {} held\n", found.held),
+    };
     for (what, all) in [("missing", found.missing), ("damaged", found.damaged)] {
         for [case, words] in all.iter().take(SHOWN) {
             text.push_str(&format!("{what}: {case}, {words}\n"));

@@ -56,10 +56,6 @@ const EXIT_ATLAS: &str = "\
 Exit codes: 0 moreau passes every rung; 1 wrong input, or a file cannot be read or written; 2 the
 results are written, but moreau fails a rung or leaves one unsolved. Some rungs are known to fail,
 with and without --quick: the lines below the table name the cause of each.";
-const EXIT_SWEEP: &str = "\
-Exit codes: 0 every case of this shard is done and its scene held; 1 wrong input, or a file cannot be
-read or written: cases that are done stay; 2 all are done, but in some the scene did not hold or could
-not be computed to the end: they are listed with the reason.";
 const EXIT_MERGE: &str = "\
 Exit codes: 0 done; cases that did not hold are listed; 1 wrong input, results of several versions, or
 a file cannot be read or written; 2 the table is written, but cases are missing or damaged: they are
@@ -115,7 +111,7 @@ enum Command {
     /// [[case]], or distributions in [sample]; [set] changes keys in every case. Each case is a folder
     /// called by the hash of its scene and of the program's version. It appears whole; a case that is
     /// there is not run again, so that a sweep that was killed goes on where it was.
-    #[command(after_help = EXIT_SWEEP)]
+    #[command(after_help = sweep::help())]
     Sweep(sweep::SweepArgs),
     /// Make one table of the cases of a sweep, and draw it.
     ///

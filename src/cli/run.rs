@@ -8,7 +8,7 @@ use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
 };
 use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
-use crate::scene::{Built, Scene};
+use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
 use serde_json::Value;
@@ -25,8 +25,46 @@ pub(super) const NEW: &str =
 struct Found<'a> {
     totals: Value,
     verdict: &'a Verdict,
+    /// Where the bodies that move are at the end, of a scene that has few.
+    end: Vec<End<'a>>,
     measures: &'a [Measure],
     warnings: &'a [String],
+}
+
+/// Most bodies that the summary tells the end of: with more it is no summary.
+const ENDS: usize = 24;
+
+/// Where a body is at the end of a run, and how fast.
+#[derive(Serialize)]
+struct End<'a> {
+    body: &'a str,
+    x_m: f64,
+    y_m: f64,
+    angle_rad: f64,
+    vx_m_s: f64,
+    vy_m_s: f64,
+    omega_rad_s: f64,
+}
+
+/// The ends of the bodies that move; none if there are more than [`ENDS`].
+fn ends<'a>(scene: &'a Scene, states: &[BodyState]) -> Vec<End<'a>> {
+    let moving = states.iter().filter_map(|(k, pose, u)| {
+        let body = scene.bodies.get(*k as usize)?;
+        (body.kind == BodyKind::Dynamic).then(|| End {
+            body: &body.name,
+            x_m: pose.translation.x,
+            y_m: pose.translation.y,
+            angle_rad: pose.angle(),
+            vx_m_s: u.x,
+            vy_m_s: u.y,
+            omega_rad_s: u.z,
+        })
+    });
+    let all: Vec<End<'a>> = moving.collect();
+    match all.len() <= ENDS {
+        true => all,
+        false => Vec::new(),
+    }
 }
 
 /// The head of the summary; for a peer, with the peer's settings in place of ours.
@@ -107,14 +145,15 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let mut notes = summary::warnings(&totals);
     notes.extend(nothing_compared(&scene, &found));
     let head = head(&scene, args.engine, every);
+    let states = states(&built, args.engine);
     let found_in_run = Found {
         totals: summary::totals(&totals),
         verdict: &verdict,
+        end: ends(&scene, &states),
         measures: &found,
         warnings: &notes,
     };
     let text = summary::write(&folder, head, found_in_run)?;
-    let states = states(&built, args.engine);
     let lead = lead(
         &scene,
         args.engine,

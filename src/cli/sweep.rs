@@ -6,7 +6,7 @@ use super::{Outcome, print_err, print_out, run};
 use crate::experiment::RunError;
 use crate::report::{OutputFolder, Progress, ReportError};
 use crate::scene::SceneError;
-use crate::scene::plan::{Case, Plan};
+use crate::scene::plan::{self, Case, Plan};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use std::env;
@@ -42,6 +42,22 @@ pub(super) struct SweepArgs {
     #[arg(long)]
     quiet: bool,
 }
+
+/// The end of the help: the distributions of a plan, and the exit codes.
+pub(super) fn help() -> String {
+    let distributions = plan::distributions();
+    let lines = distributions.lines().map(|line| format!("  {line}\n"));
+    format!(
+        "Distributions of [sample.keys], as \"KEY\" = {{ distribution = \"NAME\", ... }}, with their \
+         numbers:\n{}\n{EXIT_CODES}",
+        lines.collect::<String>()
+    )
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 every case of this shard is done and its scene held; 1 wrong input, or a file cannot be
+read or written: cases that are done stay; 2 all are done, but in some the scene did not hold or could
+not be computed to the end: they are listed with the reason.";
 
 /// Name of the file that says what a sweep is of.
 pub(super) const PLAN: &str = "plan.json";
@@ -147,22 +163,39 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
     let load = |number: usize| {
         let case = plan.case(number)?;
         let run = sweep_case::arguments(&scene, flags(&case), args.files);
-        let (scene, _) = run::checked(&run).map_err(|error| placed(error, plan, &case))?;
+        let (scene, machine) = run::checked(&run).map_err(|error| placed(error, plan, &case))?;
+        let mut warnings = scene.step_warnings();
+        warnings.extend(machine.iter().flat_map(|m| m.step_warnings(scene.step.dt)));
         let name = sweep_case::name(scene.hash);
         let values = case.values;
-        Ok((scene.name, scene.title, PlannedCase { case: name, values }))
+        let planned = PlannedCase { case: name, values };
+        Ok((scene.name, scene.title, planned, warnings))
     };
     // what is wrong with one case is mostly wrong with all
-    let (scene, title, _) = load(0)?;
+    let (scene, title, ..) = load(0)?;
     let loaded = in_parallel(jobs, plan.len(), load)?;
+    if !args.quiet {
+        warn(loaded.iter().map(|(.., warnings)| &warnings[..]));
+    }
     Ok(Planned {
         program: "moreau2d".to_owned(),
         version: VERSION.to_owned(),
         scene,
         title,
         keys: plan.keys.clone(),
-        cases: loaded.into_iter().map(|(_, _, case)| case).collect(),
+        cases: loaded.into_iter().map(|(_, _, case, _)| case).collect(),
     })
+}
+
+/// Prints the first warning of a scene, and of how many cases there is one.
+fn warn<'a>(cases: impl Iterator<Item = &'a [String]>) {
+    let with: Vec<&[String]> = cases.filter(|warnings| !warnings.is_empty()).collect();
+    if let Some(first) = with.first().and_then(|warnings| warnings.first()) {
+        let count = with.len();
+        print_err(&format!(
+            "warning: in {count} cases, as in the first: {first}\n"
+        ));
+    }
 }
 
 /// The error of a case, at the place in the plan that causes it.
@@ -250,6 +283,14 @@ fn done(
     let remove = || fs::remove_dir_all(&place).map_err(|e| sweep_case::io_error(&place, e));
     match sweep_case::look(out, &case.case)? {
         Found::Nothing => Ok(None),
+        Found::Whole(record) if record.version != VERSION => {
+            let (place, version) = (place.display(), &record.version);
+            print_err(&format!(
+                "note: {place} is of version {version}; it is run again\n"
+            ));
+            remove()?;
+            Ok(None)
+        }
         Found::Whole(record) if record.all_files || !args.files || record.ended => {
             sweep_case::sweep_up(out, left, &case.case)?;
             Ok(Some(*record))

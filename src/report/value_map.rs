@@ -13,7 +13,7 @@ use super::{ReportError, number, palette};
 const LINE: f64 = 24.0;
 /// Height of a heading above its cells.
 const HEADING: f64 = 26.0;
-/// Width of all cells of a map, and that of a cell with a number, at most.
+/// Width of all cells of a map at most, and that of a cell whose label is short.
 const WIDE: f64 = 860.0;
 const CELL: f64 = 66.0;
 /// Width of a cell from which on its number has room.
@@ -120,7 +120,9 @@ impl ValueMap {
 
     fn drawn(&self, ramp: &Ramp) -> Result<String, String> {
         let columns = self.maps.iter().map(|m| m.columns.len()).max().unwrap_or(1);
-        let cell = (WIDE / columns.max(1) as f64).min(CELL);
+        let names = self.maps.iter().flat_map(|m| &m.columns);
+        let names = names.map(|text| width_of(text, SMALL) + 8.0);
+        let cell = (WIDE / columns.max(1) as f64).min(names.fold(CELL, f64::max));
         let labels = self.maps.iter().flat_map(|m| &m.rows);
         let labels = labels.map(|text| width_of(text, TEXT)).fold(20.0, f64::max);
         let left = MARGIN + 1.9 * TEXT + labels + 8.0;
@@ -130,7 +132,9 @@ impl ValueMap {
         let width = (left + cell * columns as f64).max(MARGIN + 0.85 * words) + MARGIN;
         let top = MARGIN + 1.35 * TITLE + 1.6 * TEXT + 3.0 * TEXT;
         let heights = self.maps.iter().map(|map| height(map, cell));
-        let bottom = top + heights.sum::<f64>() + 1.9 * TEXT;
+        // room for the label beside them, too
+        let of_maps = heights.sum::<f64>().max(width_of(&self.y, TEXT));
+        let bottom = top + of_maps + 1.9 * TEXT;
         let height_all = bottom + NOTE_ROW * self.notes.len() as f64 + MARGIN;
         let (w, h) = units((width, height_all));
         let mut svg = String::new();
@@ -146,6 +150,7 @@ impl ValueMap {
             }
             let ink = (TEXT, palette::INK);
             let middle = left + 0.5 * cell * columns as f64;
+            y = top + of_maps;
             let at = (middle, y + 2.0);
             canvas.text(
                 &self.x,

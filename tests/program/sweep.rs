@@ -133,6 +133,10 @@ fn the_table_has_keys_and_results() {
         // the step's own error at 1/60 s
         assert!((computed / exact - 1.0).abs() < 1e-2, "{row:?} {exact}");
         assert_eq!(row[3], "true");
+        // where the block is at the end, at rest
+        let x = number(column("end.block.x_m"));
+        assert!((x / exact - 1.0).abs() < 1e-2, "{x} {exact}");
+        assert!(number(column("end.block.vx_m_s")).abs() < 1e-9);
     }
     let picture = fs::read_to_string(place.path("table/measures.distance.computed.svg")).unwrap();
     assert!(picture.contains("gravity.magnitude") && picture.contains("body.block.velocity.0"));
@@ -296,6 +300,22 @@ fn results_of_several_versions_and_of_other_plans_make_no_table() {
         &["merge", "mixed", "--out", "t"],
         &[&format!("mixed/{case}: version is 0.0.9, of the sweep")],
     );
+    // a sweep runs it again
+    let args = ["sweep", "plan.toml", "--shard", "1/24", "--out", "mixed"];
+    let (code, _, err) = place.run(&args);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(
+        err,
+        format!("note: mixed/{case} is of version 0.0.9; it is run again\n")
+    );
+    let (code, out, _) = place.run(&["merge", "mixed", "--out", "t"]);
+    assert!(code == 2 && out.contains("1 case, 1 held"), "{out}");
+    // the plan of another version is said, and replaced
+    let (code, _, err) = place.run(&["sweep", "plan.toml", "--shard", "1/24", "--out", "old"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        err.contains("note: old has cases of another plan (scene sliding-block, version 0.0.9)")
+    );
     place.write(
         "other.toml",
         "scene = \"sliding-block\"\n[grid]\n\"step.dt\" = [0.01]\n",
@@ -436,6 +456,16 @@ fn bad_plans_run_no_case() {
         &["neither SLURM_ARRAY_TASK_ID nor"],
     );
     place.refused(&["sweep", "plan.toml", "--jobs", "0"], &["1..=1024"]);
+    // steps that are too long are told once
+    place.write(
+        "plan.toml",
+        "scene = \"spinning-disc\"\n[grid]\n\"body.disc.spin\" = [1, 900, 1000]\n",
+    );
+    let (_, _, err) = place.run(&["sweep", "plan.toml", "--out", "fast"]);
+    assert!(
+        err.starts_with("warning: in 2 cases, as in the first: "),
+        "{err}"
+    );
     place.refused(
         &["merge", "out/sweep-plan", "--draw", "totals.energy_nd_j"],
         &["no such column; did you mean `totals.energy_end_j`?"],

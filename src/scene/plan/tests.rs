@@ -34,7 +34,10 @@ fn a_grid_has_every_value_with_every_other() {
         case.values,
         [Some("0.005".to_owned()), Some("x\"y".to_owned())]
     );
-    let line = Origin::Line { line: 6, column: 8 };
+    let line = Origin::Line {
+        line: 6,
+        column: 10,
+    };
     assert_eq!(case.changes[2].place.origin, line);
     assert_eq!(case.changes[2].place.path, "a.b");
 }
