@@ -231,6 +231,11 @@ fn columns(args: &MergeArgs, table: &SweepTable) -> Result<Vec<String>, RunError
             || name == "comparison.computed_um"
             || name.starts_with("measures.") && name.ends_with(".computed")
     };
+    // of a machine that was run for too short a time
+    let of_start = |name: &str| {
+        name == "steel_lost_kg"
+            || name.starts_with("life.") && name.ends_with(".extrapolated_hours")
+    };
     let of_bodies = |name: &str| {
         [
             "totals.energy_end_j",
@@ -244,11 +249,9 @@ fn columns(args: &MergeArgs, table: &SweepTable) -> Result<Vec<String>, RunError
         let found = all.filter(|name| wanted(name) && table.varies(name));
         found.take(DRAWN).cloned().collect()
     };
-    let found = varying(&of_wear);
-    Ok(match found.is_empty() {
-        true => varying(&of_bodies),
-        false => found,
-    })
+    let wanted: [&dyn Fn(&str) -> bool; 3] = [&of_wear, &of_start, &of_bodies];
+    let mut found = wanted.into_iter().map(varying);
+    Ok(found.find(|names| !names.is_empty()).unwrap_or_default())
 }
 
 /// Draws each column; returns the names of the files, and notes on what could not be drawn.
