@@ -151,8 +151,19 @@ pub(super) fn run_case(
     out: &Path,
     name: &str,
     scene: &str,
-    mut args: RunArgs,
+    args: RunArgs,
 ) -> Result<Record, RunError> {
+    match attempt(out, name, scene, args) {
+        Ok(record) => Ok(record),
+        // another process ran the same case, was faster, and swept up
+        Err(error) => match look(out, name)? {
+            Found::Whole(record) => Ok(*record),
+            _ => Err(error),
+        },
+    }
+}
+
+fn attempt(out: &Path, name: &str, scene: &str, mut args: RunArgs) -> Result<Record, RunError> {
     let work = tempfile::Builder::new()
         .prefix(&format!(".{name}-"))
         .tempdir_in(out)
@@ -185,14 +196,8 @@ pub(super) fn run_case(
     let path = folder.join(RECORD);
     fs::write(&path, text).map_err(|error| io_error(&path, error))?;
     let place = out.join(name);
-    match fs::rename(&folder, &place) {
-        Ok(()) => Ok(record),
-        // another process was faster
-        Err(error) => match look(out, name)? {
-            Found::Whole(record) => Ok(*record),
-            _ => Err(io_error(&place, error)),
-        },
-    }
+    fs::rename(&folder, &place).map_err(|error| io_error(&place, error))?;
+    Ok(record)
 }
 
 /// Whether an error is one of files, and not of the scene.

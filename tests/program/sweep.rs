@@ -594,7 +594,7 @@ fn the_plan_of_the_study_has_144_cases() {
     assert!(number(2, depth) > number(0, depth) && number(2, life) < number(0, life));
 }
 
-/// Several processes that begin at the same time in one folder.
+/// Several processes that begin at the same time in one folder, parts of a sweep or the same sweep.
 #[test]
 fn parts_may_start_at_the_same_time_in_one_folder() {
     let place = alone(SLIDING);
@@ -609,6 +609,19 @@ fn parts_may_start_at_the_same_time_in_one_folder() {
         assert!(child.wait().unwrap().success());
     }
     assert!(tree(&place.path("all")) == whole);
+    for round in 0..5 {
+        let folder = format!("same-{round}");
+        let start = |_| {
+            let mut command =
+                place.command(&["sweep", "plan.toml", "--jobs", "2", "--out", &folder]);
+            command.stdout(Stdio::null()).spawn().unwrap()
+        };
+        let children: Vec<_> = (0..4).map(start).collect();
+        for mut child in children {
+            assert!(child.wait().unwrap().success());
+        }
+        assert!(tree(&place.path(&folder)) == whole);
+    }
     // the tasks of job arrays
     for (name, value, shard, folder) in [
         ("HQ_TASK_ID", 0, Some("/5"), "queue"),
