@@ -107,7 +107,7 @@ enum Command {
     Bench(bench::BenchArgs),
     /// Run a scene over a grid, a list or a sample of its keys.
     ///
-    /// PLAN.toml has `scene = \"NAME or FILE\"`, and lists of values in [grid], tables of values in
+    /// PLAN.toml has `scene = "NAME or FILE"`, and lists of values in [grid], tables of values in
     /// [[case]], or distributions in [sample]; [set] changes keys in every case. Each case is a folder
     /// called by the hash of its scene and of the program's version. It appears whole; a case that is
     /// there is not run again, so that a sweep that was killed goes on where it was.

@@ -1,16 +1,17 @@
 //! `sweep`: a scene over many values of its keys.
 
 use super::shard::{Shard, Typed};
-use super::sweep_case::{self, Found, Record, VERSION};
+use super::sweep_case::{self, Found, Record, STAGING, VERSION};
 use super::{Outcome, print_err, print_out, run};
 use crate::experiment::RunError;
-use crate::report::{OutputFolder, Progress, ReportError};
+use crate::report::Progress;
 use crate::scene::SceneError;
 use crate::scene::plan::{self, Case, Plan};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use std::env;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -127,7 +128,7 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<Outcome, RunError> {
         let case = sweep_case::arguments(&scene, flags, args.files);
         let name = &planned.cases[number].case;
         let record = sweep_case::run_case(&out, name, &planned.scene, case)?;
-        sweep_case::sweep_up(&out, &left, name)?;
+        sweep_case::sweep_up(&left, name);
         progress.advance();
         Ok(record)
     })?;
@@ -248,15 +249,18 @@ fn write_plan(out: &Path, planned: &Planned) -> Result<(), RunError> {
         )),
         None => {}
     }
-    let write = || -> Result<(), ReportError> {
-        let folder = OutputFolder::create(out)?;
-        folder.write(PLAN, text)?;
-        folder.commit().map(|_| ())
+    // replaced in one rename: other parts may read it at any time
+    let write = || -> io::Result<()> {
+        fs::create_dir_all(out)?;
+        let staging = tempfile::Builder::new().prefix(STAGING).tempdir_in(out)?;
+        let file = staging.path().join(PLAN);
+        fs::write(&file, text)?;
+        fs::rename(file, out.join(PLAN))
     };
     match write() {
-        // another part wrote it at the same time
+        // another part wrote it at the same time, and swept up
         Err(_) if there().as_ref() == Some(planned) => Ok(()),
-        result => Ok(result?),
+        result => result.map_err(|error| sweep_case::io_error(out, error)),
     }
 }
 
@@ -292,7 +296,7 @@ fn done(
             Ok(None)
         }
         Found::Whole(record) if record.all_files || !args.files || record.ended => {
-            sweep_case::sweep_up(out, left, &case.case)?;
+            sweep_case::sweep_up(left, &case.case);
             Ok(Some(*record))
         }
         Found::Whole(_) => {

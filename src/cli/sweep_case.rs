@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Name of the file that says what a folder holds.
 pub(super) const RECORD: &str = "case.json";
+/// What the folders begin with in which `plan.json` is written.
+pub(super) const STAGING: &str = ".plan-";
 pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -248,16 +250,11 @@ fn marks(folder: &Path) -> Result<BTreeMap<String, Mark>, RunError> {
 }
 
 /// Removes what killed runs of the case `name`, which is whole, have left behind.
-pub(super) fn sweep_up(out: &Path, left: &[(String, PathBuf)], name: &str) -> Result<(), RunError> {
+pub(super) fn sweep_up(left: &[(String, PathBuf)], name: &str) {
     for (_, path) in left.iter().filter(|(of, _)| of == name) {
-        match fs::remove_dir_all(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(io_error(out, error));
-            }
-            _ => {}
-        }
+        // where another process runs the same case, it sweeps up itself
+        let _ = fs::remove_dir_all(path);
     }
-    Ok(())
 }
 
 /// What killed runs have left in `out`: name of the case, and path. What they left of `plan.json`, which is
@@ -267,8 +264,8 @@ pub(super) fn leftovers(out: &Path) -> Result<Vec<(String, PathBuf)>, RunError> 
     for entry in fs::read_dir(out).map_err(|error| io_error(out, error))? {
         let path = entry.map_err(|error| io_error(out, error))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with(".moreau2d-") {
-            // another part may be about to write the same
+        if name.starts_with(STAGING) {
+            // another part, if it is its, is about to write the same
             let _ = fs::remove_dir_all(&path);
         }
         let case = name.strip_prefix('.').and_then(|rest| rest.split_once('-'));
