@@ -150,7 +150,6 @@ impl ValueMap {
             }
             let ink = (TEXT, palette::INK);
             let middle = left + 0.5 * cell * columns as f64;
-            y = top + of_maps;
             let at = (middle, y + 2.0);
             canvas.text(
                 &self.x,
@@ -159,7 +158,7 @@ impl ValueMap {
                 (HPos::Center, VPos::Top),
                 FontTransform::None,
             )?;
-            let at = (MARGIN, 0.5 * (top + y));
+            let at = (MARGIN, top + 0.5 * of_maps);
             let turned = FontTransform::Rotate270;
             canvas.text(&self.y, at, ink, (HPos::Center, VPos::Top), turned)?;
             for (k, note) in self.notes.iter().enumerate() {
