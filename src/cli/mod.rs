@@ -13,14 +13,19 @@ mod dump;
 mod effect;
 mod explain;
 mod issues;
+mod merge;
+mod merge_table;
 mod run;
 mod run_files;
 mod run_lead;
 mod run_machine;
 mod run_page;
 mod run_wear;
+mod shard;
 mod solve;
 mod summary;
+mod sweep;
+mod sweep_case;
 
 use crate::dynamics::MOST_THREADS;
 use crate::experiment::{Engine, RunError, step_count};
@@ -34,9 +39,9 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  wrong input, or a file cannot be read or written; no half-written file is left
-  2  run, solve and atlas: the results are written, but the scene did not hold with moreau, a stored
+  2  run, sweep, solve and atlas: the results are written, but a scene did not hold with moreau, a stored
      problem is unsolved, or a rung of the atlas failed; compare, chart and bench list such points and exit
-     with 0";
+     with 0; merge: cases are missing";
 const EXIT_RUN: &str = "\
 Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; 2 the results are
 written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body passed
@@ -51,6 +56,10 @@ const EXIT_ATLAS: &str = "\
 Exit codes: 0 moreau passes every rung; 1 wrong input, or a file cannot be read or written; 2 the
 results are written, but moreau fails a rung or leaves one unsolved. Some rungs are known to fail,
 with and without --quick: the lines below the table name the cause of each.";
+const EXIT_MERGE: &str = "\
+Exit codes: 0 done; cases that did not hold are listed; 1 wrong input, results of several versions, or
+a file cannot be read or written; 2 the table is written, but cases are missing or damaged: they are
+listed.";
 const EXIT_TABLES: &str = "\
 Exit codes: 0 done; points that failed or are unsolved are listed; 1 wrong input, or a file cannot
 be read or written.";
@@ -96,6 +105,21 @@ enum Command {
     /// Measure time and quality of the steps of scenes, or of all impulse solvers on stored problems.
     #[command(after_help = EXIT_TABLES)]
     Bench(bench::BenchArgs),
+    /// Run a scene over a grid, a list or a sample of its keys.
+    ///
+    /// PLAN.toml has `scene = "NAME or FILE"`, and lists of values in [grid], tables of values in
+    /// [[case]], or distributions in [sample]; [set] changes keys in every case. Each case is a folder
+    /// called by the hash of its scene and of the program's version. It appears whole; a case that is
+    /// there is not run again, so that a sweep that was killed goes on where it was.
+    #[command(after_help = sweep::help())]
+    Sweep(sweep::SweepArgs),
+    /// Make one table of the cases of a sweep, and draw it.
+    ///
+    /// Writes sweep.csv, a row for each case with its keys and its results, summary.json, and pictures:
+    /// lines over one key, maps over two, a map for each value of the others over more, points over a
+    /// sample.
+    #[command(after_help = EXIT_MERGE)]
+    Merge(merge::MergeArgs),
     /// Solve a stored contact problem or linear complementarity problem (LCP).
     #[command(after_help = EXIT_SOLVE)]
     Solve(solve::SolveArgs),
@@ -189,6 +213,9 @@ struct RunArgs {
     #[arg(long, value_name = "N", requires = "dump_problems",
           value_parser = clap::value_parser!(u32).range(1..))]
     dump_every: Option<u32>,
+    /// Write summary.json alone.
+    #[arg(skip)]
+    summary_only: bool,
 }
 
 #[derive(Args)]
@@ -384,6 +411,8 @@ pub fn main() -> ExitCode {
         Command::Chart(args) => chart::chart(args),
         Command::Atlas(args) => atlas::atlas(args),
         Command::Bench(args) => bench::bench(args),
+        Command::Sweep(args) => sweep::sweep(args),
+        Command::Merge(args) => merge::merge(args),
         Command::Solve(args) => solve::solve(args),
     };
     match result {

@@ -8,7 +8,7 @@ use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
 };
 use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
-use crate::scene::{Built, Scene};
+use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
 use serde_json::Value;
@@ -25,8 +25,46 @@ pub(super) const NEW: &str =
 struct Found<'a> {
     totals: Value,
     verdict: &'a Verdict,
+    /// Where the bodies that move are at the end, of a scene that has few.
+    end: Vec<End<'a>>,
     measures: &'a [Measure],
     warnings: &'a [String],
+}
+
+/// Most bodies that the summary tells the end of: with more it is no summary.
+const ENDS: usize = 24;
+
+/// Where a body is at the end of a run, and how fast.
+#[derive(Serialize)]
+struct End<'a> {
+    body: &'a str,
+    x_m: f64,
+    y_m: f64,
+    angle_rad: f64,
+    vx_m_s: f64,
+    vy_m_s: f64,
+    omega_rad_s: f64,
+}
+
+/// The ends of the bodies that move; none if there are more than [`ENDS`].
+fn ends<'a>(scene: &'a Scene, states: &[BodyState]) -> Vec<End<'a>> {
+    let moving = states.iter().filter_map(|(k, pose, u)| {
+        let body = scene.bodies.get(*k as usize)?;
+        (body.kind == BodyKind::Dynamic).then(|| End {
+            body: &body.name,
+            x_m: pose.translation.x,
+            y_m: pose.translation.y,
+            angle_rad: pose.angle(),
+            vx_m_s: u.x,
+            vy_m_s: u.y,
+            omega_rad_s: u.z,
+        })
+    });
+    let all: Vec<End<'a>> = moving.collect();
+    match all.len() <= ENDS {
+        true => all,
+        false => Vec::new(),
+    }
 }
 
 /// The head of the summary; for a peer, with the peer's settings in place of ours.
@@ -47,7 +85,12 @@ pub(super) fn head(scene: &Scene, engine: Engine, every: usize) -> Head<'_> {
     head
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
+/// The scene of a run and its machine, if the run can be made.
+///
+/// # Errors
+/// Those of a scene that cannot be loaded; [`RunError::Unfit`] for an engine that cannot step it, and
+/// for a key or flag without effect.
+pub(super) fn checked(args: &RunArgs) -> Result<(Scene, Option<Machine>), RunError> {
     let (scene, machine) = args.common.load()?;
     match &machine {
         Some(_) => only_moreau(args, &scene)?,
@@ -55,6 +98,11 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
         None => args.engine.has_model(&scene)?,
     }
     refuse_idle(args, &scene, machine.as_ref())?;
+    Ok((scene, machine))
+}
+
+pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
+    let (scene, machine) = checked(args)?;
     if let Some(machine) = machine {
         return run_machine::run(args, &scene, &machine);
     }
@@ -70,7 +118,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let every = args
         .every
         .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
-    let mut files = RunFiles::create(&folder, every)?;
+    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
     files.add_bodies(0.0, states(&built, args.engine))?;
     let mut samples = Samples::start(&built, args.engine);
     let mut judge = Judge::new(&scene, &built);
@@ -89,20 +137,23 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     })?;
     drop(progress);
     let last = files.finish()?;
-    write_still(&folder, &scene, &states(&built, args.engine), &last)?;
+    if !args.summary_only {
+        write_still(&folder, &scene, &states(&built, args.engine), &last)?;
+    }
     let found = measures(&scene, &samples);
     let verdict = judge.verdict(&totals, &built);
     let mut notes = summary::warnings(&totals);
     notes.extend(nothing_compared(&scene, &found));
     let head = head(&scene, args.engine, every);
+    let states = states(&built, args.engine);
     let found_in_run = Found {
         totals: summary::totals(&totals),
         verdict: &verdict,
+        end: ends(&scene, &states),
         measures: &found,
         warnings: &notes,
     };
     let text = summary::write(&folder, head, found_in_run)?;
-    let states = states(&built, args.engine);
     let lead = lead(
         &scene,
         args.engine,

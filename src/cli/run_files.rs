@@ -7,12 +7,10 @@ use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, Repor
 pub(super) type BodyState = (u32, Pose64, Vec3);
 
 /// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`, and every impact
-/// to `impacts.csv`.
+/// to `impacts.csv`; or nothing.
 pub(super) struct RunFiles {
-    bodies: CsvFile<BodyRow>,
-    contacts: CsvFile<ContactRow>,
-    impacts: CsvFile<ImpactRow>,
-    steps: CsvFile<StepRow>,
+    /// `None` for a run of which only the summary is kept.
+    rows: Option<Rows>,
     every: usize,
     count: usize,
     /// Contacts of the last step.
@@ -21,13 +19,31 @@ pub(super) struct RunFiles {
     time: f64,
 }
 
+struct Rows {
+    bodies: CsvFile<BodyRow>,
+    contacts: CsvFile<ContactRow>,
+    impacts: CsvFile<ImpactRow>,
+    steps: CsvFile<StepRow>,
+}
+
 impl RunFiles {
-    pub fn create(folder: &OutputFolder, every: usize) -> Result<Self, ReportError> {
+    /// # Arguments
+    /// - `summary_only`: whether to write no file at all.
+    pub fn create(
+        folder: &OutputFolder,
+        every: usize,
+        summary_only: bool,
+    ) -> Result<Self, ReportError> {
+        let rows = || -> Result<Rows, ReportError> {
+            Ok(Rows {
+                bodies: CsvFile::create(folder)?,
+                contacts: CsvFile::create(folder)?,
+                impacts: CsvFile::create(folder)?,
+                steps: CsvFile::create(folder)?,
+            })
+        };
         Ok(RunFiles {
-            bodies: CsvFile::create(folder)?,
-            contacts: CsvFile::create(folder)?,
-            impacts: CsvFile::create(folder)?,
-            steps: CsvFile::create(folder)?,
+            rows: (!summary_only).then(rows).transpose()?,
             every,
             count: 0,
             last: Vec::new(),
@@ -41,8 +57,11 @@ impl RunFiles {
         time: f64,
         states: impl IntoIterator<Item = BodyState>,
     ) -> Result<(), ReportError> {
+        let Some(rows) = &mut self.rows else {
+            return Ok(());
+        };
         for (body, pose, u) in states {
-            self.bodies.write(&BodyRow {
+            rows.bodies.write(&BodyRow {
                 time_s: time,
                 body,
                 x_m: pose.translation.x,
@@ -62,18 +81,21 @@ impl RunFiles {
         record: &StepRecord,
         states: impl FnOnce() -> I,
     ) -> Result<(), ReportError> {
+        let Some(rows) = &mut self.rows else {
+            return Ok(());
+        };
         self.last.clone_from(&record.contacts);
         self.time = record.time;
         for impact in &record.impacts {
-            self.impacts.write(&ImpactRow::from(impact))?;
+            rows.impacts.write(&ImpactRow::from(impact))?;
         }
         self.count += 1;
         if !self.count.is_multiple_of(self.every) {
             return Ok(());
         }
-        self.steps.write(&StepRow::from(record))?;
+        rows.steps.write(&StepRow::from(record))?;
         for contact in &record.contacts {
-            self.contacts.write(&ContactRow::new(contact))?;
+            rows.contacts.write(&ContactRow::new(contact))?;
         }
         self.add_bodies(record.time, states())
     }
@@ -83,10 +105,12 @@ impl RunFiles {
     /// # Returns
     /// The contacts of the last step and its end \[s\].
     pub fn finish(self) -> Result<(Vec<ContactRecord>, f64), ReportError> {
-        self.bodies.finish()?;
-        self.contacts.finish()?;
-        self.impacts.finish()?;
-        self.steps.finish()?;
+        if let Some(rows) = self.rows {
+            rows.bodies.finish()?;
+            rows.contacts.finish()?;
+            rows.impacts.finish()?;
+            rows.steps.finish()?;
+        }
         Ok((self.last, self.time))
     }
 }

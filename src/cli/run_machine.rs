@@ -63,7 +63,9 @@ fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, R
     let progress = Progress::new(&scene.name, points, args.common.flags.quiet);
     let outcome = run_study(scene, setup, &progress)?;
     drop(progress);
-    outcome.write(&folder, study, &setup.tooth)?;
+    if !args.summary_only {
+        outcome.write(&folder, study, &setup.tooth)?;
+    }
     let found = outcome.json(study);
     let wrong = outcome.worn_through(study);
     let warnings: Vec<String> = wrong.iter().cloned().collect();
@@ -75,7 +77,7 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     let folder = OutputFolder::create(args.common.folder(scene))?;
     let quiet = args.common.flags.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);
-    let mut files = RunFiles::create(&folder, every)?;
+    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
     let lives = run_lives(
         scene,
         setup,
@@ -85,7 +87,9 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     files.finish()?;
     let p = &setup.parameters;
     let found = lives.json(p);
-    lives.run.write(&folder, p, &setup.tooth)?;
+    if !args.summary_only {
+        lives.run.write(&folder, p, &setup.tooth)?;
+    }
     let mut text = lives.describe(p, &setup.tooth);
     let mut totals = lives.run.totals;
     totals.unsolved_islands = lives.unsolved_islands();

@@ -51,7 +51,7 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     let every = args
         .every
         .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
-    let mut files = RunFiles::create(&folder, every)?;
+    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
     files.add_bodies(0.0, states(&built, Engine::Moreau))?;
     let mut judge = Judge::new(scene, &built);
     let progress = Progress::new(&scene.name, 1000, args.common.flags.quiet);
@@ -62,8 +62,10 @@ pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
     drop(progress);
     let last = files.finish()?;
     let states = states(&built, Engine::Moreau);
-    write_still(&folder, scene, &states, &last)?;
-    write(&folder, scene, &found)?;
+    if !args.summary_only {
+        write_still(&folder, scene, &states, &last)?;
+        write(&folder, scene, &found)?;
+    }
     let verdict = judge.verdict(&found.totals, &built);
     let notes = notes(&found);
     let more = Found {

@@ -31,7 +31,9 @@ mod scatter;
 mod stage;
 mod still;
 mod still_bodies;
+mod sweep_charts;
 mod table;
+mod value_map;
 
 pub use atlas_matrix::matrix;
 pub use axis::{Axis, Scale};
@@ -55,6 +57,7 @@ pub use run_charts::run_charts;
 pub use scatter::scatter;
 pub use stage::{Actor, Link, Piece, Pose, Stage, View};
 pub use still::Still;
+pub use sweep_charts::{SweepPoint, SweepResult};
 pub use table::{Align, Table, number, plus_minus, quantity, step_length};
 
 use std::path::{Path, PathBuf};

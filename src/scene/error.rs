@@ -170,22 +170,58 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// The same error of a change `flag` (`key=value`) that a file makes at `place`.
+    pub fn placed(mut self, flag: &str, place: &Place) -> SceneError {
+        match &mut self {
+            SceneError::AmbiguousKey { flag: own, .. } | SceneError::FlagForm { flag: own }
+                if own == flag =>
+            {
+                let problem = match &self {
+                    SceneError::AmbiguousKey { paths, .. } => {
+                        let paths = paths.join(", ");
+                        format!("could be any of {paths}; write the whole path")
+                    }
+                    _ => "is no key of a scene".to_owned(),
+                };
+                let at = Box::new(place.clone());
+                return SceneError::Conflict { at, problem };
+            }
+            other => {
+                if let Some(at) = other.at_mut()
+                    && at.origin == Origin::Flag(flag.to_owned())
+                {
+                    at.file.clone_from(&place.file);
+                    at.origin.clone_from(&place.origin);
+                }
+            }
+        }
+        self
+    }
+
     /// The same error of a change `flag` (`key=value`) that the user typed as `words`.
     pub fn typed(mut self, flag: &str, words: &str) -> SceneError {
-        if let SceneError::Syntax { at, .. }
-        | SceneError::UnknownKey { at, .. }
-        | SceneError::WrongType { at, .. }
-        | SceneError::Missing { at, .. }
-        | SceneError::OutOfRange { at, .. }
-        | SceneError::UnknownName { at, .. }
-        | SceneError::Duplicate { at, .. }
-        | SceneError::Outline { at, .. }
-        | SceneError::Conflict { at, .. }
-        | SceneError::Unsupported { at, .. } = &mut self
+        if let Some(at) = self.at_mut()
             && at.origin == Origin::Flag(flag.to_owned())
         {
             at.origin = Origin::Typed(words.to_owned());
         }
         self
+    }
+
+    /// The place of the fault, of a variant that has one.
+    fn at_mut(&mut self) -> Option<&mut Place> {
+        match self {
+            SceneError::Syntax { at, .. }
+            | SceneError::UnknownKey { at, .. }
+            | SceneError::WrongType { at, .. }
+            | SceneError::Missing { at, .. }
+            | SceneError::OutOfRange { at, .. }
+            | SceneError::UnknownName { at, .. }
+            | SceneError::Duplicate { at, .. }
+            | SceneError::Outline { at, .. }
+            | SceneError::Conflict { at, .. }
+            | SceneError::Unsupported { at, .. } => Some(at),
+            _ => None,
+        }
     }
 }

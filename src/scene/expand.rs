@@ -2,6 +2,7 @@
 
 use super::file::{BodyEntry, BodyKind, RepeatEntry};
 use super::joint::{JointEntry, JointKind};
+use super::random::SplitMix64;
 
 /// All bodies of the scene, in the order of the file; the copies replace their template, repeat by
 /// repeat.
@@ -171,35 +172,4 @@ fn place(template: &BodyEntry, repeat: &RepeatEntry) -> Vec<BodyEntry> {
         }
     }
     placed
-}
-
-/// Steele, Lea & Flood (2014): a 64-bit counter through a mixing function.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Evenly over [-1, 1), from the upper 53 bits.
-    fn symmetric(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn split_mix_gives_the_published_sequence() {
-        // First numbers from seed 1234567, as in the reference implementation's test vector.
-        let mut random = SplitMix64(1_234_567);
-        assert_eq!(random.next(), 6_457_827_717_110_365_317);
-        assert_eq!(random.next(), 3_203_168_211_198_807_973);
-    }
 }

@@ -17,7 +17,8 @@ pub(super) fn of<M: Serialize>(file: &SceneFile, machine: &M) -> u64 {
     fnv1a(json.as_bytes())
 }
 
-fn fnv1a(bytes: &[u8]) -> u64 {
+/// FNV-1a, 64 bits, of any bytes: tells contents apart, and is not cryptographic.
+pub fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3)
     })

@@ -16,6 +16,11 @@ pub(super) fn read<'de, T: de::Deserialize<'de>>(document: &'de Document) -> Res
     T::deserialize(Reader(&document.root)).map_err(|fault| fault.located(document))
 }
 
+/// What a value is, as errors say it.
+pub(super) fn in_words(node: &Node) -> String {
+    found_in_words(Reader(node).unexpected())
+}
+
 /// An error of serde and its path, innermost segment first.
 #[derive(Debug)]
 struct Fault {

@@ -55,6 +55,7 @@ impl StudyOutcome {
             "contact_time_s": self.contact_time,
             "life_contact_time_s": self.life_contact_time,
             "contact_time_calibrated": self.calibrated,
+            "comparison": self.comparison,
             "frictions": self.frictions,
             "stepper_against_algebra": self.oracle_difference,
             "life": self.history.as_ref().map(|h| h.life_json()),

@@ -21,5 +21,6 @@ mod reports;
 mod run_files;
 mod run_page;
 mod solve;
+mod sweep;
 mod verdict;
 mod worn;

@@ -171,14 +171,18 @@ impl<'a> At<'a> {
         }
     }
 
-    fn missing(&self, key: impl Into<String>) -> SceneError {
+    pub(super) fn missing(&self, key: impl Into<String>) -> SceneError {
         SceneError::Missing {
             at: self.place(),
             key: key.into(),
         }
     }
 
-    fn out_of_range(&self, value: impl Into<String>, allowed: impl Into<String>) -> SceneError {
+    pub(super) fn out_of_range(
+        &self,
+        value: impl Into<String>,
+        allowed: impl Into<String>,
+    ) -> SceneError {
         SceneError::OutOfRange {
             at: self.place(),
             value: value.into(),
@@ -186,12 +190,20 @@ impl<'a> At<'a> {
         }
     }
 
-    fn wrong_length(&self, expected: String, found: usize) -> SceneError {
+    pub(super) fn wrong_type(
+        &self,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> SceneError {
         SceneError::WrongType {
             at: self.place(),
-            expected,
-            found: format!("{found} of them"),
+            expected: expected.into(),
+            found: found.into(),
         }
+    }
+
+    fn wrong_length(&self, expected: String, found: usize) -> SceneError {
+        self.wrong_type(expected, format!("{found} of them"))
     }
 
     pub(super) fn conflict(&self, problem: impl Into<String>) -> SceneError {
@@ -201,7 +213,7 @@ impl<'a> At<'a> {
         }
     }
 
-    fn unknown<S: AsRef<str>>(
+    pub(super) fn unknown<S: AsRef<str>>(
         &self,
         what: &str,
         name: &str,
