@@ -1,6 +1,7 @@
 //! The directions along which two convex parts can be separated: the normals of all their faces.
 
-use super::convex::{View, clipped_incident};
+use super::convex::clipped_incident;
+use super::polygon::View;
 use super::{Core, Part, Touch, corners, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;

@@ -5,8 +5,9 @@
 //! over the whole width that the other part covers. It is left out where another direction separates
 //! the two more and belongs to a neighbour: the wall beside a face that is pressed is not pressed.
 
-use super::convex::{View, behind};
 use super::edges::Edge;
+use super::facing::behind;
+use super::polygon::View;
 use super::{Core, Part, Touch, relative, with_view};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;

@@ -3,132 +3,12 @@
 //! parry's algorithm (GJK, then EPA, in `f32`) now and then chooses a wrong face for two polygons
 //! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
-use super::edges::{Edge, half_turn};
-use super::{Part, Sight, Touch, relative, with_view};
+use super::edges::Edge;
+use super::facing::{Nearest, ROUNDING, beyond, cross, is_two_sided, nearest, sides};
+use super::polygon::{View, size};
+use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-
-/// A convex polygon in the frame of its part \[m\].
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::rapier) struct Polygon {
-    /// Corners, counter-clockwise.
-    pub points: Box<[Vec2]>,
-    /// Outward normals of the face from each point to the next.
-    pub normals: Box<[Vec2]>,
-    pub center: Vec2,
-    /// Least width across a face.
-    pub thickness: f64,
-}
-
-impl Polygon {
-    /// From its corners in either orientation; `None` if they span no area.
-    pub fn new(mut points: Vec<Vec2>) -> Option<Polygon> {
-        points.dedup();
-        if points.len() > 1 && points.first() == points.last() {
-            points.pop();
-        }
-        let n = points.len();
-        let twice: f64 = (0..n).map(|i| points[i].perp(&points[(i + 1) % n])).sum();
-        if n < 3 || !(twice != 0.0 && twice.is_finite()) {
-            return None;
-        }
-        if twice < 0.0 {
-            points.reverse();
-        }
-        let normals = (0..n).map(|i| {
-            let along = (points[(i + 1) % n] - points[i]).normalize();
-            Vec2::new(along.y, -along.x)
-        });
-        let normals: Box<[Vec2]> = normals.collect();
-        let depth = |p: &Vec2, i: usize| normals[i].dot(&(points[i] - p));
-        let width = |i: usize| points.iter().map(|p| depth(p, i)).fold(0.0, f64::max);
-        Some(Polygon {
-            thickness: (0..n).map(width).fold(f64::INFINITY, f64::min),
-            normals,
-            center: points.iter().sum::<Vec2>() / n as f64,
-            points: points.into(),
-        })
-    }
-
-    fn view(&self) -> View<'_> {
-        View {
-            points: &self.points,
-            normals: &self.normals,
-            center: self.center,
-            edge: None,
-        }
-    }
-}
-
-/// The view of a polygon, box or segment for the algorithm; a segment has a face on both sides.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a> {
-    pub points: &'a [Vec2],
-    pub normals: &'a [Vec2],
-    pub center: Vec2,
-    pub edge: Option<&'a Edge>,
-}
-
-impl<'a> From<&'a Polygon> for View<'a> {
-    fn from(polygon: &'a Polygon) -> Self {
-        polygon.view()
-    }
-}
-
-impl<'a> From<&'a Edge> for View<'a> {
-    fn from(edge: &'a Edge) -> Self {
-        let [a, b] = edge.ends;
-        // a one-sided segment has solid behind it, as deep as it is long
-        let depth = f64::from(u8::from(edge.one_sided)) * 0.5 * (b - a).norm();
-        View {
-            points: &edge.ends,
-            normals: &edge.normals,
-            center: 0.5 * (a + b) - depth * edge.normals[0],
-            edge: Some(edge),
-        }
-    }
-}
-
-impl View<'_> {
-    fn next(&self, k: usize) -> Vec2 {
-        self.points[(k + 1) % self.points.len()]
-    }
-
-    /// Start and end of face `k`; a segment's left face runs the other way.
-    pub(super) fn face(&self, k: usize) -> [Vec2; 2] {
-        [self.points[k], self.next(k)]
-    }
-
-    /// Slope at the start and the end of face `k`: the width of the face that a unit of depth under
-    /// it takes. A penetrating point belongs to the face that it is nearer to; the bisector
-    /// separates two faces.
-    ///
-    /// Zero where the algorithm compares the faces of both shapes and takes the best of all.
-    fn ridges(&self, k: usize, other: &View) -> [f64; 2] {
-        match (self.edge, other.edge) {
-            (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| edge.ridge(end, k)),
-            (None, Some(edge)) if edge.neighbours.iter().any(Option::is_some) => {
-                let n = self.normals.len();
-                [(k + n - 1) % n, (k + 1) % n].map(|next| {
-                    let cos = self.normals[k].dot(&self.normals[next]);
-                    half_turn(self.normals[k].perp(&self.normals[next]).abs(), cos)
-                })
-            }
-            _ => [0.0, 0.0],
-        }
-    }
-
-    /// A point inside; of a one-sided segment one in the solid behind it.
-    fn inner(&self) -> Vec2 {
-        self.edge.map_or(self.center, |edge| {
-            0.5 * (edge.ends[0] + edge.ends[1]) - 0.5 * edge.depth * edge.normals[0]
-        })
-    }
-
-    fn is_segment(&self) -> bool {
-        self.points.len() == 2
-    }
-}
 
 /// Separations of a shape from the faces of another.
 struct Separation {
@@ -196,357 +76,120 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
     found
 }
 
-/// Rounding of distances, as a share of the sizes of two shapes: far below what a contact resolves.
-const ROUNDING: f64 = 1e-12;
-
-/// The nearest features of two cores that do not overlap.
-enum Nearest {
-    /// Corners, by their numbers in the two shapes.
-    Corners([usize; 2], f64),
-    /// A face of the first (0) or second shape (1), and the corner of the other over it.
-    Face(usize, [usize; 2], f64),
-}
-
-fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
-    let slack = ROUNDING * (size(first) + size(second));
-    let mut best = Nearest::Corners([0, 0], f64::INFINITY);
-    let mut least = f64::INFINITY;
-    for (turn, base, other, pose) in [(0, first, second, seen), (1, second, first, back)] {
-        let faces = if base.is_segment() {
-            1
-        } else {
-            base.points.len()
-        };
-        for (j, q) in other.points.iter().enumerate() {
-            let p = pose.apply(*q);
-            for k in 0..faces {
-                let [a, b] = base.face(k);
-                let along = b - a;
-                let t = (p - a).dot(&along) / along.norm_squared();
-                let foot = a + along * t.clamp(0.0, 1.0);
-                let distance = (p - foot).norm();
-                // a corner over the end of a face lies on the face, and not on a face beside it that
-                // ends there too and is as near
-                let over = (-1e-9..=1.0 + 1e-9).contains(&t);
-                let allowed = match (over, matches!(best, Nearest::Face(..))) {
-                    (true, false) => slack,
-                    (false, true) => -slack,
-                    _ => 0.0,
-                };
-                if distance < least + allowed {
-                    least = distance;
-                    let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
-                    best = if over {
-                        let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
-                        Nearest::Face(turn, [if behind { 1 } else { k }, j], distance)
-                    } else {
-                        let end = if t < 0.0 {
-                            k
-                        } else {
-                            (k + 1) % base.points.len()
-                        };
-                        Nearest::Corners(corner(end), distance)
-                    };
-                }
-            }
-        }
-    }
-    best
-}
-
-/// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
-/// front. `pose` is that of the shape in the frame of the segment.
-pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
-    let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
-    // the solid behind another segment counts
-    let all = other.points.iter().map(height);
-    -all.fold(height(&other.center), f64::max)
-}
-
-/// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it in the last
-/// step, or at the start of this one, or lay on it by rounding. Of `sight`, the one-sided one
-/// is part `own`.
-fn came_through(edge: &Edge, other: &View, far: f64, own: usize, sight: &Sight) -> bool {
-    let Some(start) = sight.start.filter(|_| far <= sight.motion) else {
-        return false;
-    };
-    let touched = sight.faces[1 - own].is_some();
-    let pose = relative(&start[own], &start[1 - own]);
-    other.edge.is_some_and(|line| !line.one_sided)
-        && (touched || behind(edge, other, &pose) <= 1e-6 * edge.length())
-}
-
-/// Whether all of a shape lies behind the line of a face of a segment.
-fn beyond(edge: &Edge, face: usize, other: &View, pose: &Pose64) -> bool {
-    let height = |q: &Vec2| edge.normals[face].dot(&(pose.apply(*q) - edge.ends[0]));
-    other.points.iter().all(|q| height(q) <= 0.0)
-}
-
-/// Whether two segments cross.
-fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
-    let splits = |base: &View, other: &View, pose: &Pose64| {
-        let height = |q: Vec2| base.normals[0].dot(&(pose.apply(q) - base.points[0]));
-        height(other.points[0]) * height(other.points[1]) < 0.0
-    };
-    splits(first, second, seen) && splits(second, first, back)
-}
-
-fn is_two_sided(view: &View) -> bool {
-    view.edge.is_some_and(|edge| !edge.one_sided)
-}
-
-/// Distance, as a share of the shorter of two segments, up to which one that touches the neighbour of
-/// the other may be on the wrong side of that other by what is left of an overlap.
-const LEFT: f64 = 1e-3;
-
-/// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
-/// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
-fn facing(
-    [first, second]: &[View; 2],
-    poses: &[Pose64; 2],
-    (beside, motion): ([Option<usize>; 2], f64),
-) -> Option<[Option<usize>; 2]> {
-    let seen = relative(&poses[0], &poses[1]);
-    let back = relative(&poses[1], &poses[0]);
-    if cross(first, second, &seen, &back) {
-        return None;
-    }
-    let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
-        Nearest::Corners([i, j], distance) => {
-            let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
-            (way, distance, [Some(i), Some(j)])
-        }
-        Nearest::Face(0, [k, j], distance) => {
-            (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
-        }
-        Nearest::Face(_, [k, i], distance) => (
-            -poses[1].rotate(second.normals[k]),
-            distance,
-            [Some(i), None],
-        ),
-    };
-    let size = size(first).min(size(second));
-    if distance <= 1e-9 * size {
-        return None;
-    }
-    let way = direction.normalize();
-    let ways = [way, -way];
-    let views = [first, second];
-    // beyond a corner of a chain the neighbour tells the side
-    let chained = |i: usize| {
-        let (edge, corner) = (views[i].edge?, corners[i]?);
-        let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
-        edge.next_normal(corner, 0).filter(|_| leads)
-    };
-    let heights = [0, 1].map(|i| {
-        let normal = chained(i).unwrap_or(views[i].normals[0]);
-        poses[i].rotate(normal).dot(&ways[i])
-    });
-    let straight = |i: usize| heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
-    let mut faces = heights.map(|height| usize::from(height < 0.0));
-    // what may get to the corner in this step
-    if distance <= motion {
-        for i in 0..2 {
-            let known = beside[i].filter(|_| chained(i).is_some());
-            faces[i] = known.unwrap_or(faces[i]);
-        }
-    }
-    let came_through = |i: usize| straight(i) && beside[i].is_some_and(|face| face != faces[i]);
-    if distance <= LEFT * size && (0..2).any(came_through) {
-        faces = faces.map(|face| 1 - face);
-    }
-    // a free end that slides towards a corner of a chain is about to be above it
-    for (i, j) in [(0, 1), (1, 0)] {
-        let free = |edge: &Edge| corners[i].is_some_and(|end| edge.neighbours[end].is_none());
-        if views[i].edge.is_some_and(free) && !straight(i) && chained(j).is_some() {
-            let normal = poses[j].rotate(views[j].normals[faces[j]]);
-            faces[i] = usize::from(poses[i].rotate(views[i].normals[0]).dot(&normal) > 0.0);
-        }
-    }
-    Some(faces.map(Some))
-}
-
-/// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
-/// behind a one-sided segment \[m\]. `seen` are the poses of the second in the frame of the first, and
-/// of the first in that of the second.
-fn sides(
-    poses: [&Pose64; 2],
-    views: &[View; 2],
-    seen: [&Pose64; 2],
-    sight: &Sight,
-) -> Result<[Option<usize>; 2], f64> {
-    if let Some(start) = sight.start.filter(|_| !sight.touched)
-        && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
-    {
-        return Ok(sides);
-    }
-    let mut sides = [None, None];
-    for i in 0..2 {
-        let (other, pose) = (&views[1 - i], seen[i]);
-        sides[i] = match views[i].edge {
-            Some(edge) if edge.one_sided => {
-                let behind = behind(edge, other, pose);
-                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
-                    return Err(behind);
-                }
-                Some(0)
-            }
-            Some(edge) => {
-                let points = other.points.iter().map(|q| pose.apply(*q));
-                let past = sight.of(i, poses[i]);
-                Some(edge.side(points, pose.apply(other.inner()), &past))
-            }
-            None => None,
-        };
-    }
-    Ok(sides)
-}
-
-/// The [`sides`] of two parts with corners; `None` if one is behind the other.
-pub(in crate::rapier) fn sides_of(
-    poses: [&Pose64; 2],
-    parts: [&Part; 2],
-    sight: &Sight,
-) -> Option<[Option<usize>; 2]> {
-    let mut found = None;
-    with_view(&parts[0].core, |first| {
-        with_view(&parts[1].core, |second| {
-            let seen = relative(poses[0], poses[1]);
-            let back = relative(poses[1], poses[0]);
-            found = sides(poses, &[first, second], [&seen, &back], sight).ok();
-            0.0
-        })
-    });
-    found
-}
-
-/// Chooses a reference face by separating axes and clips the incident face to it: at most two
-/// points. Rounded cores that are apart touch at their nearest features instead.
-///
-/// # Arguments
-/// - `rounding`: radius added all round each shape \[m\].
-///
-/// Returns a lower bound of the gap \[m\], or of the motion before there may be a contact.
-///
-/// Sources: Ericson, *Real-Time Collision Detection* (2005), §5.5; Catto, GDC 2007.
-pub(super) fn convex_convex(
-    poses: [&Pose64; 2],
-    views: [View; 2],
+/// Two parts with corners.
+struct Meeting<'a> {
+    poses: [&'a Pose64; 2],
+    views: [View<'a>; 2],
     rounding: [f64; 2],
-    sight: &Sight,
-    reach: f64,
-    out: &mut Vec<Touch>,
-) -> f64 {
-    let [first, second] = &views;
-    let both = rounding[0] + rounding[1];
-    let seen = relative(poses[0], poses[1]);
-    let back = relative(poses[1], poses[0]);
-    let sides = match sides(poses, &views, [&seen, &back], sight) {
-        Ok(sides) => sides,
-        Err(behind) => return 0.5 * behind - both,
-    };
-    let of1 = separation(first, second, &seen, sides);
-    let of2 = separation(second, first, &back, [sides[1], sides[0]]);
-    let bound = of1.any.max(of2.any) - both;
-    if bound > reach {
-        return bound;
+    /// Per part, the pose of the other in its frame.
+    seen: [Pose64; 2],
+    /// See [`sides`].
+    sides: [Option<usize>; 2],
+}
+
+/// What the nearest features of two parts tell.
+enum Chosen {
+    /// The distance is all: the contact is given already, or there is none.
+    Done(f64),
+    /// The reference face and its part; `None` if the separations choose it.
+    Face(Option<(usize, usize)>),
+}
+
+impl Meeting<'_> {
+    /// Radius added all round the two \[m\].
+    fn rounding(&self) -> f64 {
+        self.rounding[0] + self.rounding[1]
     }
-    let segments = first.is_segment() && second.is_segment();
-    let apart = match segments {
-        true => !cross(first, second, &seen, &back),
-        false => bound + both > 0.0,
-    };
-    let mut chosen = None;
-    let one_sided = |view: &View| view.edge.is_some_and(|edge| edge.one_sided);
-    let both_solid = one_sided(first) && one_sided(second);
-    if apart && (segments && !both_solid || both > 0.0) {
-        match nearest(first, second, &seen, &back) {
+
+    /// The normal of a face, from the first part to the second.
+    fn direction(&self, (part, face): (usize, usize)) -> Vec2 {
+        let outward = self.poses[part].rotate(self.views[part].normals[face]);
+        if part == 0 { outward } else { -outward }
+    }
+
+    /// Sizes of the two \[m\].
+    fn sizes(&self) -> [f64; 2] {
+        [0, 1].map(|i| size(&self.views[i]))
+    }
+
+    /// The reference face by the nearest features of two parts that do not overlap.
+    fn by_nearest(&self, reach: f64, out: &mut Vec<Touch>) -> Chosen {
+        let Meeting {
+            poses,
+            views,
+            seen,
+            sides,
+            ..
+        } = self;
+        let both = self.rounding();
+        let (turn, [k, corner], distance) = match nearest(&views[0], &views[1], &seen[0], &seen[1])
+        {
             Nearest::Corners(corners, distance) => {
                 if both > 0.0 && distance - both <= reach {
-                    corner_touch(poses, &views, corners, rounding, out);
+                    corner_touch(*poses, views, corners, self.rounding, out);
                 }
-                return distance - both;
+                return Chosen::Done(distance - both);
             }
-            Nearest::Face(turn, [k, corner], distance) => {
-                let (base, other) = (&views[turn], &views[1 - turn]);
-                let pose = [&seen, &back][turn];
-                // what lies on the face is on its one side or the other by rounding
-                let over = match sides[turn] {
-                    Some(face) if distance <= ROUNDING * (size(first) + size(second)) => face,
-                    _ => k,
-                };
-                let k = match (base.edge, sides[turn]) {
-                    // the solid behind a one-sided face is in it, not beyond it; nor is what has
-                    // come through a two-sided one
-                    (Some(edge), Some(face))
-                        if edge.one_sided || face != over && beyond(edge, face, other, pose) =>
-                    {
-                        face
-                    }
-                    (Some(_), Some(face)) if face != over => return distance - both,
-                    _ => over,
-                };
-                // where a chain leads on towards the face, its corner is not what will meet it
-                let n = poses[turn].rotate(base.normals[k]);
-                let towards = poses[1 - turn].unrotate(-n);
-                let leads_on = |edge: &Edge| k == over && edge.leads_on(corner, towards);
-                chosen = (!other.edge.is_some_and(leads_on)).then_some((turn == 1, k));
+            Nearest::Face(turn, features, distance) => (turn, features, distance),
+        };
+        let (base, other) = (&views[turn], &views[1 - turn]);
+        // what lies on the face is on its one side or the other by rounding
+        let over = match sides[turn] {
+            Some(face) if distance <= ROUNDING * self.sizes().iter().sum::<f64>() => face,
+            _ => k,
+        };
+        let k = match (base.edge, sides[turn]) {
+            // the solid behind a one-sided face is in it, not beyond it; nor is what has come through a
+            // two-sided one
+            (Some(edge), Some(face))
+                if edge.one_sided || face != over && beyond(edge, face, other, &seen[turn]) =>
+            {
+                face
             }
-        }
+            (Some(_), Some(face)) if face != over => return Chosen::Done(distance - both),
+            _ => over,
+        };
+        // where a chain leads on towards the face, its corner is not what will meet it
+        let n = poses[turn].rotate(base.normals[k]);
+        let towards = poses[1 - turn].unrotate(-n);
+        let leads_on = |edge: &Edge| k == over && edge.leads_on(corner, towards);
+        Chosen::Face((!other.edge.is_some_and(leads_on)).then_some((turn, k)))
     }
-    // a tie goes to shape 1, so that resting polygons keep their reference face
-    let slack = 1e-6 * size(first).min(size(second));
-    let (flipped, k) = match (chosen, of1.best, of2.best) {
-        (Some(chosen), ..) => chosen,
-        (_, Some((s1, _)), Some((s2, k))) if s2 > s1 + slack => (true, k),
-        (_, Some((_, k)), _) => (false, k),
-        (_, None, Some((_, k))) => (true, k),
-        (_, None, None) => return bound,
-    };
-    if chosen.is_none() && (first.edge.is_some() || second.edge.is_some()) {
-        let turned = |flip: bool, normal: Vec2| match flip {
-            true => -poses[1].rotate(normal),
-            false => poses[0].rotate(normal),
-        };
-        let (found, from) = match of2.most.0 > of1.most.0 {
-            true => (&of2, true),
-            false => (&of1, false),
-        };
-        let (most, face) = found.most;
-        let (base, own) = if flipped {
-            (second, &of2)
-        } else {
-            (first, &of1)
-        };
-        let depth = own.best.map_or(f64::NEG_INFINITY, |(s, _)| s);
-        let axis = turned(from, [first, second][usize::from(from)].normals[face]);
-        let facing = axis.dot(&turned(flipped, base.normals[k]));
+
+    /// Whether a neighbour of a segment has the contact along the axis that separates the two most, in
+    /// place of that along face `chosen`. `of` are the separations from the faces of both.
+    fn neighbour_has(&self, chosen: (usize, usize), of: [&Separation; 2], slack: f64) -> bool {
+        let [first, second] = &self.views;
+        if first.edge.is_none() && second.edge.is_none() {
+            return false;
+        }
+        let from = usize::from(of[1].most.0 > of[0].most.0);
+        let (most, face) = of[from].most;
+        let part = chosen.0;
+        let base = &self.views[part];
+        let depth = of[part].best.map_or(f64::NEG_INFINITY, |(s, _)| s);
+        let facing = self.direction((from, face)).dot(&self.direction(chosen));
         // the solid behind a segment is taken to be as deep as the segment is long
-        let longest = views.iter().filter_map(|view| view.edge).map(Edge::length);
-        let deep = depth < -longest.fold(0.0, f64::max);
+        let longest = self.views.iter().filter_map(|view| view.edge);
+        let deep = depth < -longest.map(Edge::length).fold(0.0, f64::max);
         // a thin shape in front of a segment is nearer to its own far face, through which it did not come
-        let (other, pose) = match flipped {
-            true => (first, &back),
-            false => (second, &seen),
-        };
+        let other = self.seen[part].apply(self.views[1 - part].center);
         let solid = base.edge.filter(|edge| edge.one_sided);
-        let in_front = solid.is_some_and(|edge| edge.height(pose.apply(other.center)) >= 0.0);
+        let in_front = solid.is_some_and(|edge| edge.height(other) >= 0.0);
         let opposed = facing < -0.5 && !in_front || facing < 0.0 && deep;
-        // a neighbour has the contact along the axis that separates the two most
-        if depth < (most - slack).min(0.0) && (most > 0.0 || opposed || found.ceded) {
-            return bound;
-        }
+        depth < (most - slack).min(0.0) && (most > 0.0 || opposed || of[from].ceded)
     }
-    let mut give = |flipped: bool, k: usize| {
-        let (base, other, pose, seen, own) = match flipped {
-            true => (second, first, poses[1], &back, rounding[1]),
-            false => (first, second, poses[0], &seen, rounding[0]),
-        };
+
+    /// Adds the contacts of the other's face, clipped to face `k` of a part. Returns whether anything
+    /// was left of it.
+    fn give(&self, (part, k): (usize, usize), reach: f64, out: &mut Vec<Touch>) -> bool {
+        let (base, other) = (&self.views[part], &self.views[1 - part]);
+        let (pose, own) = (self.poses[part], self.rounding[part]);
+        let (both, flipped) = (self.rounding(), part == 1);
         let normal = base.normals[k];
         let tangent = Vec2::new(-normal.y, normal.x);
         let extent = normal.dot(&base.face(k)[0]);
-        let Some([a, b]) = clipped_incident(base, k, other, seen) else {
+        let Some([a, b]) = clipped_incident(base, k, other, &self.seen[part]) else {
             return false;
         };
         // features are numbered along the reference face, so they persist while that face does
@@ -567,19 +210,82 @@ pub(super) fn convex_convex(
             }
         }
         true
+    }
+}
+
+/// Chooses a reference face by separating axes and clips the incident face to it: at most two
+/// points. Rounded cores that are apart touch at their nearest features instead.
+///
+/// # Arguments
+/// - `rounding`: radius added all round each shape \[m\].
+///
+/// Returns a lower bound of the gap \[m\], or of the motion before there may be a contact.
+///
+/// Sources: Ericson, *Real-Time Collision Detection* (2005), §5.5; Catto, GDC 2007.
+pub(super) fn convex_convex(
+    poses: [&Pose64; 2],
+    views: [View; 2],
+    rounding: [f64; 2],
+    sight: &Sight,
+    reach: f64,
+    out: &mut Vec<Touch>,
+) -> f64 {
+    let both = rounding[0] + rounding[1];
+    let seen = [relative(poses[0], poses[1]), relative(poses[1], poses[0])];
+    let sides = match sides(poses, &views, [&seen[0], &seen[1]], sight) {
+        Ok(sides) => sides,
+        Err(behind) => return 0.5 * behind - both,
     };
-    if !give(flipped, k) && chosen.is_none() {
+    let [first, second] = &views;
+    let of1 = separation(first, second, &seen[0], sides);
+    let of2 = separation(second, first, &seen[1], [sides[1], sides[0]]);
+    let bound = of1.any.max(of2.any) - both;
+    if bound > reach {
+        return bound;
+    }
+    let segments = first.is_segment() && second.is_segment();
+    let apart = match segments {
+        true => !cross(first, second, &seen[0], &seen[1]),
+        false => bound + both > 0.0,
+    };
+    let one_sided = |view: &View| view.edge.is_some_and(|edge| edge.one_sided);
+    let both_solid = one_sided(first) && one_sided(second);
+    let meeting = Meeting {
+        poses,
+        views,
+        rounding,
+        seen,
+        sides,
+    };
+    let mut chosen = None;
+    if apart && (segments && !both_solid || both > 0.0) {
+        chosen = match meeting.by_nearest(reach, out) {
+            Chosen::Done(distance) => return distance,
+            Chosen::Face(face) => face,
+        };
+    }
+    // a tie goes to shape 1, so that resting polygons keep their reference face
+    let [one, two] = meeting.sizes();
+    let slack = 1e-6 * one.min(two);
+    let face = match (chosen, of1.best, of2.best) {
+        (Some(chosen), ..) => chosen,
+        (_, Some((s1, _)), Some((s2, k))) if s2 > s1 + slack => (1, k),
+        (_, Some((_, k)), _) => (0, k),
+        (_, None, Some((_, k))) => (1, k),
+        (_, None, None) => return bound,
+    };
+    if chosen.is_none() && meeting.neighbour_has(face, [&of1, &of2], slack) {
+        return bound;
+    }
+    if !meeting.give(face, reach, out) && chosen.is_none() {
         // what is deepest under the face of a segment lies beside it: the other shape's face may
         // press the corner between
-        let (own, others) = if flipped { (&of2, &of1) } else { (&of1, &of2) };
-        let direction = |from: bool, k: usize| match from {
-            true => -poses[1].rotate(second.normals[k]),
-            false => poses[0].rotate(first.normals[k]),
-        };
-        if let (Some((_, k)), Some((_, next))) = (own.best, others.best)
-            && direction(flipped, k).dot(&direction(!flipped, next)) > 0.0
-        {
-            give(!flipped, next);
+        let others = if face.0 == 1 { &of1 } else { &of2 };
+        let next = others.best.map(|(_, k)| (1 - face.0, k));
+        let along =
+            |next: &(usize, usize)| meeting.direction(face).dot(&meeting.direction(*next)) > 0.0;
+        if let Some(next) = next.filter(along) {
+            meeting.give(next, reach, out);
         }
     }
     bound
@@ -673,62 +379,6 @@ fn corner_touch(
         gap: distance - r1 - r2,
         feature: 1 << 31 | (corners[0] as u32) << 12 | corners[1] as u32,
     });
-}
-
-/// The point of a polygon nearest to a ball's centre; from inside, the nearest face.
-pub(super) fn polygon_ball(
-    pose: &Pose64,
-    polygon: &Polygon,
-    rounding: f64,
-    center: Vec2,
-    radius: f64,
-) -> Touch {
-    let c = pose.apply_inverse(center);
-    let heights = polygon.normals.iter().zip(polygon.points.iter());
-    let (k, separation) = heights.map(|(n, p)| n.dot(&(c - p))).enumerate().fold(
-        (0, f64::NEG_INFINITY),
-        |best, next| {
-            if next.1 > best.1 { next } else { best }
-        },
-    );
-    let (mut normal, mut distance) = (polygon.normals[k], separation);
-    if separation > 0.0 {
-        let view = polygon.view();
-        let nearest = (0..polygon.points.len())
-            .map(|k| nearest_on_edge(view.face(k), c))
-            .min_by(|p, q| (c - p).norm_squared().total_cmp(&(c - q).norm_squared()));
-        let away = c - nearest.unwrap_or(c);
-        // for a centre on the face, the normal of the face
-        if away.norm() > 0.0 {
-            (normal, distance) = (away.normalize(), away.norm());
-        }
-    }
-    let gap = distance - radius - rounding;
-    Touch {
-        normal: pose.rotate(normal),
-        point: pose.apply(c - normal * (radius + 0.5 * gap)),
-        gap,
-        feature: 0,
-    }
-}
-
-fn nearest_on_edge([a, b]: [Vec2; 2], p: Vec2) -> Vec2 {
-    let along = b - a;
-    a + along * ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
-}
-
-/// Smaller extent of the bounding box \[m\]; the length of a segment.
-fn size(view: &View) -> f64 {
-    let first = view.points[0];
-    let (low, high) = view
-        .points
-        .iter()
-        .fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
-    if view.is_segment() {
-        (high - low).norm()
-    } else {
-        (high - low).min()
-    }
 }
 
 #[cfg(test)]

@@ -8,16 +8,20 @@ mod boxes;
 mod cells;
 mod convex;
 mod edges;
+mod facing;
+mod polygon;
 
 pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
-pub(super) use convex::{Polygon, sides_of};
 pub(super) use edges::Edge;
+pub(super) use facing::sides_of;
+pub(super) use polygon::Polygon;
 
 use super::engine::prelude::SharedShape;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
-use convex::{View, convex_convex, polygon_ball};
+use convex::convex_convex;
+use polygon::{View, polygon_ball};
 use std::sync::Arc;
 
 /// A core with a closed-form gap, in the frame of its part.

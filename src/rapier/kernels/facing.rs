@@ -1,0 +1,232 @@
+//! The sides of segments on which other parts lie.
+
+use super::edges::Edge;
+use super::polygon::{View, size};
+use super::{Part, Sight, relative, with_view};
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+
+/// Rounding of distances, as a share of the sizes of two shapes: far below what a contact resolves.
+pub(super) const ROUNDING: f64 = 1e-12;
+
+/// The nearest features of two cores that do not overlap.
+pub(super) enum Nearest {
+    /// Corners, by their numbers in the two shapes.
+    Corners([usize; 2], f64),
+    /// A face of the first (0) or second shape (1), and the corner of the other over it.
+    Face(usize, [usize; 2], f64),
+}
+
+pub(super) fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
+    let slack = ROUNDING * (size(first) + size(second));
+    let mut best = Nearest::Corners([0, 0], f64::INFINITY);
+    let mut least = f64::INFINITY;
+    for (turn, base, other, pose) in [(0, first, second, seen), (1, second, first, back)] {
+        let faces = if base.is_segment() {
+            1
+        } else {
+            base.points.len()
+        };
+        for (j, q) in other.points.iter().enumerate() {
+            let p = pose.apply(*q);
+            for k in 0..faces {
+                let [a, b] = base.face(k);
+                let along = b - a;
+                let t = (p - a).dot(&along) / along.norm_squared();
+                let foot = a + along * t.clamp(0.0, 1.0);
+                let distance = (p - foot).norm();
+                // a corner over the end of a face lies on the face, and not on a face beside it that
+                // ends there too and is as near
+                let over = (-1e-9..=1.0 + 1e-9).contains(&t);
+                let allowed = match (over, matches!(best, Nearest::Face(..))) {
+                    (true, false) => slack,
+                    (false, true) => -slack,
+                    _ => 0.0,
+                };
+                if distance < least + allowed {
+                    least = distance;
+                    let corner = |k: usize| if turn == 0 { [k, j] } else { [j, k] };
+                    best = if over {
+                        let behind = base.is_segment() && base.normals[0].dot(&(p - a)) < 0.0;
+                        Nearest::Face(turn, [if behind { 1 } else { k }, j], distance)
+                    } else {
+                        let end = if t < 0.0 {
+                            k
+                        } else {
+                            (k + 1) % base.points.len()
+                        };
+                        Nearest::Corners(corner(end), distance)
+                    };
+                }
+            }
+        }
+    }
+    best
+}
+
+/// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
+/// front. `pose` is that of the shape in the frame of the segment.
+pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
+    let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
+    // the solid behind another segment counts
+    let all = other.points.iter().map(height);
+    -all.fold(height(&other.center), f64::max)
+}
+
+/// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it in the last
+/// step, or at the start of this one, or lay on it by rounding. Of `sight`, the one-sided one
+/// is part `own`.
+fn came_through(edge: &Edge, other: &View, far: f64, own: usize, sight: &Sight) -> bool {
+    let Some(start) = sight.start.filter(|_| far <= sight.motion) else {
+        return false;
+    };
+    let touched = sight.faces[1 - own].is_some();
+    let pose = relative(&start[own], &start[1 - own]);
+    other.edge.is_some_and(|line| !line.one_sided)
+        && (touched || behind(edge, other, &pose) <= 1e-6 * edge.length())
+}
+
+/// Whether all of a shape lies behind the line of a face of a segment.
+pub(super) fn beyond(edge: &Edge, face: usize, other: &View, pose: &Pose64) -> bool {
+    let height = |q: &Vec2| edge.normals[face].dot(&(pose.apply(*q) - edge.ends[0]));
+    other.points.iter().all(|q| height(q) <= 0.0)
+}
+
+/// Whether two segments cross.
+pub(super) fn cross(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> bool {
+    let splits = |base: &View, other: &View, pose: &Pose64| {
+        let height = |q: Vec2| base.normals[0].dot(&(pose.apply(q) - base.points[0]));
+        height(other.points[0]) * height(other.points[1]) < 0.0
+    };
+    splits(first, second, seen) && splits(second, first, back)
+}
+
+pub(super) fn is_two_sided(view: &View) -> bool {
+    view.edge.is_some_and(|edge| !edge.one_sided)
+}
+
+/// Distance, as a share of the shorter of two segments, up to which one that touches the neighbour of
+/// the other may be on the wrong side of that other by what is left of an overlap.
+const LEFT: f64 = 1e-3;
+
+/// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
+/// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
+fn facing(
+    [first, second]: &[View; 2],
+    poses: &[Pose64; 2],
+    (beside, motion): ([Option<usize>; 2], f64),
+) -> Option<[Option<usize>; 2]> {
+    let seen = relative(&poses[0], &poses[1]);
+    let back = relative(&poses[1], &poses[0]);
+    if cross(first, second, &seen, &back) {
+        return None;
+    }
+    let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
+        Nearest::Corners([i, j], distance) => {
+            let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
+            (way, distance, [Some(i), Some(j)])
+        }
+        Nearest::Face(0, [k, j], distance) => {
+            (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
+        }
+        Nearest::Face(_, [k, i], distance) => (
+            -poses[1].rotate(second.normals[k]),
+            distance,
+            [Some(i), None],
+        ),
+    };
+    let size = size(first).min(size(second));
+    if distance <= 1e-9 * size {
+        return None;
+    }
+    let way = direction.normalize();
+    let ways = [way, -way];
+    let views = [first, second];
+    // beyond a corner of a chain the neighbour tells the side
+    let chained = |i: usize| {
+        let (edge, corner) = (views[i].edge?, corners[i]?);
+        let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
+        edge.next_normal(corner, 0).filter(|_| leads)
+    };
+    let heights = [0, 1].map(|i| {
+        let normal = chained(i).unwrap_or(views[i].normals[0]);
+        poses[i].rotate(normal).dot(&ways[i])
+    });
+    let straight = |i: usize| heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
+    let mut faces = heights.map(|height| usize::from(height < 0.0));
+    // what may get to the corner in this step
+    if distance <= motion {
+        for i in 0..2 {
+            let known = beside[i].filter(|_| chained(i).is_some());
+            faces[i] = known.unwrap_or(faces[i]);
+        }
+    }
+    let came_through = |i: usize| straight(i) && beside[i].is_some_and(|face| face != faces[i]);
+    if distance <= LEFT * size && (0..2).any(came_through) {
+        faces = faces.map(|face| 1 - face);
+    }
+    // a free end that slides towards a corner of a chain is about to be above it
+    for (i, j) in [(0, 1), (1, 0)] {
+        let free = |edge: &Edge| corners[i].is_some_and(|end| edge.neighbours[end].is_none());
+        if views[i].edge.is_some_and(free) && !straight(i) && chained(j).is_some() {
+            let normal = poses[j].rotate(views[j].normals[faces[j]]);
+            faces[i] = usize::from(poses[i].rotate(views[i].normals[0]).dot(&normal) > 0.0);
+        }
+    }
+    Some(faces.map(Some))
+}
+
+/// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
+/// behind a one-sided segment \[m\]. `seen` are the poses of the second in the frame of the first, and
+/// of the first in that of the second.
+pub(super) fn sides(
+    poses: [&Pose64; 2],
+    views: &[View; 2],
+    seen: [&Pose64; 2],
+    sight: &Sight,
+) -> Result<[Option<usize>; 2], f64> {
+    if let Some(start) = sight.start.filter(|_| !sight.touched)
+        && views.iter().all(is_two_sided)
+        && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
+    {
+        return Ok(sides);
+    }
+    let mut sides = [None, None];
+    for i in 0..2 {
+        let (other, pose) = (&views[1 - i], seen[i]);
+        sides[i] = match views[i].edge {
+            Some(edge) if edge.one_sided => {
+                let behind = behind(edge, other, pose);
+                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
+                    return Err(behind);
+                }
+                Some(0)
+            }
+            Some(edge) => {
+                let points = other.points.iter().map(|q| pose.apply(*q));
+                let past = sight.of(i, poses[i]);
+                Some(edge.side(points, pose.apply(other.inner()), &past))
+            }
+            None => None,
+        };
+    }
+    Ok(sides)
+}
+
+/// The [`sides`] of two parts with corners; `None` if one is behind the other.
+pub(in crate::rapier) fn sides_of(
+    poses: [&Pose64; 2],
+    parts: [&Part; 2],
+    sight: &Sight,
+) -> Option<[Option<usize>; 2]> {
+    let mut found = None;
+    with_view(&parts[0].core, |first| {
+        with_view(&parts[1].core, |second| {
+            let seen = relative(poses[0], poses[1]);
+            let back = relative(poses[1], poses[0]);
+            found = sides(poses, &[first, second], [&seen, &back], sight).ok();
+            0.0
+        })
+    });
+    found
+}

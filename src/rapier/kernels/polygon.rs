@@ -1,0 +1,184 @@
+//! Convex polygons, and the view of a part by its corners and faces.
+
+use super::Touch;
+use super::edges::{Edge, half_turn};
+use crate::contact::Vec2;
+use crate::dynamics::Pose64;
+
+/// A convex polygon in the frame of its part \[m\].
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::rapier) struct Polygon {
+    /// Corners, counter-clockwise.
+    pub points: Box<[Vec2]>,
+    /// Outward normals of the face from each point to the next.
+    pub normals: Box<[Vec2]>,
+    pub center: Vec2,
+    /// Least width across a face.
+    pub thickness: f64,
+}
+
+impl Polygon {
+    /// From its corners in either orientation; `None` if they span no area.
+    pub fn new(mut points: Vec<Vec2>) -> Option<Polygon> {
+        points.dedup();
+        if points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        let n = points.len();
+        let twice: f64 = (0..n).map(|i| points[i].perp(&points[(i + 1) % n])).sum();
+        if n < 3 || !(twice != 0.0 && twice.is_finite()) {
+            return None;
+        }
+        if twice < 0.0 {
+            points.reverse();
+        }
+        let normals = (0..n).map(|i| {
+            let along = (points[(i + 1) % n] - points[i]).normalize();
+            Vec2::new(along.y, -along.x)
+        });
+        let normals: Box<[Vec2]> = normals.collect();
+        let depth = |p: &Vec2, i: usize| normals[i].dot(&(points[i] - p));
+        let width = |i: usize| points.iter().map(|p| depth(p, i)).fold(0.0, f64::max);
+        Some(Polygon {
+            thickness: (0..n).map(width).fold(f64::INFINITY, f64::min),
+            normals,
+            center: points.iter().sum::<Vec2>() / n as f64,
+            points: points.into(),
+        })
+    }
+
+    fn view(&self) -> View<'_> {
+        View {
+            points: &self.points,
+            normals: &self.normals,
+            center: self.center,
+            edge: None,
+        }
+    }
+}
+
+/// The view of a polygon, box or segment for the algorithm; a segment has a face on both sides.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub points: &'a [Vec2],
+    pub normals: &'a [Vec2],
+    pub center: Vec2,
+    pub edge: Option<&'a Edge>,
+}
+
+impl<'a> From<&'a Polygon> for View<'a> {
+    fn from(polygon: &'a Polygon) -> Self {
+        polygon.view()
+    }
+}
+
+impl<'a> From<&'a Edge> for View<'a> {
+    fn from(edge: &'a Edge) -> Self {
+        let [a, b] = edge.ends;
+        // a one-sided segment has solid behind it, as deep as it is long
+        let depth = f64::from(u8::from(edge.one_sided)) * 0.5 * (b - a).norm();
+        View {
+            points: &edge.ends,
+            normals: &edge.normals,
+            center: 0.5 * (a + b) - depth * edge.normals[0],
+            edge: Some(edge),
+        }
+    }
+}
+
+impl View<'_> {
+    fn next(&self, k: usize) -> Vec2 {
+        self.points[(k + 1) % self.points.len()]
+    }
+
+    /// Start and end of face `k`; a segment's left face runs the other way.
+    pub(super) fn face(&self, k: usize) -> [Vec2; 2] {
+        [self.points[k], self.next(k)]
+    }
+
+    /// Slope at the start and the end of face `k`: the width of the face that a unit of depth under
+    /// it takes. A penetrating point belongs to the face that it is nearer to; the bisector
+    /// separates two faces.
+    ///
+    /// Zero where the algorithm compares the faces of both shapes and takes the best of all.
+    pub(super) fn ridges(&self, k: usize, other: &View) -> [f64; 2] {
+        match (self.edge, other.edge) {
+            (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| edge.ridge(end, k)),
+            (None, Some(edge)) if edge.neighbours.iter().any(Option::is_some) => {
+                let n = self.normals.len();
+                [(k + n - 1) % n, (k + 1) % n].map(|next| {
+                    let cos = self.normals[k].dot(&self.normals[next]);
+                    half_turn(self.normals[k].perp(&self.normals[next]).abs(), cos)
+                })
+            }
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// A point inside; of a one-sided segment one in the solid behind it.
+    pub(super) fn inner(&self) -> Vec2 {
+        self.edge.map_or(self.center, |edge| {
+            0.5 * (edge.ends[0] + edge.ends[1]) - 0.5 * edge.depth * edge.normals[0]
+        })
+    }
+
+    pub(super) fn is_segment(&self) -> bool {
+        self.points.len() == 2
+    }
+}
+
+/// The point of a polygon nearest to a ball's centre; from inside, the nearest face.
+pub(super) fn polygon_ball(
+    pose: &Pose64,
+    polygon: &Polygon,
+    rounding: f64,
+    center: Vec2,
+    radius: f64,
+) -> Touch {
+    let c = pose.apply_inverse(center);
+    let heights = polygon.normals.iter().zip(polygon.points.iter());
+    let (k, separation) = heights.map(|(n, p)| n.dot(&(c - p))).enumerate().fold(
+        (0, f64::NEG_INFINITY),
+        |best, next| {
+            if next.1 > best.1 { next } else { best }
+        },
+    );
+    let (mut normal, mut distance) = (polygon.normals[k], separation);
+    if separation > 0.0 {
+        let view = polygon.view();
+        let nearest = (0..polygon.points.len())
+            .map(|k| nearest_on_edge(view.face(k), c))
+            .min_by(|p, q| (c - p).norm_squared().total_cmp(&(c - q).norm_squared()));
+        let away = c - nearest.unwrap_or(c);
+        // for a centre on the face, the normal of the face
+        if away.norm() > 0.0 {
+            (normal, distance) = (away.normalize(), away.norm());
+        }
+    }
+    let gap = distance - radius - rounding;
+    Touch {
+        normal: pose.rotate(normal),
+        point: pose.apply(c - normal * (radius + 0.5 * gap)),
+        gap,
+        feature: 0,
+    }
+}
+
+fn nearest_on_edge([a, b]: [Vec2; 2], p: Vec2) -> Vec2 {
+    let along = b - a;
+    a + along * ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
+}
+
+/// Smaller extent of the bounding box \[m\]; the length of a segment.
+pub(super) fn size(view: &View) -> f64 {
+    let first = view.points[0];
+    let (low, high) = view
+        .points
+        .iter()
+        .fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+    if view.is_segment() {
+        (high - low).norm()
+    } else {
+        (high - low).min()
+    }
+}
