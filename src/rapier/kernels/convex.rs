@@ -384,7 +384,7 @@ fn corner_touch(
 #[cfg(test)]
 mod tests {
     use super::super::tests::sharp;
-    use super::super::{Core, Part, touches};
+    use super::super::{Core, Part, Polygon, touches};
     use super::*;
     use std::sync::Arc;
 
