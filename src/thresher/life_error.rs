@@ -327,7 +327,7 @@ struct At<'a> {
 }
 
 impl At<'_> {
-    /// `a` [h] and its standard deviation, from a life with more jumps.
+    /// `a` \[h\] and its standard deviation, from a life with more jumps.
     fn jump_part(&self, fine: &At) -> Result<[f64; 2], String> {
         if fine.jumps <= self.jumps {
             return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
