@@ -91,8 +91,7 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
         lives.run.write(&folder, p, &setup.tooth)?;
     }
     let mut text = lives.describe(p, &setup.tooth);
-    let mut totals = lives.run.totals;
-    totals.unsolved_islands = lives.unsolved_islands();
+    let totals = lives.totals();
     let wrong = lives.run.missed_torque(p);
     let mut warnings = summary::warnings(&totals);
     warnings.extend(wrong.clone());

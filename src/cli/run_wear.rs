@@ -229,35 +229,18 @@ fn write(folder: &OutputFolder, scene: &Scene, found: &WearOutcome) -> Result<()
     write_rows(folder, &found.cells)?;
     write_rows(folder, &found.nodes)?;
     write_rows(folder, &found.jumps)?;
-    for name in &found.names {
+    for (surface, name) in found.names.iter().enumerate() {
         let file: String = name
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
             .collect();
-        let cells: Vec<WearRow> = (found.cells.iter().filter(|row| row.body == *name))
-            .map(|row| WearRow {
-                cycles: row.seconds,
-                hours: row.hours,
-                bar: 1,
-                cell: row.cell,
-                x_m: row.x_m,
-                depth_m: row.depth_m,
-                load_slip_nm_per_cycle: row.load_slip_nm_per_s,
-            })
-            .collect();
-        let nodes: Vec<ProfileRow> = (found.nodes.iter().filter(|row| row.body == *name))
-            .map(|row| ProfileRow {
-                cycles: row.seconds,
-                hours: row.hours,
-                bar: 1,
-                node: row.node,
-                x_m: row.x_m,
-                y_m: row.y_m,
-            })
-            .collect();
         let subtitle = format!("{}, body {name}", scene.name);
-        let chart = depth_per_cell(&cells, 1, &subtitle)?;
+        let mut chart = depth_per_cell(&drawn_cells(found, name), 1, &subtitle)?;
+        chart.title = "Wear depth along the surface".to_owned();
+        chart.x.label = "along the new surface, from its first point [mm]".to_owned();
         folder.write(&format!("wear-per-cell-{file}.svg"), &chart.to_svg()?)?;
+        let closed = found.state(surface).profile().is_ring();
+        let nodes = drawn_nodes(found, name, closed);
         let mut chart = worn_profile(&nodes, 1, 0.0, &subtitle)?;
         chart.title = "Worn surface".to_owned();
         chart.x.label = "x in the frame of the body [mm]".to_owned();
@@ -265,4 +248,46 @@ fn write(folder: &OutputFolder, scene: &Scene, found: &WearOutcome) -> Result<()
         folder.write(&format!("worn-surface-{file}.svg"), &chart.to_svg()?)?;
     }
     Ok(())
+}
+
+/// The cells of a body at the distance of their places from the first one, along the new surface: of a
+/// closed one two cells lie at every x.
+fn drawn_cells(found: &WearOutcome, name: &str) -> Vec<WearRow> {
+    let (mut along, mut last) = (0.0, None);
+    let rows = found.cells.iter().filter(|row| row.body == name);
+    rows.map(|row| {
+        let place = (row.x_m, row.y_m);
+        along = match last.filter(|_| row.cell > 1) {
+            Some((x, y)) => along + f64::hypot(row.x_m - x, row.y_m - y),
+            None => 0.0,
+        };
+        last = Some(place);
+        WearRow {
+            cycles: row.seconds,
+            hours: row.hours,
+            bar: 1,
+            cell: row.cell,
+            x_m: along,
+            depth_m: row.depth_m,
+            load_slip_nm_per_cycle: row.load_slip_nm_per_s,
+        }
+    })
+    .collect()
+}
+
+/// The nodes of a body; of a `closed` surface the first one once more behind the last.
+fn drawn_nodes(found: &WearOutcome, name: &str, closed: bool) -> Vec<ProfileRow> {
+    let rows: Vec<_> = found.nodes.iter().filter(|row| row.body == name).collect();
+    let times = rows.chunk_by(|a, b| a.seconds == b.seconds);
+    let outline = times.flat_map(|nodes| nodes.iter().chain(nodes.first().filter(|_| closed)));
+    outline
+        .map(|row| ProfileRow {
+            cycles: row.seconds,
+            hours: row.hours,
+            bar: 1,
+            node: row.node,
+            x_m: row.x_m,
+            y_m: row.y_m,
+        })
+        .collect()
 }

@@ -237,7 +237,8 @@ struct Other {
 /// the run, and puts them in place of what the run told.
 ///
 /// All three take steps twice as long, which costs half and tells the bias of the step; the others
-/// differ from that life by jumps half as deep, or by edges half as long. With `n` jumps, steps `dt`
+/// differ from that life by jumps half as deep, and by edges half as long. Such edges bound the depth of
+/// the jumps as well: their life is compared with that of jumps half as deep. With `n` jumps, steps `dt`
 /// and edges `h` the life is taken as `T = T₀ + a/n + b dt + c h`. Euler jumps are of first order. A step
 /// is of second order where it resolves its contacts, and so is a mesh where the load is smooth, but no
 /// order of either can be seen in lives: halving twice gives differences that their noise hides. Both are
@@ -295,18 +296,18 @@ pub(super) fn measure(
             })
         };
         let (run, noise) = (error.hours, error.noise());
-        // of the life with steps twice as long
+        // a of T and its standard deviation
         let mut of_jumps = [0.0; 2];
         let jumps = of(0).and_then(|coarse| {
             let fine = of(1)?;
             of_jumps = coarse.jump_part(&fine)?;
-            Ok(fine.bias(of_jumps))
+            Ok(fine.bias(of_jumps.map(|a| a / coarse.jumps)))
         });
         let step = of(0).map(|other| {
             let bias = [other.hours - run, other.noise.hypot(noise)];
             other.bias(bias)
         });
-        let mesh = of(0).and_then(|coarse| {
+        let mesh = of(1).and_then(|coarse| {
             let fine = of(2)?;
             Ok(fine.bias(coarse.mesh_part(&fine, of_jumps)))
         });
@@ -326,22 +327,22 @@ struct At<'a> {
 }
 
 impl At<'_> {
-    /// `a/n` of this life \[h\] and its standard deviation, from one with more jumps.
+    /// `a` \[h\] and its standard deviation, from a life with more jumps.
     fn jump_part(&self, fine: &At) -> Result<[f64; 2], String> {
         if fine.jumps <= self.jumps {
             return Err("the mesh sets the depth of the jumps, not wear.jump".to_owned());
         }
-        let share = 1.0 - self.jumps / fine.jumps;
+        let change = 1.0 / self.jumps - 1.0 / fine.jumps;
         let noise = self.noise.hypot(fine.noise);
-        Ok([self.hours - fine.hours, noise].map(|h| h / share))
+        Ok([self.hours - fine.hours, noise].map(|h| h / change))
     }
 
-    /// `c h` of this life \[h\] and its standard deviation, from one with edges half as long, which bounds
-    /// the depth of its jumps; `jumps` is the part of the jumps.
-    fn mesh_part(&self, fine: &At, jumps: [f64; 2]) -> [f64; 2] {
-        let shorter = 1.0 - self.jumps / fine.jumps;
-        let difference = self.hours - fine.hours - jumps[0] * shorter;
-        let noise = self.noise.hypot(fine.noise).hypot(jumps[1] * shorter);
+    /// `c h` of this life \[h\] and its standard deviation, from one with edges half as long; `a` is that of
+    /// the jumps, of which the two may have a few more or less.
+    fn mesh_part(&self, fine: &At, a: [f64; 2]) -> [f64; 2] {
+        let change = 1.0 / self.jumps - 1.0 / fine.jumps;
+        let difference = self.hours - fine.hours - a[0] * change;
+        let noise = self.noise.hypot(fine.noise).hypot(a[1] * change);
         [difference, noise].map(|h| h / FIRST_ORDER)
     }
 
@@ -394,15 +395,15 @@ mod tests {
             what: "",
         };
         let coarse = life(20.0, 1.0, 0.6);
-        let jumps = coarse.jump_part(&life(60.0, 1.0, 0.8)).unwrap();
-        assert!((jumps[0] - 3.0).abs() < 1e-12 && (jumps[1] - 1.5).abs() < 1e-12);
-        // edges half as long, and with them jumps half as deep
-        let mesh = coarse.mesh_part(&life(40.0, 0.5, 0.8), jumps);
+        let shorter = life(60.0, 1.0, 0.8);
+        let a = coarse.jump_part(&shorter).unwrap();
+        assert!((a[0] - 60.0).abs() < 1e-12 && (a[1] - 30.0).abs() < 1e-12);
+        // edges half as long, and jumps nearly as deep as those of the second life
+        let mesh = shorter.mesh_part(&life(40.0, 0.5, 0.6), a);
         assert!((mesh[0] - 3.0).abs() < 1e-12, "{mesh:?}");
-        assert!(
-            (mesh[1] - 2.0 * 1.0_f64.hypot(0.75)).abs() < 1e-12,
-            "{mesh:?}"
-        );
+        // 30 (1/60 − 1/40)
+        let noise = 2.0 * 1.0_f64.hypot(0.25);
+        assert!((mesh[1] - noise).abs() < 1e-12, "{mesh:?}");
         assert!(coarse.jump_part(&life(20.0, 1.0, 0.8)).is_err());
     }
 

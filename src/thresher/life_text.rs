@@ -4,7 +4,7 @@ use super::blocks::Tooth;
 use super::life::ThreshingOutcome;
 use super::machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
 use super::operation::TORQUE_TOLERANCE;
-use super::parameters::{ConcaveSetting, Thresher};
+use super::parameters::{ConcaveSetting, Hold, Thresher};
 use super::power;
 use super::rows::ErrorRow;
 use super::world::Outlines;
@@ -39,10 +39,11 @@ impl ThreshingOutcome {
         ] {
             folder.write(name, picture(title, outlines).to_svg()?)?;
         }
-        let subtitle = format!(
-            "{} N m, {} rad/s, all bars equal",
-            p.operating_torque, p.speed
-        );
+        let held = match p.hold {
+            Hold::Feed => format!("feed held at {} kg/s", p.feed_rate),
+            Hold::Torque => format!("torque held at {} N m", p.operating_torque),
+        };
+        let subtitle = format!("{held}, {} rad/s, all bars equal", p.speed);
         let errors: Vec<ErrorRow> = self.errors.iter().flat_map(|e| e.rows()).collect();
         write_rows(folder, &errors)?;
         let mut loads = self.bar_load_new.rows("new", p.machine_width);
@@ -56,7 +57,7 @@ impl ThreshingOutcome {
             ),
             (
                 "torque-over-hours.svg",
-                torque_over_hours(&self.history.operation, p.operating_torque, &subtitle),
+                torque_over_hours(&self.history.operation, p, &subtitle),
             ),
             (
                 "power-over-hours.svg",

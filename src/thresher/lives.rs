@@ -62,10 +62,15 @@ impl Lives {
         [(self.held, &self.run), (self.held.other(), &self.other)]
     }
 
-    /// Islands that no solve certified, of both runs.
-    pub fn unsolved_islands(&self) -> usize {
-        let totals = self.both().map(|(_, outcome)| &outcome.totals);
-        totals.iter().map(|t: &&Totals| t.unsolved_islands).sum()
+    /// Totals of the scene's run, with what no solve of either run certified.
+    pub fn totals(&self) -> Totals {
+        let (mut all, other) = (self.run.totals, &self.other.totals);
+        all.unsolved_islands += other.unsolved_islands;
+        all.unsolved_steps += other.unsolved_steps;
+        all.failed_islands += other.failed_islands;
+        all.residual = all.residual.max(other.residual);
+        all.residual_velocity = all.residual_velocity.max(other.residual_velocity);
+        all
     }
 
     /// Results for `summary.json`: those of the scene's run, and the lives under both protocols.

@@ -1,12 +1,14 @@
 //! Pictures of the machine at work: torque and power over its life, load over the angle of a bar.
 
+use super::parameters::{Hold, Thresher};
 use super::rows::{BarLoadRow, OperationRow};
 use crate::report::{Axis, Chart, Colour, Dash, HLine, Series, Style, number};
 
-/// Torque of the drive over the hours, with the torque [N m] that heads the run.
+/// Torque of the drive over the hours, with the operating torque, and with the feed held the largest
+/// torque of the drive.
 ///
 /// The chart has no series, and so cannot be drawn, where `points` is empty.
-pub fn torque_over_hours(points: &[OperationRow], heading: f64, subtitle: &str) -> Chart {
+pub fn torque_over_hours(points: &[OperationRow], p: &Thresher, subtitle: &str) -> Chart {
     let mut chart = Chart::new(
         "Torque of the drive",
         Axis::linear("operating time [h]"),
@@ -17,10 +19,17 @@ pub fn torque_over_hours(points: &[OperationRow], heading: f64, subtitle: &str) 
     chart
         .series
         .push(Series::new("torque", Style::LinePoints, values));
-    chart.lines.push(HLine {
-        value: heading,
-        label: format!("{} N m", number(heading, 4)),
-    });
+    let line = |value: f64, what: &str| HLine {
+        value,
+        label: format!("{} N m: {what}", number(value, 4)),
+    };
+    chart
+        .lines
+        .push(line(p.operating_torque, "operating torque"));
+    if p.hold == Hold::Feed {
+        let most = p.drive_torque_factor * p.operating_torque;
+        chart.lines.push(line(most, "most the drive gives"));
+    }
     chart
 }
 
@@ -155,8 +164,18 @@ mod tests {
         let chart = power_over_hours(&points, "");
         assert_eq!(chart.series[0].points[1], (10.0, 10.25));
         assert_eq!(chart.series[1].points[0], (0.0, -0.5));
-        let chart = torque_over_hours(&points, 146.39, "");
-        assert_eq!(chart.lines[0].label, "146.4 N m");
-        assert!(chart.to_svg().is_ok());
+        let labels = |hold: Hold| -> Vec<String> {
+            let p = Thresher {
+                hold,
+                ..Thresher::default()
+            };
+            let chart = torque_over_hours(&points, &p, "");
+            assert!(chart.to_svg().is_ok());
+            chart.lines.into_iter().map(|line| line.label).collect()
+        };
+        let held = ["146.4 N m: operating torque"];
+        assert_eq!(labels(Hold::Torque), held);
+        let most = "292.8 N m: most the drive gives";
+        assert_eq!(labels(Hold::Feed), [held[0], most]);
     }
 }

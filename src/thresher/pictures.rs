@@ -125,7 +125,8 @@ pub fn heights(rows: &[ProfileRow]) -> Vec<HeightPoint> {
 /// - `points`: times ascending within a bar.
 /// - `limits`: drawn as lines, such as 6 mm, "unfit".
 /// - `life`: crossings, drawn with error bars on the limit of the same name; for each limit the
-///   first in time. Crossings of a limit that is not listed are left out.
+///   first in time. One of a limit that is not listed, such as a machine that no longer conveys, is
+///   drawn on the curve of its bar, and left out where the curve does not reach it.
 /// - `subtitle`: the scene and its settings.
 ///
 /// The chart has no series, and so cannot be drawn, where `points` is empty.
@@ -153,6 +154,15 @@ pub fn tooth_height(
         let values = own.map(|p| (p.hours, MM * p.height)).collect();
         chart.series.push(Series::new(name, Style::Line, values));
     }
+    let mark = |row: &LifeRow, height: f64| Mark {
+        x: row.hours,
+        y: MM * height,
+        x_error: row.error_hours,
+        label: match bars.len() {
+            0 | 1 => crossing(row),
+            _ => format!("{} (bar {})", crossing(row), row.bar),
+        },
+    };
     for limit in limits {
         chart.lines.push(HLine {
             value: MM * limit.height,
@@ -162,18 +172,25 @@ pub fn tooth_height(
             .iter()
             .filter(|r| r.limit == limit.name && r.hours.is_finite());
         if let Some(first) = crossings.min_by(|a, b| a.hours.total_cmp(&b.hours)) {
-            chart.marks.push(Mark {
-                x: first.hours,
-                y: MM * limit.height,
-                x_error: first.error_hours,
-                label: match bars.len() {
-                    0 | 1 => crossing(first),
-                    _ => format!("{} (bar {})", crossing(first), first.bar),
-                },
-            });
+            chart.marks.push(mark(first, limit.height));
+        }
+    }
+    for row in life {
+        let listed = limits.iter().any(|limit| limit.name == row.limit);
+        let own: Vec<&HeightPoint> = points.iter().filter(|p| p.bar == row.bar).collect();
+        if let Some(height) = height_at(&own, row.hours).filter(|_| !listed) {
+            chart.marks.push(mark(row, height));
         }
     }
     chart
+}
+
+/// Height at a time between two points \[m\].
+fn height_at(points: &[&HeightPoint], hours: f64) -> Option<f64> {
+    let pair = (points.windows(2)).find(|p| (p[0].hours..=p[1].hours).contains(&hours))?;
+    let (a, b) = (pair[0], pair[1]);
+    let share = (hours - a.hours) / (b.hours - a.hours);
+    Some(a.height + share * (b.height - a.height)).filter(|h| h.is_finite())
 }
 
 /// "unfit: 61.2 ± 0.8 h".
@@ -342,6 +359,22 @@ mod tests {
         let mark = &chart.marks[0];
         assert_eq!((mark.x, mark.y, mark.x_error), (61.2345, 6.0, 1.83));
         assert_eq!(mark.label, "unfit: 61.2 ± 1.8 h (bar 1)");
+        // a limit without a height lies on the curve of its bar
+        let stops = |hours| LifeRow {
+            limit: "stops".into(),
+            ..life(hours, 2.0)
+        };
+        let rows = [stops(f64::NAN), stops(1e3), stops(0.85)];
+        let chart = tooth_height(&points, &limits, &rows, "");
+        let [mark] = &chart.marks[..] else {
+            panic!("{:?}", chart.marks)
+        };
+        let [a, b] =
+            [0, 1].map(|k| 1e3 * points.iter().filter(|p| p.bar == 1).nth(k).unwrap().height);
+        assert!(
+            (mark.y - 0.5 * (a + b)).abs() < 1e-12 && mark.x == 0.85,
+            "{mark:?} {a} {b}"
+        );
         assert_eq!(crossing(&life(61.2345, 12.0)), "unfit: 61 ± 12 h");
         assert_eq!(crossing(&life(61.2345, 0.0)), "unfit: 61.23 h");
     }

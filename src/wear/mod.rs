@@ -94,7 +94,7 @@ pub enum WearError {
     Unbalanced { node: usize },
     /// A part that is thinner than its surface sinks in under load: what touches it reaches through.
     #[error(
-        "wear: {left} m are left under node {node}, which sinks in by {sinks} m under its load"
+        "wear: {left:.3e} m are left under node {node}, which sinks in by {sinks:.3e} m under its load"
     )]
     Thin { node: usize, left: f64, sinks: f64 },
     /// The wear has reached the underside of the base.

@@ -93,19 +93,20 @@ impl Face {
                 points[first + worn + 1..].to_vec(),
             ),
         };
-        // the edges beside what wears, out of the solid; at the end of an open outline straight down
-        let face = |from: Option<Vec2>, to: Vec2| {
-            from.map_or_else(Vec2::y, |from| frame.unrotate(to - from))
+        // the edges beside what wears, out of the solid; where an open outline ends, its own normal
+        let face = |from: Option<Vec2>, to: Vec2, normal: Vec2| {
+            from.map_or(normal, |from| frame.unrotate(to - from))
         };
         let neighbours = match outline.closed {
             true => [Some(corner(worn + 1)), Some(corner(n - 1))],
             false => [after.first().copied(), before.last().copied()],
         };
-        let faces = [
-            face(neighbours[0], corner(worn)),
-            face(neighbours[1], corner(0)),
-        ];
         let profile = Profile::new(nodes).map_err(wear)?;
+        let normals = profile.normals();
+        let faces = [
+            face(neighbours[0], corner(worn), normals[0]),
+            face(neighbours[1], corner(0), normals[normals.len() - 1]),
+        ];
         let profile = profile.between(faces).map_err(wear)?;
         let face = Face {
             before,

@@ -117,7 +117,7 @@ pub enum WornError {
     #[error("surface {surface}: {source}")]
     Wear { surface: usize, source: WearError },
     /// The outline crosses itself: nothing of the last jump is kept.
-    #[error("surface {surface} is worn through itself after {seconds} s of wear: {source}")]
+    #[error("surface {surface} is worn through itself after {seconds:.5e} s of wear: {source}")]
     WornThrough {
         surface: usize,
         seconds: f64,

@@ -136,6 +136,38 @@ fn a_body_worn_through_loses_nothing_of_what_was_found() {
     assert!(cells.iter().any(|row| row.depth_m == deepest));
 }
 
+/// Bug: the pictures of any body said "along the tooth", a closed surface was drawn open, and its depths over
+/// x, where every x has two cells.
+#[test]
+fn pictures_of_a_disc_go_once_round_it() {
+    let place = Place::new();
+    let disc = SCENE.replacen("box = [0.01, 0.04]", "disc = 0.02", 1);
+    place.write("disc.toml", disc.replacen("edges = [0, 0]", "", 1));
+    let (code, out, err) = place.run(&["run", "disc.toml", "--set", "duration=1e5"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let picture = |name: &str| {
+        let file = place.path("out/pin-on-disc").join(name);
+        std::fs::read_to_string(file).unwrap()
+    };
+    let depth = picture("wear-per-cell-pin.svg");
+    assert!(depth.contains("along the new surface") && !depth.contains("tooth"));
+    // the first line that is not of the grid: x rises all along a line, and an outline ends where it starts
+    let line = |svg: &str, points: usize| -> Vec<f64> {
+        let mut lines = svg.split("points=\"").skip(1);
+        let found = lines.find_map(|rest| {
+            let words: Vec<&str> = rest.split('"').next()?.split_whitespace().collect();
+            (words.len() == points).then_some(words)
+        });
+        let xs = found.unwrap().into_iter();
+        xs.map(|word| word.split(',').next().unwrap().parse().unwrap())
+            .collect()
+    };
+    let along = line(&depth, 64);
+    assert!(along.windows(2).all(|pair| pair[1] > pair[0]), "{along:?}");
+    let round = line(&picture("worn-surface-pin.svg"), 65);
+    assert_eq!(round[0], round[64]);
+}
+
 /// An upper side that nothing touches: not a depth of 0 without a word.
 #[test]
 fn a_body_that_nothing_wears_is_told() {

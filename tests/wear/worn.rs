@@ -451,6 +451,35 @@ fn surfaces_that_cannot_wear_are_refused_by_name() {
     assert_eq!(jumped, Err(WornError::Unmeasured));
 }
 
+/// Bug: a bowl whose ends are steep against its chord was refused: "the next edge leads on and must wear as
+/// well", where there is none. An end without a next edge wears along its own normal.
+#[test]
+fn a_steep_bowl_wears_to_its_free_ends() {
+    let mut world = PhysicsWorld::new();
+    let bowl = [
+        (0.2, 0.3),
+        (0.1, 0.05),
+        (0.0, 0.0),
+        (-0.1, 0.05),
+        (-0.2, 0.3),
+    ];
+    let bowl = bowl.map(|(x, y)| at(x, y)).to_vec();
+    let bowl = ColliderBuilder::oriented_polyline(bowl, None);
+    let (_, bowl) = world.insert(RigidBodyBuilder::fixed(), bowl);
+    let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+    let mut worn = WornColliders::new(rule(1e-3));
+    let all = WearingSurface::new(K);
+    worn.add(&mut world, &mut pipeline, bowl, all).unwrap();
+    let nodes = worn.state(0).profile().node_count();
+    let load: Vec<f64> = worn.state(0).profile().widths();
+    let mut state = worn.state(0).clone();
+    let step = state.advance(&load, 1e-3 / K, 0.0).unwrap();
+    assert!(nodes > 5 && step.clipped_area.abs() < 1e-12, "{step:?}");
+    for h in state.depth() {
+        assert!((h / 1e-3 - 1.0).abs() < 1e-9, "{h}");
+    }
+}
+
 /// Bug: where the second of two bodies had no mass left to lose, the first was worn already.
 #[test]
 fn a_jump_that_fails_on_one_surface_wears_none() {
