@@ -30,11 +30,13 @@ fn scenes_of_bodies() -> Vec<(Scene, usize)> {
 }
 
 /// Scenes with steps that no solver here certifies, and the relative residual they stay below.
-/// Islands of box-drum and tumbler hold thousands of contacts that contradict each other; in
-/// card-house and high-mass-ratio-1 the velocity misses its bound by a factor of two.
-const HARD: [(&str, f64); 4] = [
+/// Islands of box-drum and tumbler hold thousands of contacts that contradict each other, that of
+/// drum-of-boxes hundreds where its square of boxes lands; in card-house and high-mass-ratio-1 the
+/// velocity misses its bound by a factor of two.
+const HARD: [(&str, f64); 5] = [
     ("box-drum", 2e-2),
     ("card-house", 1e-9),
+    ("drum-of-boxes", 2e-3),
     ("high-mass-ratio-1", 1e-9),
     ("tumbler", 1e-5),
 ];
