@@ -78,7 +78,7 @@ fn text(e: &Explanation) -> String {
         (true, _) => "a mechanism of coordinates".to_owned(),
         (false, 0) => format!("bodies: {}", parts.join(", ")),
         (false, n) => format!(
-            "bodies: {}; {} on {}",
+            "bodies: {}; {}, {} taken",
             parts.join(", "),
             count(n, "joint"),
             count(e.joint_rows, "coordinate")

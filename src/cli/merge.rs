@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::HashSet;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Rows that the terminal shows at most, and results that are drawn without `--draw`.
 const SHOWN: usize = 40;
@@ -113,6 +113,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<Outcome, RunError> {
         warnings: &notes,
     };
     let say = Say::of(args.json, args.quiet);
+    let old = pictures_before(&args.out);
     out::close(folder, summary::program("merge"), &more, say, |target| {
         let files = pictures.iter().map(|name| format!(", {name}"));
         format!(
@@ -126,10 +127,26 @@ pub(super) fn merge(args: &MergeArgs) -> Result<Outcome, RunError> {
             target.display()
         )
     })?;
+    for name in old.iter().filter(|name| !pictures.contains(name)) {
+        let path = args.out.join(name);
+        fs::remove_file(&path).map_err(|error| sweep_case::io_error(&path, error))?;
+    }
     Ok(match missing.is_empty() && damaged.is_empty() {
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// The pictures that an earlier merge has drawn in a folder.
+fn pictures_before(folder: &Path) -> Vec<String> {
+    let text = fs::read(folder.join(sweep_case::SUMMARY)).unwrap_or_default();
+    let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
+    let names = summary["pictures"].as_array().into_iter().flatten();
+    let own = names.filter_map(|name| name.as_str());
+    own.filter(|name| name.ends_with(".svg") && !name.contains(['/', '\\']))
+        .filter(|name| folder.join(name).is_file())
+        .map(str::to_owned)
+        .collect()
 }
 
 /// The plans of all folders: of one version, one scene and the same keys.
@@ -223,7 +240,9 @@ fn columns(args: &MergeArgs, table: &SweepTable) -> Result<Vec<String>, RunError
         }
     }
     if !args.draw.is_empty() {
-        return Ok(args.draw.clone());
+        let mut seen = HashSet::new();
+        let asked = args.draw.iter().filter(|name| seen.insert(*name));
+        return Ok(asked.cloned().collect());
     }
     let of_wear = |name: &str| {
         name.starts_with("life.") && name.ends_with(".hours")

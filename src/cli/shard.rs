@@ -86,8 +86,9 @@ impl Shard {
         };
         let slurm = whole("SLURM_ARRAY_TASK_ID")?;
         let queue = whole("HQ_TASK_ID")?;
+        // a task of HyperQueue may run within a task of Slurm
         let (name, id, first, step, count) = match (slurm, queue) {
-            (Some(id), _) => {
+            (Some(id), None) => {
                 let name = "SLURM_ARRAY_TASK_ID";
                 let first = whole("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
                 let step = whole("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
@@ -103,7 +104,7 @@ impl Shard {
                     }
                 }
             }
-            (None, Some(id)) => match count {
+            (_, Some(id)) => match count {
                 Some(count) => ("HQ_TASK_ID", id, 0, 1, count),
                 None => {
                     return Err(RunError::Unfit(format!(
@@ -126,7 +127,7 @@ impl Shard {
         match place.map(|past| past / step + 1) {
             Some(number) if number <= count => Ok((Shard { number, count }, true)),
             _ => {
-                let last = first + (count.max(1) - 1) * step;
+                let last = first.saturating_add((count.max(1) - 1).saturating_mul(step));
                 Err(RunError::Unfit(format!(
                     "{name} = {id}: must be {first} to {last}, the numbers of {count} tasks; for a list \
                      of tasks such as --array=3,7 give --shard K/N"
@@ -202,6 +203,12 @@ mod tests {
         assert!(error.contains("SLURM_ARRAY_TASK_ID = x"), "{error}");
         let error = of(None, &[("SLURM_ARRAY_TASK_ID", "3")]).unwrap_err();
         assert!(error.contains("give --shard 3/N"), "{error}");
+        let huge = [
+            ("SLURM_ARRAY_TASK_ID", "1"),
+            ("SLURM_ARRAY_TASK_COUNT", "18446744073709551615"),
+            ("SLURM_ARRAY_TASK_STEP", "9999999999"),
+        ];
+        assert!(of(None, &huge).is_err());
         // a part of the array that is run again
         let again = [
             ("SLURM_ARRAY_TASK_ID", "3"),
@@ -220,6 +227,9 @@ mod tests {
         assert!(error.contains("give --shard /N"), "{error}");
         let error = of(Some("/7"), &[("HQ_TASK_ID", "7")]).unwrap_err();
         assert!(error.contains("must be 0 to 6"), "{error}");
+        // within a task of Slurm
+        let both = [set[0], ("SLURM_ARRAY_TASK_ID", "1")];
+        assert_eq!(of(Some("/7"), &both), Ok((4, 7)));
         let error = of(Some("/7"), &[]).unwrap_err();
         assert!(error.contains("is no task of a job array"), "{error}");
     }

@@ -188,14 +188,18 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
     })
 }
 
-/// Prints the first warning of a scene, and of how many cases there is one.
+/// Prints each warning once, and how many cases have it.
 fn warn<'a>(cases: impl Iterator<Item = &'a [String]>) {
-    let with: Vec<&[String]> = cases.filter(|warnings| !warnings.is_empty()).collect();
-    if let Some(first) = with.first().and_then(|warnings| warnings.first()) {
-        let count = with.len();
-        print_err(&format!(
-            "warning: in {count} cases, as in the first: {first}\n"
-        ));
+    let mut found: Vec<(&str, usize)> = Vec::new();
+    for text in cases.flatten() {
+        match found.iter_mut().find(|(known, _)| known == text) {
+            Some((_, count)) => *count += 1,
+            None => found.push((text, 1)),
+        }
+    }
+    for (text, count) in found {
+        let cases = if count == 1 { "case" } else { "cases" };
+        print_err(&format!("warning: in {count} {cases}: {text}\n"));
     }
 }
 
@@ -299,10 +303,8 @@ fn done(
             sweep_case::sweep_up(left, &case.case);
             Ok(Some(*record))
         }
-        Found::Whole(_) => {
-            remove()?;
-            Ok(None)
-        }
+        // stays until the run with all files takes its place
+        Found::Whole(_) => Ok(None),
         Found::Damaged(why) => {
             let place = place.display();
             print_err(&format!(

@@ -198,6 +198,12 @@ fn attempt(out: &Path, name: &str, scene: &str, mut args: RunArgs) -> Result<Rec
     let path = folder.join(RECORD);
     fs::write(&path, text).map_err(|error| io_error(&path, error))?;
     let place = out.join(name);
+    if record.all_files
+        && let Found::Whole(old) = look(out, name)?
+        && !old.all_files
+    {
+        fs::remove_dir_all(&place).map_err(|error| io_error(&place, error))?;
+    }
     fs::rename(&folder, &place).map_err(|error| io_error(&place, error))?;
     Ok(record)
 }
