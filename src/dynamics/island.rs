@@ -171,6 +171,9 @@ impl Worker {
             if staggered && rules.law != ImpactLaw::Newton {
                 self.bound_contacts(task.tolerance);
             }
+            if !report.solved() {
+                self.bound_sweeps(task.tolerance);
+            }
         } else if large {
             let attempt = std::mem::take(&mut self.answer.impulses);
             self.solve_crowd(members, Some(attempt), task);

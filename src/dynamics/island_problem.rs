@@ -7,7 +7,8 @@ use super::local_bodies::LocalBodies;
 use super::solution::Solution;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3};
 
-/// Islands with more blocks become crowds if they are not certified, see [`super::crowd`].
+/// Islands with more blocks, some of them rigid contacts, become crowds where the solver leaves much, see
+/// [`super::crowd`].
 pub(super) const LARGE: usize = 500;
 
 /// Data of a block of the island.

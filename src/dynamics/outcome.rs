@@ -22,8 +22,9 @@ pub(super) struct IslandOutcome {
 }
 
 /// Velocity residual above which an island that is not certified has failed, as a share of its velocity
-/// scale. A body pressed between two others leaves half the scale, sweeps that stop early some hundredths, or
-/// a sixth where contacts change in a heap that is almost at rest.
+/// scale. A body pressed between two others leaves half the scale. Sweeps that stop early leave some
+/// hundredths; in a heap that is almost at rest, where the scale falls to `g Δt`, a new contact may leave
+/// a sixth.
 const FAILED: f64 = 0.25;
 
 impl IslandOutcome {

@@ -215,7 +215,7 @@ pub struct StepRecord {
     pub residual: f64,
     pub residual_velocity: f64,
     /// Islands that the judge did not certify. Except for the failed ones they are *bounded*: their
-    /// impulses are in the friction cone and obey the rigid law within the closing velocity
+    /// impulses obey friction and the rigid law within the closing velocity
     /// `residual_velocity`, so that a step adds an overlap of at most that velocity times `dt`.
     pub unsolved: usize,
     /// Islands among them whose velocity residual is above a quarter of their velocity scale, as if the
@@ -229,8 +229,8 @@ pub struct StepRecord {
     pub capped: usize,
     /// Islands of more than 500 contacts in motion, answered by sweeps: see [`Effort`](super::Effort).
     pub crowds: usize,
-    /// Islands of up to 500 blocks whose push-outs were dropped, because the problem with them was not
-    /// solved. Larger ones are solved by sweeps, without push-outs, until they rest.
+    /// Islands whose push-outs were dropped, because the problem with them was not solved. Those of more
+    /// than 500 contacts and joints do not count here: see `crowds`.
     pub relaxed: usize,
     /// Islands whose joint gaps were not closed fully because that would have added energy: the
     /// step is too long for the spin of the bodies, or a joint was built with a gap.

@@ -22,13 +22,13 @@ use crate::dynamics::Pose64;
 
 impl Finder<'_> {
     /// Replaces the contacts of two sharp polygons in flight that are about to meet along another axis.
-    /// Their distance is at least `bound` \[m\].
+    /// Their distance is at least `bound` \[m\]; contacts beyond `reach` \[m\] do not count.
     #[inline]
     pub(super) fn meet_in_flight(
         &self,
         sides: [&Leaf; 2],
         bodies: [&Present; 2],
-        bound: f64,
+        (bound, reach): (f64, f64),
         found: &mut Vec<Touch>,
     ) {
         let motion = (bodies[0].speed + bodies[1].speed) * self.step;
@@ -38,7 +38,7 @@ impl Finder<'_> {
             leaf.part.rounding == 0.0 && matches!(leaf.part.core, Core::Box(_) | Core::Polygon(_))
         };
         if flies && bound < motion && sides.into_iter().all(sharp) {
-            self.meet_last(sides, bodies, 1e-7 * size, found);
+            self.meet_last(sides, bodies, [1e-7 * size, reach], found);
         }
     }
 
@@ -47,7 +47,7 @@ impl Finder<'_> {
         &self,
         sides: [&Leaf; 2],
         bodies: [&Present; 2],
-        noise: f64,
+        [noise, reach]: [f64; 2],
         found: &mut Vec<Touch>,
     ) {
         let now = sides.map(|leaf| leaf.pose);
@@ -64,7 +64,8 @@ impl Finder<'_> {
             {
                 found.clear();
                 found.push(touch);
-                found.extend(axes.second(&now, axis, &touch, noise));
+                let second = axes.second(&now, axis, &touch, noise);
+                found.extend(second.filter(|second| second.gap <= reach));
             }
         });
     }

@@ -338,7 +338,7 @@ impl Finder<'_> {
             && !met
             && let Some(bound) = bound
         {
-            self.meet_in_flight(sides, bodies, bound, found);
+            self.meet_in_flight(sides, bodies, (bound, reach), found);
         }
         if !found.is_empty() && !met && (self.midpoint || self.within) {
             self.meet_moving(sides, bodies, reach, found);
@@ -401,7 +401,7 @@ impl Finder<'_> {
         if let Some(bound) = pressed.or_else(|| touches(poses, parts, &sight, reach, found)) {
             let met = pressed.is_some() || self.meet_fast(sides, bodies, found);
             if self.midpoint && !met {
-                self.meet_in_flight(sides, bodies, bound, found);
+                self.meet_in_flight(sides, bodies, (bound, reach), found);
             }
             if !met && (self.midpoint || self.within) {
                 self.meet_moving(sides, bodies, reach, found);
