@@ -188,18 +188,26 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
     })
 }
 
-/// Prints each warning once, and how many cases have it.
+/// Prints one warning of each kind, and how many cases have one. Warnings of a kind are the same up to
+/// their first number.
 fn warn<'a>(cases: impl Iterator<Item = &'a [String]>) {
+    let kind = |text: &str| {
+        text.find(|c: char| c.is_ascii_digit())
+            .unwrap_or(text.len())
+    };
     let mut found: Vec<(&str, usize)> = Vec::new();
     for text in cases.flatten() {
-        match found.iter_mut().find(|(known, _)| known == text) {
+        let same = |known: &&str| known[..kind(known)] == text[..kind(text)];
+        match found.iter_mut().find(|(known, _)| same(known)) {
             Some((_, count)) => *count += 1,
             None => found.push((text, 1)),
         }
     }
     for (text, count) in found {
-        let cases = if count == 1 { "case" } else { "cases" };
-        print_err(&format!("warning: in {count} {cases}: {text}\n"));
+        print_err(&match count {
+            1 => format!("warning: in one case: {text}\n"),
+            _ => format!("warning: in {count} cases, as in the first: {text}\n"),
+        });
     }
 }
 
