@@ -45,14 +45,10 @@ addEventListener("load", () => setTimeout(async () => {
     }
   }
   to(0);
+  // the browser's clock runs ahead of the frames that it draws
+  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);
   get("play").click();
-  // a busy machine may take a while to draw the first frames
-  for (let k = 0; k < 30; k += 1) {
-    await new Promise((done) => setTimeout(done, 100));
-    found.played = get("now").textContent;
-    if (found.played !== found.start.now) {
-      break;
-    }
-  }
+  await new Promise((done) => setTimeout(done, 400));
+  found.played = get("now").textContent;
   tell(found);
 }, 50));
