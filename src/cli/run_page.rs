@@ -115,7 +115,7 @@ fn checks(summary: &Value) -> Option<Section> {
             "passed_through" => "bodies that passed through another",
             "energy" => "energy that contacts and joints gave, over that of the scene",
             "imbalance" => "worst error of the energy balance of a step, over the scene's energy",
-            "failed" => "contact problems that leave a quarter of the velocities at stake",
+            "failed" => "contact problems that leave a tenth of the velocities at stake",
             "bounded" => {
                 "overlap a second that the other uncertified problems may add, over the smallest size"
             }

@@ -22,13 +22,12 @@ pub(super) struct IslandOutcome {
 }
 
 /// Velocity residual above which an island that is not certified has failed, as a share of its velocity
-/// scale. A body pressed between two others leaves half the scale. Sweeps that stop early leave some
-/// hundredths; in a heap that is almost at rest, where the scale falls to `g Δt`, a new contact may leave
-/// a sixth.
-const FAILED: f64 = 0.25;
+/// scale. An island without a solution leaves about the scale itself, one whose sweeps stop early some
+/// hundredths.
+const FAILED: f64 = 0.1;
 
 impl IslandOutcome {
-    /// Whether the impulses do not even keep the rigid law within a quarter of the velocities at stake.
+    /// Whether the impulses do not even keep the rigid law within a tenth of the velocities at stake.
     fn failed(&self) -> bool {
         let residual = &self.report.residual;
         // NaN fails

@@ -218,7 +218,7 @@ pub struct StepRecord {
     /// impulses obey friction and the rigid law within the closing velocity
     /// `residual_velocity`, so that a step adds an overlap of at most that velocity times `dt`.
     pub unsolved: usize,
-    /// Islands among them whose velocity residual is above a quarter of their velocity scale, as if the
+    /// Islands among them whose velocity residual is above a tenth of their velocity scale, as if the
     /// problem had no solution.
     pub failed: usize,
     /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is

@@ -24,7 +24,7 @@ const NAMED: usize = 10;
 ///   times their sizes. Left out if a body oscillates, because the work of an accelerated support
 ///   cannot be separated from it;
 /// - `imbalance`: the largest error of the energy balance of a step, over the same energy;
-/// - `failed`: islands that are not certified and leave more than a quarter of the velocities at stake, see
+/// - `failed`: islands that are not certified and leave more than a tenth of the velocities at stake, see
 ///   [`StepRecord::failed`];
 /// - `bounded`: overlap that all other islands that are not certified may have added in a second, on
 ///   average, over the size of the smallest moving body; left out if all are certified.

@@ -149,7 +149,7 @@
 //!   island stays unsolved. An island of more than 500 contacts is then answered by sweeps, at some
 //!   five times rapier's cost, until it rests: it counts as unsolved but *bounded*, and the record
 //!   states the worst closing velocity left ([`Effort`](crate::dynamics::Effort) asks for more). An
-//!   island that leaves more than a quarter of the velocities at stake counts as *failed*.
+//!   island that leaves more than a tenth of the velocities at stake counts as *failed*.
 //! - Chaotic scenes (a heap that falls) part ways after a few impacts, as two runs of rapier with
 //!   different step lengths do.
 //!
