@@ -29,16 +29,13 @@ fn figures(run: &Run) -> [(&'static str, f64, f64); 4] {
     let size = sizes.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
     let largest = run.records.iter().map(|r| r.energy.kinetic_end);
     let (t, most) = (&run.totals, GIVEN * largest.fold(0.0, f64::max));
-    // a crowd is bounded in every step of its motion
-    let others = run.records.iter().filter(|r| r.crowds == 0);
-    let unsolved: usize = others.map(|r| r.unsolved).sum();
     let length = |value: f64| (value / size, SHARE);
     let deepest = t.penetration.max(t.penetration_impact);
     let [overlap, gap] = [deepest, t.joint_gap].map(length);
     [
         ("overlap", overlap.0, overlap.1),
         ("joint gap", gap.0, gap.1),
-        ("unsolved", unsolved as f64, 0.0),
+        ("unsolved", t.unsolved_islands as f64, 0.0),
         ("energy given", t.constraint_gain + t.impact_gain, most),
     ]
 }
