@@ -167,7 +167,12 @@ fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -
 
 /// Longest way \[m\] of any point of a leaf between the poses.
 fn travel(leaf: &Leaf, [from, to]: [Pose64; 2]) -> f64 {
-    (to.translation - from.translation).norm() + turn(&from, &to).abs() * leaf.reach
+    (to.translation - from.translation).norm() + swept(leaf, [from, to])
+}
+
+/// Longest arc \[m\] of any point of a leaf about the origin of its body.
+fn swept(leaf: &Leaf, [from, to]: [Pose64; 2]) -> f64 {
+    turn(&from, &to).abs() * leaf.reach
 }
 
 /// Angle \[rad\] between two poses, at most half a turn.
@@ -186,7 +191,10 @@ fn thinner([a, b]: [&Leaf; 2]) -> f64 {
 /// Whether two leaves, apart at both ends of a straight path, were inside each other on it.
 fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
     let thin = thinner(pair);
-    let way = travel(pair[0], [from[0], to[0]]) + travel(pair[1], [from[1], to[1]]);
+    // how far any point of one moves seen from the other: a translation of both changes nothing
+    let [a, b] = [0, 1].map(|k| to[k].translation - from[k].translation);
+    let arcs = [0, 1].map(|k| swept(pair[k], [from[k], to[k]]));
+    let way = (a - b).norm() + arcs[0] + arcs[1];
     if way <= INSIDE * thin || is_behind(pair, from) {
         return false;
     }
@@ -199,7 +207,16 @@ fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
     if depth(0.0) > APART * thin || depth(1.0) > APART * thin {
         return false;
     }
-    (1..samples as usize).any(|k| depth(k as f64 / samples) > INSIDE * thin)
+    let mut k = 1.0;
+    while k < samples {
+        let now = depth(k / samples);
+        if now > INSIDE * thin {
+            return true;
+        }
+        // as long as the way is shorter than the gap they stay apart
+        k += (-now / way * samples).floor().max(1.0);
+    }
+    false
 }
 
 /// Whether one of the leaves is a slab and the other lies behind its edge.
