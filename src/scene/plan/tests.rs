@@ -101,6 +101,45 @@ fn files_are_looked_for_beside_the_plan() {
     assert_eq!(beside("/x/my.toml:r"), "/x/my.toml:r");
 }
 
+#[test]
+fn numbers_past_the_last_case_are_refused() {
+    let plan = parse("scene = \"t\"\n[grid]\na = [1, 2]\nb = [1, 2]\n").unwrap();
+    assert!(plan.case(3).is_ok());
+    for number in [4, 5, usize::MAX] {
+        let error = plan.case(number).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            format!("p.toml:1:1: case = {number}: allowed is 0 to 3")
+        );
+    }
+}
+
+/// Kolmogorov's distance over six hundred decades, whose ratio is above all numbers.
+#[test]
+fn a_sample_may_span_all_numbers() {
+    let values = drawn(
+        "distribution = \"loguniform\", from = 1e-300, to = 1e300",
+        400,
+        "",
+    );
+    let below = |x: f64| values.iter().filter(|value| **value < x).count() as f64 / 400.0;
+    assert!(values.iter().all(|x| (1e-300..=1e300).contains(x)));
+    for decade in (-300..300).step_by(20) {
+        let expected = f64::from(decade + 300) / 600.0;
+        let distance = (below(10_f64.powi(decade)) - expected).abs();
+        assert!(distance < 1.95 / 20.0, "1e{decade}: {distance}");
+    }
+    let error = parse(
+        "scene = \"t\"\n[sample]\ncount = 9\nseed = 1\n[sample.keys]\n\
+         \"a.b\" = { distribution = \"uniform\", from = -1e308, to = 1e308 }\n",
+    );
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.starts_with("p.toml:6:1: sample.keys.a.b: draw 0 is inf"),
+        "{error}"
+    );
+}
+
 /// File, line, key, value, what is allowed, and the nearest name.
 #[test]
 fn wrong_plans_are_refused_with_their_place() {
