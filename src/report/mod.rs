@@ -58,7 +58,7 @@ pub use scatter::scatter;
 pub use stage::{Actor, Link, Piece, Pose, Stage, View};
 pub use still::Still;
 pub use sweep_charts::{SweepPoint, SweepResult};
-pub use table::{Align, Table, number, plus_minus, quantity, step_length};
+pub use table::{Align, Table, counted, number, plus_minus, quantity, step_length};
 
 use std::path::{Path, PathBuf};
 

@@ -351,6 +351,100 @@ fn what_is_missing_is_told() {
     assert!(
         out.contains("gravity.magnitude = 4, body.block.velocity.0 = 3"),
         "{out}"
+    // a case with a value too few
+    let mut plan = place.json("mixed/plan.json");
+    plan["cases"][3]["values"].as_array_mut().unwrap().pop();
+    place.write("mixed/plan.json", plan.to_string());
+    place.refused(
+        &["merge", "mixed", "--out", "t"],
+        &["mixed/plan.json: case ", " has 1 value for 2 keys"],
+    );
+    let args = ["sweep", "plan.toml", "--shard", "1/24", "--out", "mixed"];
+    let (code, out, err) = place.run(&args);
+    assert!(
+        code == 0 && out.contains("1 were done before"),
+        "{out}{err}"
+    );
+    let (code, out, _) = place.run(&["merge", "mixed", "--out", "t"]);
+    assert!(code == 2 && out.contains("1 case, 1 held"), "{out}");
+}
+
+/// Equal cases, and values that are the same number, are one case that the summary counts.
+#[test]
+fn equal_cases_run_once_and_are_told() {
+    let place = Place::new();
+    let case = |dt: &str| format!("[[case]]\n\"step.dt\" = {dt}\n");
+    let plan = |cases: &[&str]| {
+        let cases: String = cases.iter().map(|dt| case(dt)).collect();
+        place.write("plan.toml", format!("scene = \"sliding-block\"\n{cases}"));
+    };
+    plan(&["0.01", "0.02", "0.01", "1e-2"]);
+    let out = done(&place, &["sweep", "plan.toml", "--out", "s"]);
+    let told = "\n4 cases over step.dt, 2 the same as one before and not run again\n2 held";
+    assert!(out.contains(told), "{out}");
+    assert_eq!(cases(&place, "s").len(), 2);
+    plan(&["0.01"]);
+    let out = done(&place, &["sweep", "plan.toml", "--out", "one"]);
+    assert!(out.contains("\n1 case over step.dt\n1 held"), "{out}");
+}
+
+/// Columns whose names are one name to some file systems.
+#[test]
+fn pictures_of_alike_columns_have_names_of_their_own() {
+    let place = Place::new();
+    let body = |name: &str, x: f64| {
+        format!("[[body]]\nname = \"{name}\"\ndisc = 0.5\nposition = [{x}, 0]\n")
+    };
+    let bodies = body("ab", 0.0) + &body("ab-2", 5.0) + &body("AB", 10.0);
+    let scene = format!("[scene]\nname = \"alike\"\ntitle = \"t\"\n{bodies}");
+    place.write("alike.toml", scene);
+    place.write(
+        "plan.toml",
+        "scene = \"alike.toml\"\n[grid]\n\"step.time\" = [0.1, 0.2]\n",
+    );
+    done(&place, &["sweep", "plan.toml", "--out", "s"]);
+    let columns = ["end.ab.y_m", "end.ab-2.y_m", "end.AB.y_m"];
+    let mut args = vec!["merge", "s", "--out", "t"];
+    args.extend(columns.iter().flat_map(|column| ["--draw", column]));
+    done(&place, &args);
+    let names = ["end.ab.y_m.svg", "end.ab-2.y_m.svg", "end.AB.y_m-2.svg"];
+    assert_eq!(
+        place.json("t/summary.json")["pictures"],
+        serde_json::json!(names)
+    );
+    for (name, column) in names.iter().zip(columns) {
+        let picture = fs::read_to_string(place.path(&format!("t/{name}"))).unwrap();
+        assert!(picture.contains(column), "{name} lacks {column}");
+    }
+}
+
+/// As `run` does, with files beside the plan.
+#[test]
+fn a_scene_without_an_ending_is_found_beside_the_plan() {
+    let place = Place::new();
+    fs::create_dir(place.path("plans")).unwrap();
+    let ball = "[scene]\nname = \"ball\"\ntitle = \"t\"\n[[body]]\nname = \"ball\"\ndisc = 0.5\n";
+    place.write("plans/ball", ball);
+    let plan = |scene: &str| {
+        let text = format!("scene = \"{scene}\"\n[grid]\n\"step.time\" = [0.1]\n");
+        place.write("plans/p.toml", text);
+    };
+    plan("ball");
+    let out = done(&place, &["sweep", "plans/p.toml", "--out", "s"]);
+    assert!(out.starts_with("ball: t\n"), "{out}");
+    plan("bal");
+    place.refused(
+        &["sweep", "plans/p.toml", "--out", "u"],
+        &[
+            "plans/p.toml:1:1: scene: unknown scene `bal`",
+            "and there is no file plans/bal\n",
+        ],
+    );
+    // a name of the catalogue comes first
+    place.write("plans/tower", ball);
+    plan("tower");
+    let out = done(&place, &["sweep", "plans/p.toml", "--out", "t"]);
+    assert!(out.starts_with("tower: "), "{out}");
     );
     let summary = place.json("t/summary.json");
     assert_eq!(summary["missing"].as_array().unwrap().len(), 16);
