@@ -40,6 +40,14 @@ impl OutputFolder {
         Ok(folder)
     }
 
+    /// Whether a folder is, or could be made, at `target`.
+    ///
+    /// # Errors
+    /// `ReportError::NotAFolder` where a file stands in the way; `ReportError::Io`.
+    pub fn check(target: &Path) -> Result<(), ReportError> {
+        deepest_existing(target).map(drop)
+    }
+
     /// Path of the output after the commit.
     pub fn target(&self) -> &Path {
         &self.target

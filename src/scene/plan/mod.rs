@@ -104,11 +104,12 @@ impl Plan {
         self.count
     }
 
-    /// The scene to load: a file is looked for beside the plan.
+    /// The scene to load: as [`super::load`] takes it, with files looked for beside the plan.
     pub fn scene_beside(&self, plan: &Path) -> String {
-        let folder = plan.parent().unwrap_or(Path::new(""));
-        match self.scene.contains(".toml") {
-            true => folder.join(&self.scene).to_string_lossy().into_owned(),
+        let beside = self.beside(plan);
+        let of_catalogue = || catalogue::document(&self.scene).is_ok();
+        match self.scene.contains(".toml") || beside.is_file() && !of_catalogue() {
+            true => beside.to_string_lossy().into_owned(),
             false => self.scene.clone(),
         }
     }
@@ -133,9 +134,9 @@ impl Plan {
                 allowed: format!("0 to {}", self.count - 1),
             });
         }
-        for axis in self.axes.iter().rev() {
         let mut rest = number;
         let mut points: Vec<&Vec<Setting>> = Vec::new();
+        for axis in self.axes.iter().rev() {
             points.push(&axis[rest % axis.len()]);
             rest /= axis.len();
         }
