@@ -52,6 +52,71 @@ fn a_scene_without_an_ending_is_found_beside_the_plan() {
     assert!(out.starts_with("tower: "), "{out}");
 }
 
+/// Scenes, the rest of plans of them, and what is said of it.
+const BAD: [(&str, &str, &str); 13] = [
+    (
+        "tower",
+        "[grid]\n\"step.dt\" = [0.01, -1]\n",
+        "plan.toml:3:20: step.dt = -1.0: allowed is 1e-9 to 1 s",
+    ),
+    (
+        "tower",
+        "[grid]\n\"step.dt\" = [0.01, \"a\"]\n",
+        "plan.toml:3:20: step.dt: expected a number, found the string \"a\"",
+    ),
+    (
+        "tower",
+        "[grid]\n\"step.dtt\" = [0.01]\n",
+        "plan.toml:3:15: step.dtt: unknown key `dtt`; did you mean `dt`?",
+    ),
+    (
+        "tower",
+        "[set]\ntoleranc = 0.2\n[grid]\n\"step.dt\" = [0.01]\n",
+        "plan.toml:3:1: unknown key `toleranc`; did you mean `tolerance`?",
+    ),
+    (
+        "tower",
+        "[grid]\ntime = [1]\nname = [\"a\"]\n",
+        "plan.toml:4:9: name: could be any of",
+    ),
+    (
+        "tower",
+        "[grid]\n\"body.bx.disc\" = [1]\n",
+        "plan.toml:3:19: body",
+    ),
+    (
+        "tower",
+        "[grid]\n\"step.dt\" = []\n",
+        "plan.toml:3:1: grid.step.dt = []: allowed is at least one value",
+    ),
+    ("tower", "[grid]\n", "plan.toml:2:2: grid: has no key"),
+    (
+        "towr",
+        "[grid]\n\"step.dt\" = [0.01]\n",
+        "plan.toml:1:1: scene: unknown scene `towr`; did you mean `tower`?",
+    ),
+    (
+        "bal.toml",
+        "[grid]\n\"step.dt\" = [0.01]\n",
+        "plan.toml:1:1: scene: bal.toml: no such file",
+    ),
+    (
+        "pin-on-disc",
+        "[grid]\n\"verdict.overlap\" = [1]\n\"gravity.y\" = [-1]\n\"life.duration\" = [0]\n",
+        "plan.toml:5:20: life.duration = 0.0: allowed is",
+    ),
+    (
+        "thresher-study",
+        "[grid]\n\"wear.error\" = [\"measured\"]\n",
+        "plan.toml:3:17: wear.error = \"measured\": has no effect on a [study]",
+    ),
+    (
+        "tower",
+        "[grid]\n\"step.dt\" = [0.01]\ndt = [0.02]\n",
+        "has no effect before",
+    ),
+];
+
 /// Every case is checked before the first runs; errors name file, line, key, value, what is allowed and
 /// the nearest name.
 #[test]
@@ -61,69 +126,7 @@ fn bad_plans_run_no_case() {
         "ball.toml",
         "[scene]\nname = \"ball\"\ntitle = \"t\"\n[[body]]\nname = \"ball\"\ndisc = 0.5\n",
     );
-    for (scene, rest, words) in [
-        (
-            "tower",
-            "[grid]\n\"step.dt\" = [0.01, -1]\n",
-            "plan.toml:3:20: step.dt = -1.0: allowed is 1e-9 to 1 s",
-        ),
-        (
-            "tower",
-            "[grid]\n\"step.dt\" = [0.01, \"a\"]\n",
-            "plan.toml:3:20: step.dt: expected a number, found the string \"a\"",
-        ),
-        (
-            "tower",
-            "[grid]\n\"step.dtt\" = [0.01]\n",
-            "plan.toml:3:15: step.dtt: unknown key `dtt`; did you mean `dt`?",
-        ),
-        (
-            "tower",
-            "[set]\ntoleranc = 0.2\n[grid]\n\"step.dt\" = [0.01]\n",
-            "plan.toml:3:1: unknown key `toleranc`; did you mean `tolerance`?",
-        ),
-        (
-            "tower",
-            "[grid]\ntime = [1]\nname = [\"a\"]\n",
-            "plan.toml:4:9: name: could be any of",
-        ),
-        (
-            "tower",
-            "[grid]\n\"body.bx.disc\" = [1]\n",
-            "plan.toml:3:19: body",
-        ),
-        (
-            "tower",
-            "[grid]\n\"step.dt\" = []\n",
-            "plan.toml:3:1: grid.step.dt = []: allowed is at least one value",
-        ),
-        ("tower", "[grid]\n", "plan.toml:2:2: grid: has no key"),
-        (
-            "towr",
-            "[grid]\n\"step.dt\" = [0.01]\n",
-            "plan.toml:1:1: scene: unknown scene `towr`; did you mean `tower`?",
-        ),
-        (
-            "bal.toml",
-            "[grid]\n\"step.dt\" = [0.01]\n",
-            "plan.toml:1:1: scene: bal.toml: no such file",
-        ),
-        (
-            "pin-on-disc",
-            "[grid]\n\"verdict.overlap\" = [1]\n\"gravity.y\" = [-1]\n\"life.duration\" = [0]\n",
-            "plan.toml:5:20: life.duration = 0.0: allowed is",
-        ),
-        (
-            "thresher-study",
-            "[grid]\n\"wear.error\" = [\"measured\"]\n",
-            "plan.toml:3:17: wear.error = \"measured\": has no effect on a [study]",
-        ),
-        (
-            "tower",
-            "[grid]\n\"step.dt\" = [0.01]\ndt = [0.02]\n",
-            "has no effect before",
-        ),
-    ] {
+    for (scene, rest, words) in BAD {
         place.write("plan.toml", format!("scene = \"{scene}\"\n{rest}"));
         place.refused(&["sweep", "plan.toml"], &[words]);
     }
