@@ -40,14 +40,6 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// Whether a folder is, or could be made, at `target`.
-    ///
-    /// # Errors
-    /// `ReportError::NotAFolder` where a file stands in the way; `ReportError::Io`.
-    pub fn check(target: &Path) -> Result<(), ReportError> {
-        deepest_existing(target).map(drop)
-    }
-
     /// Path of the output after the commit.
     pub fn target(&self) -> &Path {
         &self.target
@@ -61,6 +53,14 @@ impl OutputFolder {
     /// Path of the file `name` after the commit; errors name this path.
     pub fn place(&self, name: &str) -> PathBuf {
         self.target.join(name)
+    }
+
+    /// Whether a folder is, or could be made, at `target`.
+    ///
+    /// # Errors
+    /// `ReportError::NotAFolder` where a file stands in the way; `ReportError::Io`.
+    pub fn check(target: &Path) -> Result<(), ReportError> {
+        deepest_existing(target).map(drop)
     }
 
     /// Writes a small file in one go.
