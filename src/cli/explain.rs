@@ -2,7 +2,7 @@
 
 use super::{Common, Outcome, print_out, summary};
 use crate::experiment::{Explanation, RunError, explain as of_scene};
-use crate::report::{Align, Table, number, quantity};
+use crate::report::{Align, Table, counted, number, quantity};
 use crate::thresher::Machine;
 use clap::Args;
 use serde_json::json;
@@ -58,11 +58,6 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     Ok(Outcome::Done)
 }
 
-/// A number with its noun: "1 joint", "2 joints".
-fn count(n: usize, noun: &str) -> String {
-    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
-}
-
 fn text(e: &Explanation) -> String {
     let t = &e.trial;
     let parts: Vec<String> = [
@@ -80,8 +75,8 @@ fn text(e: &Explanation) -> String {
         (false, n) => format!(
             "bodies: {}; {}, {} taken",
             parts.join(", "),
-            count(n, "joint"),
-            count(e.joint_rows, "coordinate")
+            counted(n, "joint"),
+            counted(e.joint_rows, "coordinate")
         ),
     };
     let mut out = format!(
@@ -96,14 +91,14 @@ fn text(e: &Explanation) -> String {
         quantity(t.time_s, "s", 3),
         e.scheme,
         e.solver,
-        count(t.most_contacts, "contact"),
-        count(t.most_islands, "island"),
-        count(t.most_unknowns, "unknown impulse"),
+        counted(t.most_contacts, "contact"),
+        counted(t.most_islands, "island"),
+        counted(t.most_unknowns, "unknown impulse"),
         t.sticking,
         t.sliding,
-        count(t.impacts, "impact"),
-        count(t.sweeps, "sweep"),
-        count(t.factorisations, "factorisation"),
+        counted(t.impacts, "impact"),
+        counted(t.sweeps, "sweep"),
+        counted(t.factorisations, "factorisation"),
     );
     out.push_str("left out:\n");
     for left in &e.left_out {

@@ -6,7 +6,7 @@ use super::sweep::{PLAN, Planned, PlannedCase};
 use super::sweep_case::{self, Found, Record};
 use super::{Outcome, summary as out};
 use crate::experiment::RunError;
-use crate::report::{Align, OutputFolder, SweepPoint, SweepResult, Table, number};
+use crate::report::{Align, OutputFolder, SweepPoint, SweepResult, Table, counted, number};
 use crate::scene::Hint;
 use clap::Args;
 use serde::Serialize;
@@ -83,9 +83,9 @@ pub(super) fn merge(args: &MergeArgs) -> Result<Outcome, RunError> {
             .map(|f| f.display().to_string())
             .collect();
         return Err(RunError::Unfit(format!(
-            "{}: none of the {} cases is there; `moreau2d sweep` runs them",
+            "{}: none of the {} is there; `moreau2d sweep` runs them",
             folders.join(", "),
-            missing.len() + damaged.len()
+            counted(missing.len() + damaged.len(), "case")
         )));
     }
     let drawn = columns(args, &table)?;
@@ -161,6 +161,16 @@ fn plans(folders: &[PathBuf]) -> Result<Vec<Planned>, RunError> {
                 path.display()
             ))
         })?;
+        let keys = planned.keys.len();
+        if let Some(case) = planned.cases.iter().find(|case| case.values.len() != keys) {
+            return Err(RunError::Unfit(format!(
+                "{}: case {} has {} for {}; `moreau2d sweep` writes the file again",
+                path.display(),
+                case.case,
+                counted(case.values.len(), "value"),
+                counted(keys, "key")
+            )));
+        }
         if let Some(first) = all.first() {
             let of = |planned: &Planned| {
                 let keys = planned.keys.join(", ");
@@ -302,7 +312,8 @@ fn draw(
                     true => c,
                     false => '-',
                 };
-                let name = format!("{}.svg", column.chars().map(plain).collect::<String>());
+                let stem: String = column.chars().map(plain).collect();
+                let name = own_name(&stem, &pictures);
                 folder.write(&name, picture)?;
                 pictures.push(name);
             }
@@ -312,6 +323,15 @@ fn draw(
         }
     }
     Ok((pictures, notes))
+}
+
+/// `STEM.svg`, or the first of `STEM-2.svg`, `STEM-3.svg`, ... that no other picture has. Some file systems
+/// take `a` and `A` for the same.
+fn own_name(stem: &str, others: &[String]) -> String {
+    let numbered = (2..).map(|k| format!("{stem}-{k}.svg"));
+    let mut names = [format!("{stem}.svg")].into_iter().chain(numbered);
+    let is_free = |name: &String| others.iter().all(|other| !other.eq_ignore_ascii_case(name));
+    names.find(is_free).unwrap_or_default()
 }
 
 /// The table for the terminal: keys and drawn columns.
@@ -344,10 +364,7 @@ fn shown(table: &SweepTable, columns: &[String]) -> String {
 
 /// Counts, and what is missing.
 fn listed(found: &Summary<'_>) -> String {
-    let mut text = match found.cases {
-        1 => format!("1 case, {} held\n", found.held),
-        cases => format!("{cases} cases, {} held\n", found.held),
-    };
+    let mut text = format!("{}, {} held\n", counted(found.cases, "case"), found.held);
     for (what, all) in [("missing", found.missing), ("damaged", found.damaged)] {
         for [case, words] in all.iter().take(SHOWN) {
             text.push_str(&format!("{what}: {case}, {words}\n"));

@@ -4,7 +4,7 @@ use crate::experiment::RunError;
 use crate::oracles::{SOLVERS, solver_by_name};
 use crate::oracles::{complementarity_residual, solve_lcp};
 use crate::problems::{FileError, Loaded, StoredProblem, read};
-use crate::report::{OutputFolder, ReportError, number};
+use crate::report::{OutputFolder, ReportError, counted, number};
 use crate::scene::Hint;
 use crate::solver::{LcpOptions, LcpStatus, SolveReport};
 use crate::solver::{Shares, Sharing, Uniqueness};
@@ -363,7 +363,7 @@ fn uniqueness(unique: &Uniqueness, shares: Shares, least: bool) -> String {
 fn blocks(problem: &ContactProblem) -> String {
     let count = |of: fn(&Law) -> bool, one: &str| {
         let n = problem.laws.iter().filter(|law| of(law)).count();
-        format!("{n} {one}{}", if n == 1 { "" } else { "s" })
+        counted(n, one)
     };
     let mut parts = vec![count(|law| matches!(law, Law::Contact { .. }), "contact")];
     parts.push(count(|law| matches!(law, Law::Pin), "pin"));

@@ -4,11 +4,12 @@ use super::shard::{Shard, Typed};
 use super::sweep_case::{self, Found, Record, STAGING, VERSION};
 use super::{Outcome, print_err, print_out, run};
 use crate::experiment::RunError;
-use crate::report::Progress;
+use crate::report::{OutputFolder, Progress, counted};
 use crate::scene::SceneError;
 use crate::scene::plan::{self, Case, Plan};
 use clap::Args;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::env;
 use std::fs;
 use std::io;
@@ -105,11 +106,12 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<Outcome, RunError> {
         (None, true) => 1,
         (None, false) => std::thread::available_parallelism().map_or(1, usize::from),
     };
-    let planned = check(args, &plan, jobs)?;
     let out = args.out.clone().unwrap_or_else(|| {
         let name = args.plan.file_stem().unwrap_or_default().to_string_lossy();
         PathBuf::from("out").join(format!("sweep-{name}"))
     });
+    OutputFolder::check(&out)?;
+    let planned = check(args, &plan, jobs)?;
     write_plan(&out, &planned)?;
     let mine = part(&planned, shard);
     let mut records: Vec<Option<Record>> = Vec::new();
@@ -214,11 +216,17 @@ fn warn<'a>(cases: impl Iterator<Item = &'a [String]>) {
 /// The error of a case, at the place in the plan that causes it.
 fn placed(error: RunError, plan: &Plan, case: &Case) -> RunError {
     let error = match error {
-        RunError::Scene(
-            error @ (SceneError::UnknownScene { .. }
-            | SceneError::NoFile { .. }
-            | SceneError::Read { .. }),
-        ) => RunError::Unfit(format!("{}: {error}", plan.scene_place)),
+        RunError::Scene(error @ SceneError::UnknownScene { .. }) => {
+            let beside = plan.beside(Path::new(&plan.file));
+            RunError::Unfit(format!(
+                "{}: {error}; and there is no file {}",
+                plan.scene_place,
+                beside.display()
+            ))
+        }
+        RunError::Scene(error @ (SceneError::NoFile { .. } | SceneError::Read { .. })) => {
+            RunError::Unfit(format!("{}: {error}", plan.scene_place))
+        }
         RunError::Scene(error) => {
             let changes = case.changes.iter();
             RunError::Scene(changes.fold(error, |error, c| error.placed(&c.flag, &c.place)))
@@ -278,7 +286,7 @@ fn write_plan(out: &Path, planned: &Planned) -> Result<(), RunError> {
 
 /// The cases of a part: numbers in the plan. Of cases that are the same scene the first counts.
 fn part(planned: &Planned, shard: Shard) -> Vec<usize> {
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     let all = planned.cases.iter().enumerate();
     let first: Vec<usize> = all
         .filter(|(_, case)| seen.insert(&case.case))
@@ -368,19 +376,24 @@ fn describe(
     before: usize,
     records: &[Record],
 ) -> String {
+    let once: HashSet<&String> = planned.cases.iter().map(|case| &case.case).collect();
+    let same = match planned.cases.len() - once.len() {
+        0 => String::new(),
+        n => format!(", {n} the same as one before and not run again"),
+    };
     let mut text = format!(
-        "{}: {}\n{} cases over {}\n",
+        "{}: {}\n{} over {}{same}\n",
         planned.scene,
         planned.title,
-        planned.cases.len(),
+        counted(planned.cases.len(), "case"),
         planned.keys.join(", ")
     );
     if shard.count > 1 {
         text.push_str(&format!(
-            "part {} of {}: {} cases\n",
+            "part {} of {}: {}\n",
             shard.number,
             shard.count,
-            cases.len()
+            counted(cases.len(), "case")
         ));
     }
     if before > 0 {

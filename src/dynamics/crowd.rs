@@ -15,14 +15,14 @@
 //!
 //! A heap that slows down comes to rest under the sweeps alone. Then it is certified like any other.
 
-use super::interval::{Interval, Source, diagonal, movable};
+use super::asked::Asked;
+use super::interval::{Interval, Source, movable};
 use super::island_problem::IslandProblem;
-use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, NormalLaw};
 use super::solution::Solution;
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, NO_BODY, Rows, Vec2, Vec3};
 use crate::solver::Crowd;
 use std::collections::BTreeSet;
 
@@ -121,7 +121,7 @@ pub(super) fn part_crowd(
         let inside = |body: u32| crowd.get(body as usize).is_some_and(|c| *c);
         movable(bodies, inverse_mass).map(|body| if inside(body) { body } else { NO_BODY })
     };
-    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    let mut displaced = Asked::default();
     let mut any = false;
     for contact in &interval.detection.contacts {
         let bodies = interval
@@ -141,37 +141,24 @@ pub(super) fn part_crowd(
             true => -(SHARE * (-gap - SLOP * size)).min(STRIDE * size),
             false => gap.max(0.0),
         };
-        rows.push(Rows {
+        let rows = Rows {
             bodies,
             ..contact.rows
-        });
-        free.push(Vec2::new(asked, 0.0));
-        let yields = overlaps && start.contains(&contact.key.pair);
-        laws.push(Law::Contact {
-            friction: 0.0,
-            compliance: match yields {
-                true => rows[rows.len() - 1].diagonal(inverse_mass)[(0, 0)],
-                false => 0.0,
-            },
-        });
+        };
+        let compliance = match overlaps && start.contains(&contact.key.pair) {
+            true => rows.diagonal(inverse_mass)[(0, 0)],
+            false => 0.0,
+        };
+        displaced.contact(rows, asked, compliance);
     }
     if !any {
         return Vec::new();
     }
     for joint in &interval.detection.joints {
         let bodies = own(joint.rows.bodies);
-        if let Some((_, law)) = joint_impact_rule(joint, true)
-            && bodies != [NO_BODY; 2]
-            && diagonal(joint, inverse_mass) > 0.0
-        {
-            rows.push(Rows {
-                bodies,
-                ..joint.rows
-            });
-            free.push(Vec2::zeros());
-            laws.push(law);
-        }
+        displaced.joint(joint, bodies, Vec2::zeros(), inverse_mass);
     }
+    let Asked { rows, free, laws } = displaced;
     let members: Vec<u32> = (0..rows.len() as u32).collect();
     let (mut local, mut op) = (LocalBodies::default(), BodyOperator::default());
     local.operator(&members, |i| rows[i], inverse_mass, &mut op);

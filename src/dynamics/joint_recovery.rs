@@ -1,13 +1,13 @@
 //! Closes gaps of joints and passed limits by position, where velocities would add energy or come
 //! too late.
 
-use super::interval::{Interval, diagonal, movable, side_velocities};
-use super::joint_rules::joint_impact_rule;
+use super::asked::Asked;
+use super::interval::{Interval, movable, side_velocities};
 use super::model::{JointKind, JointRow, ModelError, MultibodyModel, NormalLaw};
 use super::recovery::displacements;
 use super::solution::Solution;
 use super::solve::IslandSolver;
-use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
+use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
 /// Most Newton steps; from a gap of half an arm three or four reach round-off.
 const STEPS: usize = 8;
@@ -112,33 +112,17 @@ fn displace<M: MultibodyModel + ?Sized>(
     solver: &mut IslandSolver,
     turn: f64,
 ) -> (Closed, Vec<Vec3>) {
-    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    let mut asked = Asked::default();
     for (own, left) in contacts {
-        rows.push(*own);
-        free.push(Vec2::new(left.max(0.0), 0.0));
-        laws.push(Law::Contact {
-            friction: 0.0,
-            compliance: 0.0,
-        });
+        asked.contact(*own, left.max(0.0), 0.0);
     }
     for (k, joint) in joints.iter().enumerate() {
-        let own = Rows {
-            bodies: movable(joint.rows.bodies, inverse_mass),
-            ..joint.rows
-        };
-        let Some((_, law)) = joint_impact_rule(joint, true) else {
-            continue;
-        };
-        if own.bodies == [NO_BODY; 2] || diagonal(joint, inverse_mass) <= 0.0 {
-            continue;
-        }
-        rows.push(own);
-        free.push(wanted(k, joint));
-        laws.push(law);
+        let bodies = movable(joint.rows.bodies, inverse_mass);
+        asked.joint(joint, bodies, wanted(k, joint), inverse_mass);
     }
     let (tolerance, far) = (solver.tolerance, f64::INFINITY);
     let way = (far, &mut false);
-    let moves = displacements(&rows, &free, &laws, inverse_mass, solver, tolerance, way);
+    let moves = displacements(&asked, inverse_mass, solver, tolerance, way);
     let most = moves.iter().map(|(_, d)| d.z.abs()).fold(0.0, f64::max);
     let share = (turn / most).min(1.0);
     let mut all = vec![Vec3::zeros(); inverse_mass.len()];
@@ -148,7 +132,7 @@ fn displace<M: MultibodyModel + ?Sized>(
     }
     let closed = Closed {
         moved: all.iter().map(|d| d.xy()).collect(),
-        sides: rows.iter().map(|r| r.bodies).collect(),
+        sides: asked.rows.iter().map(|r| r.bodies).collect(),
     };
     (closed, all)
 }

@@ -38,6 +38,7 @@
 //! these three, together with the adapter's own data, such as the exact poses of the bodies.
 
 mod angular_momentum;
+mod asked;
 mod at_rest;
 mod closings;
 mod cluster;

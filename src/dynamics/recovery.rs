@@ -1,11 +1,11 @@
 //! Moves overlapping pairs apart, without adding velocity.
 
+use super::asked::Asked;
 use super::contact_cache::Overlaps;
 use super::crowd::overlaps as crowd_overlaps;
-use super::interval::{Interval, Source, diagonal, movable};
+use super::interval::{Interval, Source, movable};
 use super::island_problem::LARGE;
 use super::islands::Islands;
-use super::joint_rules::joint_impact_rule;
 use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, JointKind, NormalLaw};
@@ -172,7 +172,7 @@ pub(super) fn part_overlaps(
     if overlaps.is_empty() {
         return Vec::new();
     }
-    let (mut rows, mut free, mut laws) = (Vec::new(), Vec::new(), Vec::new());
+    let mut asked = Asked::default();
     let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
     let (mut needed, mut little) = (BTreeSet::new(), Vec::new());
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
@@ -214,52 +214,29 @@ pub(super) fn part_overlaps(
                 little.push((pair, bodies));
             }
         }
-        rows.push(Rows {
+        let gap = if moves { -share * x } else { left.max(0.0) };
+        let rows = Rows {
             bodies,
             ..contact.rows
-        });
-        free.push(Vec2::new(
-            if moves { -share * x } else { left.max(0.0) },
-            0.0,
-        ));
-        laws.push(Law::Contact {
-            friction: 0.0,
-            compliance: 0.0,
-        });
+        };
+        asked.contact(rows, gap, 0.0);
     }
     (overlaps.open, overlaps.late) = (open, late);
     if overlaps.is_empty() {
         return Vec::new();
     }
     for joint in &interval.detection.joints {
-        let own = Rows {
-            bodies: movable(joint.rows.bodies, inverse_mass),
-            ..joint.rows
-        };
         // a limit may move by its remaining gap; all other joint rows must not move
         let gap = match joint.kind {
             JointKind::Limit { gap } => (gap + dt * joint.rows.velocity(&solution.end).x).max(0.0),
             _ => 0.0,
         };
-        if let Some((_, law)) = joint_impact_rule(joint, true)
-            && own.bodies != [NO_BODY; 2]
-            && diagonal(joint, inverse_mass) > 0.0
-        {
-            rows.push(own);
-            free.push(Vec2::new(gap, 0.0));
-            laws.push(law);
-        }
+        let bodies = movable(joint.rows.bodies, inverse_mass);
+        asked.joint(joint, bodies, Vec2::new(gap, 0.0), inverse_mass);
     }
     let tolerance = solver.tolerance.max(ENOUGH);
-    let moves = displacements(
-        &rows,
-        &free,
-        &laws,
-        inverse_mass,
-        solver,
-        tolerance,
-        (STRIDE, &mut wedged),
-    );
+    let way = (STRIDE, &mut wedged);
+    let moves = displacements(&asked, inverse_mass, solver, tolerance, way);
     solver.cache.wedged = wedged;
     let moved = |body: &u32| moves.iter().any(|(other, _)| body == other);
     needed.extend(
@@ -273,9 +250,7 @@ pub(super) fn part_overlaps(
 /// Solves (1) of [`part_overlaps`] to `tolerance` on every island with overlaps. See [`within`] for
 /// `stride`. If `wedged` is set, the problems of large islands are regularised at once.
 pub(super) fn displacements(
-    rows: &[Rows],
-    free: &[Vec2],
-    laws: &[Law],
+    Asked { rows, free, laws }: &Asked,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
     tolerance: f64,

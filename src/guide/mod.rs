@@ -13,6 +13,44 @@
 //!
 //! Scene files are described in [`crate::scene`], the comparison with rapier in
 //! [`crate::experiment`].
+//!
+//! # Commands
+//! ```sh
+//! moreau2d scenes                     # the catalogue
+//! moreau2d run thresher-study         # the published study of a worn tooth, rebuilt
+//! moreau2d run thresher --set wear.error=measured  # the error of the life, by source
+//! moreau2d run pin-on-disc            # any body of a scene can wear; `guide::pin_on_disc`
+//! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
+//! moreau2d run bouncing-ball --events # impacts located in time inside the steps
+//! moreau2d run drum --report          # report.html: a replay with impulses, and charts
+//! moreau2d sweep scenes/sweeps/thresher-study.toml   # 144 lives, over torque, speed and friction
+//! moreau2d merge out/sweep-thresher-study  # one table of them, and maps; `guide::sweeps`
+//! moreau2d explain chain              # what is modelled, and which accuracy to expect
+//! moreau2d compare sliding-block --ladder  # accuracy against speed, orders, pictures
+//! moreau2d chart --quick              # accuracy against speed over many scenes
+//! moreau2d atlas --quick              # where each engine breaks, rung by rung
+//! moreau2d run atlas/tower:50         # one rung; `scenes --atlas` lists them
+//! moreau2d atlas --issues             # what users of engines complain of, as scenes
+//! moreau2d run issues/heavy-on-cube   # one of them
+//! moreau2d bench --quick              # what a step costs, by phase
+//! moreau2d run wedge --dump-problems out/problems --steps 2
+//! moreau2d solve out/problems/step-000001-island-0001.json
+//! ```
+//! Every `run` of a scene writes its steps, bodies, contacts and impacts as CSV, `summary.json`, and
+//! `scene.svg`, the bodies at the end with the impulses of the last step. `--report` adds `report.html`, one
+//! file that a browser opens without network: what came out, whether it can be trusted and what to do; a
+//! replay with contacts and impulses, in which a click shows the figures of a body or contact and failed
+//! steps are red on the time bar; charts, checks and settings.
+//!
+//! # Features of the crate
+//! | feature | what it adds |
+//! |---|---|
+//! | `lab` (default) | scenes, experiments, peers, charts and the command line |
+//! | `parallel` (in `lab`) | islands are solved on several threads, with the same bytes; without it one thread |
+//! | `serde-serialize` | rapier's own types can be saved with serde |
+//! | `debug-render` | contact impulses and statuses through rapier's debug renderer |
+//! | `f64` | rapier2d-f64 in place of rapier2d |
+//! | `box2d` | Box2D v3 as a peer in comparisons; needs Rust 1.95 and a C compiler |
 
 pub mod data_flow;
 pub mod features;

@@ -1,8 +1,7 @@
-use plotters::prelude::{IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{FontTransform, RGBColor, WHITE};
 
-use super::canvas::{Canvas, Drawn, stroke, units};
+use super::canvas::{Canvas, Drawn, picture, stroke};
 use super::layout::{MARGIN, SMALL, TEXT, TITLE};
 use super::{ReportError, ResultRow, palette};
 
@@ -107,27 +106,17 @@ impl Band<'_> {
 fn draw(bands: &[Band<'_>]) -> Result<String, String> {
     let top = MARGIN + 1.35 * TITLE + 2.2 * TEXT;
     let height = top + bands.iter().map(Band::height).sum::<f64>() + MARGIN;
-    let (w, h) = units((WIDTH, height));
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (w as u32, h as u32)).into_drawing_area();
-        area.fill(&WHITE).map_err(|e| e.to_string())?;
-        let canvas = Canvas { area };
-        header(&canvas)?;
+    picture((WIDTH, height), |canvas| {
+        header(canvas)?;
         let mut y = top;
         let mut entry = "";
         for band in bands {
-            draw_band(&canvas, band, y, entry)?;
+            draw_band(canvas, band, y, entry)?;
             entry = band.entry;
             y += band.height();
         }
-        canvas.area.present().map_err(|e| e.to_string())?;
-    }
-    Ok(svg.replacen(
-        &format!("width=\"{w}\" height=\"{h}\""),
-        &format!("width=\"{WIDTH}\" height=\"{height}\""),
-        1,
-    ))
+        Ok(())
+    })
 }
 
 const LEFT: (HPos, VPos) = (HPos::Left, VPos::Center);

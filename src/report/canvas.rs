@@ -1,6 +1,6 @@
 use plotters::coord::Shift;
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
-use plotters::prelude::{DrawingArea, SVGBackend};
+use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{
     Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle, WHITE,
@@ -30,6 +30,25 @@ pub(super) fn units((x, y): Point) -> (i32, i32) {
 
 pub(super) fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
     colour.stroke_width((width * U).round() as u32)
+}
+
+/// The SVG of a picture of `size` in pixels, which `draw` fills.
+pub(super) fn picture(size: Point, draw: impl FnOnce(&Canvas) -> Drawn) -> Result<String, String> {
+    let (w, h) = units(size);
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (w as u32, h as u32)).into_drawing_area();
+        area.fill(&WHITE).map_err(|e| e.to_string())?;
+        let canvas = Canvas { area };
+        draw(&canvas)?;
+        canvas.area.present().map_err(|e| e.to_string())?;
+    }
+    let pixels = |units: i32| f64::from(units) / U;
+    Ok(svg.replacen(
+        &format!("width=\"{w}\" height=\"{h}\""),
+        &format!("width=\"{}\" height=\"{}\"", pixels(w), pixels(h)),
+        1,
+    ))
 }
 
 impl Canvas<'_> {

@@ -1,4 +1,5 @@
-use std::borrow::Cow;
+//! CSV files: written row by row or whole, and read back.
+
 use std::fs::File;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{OutputFolder, ReportError};
-use crate::dynamics::record::{ContactRecord, ImpactRecord, StepRecord};
 
 /// One row of one of the program's CSV files.
 pub trait Row: Serialize {
@@ -35,272 +35,6 @@ macro_rules! row {
     };
 }
 pub(crate) use row;
-
-row! {
-    /// Position and velocity of one body at one time.
-    BodyRow in "bodies.csv" {
-        time_s: f64,
-        /// The model's number of the body, as in `contacts.csv`.
-        body: u32,
-        x_m: f64,
-        y_m: f64,
-        angle_rad: f64,
-        vx_m_s: f64,
-        vy_m_s: f64,
-        omega_rad_s: f64,
-    }
-}
-
-row! {
-    /// One contact in one step: see [`ContactRecord`].
-    ContactRow in "contacts.csv" {
-        time_s: f64,
-        body_1: u32,
-        body_2: u32,
-        /// The larger of the two cells: on the surface of several pieces, if only one is.
-        cell: u32,
-        x_m: f64,
-        y_m: f64,
-        nx: f64,
-        ny: f64,
-        gap_m: f64,
-        impulse_n_ns: f64,
-        impulse_t_ns: f64,
-        slip_m: f64,
-        load_slip_nm: f64,
-        friction_work_j: f64,
-        status: Cow<'static, str>,
-    }
-}
-
-row! {
-    /// One impact: see [`ImpactRecord`].
-    ImpactRow in "impacts.csv" {
-        time_s: f64,
-        body_1: u32,
-        body_2: u32,
-        x_m: f64,
-        y_m: f64,
-        nx: f64,
-        ny: f64,
-        approach_speed_m_s: f64,
-        impulse_n_ns: f64,
-        impulse_t_ns: f64,
-        energy_lost_j: f64,
-    }
-}
-
-row! {
-    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty.
-    StepRow in "steps.csv" {
-        time_s: f64,
-        dt_s: f64,
-        contacts: usize,
-        islands: Option<usize>,
-        resting: Option<usize>,
-        sweeps: Option<usize>,
-        factorisations: Option<usize>,
-        pivots: Option<usize>,
-        residual: Option<f64>,
-        residual_velocity_m_s: Option<f64>,
-        unsolved: Option<usize>,
-        failed: Option<usize>,
-        redundant: Option<usize>,
-        capped: Option<usize>,
-        relaxed: Option<usize>,
-        joints_capped: Option<usize>,
-        events: Option<usize>,
-        recovering: Option<usize>,
-        impact_gain_j: Option<f64>,
-        kinetic_j: f64,
-        potential_j: f64,
-        work_forces_j: Option<f64>,
-        work_contact_n_j: Option<f64>,
-        work_contact_t_j: Option<f64>,
-        work_joints_j: Option<f64>,
-        work_motors_j: Option<f64>,
-        work_recovery_j: Option<f64>,
-        imbalance_j: Option<f64>,
-        penetration_m: f64,
-        penetration_impact_m: Option<f64>,
-        joint_gap_m: Option<f64>,
-    }
-}
-
-row! {
-    /// A step of a solver's performance profile: see [`super::Performance`].
-    PerformanceRow in "performance-profile.csv" {
-        solver: String,
-        /// τ, time over that of the fastest solver of the same problem.
-        ratio: f64,
-        /// Of all problems, those solved within the ratio.
-        share: f64,
-    }
-}
-
-row! {
-    /// One measure of one run: the table that compare, chart, bench and atlas are views of.
-    ResultRow in "results.csv" {
-        scene: String,
-        rung: String,
-        engine: String,
-        scheme: String,
-        solver: String,
-        setting: String,
-        dt_s: f64,
-        threads: usize,
-        precision: String,
-        measure: String,
-        /// NaN where the run failed.
-        value: f64,
-        unit: String,
-        reference: String,
-        /// Empty where nothing was timed.
-        seconds_per_simulated_second: Option<f64>,
-        spread: Option<f64>,
-        verdict: String,
-        mode: String,
-    }
-}
-
-row! {
-    /// How a point of `results.csv` is run again by itself.
-    PointRow in "points.csv" {
-        scene: String,
-        rung: String,
-        engine: String,
-        scheme: String,
-        solver: String,
-        setting: String,
-        dt_s: f64,
-        command: String,
-    }
-}
-
-row! {
-    /// One measure of a scene, and how many points of the peers ours dominate: see
-    /// [`super::Domination`].
-    DominationRow in "domination.csv" {
-        scene: String,
-        rung: String,
-        measure: String,
-        unit: String,
-        /// Points measured, and those that failed; of ours the unsolved ones with them.
-        ours: usize,
-        ours_failed: usize,
-        peers: usize,
-        peers_failed: usize,
-        dominated: usize,
-        /// With no allowance for the spread of times.
-        dominated_strictly: usize,
-    }
-}
-
-row! {
-    /// A point of a peer that no point of ours dominates, and the nearest of ours.
-    UndominatedRow in "undominated.csv" {
-        scene: String,
-        rung: String,
-        measure: String,
-        unit: String,
-        engine: String,
-        setting: String,
-        dt_s: f64,
-        value: f64,
-        seconds_per_simulated_second: f64,
-        spread: Option<f64>,
-        our_scheme: String,
-        our_solver: String,
-        our_setting: String,
-        our_dt_s: Option<f64>,
-        our_value: Option<f64>,
-        our_seconds_per_simulated_second: Option<f64>,
-        /// `accuracy`, `step`, `time` or `none`, see [`super::Cause`].
-        cause: String,
-        /// Of values where the cause is `accuracy`, else of times: ours over theirs.
-        ratio: Option<f64>,
-    }
-}
-
-impl ContactRow {
-    /// The row of `contact` in the step that ends at `time` in s.
-    pub fn new(contact: &ContactRecord) -> Self {
-        ContactRow {
-            time_s: contact.time,
-            body_1: contact.bodies[0],
-            body_2: contact.bodies[1],
-            cell: contact.places[0].edge.max(contact.places[1].edge),
-            x_m: contact.position.x,
-            y_m: contact.position.y,
-            nx: contact.normal.x,
-            ny: contact.normal.y,
-            gap_m: contact.gap,
-            impulse_n_ns: contact.impulse_n,
-            impulse_t_ns: contact.impulse_t,
-            slip_m: contact.slip,
-            load_slip_nm: contact.load_slip,
-            friction_work_j: contact.friction_work,
-            status: Cow::Borrowed(contact.status.word()),
-        }
-    }
-}
-
-impl From<&ImpactRecord> for ImpactRow {
-    fn from(impact: &ImpactRecord) -> Self {
-        ImpactRow {
-            time_s: impact.time,
-            body_1: impact.bodies[0],
-            body_2: impact.bodies[1],
-            x_m: impact.position.x,
-            y_m: impact.position.y,
-            nx: impact.normal.x,
-            ny: impact.normal.y,
-            approach_speed_m_s: impact.approach_speed,
-            impulse_n_ns: impact.impulse_n,
-            impulse_t_ns: impact.impulse_t,
-            energy_lost_j: impact.energy_lost,
-        }
-    }
-}
-
-impl From<&StepRecord> for StepRow {
-    fn from(step: &StepRecord) -> Self {
-        let known = step.accounted;
-        StepRow {
-            time_s: step.time,
-            dt_s: step.dt,
-            contacts: step.contacts_at_end(),
-            islands: known.then_some(step.islands),
-            resting: known.then_some(step.resting),
-            sweeps: known.then_some(step.sweeps),
-            factorisations: known.then_some(step.factorisations),
-            pivots: known.then_some(step.pivots),
-            residual: known.then_some(step.residual),
-            residual_velocity_m_s: known.then_some(step.residual_velocity),
-            unsolved: known.then_some(step.unsolved),
-            failed: known.then_some(step.failed),
-            redundant: known.then_some(step.redundant),
-            capped: known.then_some(step.capped),
-            relaxed: known.then_some(step.relaxed),
-            joints_capped: known.then_some(step.joints_capped),
-            events: known.then_some(step.events),
-            recovering: known.then_some(step.recovering),
-            impact_gain_j: known.then_some(step.impact_gain),
-            kinetic_j: step.energy.kinetic_end,
-            potential_j: step.energy.potential_end,
-            work_forces_j: known.then_some(step.energy.forces),
-            work_contact_n_j: known.then_some(step.energy.contact_n),
-            work_contact_t_j: known.then_some(step.energy.contact_t),
-            work_joints_j: known.then_some(step.energy.joints),
-            work_motors_j: known.then_some(step.energy.motors),
-            work_recovery_j: known.then_some(step.energy.recovery),
-            imbalance_j: known.then_some(step.energy.imbalance()),
-            penetration_m: step.penetration,
-            penetration_impact_m: known.then_some(step.penetration_impact),
-            joint_gap_m: known.then_some(step.joint_gap),
-        }
-    }
-}
 
 /// A CSV file written row by row; only a buffer of it is ever in memory.
 ///
@@ -425,7 +159,10 @@ fn rows_from<R: Row + DeserializeOwned>(
 mod tests {
     use super::*;
     use crate::contact::Vec2;
-    use crate::dynamics::record::{ContactStatus, StepEnergy, SurfacePoint};
+    use crate::dynamics::record::{
+        ContactRecord, ContactStatus, StepEnergy, StepRecord, SurfacePoint,
+    };
+    use crate::report::{BodyRow, ContactRow, ImpactRow, PerformanceRow, ResultRow, StepRow};
     use std::fs;
 
     fn written<R: Row>(rows: &[R]) -> (tempfile::TempDir, PathBuf) {

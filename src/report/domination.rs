@@ -1,6 +1,6 @@
 //! Which points of the peers our points dominate, from the rows of `results.csv` alone.
 
-use super::csv_files::{DominationRow, ResultRow, UndominatedRow};
+use super::csv_rows::{DominationRow, ResultRow, UndominatedRow};
 
 /// The engine whose points are ours; all others are peers.
 pub(super) const OURS: &str = "moreau";

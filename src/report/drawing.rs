@@ -1,8 +1,7 @@
-use plotters::prelude::{IntoDrawingArea, SVGBackend};
+use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{FontTransform, WHITE};
 
-use super::canvas::{Canvas, Drawn, Point, U, stroke, units};
+use super::canvas::{Canvas, Drawn, Point, picture, stroke};
 use super::chart::{Chart, Dash, Extent, Style};
 use super::labels;
 use super::layout::{LEGEND_ROW, Layout, MARGIN, NOTE_ROW, SMALL, TEXT, TITLE};
@@ -32,31 +31,20 @@ pub(super) fn draw(
         legend.clear();
     }
     let layout = Layout::new(chart, extent, &legend, plot);
-    let (w, h) = units(layout.size);
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (w as u32, h as u32)).into_drawing_area();
-        area.fill(&WHITE).map_err(|e| e.to_string())?;
-        let canvas = Canvas { area };
-        draw_frame(&canvas, chart, &layout)?;
+    let svg = picture(layout.size, |canvas| {
+        draw_frame(canvas, chart, &layout)?;
         for look in &looks {
-            draw_series(&canvas, chart, &layout, look, &looks)?;
+            draw_series(canvas, chart, &layout, look, &looks)?;
         }
-        draw_annotations(&canvas, chart, &layout)?;
-        draw_labels(&canvas, chart, &layout)?;
-        draw_legend(&canvas, &layout, &legend)?;
-        canvas.area.present().map_err(|e| e.to_string())?;
-    }
-    let pixels = |units: i32| f64::from(units) / U;
+        draw_annotations(canvas, chart, &layout)?;
+        draw_labels(canvas, chart, &layout)?;
+        draw_legend(canvas, &layout, &legend)?;
+        Ok(())
+    })?;
     let window = Window {
         edges: (layout.left / layout.size.0, layout.right / layout.size.0),
         values: layout.extent.x,
     };
-    let svg = svg.replacen(
-        &format!("width=\"{w}\" height=\"{h}\""),
-        &format!("width=\"{}\" height=\"{}\"", pixels(w), pixels(h)),
-        1,
-    );
     Ok((svg, window))
 }
 

@@ -55,6 +55,14 @@ impl OutputFolder {
         self.target.join(name)
     }
 
+    /// Whether a folder is, or could be made, at `target`.
+    ///
+    /// # Errors
+    /// `ReportError::NotAFolder` where a file stands in the way; `ReportError::Io`.
+    pub fn check(target: &Path) -> Result<(), ReportError> {
+        deepest_existing(target).map(drop)
+    }
+
     /// Writes a small file in one go.
     ///
     /// # Errors

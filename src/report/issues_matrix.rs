@@ -1,11 +1,10 @@
 //! The atlas of complaints as a picture, with a row for each scene and a column for each engine.
 
-use plotters::prelude::{IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{FontTransform, RGBColor, WHITE};
 
 use super::atlas_matrix::frame;
-use super::canvas::{Canvas, Drawn, stroke, units};
+use super::canvas::{Canvas, Drawn, picture, stroke};
 use super::layout::{MARGIN, SMALL, TEXT, TITLE, width_of};
 use super::{ReportError, ResultRow, palette};
 
@@ -100,18 +99,13 @@ fn draw(rows: &[ResultRow], scenes: &[(String, String)]) -> Result<String, Strin
     let width = left + CELL * engines.len() as f64 + MARGIN;
     let top = MARGIN + 1.35 * TITLE + 2.2 * TEXT + LINE;
     let height = top + LINE * (scenes.len() + 1) as f64 + MARGIN;
-    let (w, h) = units((width, height));
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (w as u32, h as u32)).into_drawing_area();
-        area.fill(&WHITE).map_err(|e| e.to_string())?;
-        let canvas = Canvas { area };
-        header(&canvas)?;
+    picture((width, height), |canvas| {
+        header(canvas)?;
         let ends = [(MARGIN, top), (width - MARGIN, top)];
         canvas.path(&ends, stroke(palette::AXIS, 0.8))?;
         for (engine, k) in engines.iter().zip(0..) {
             let at = (left + CELL * (f64::from(k) + 0.5), top - 0.5 * LINE);
-            word(&canvas, engine, at, palette::INK)?;
+            word(canvas, engine, at, palette::INK)?;
         }
         for ((scene, threads), k) in scenes.iter().zip(0..) {
             let y = top + LINE * (f64::from(k) + 0.5) + 2.0;
@@ -121,7 +115,7 @@ fn draw(rows: &[ResultRow], scenes: &[(String, String)]) -> Result<String, Strin
             canvas.text(threads, at, ink, LEFT, FontTransform::None)?;
             for (engine, column) in engines.iter().zip(0..) {
                 let x = left + CELL * f64::from(column);
-                cell(&canvas, &rows_of(rows, scene, engine), (x, y))?;
+                cell(canvas, &rows_of(rows, scene, engine), (x, y))?;
             }
         }
         let y = top + LINE * (scenes.len() as f64 + 0.5) + 4.0;
@@ -142,15 +136,10 @@ fn draw(rows: &[ResultRow], scenes: &[(String, String)]) -> Result<String, Strin
             let passed = count(|r| **r == Reply::Pass);
             let run = count(|r| **r != Reply::None);
             let at = (left + CELL * (f64::from(column) + 0.5), y);
-            word(&canvas, &format!("{passed} of {run}"), at, palette::INK)?;
+            word(canvas, &format!("{passed} of {run}"), at, palette::INK)?;
         }
-        canvas.area.present().map_err(|e| e.to_string())?;
-    }
-    Ok(svg.replacen(
-        &format!("width=\"{w}\" height=\"{h}\""),
-        &format!("width=\"{width}\" height=\"{height}\""),
-        1,
-    ))
+        Ok(())
+    })
 }
 
 fn header(canvas: &Canvas) -> Drawn {

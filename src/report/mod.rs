@@ -8,6 +8,7 @@ mod axis;
 mod canvas;
 mod chart;
 mod csv_files;
+mod csv_rows;
 mod domination;
 mod drawing;
 mod folder;
@@ -39,9 +40,10 @@ pub use atlas_matrix::matrix;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
-pub use csv_files::{
-    BodyRow, ContactRow, CsvFile, DominationRow, ImpactRow, PerformanceRow, PointRow, ResultRow,
-    Row, StepRow, UndominatedRow, parse_rows, read_rows, write_rows, written_rows,
+pub use csv_files::{CsvFile, Row, parse_rows, read_rows, write_rows, written_rows};
+pub use csv_rows::{
+    BodyRow, ContactRow, DominationRow, ImpactRow, PerformanceRow, PointRow, ResultRow, StepRow,
+    UndominatedRow,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::OutputFolder;
@@ -58,7 +60,7 @@ pub use scatter::scatter;
 pub use stage::{Actor, Link, Piece, Pose, Stage, View};
 pub use still::Still;
 pub use sweep_charts::{SweepPoint, SweepResult};
-pub use table::{Align, Table, number, plus_minus, quantity, step_length};
+pub use table::{Align, Table, counted, number, plus_minus, quantity, step_length};
 
 use std::path::{Path, PathBuf};
 

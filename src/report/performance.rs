@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Dash, HLine, Series, Style};
-use super::csv_files::{PerformanceRow, ResultRow};
+use super::csv_rows::{PerformanceRow, ResultRow};
 use std::collections::HashMap;
 
 /// Solvers on a collection of problems.

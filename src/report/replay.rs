@@ -126,6 +126,39 @@ impl Replay {
     /// `ReportError::Io` and `ReportError::Csv`.
     pub fn read(folder: &OutputFolder, stage: &Stage, watch: Watch) -> Result<Replay, ReportError> {
         let count = stage.bodies.len().max(1);
+        let shown = Shown::of(folder, count)?;
+        let (body, poses) = shown.bodies(folder)?;
+        let frames = poses.len() / count;
+        let (step, red) = shown.steps(folder, watch)?;
+        let (contact, contacts, statuses) = shown.contacts(folder, frames)?;
+        let (impact, impacts, impacts_left_out) = shown.impacts(folder, frames)?;
+        Ok(Replay {
+            frames,
+            stride: shown.stride,
+            step,
+            body,
+            contact,
+            contacts,
+            statuses,
+            impact,
+            impacts,
+            impacts_left_out,
+            red,
+            view: View::of(stage, poses.chunks_exact(count)),
+        })
+    }
+}
+
+/// Which blocks of rows are frames: the start, every `stride`-th step, and the last.
+struct Shown {
+    /// Ends of the written steps \[s\].
+    times: Vec<f64>,
+    stride: usize,
+}
+
+impl Shown {
+    /// As many frames of `count` bodies as there is room for.
+    fn of(folder: &OutputFolder, count: usize) -> Result<Shown, ReportError> {
         let times = step_times(folder)?;
         let all_contacts = count_rows::<ContactRow>(folder)?;
         let numbers = times.len() * (BodyRow::HEADER.len() * count + StepRow::HEADER.len())
@@ -133,10 +166,25 @@ impl Replay {
         let kept = count_rows::<ImpactRow>(folder)?.min(MOST_IMPACTS) * ImpactRow::HEADER.len();
         let stride = (PACKED * numbers).div_ceil(BUDGET - PACKED * kept);
         let stride = stride.max(times.len().div_ceil(MOST_FRAMES)).max(1);
-        // the start, every `stride`-th step, and the last
-        let last = times.len();
-        let shown = |k: usize| k.is_multiple_of(stride) || k == last;
+        Ok(Shown { times, stride })
+    }
 
+    fn has(&self, block: usize) -> bool {
+        block.is_multiple_of(self.stride) || block == self.times.len()
+    }
+
+    /// Step k, from 0, ends block k + 1.
+    fn block(&self, step: usize) -> usize {
+        (step + 1).min(self.times.len())
+    }
+
+    /// The frame at or after a block.
+    fn frame(&self, block: usize, frames: usize) -> usize {
+        block.div_ceil(self.stride).min(frames.max(1) - 1)
+    }
+
+    /// Rows of the bodies, and their poses.
+    fn bodies(&self, folder: &OutputFolder) -> Result<(Packed, Vec<Pose>), ReportError> {
         let (mut rows, header) = Rows::open::<BodyRow>(folder)?;
         let mut body = Packed::new(&header, &["time_s", "body"]);
         let which = column(&header, "body");
@@ -148,19 +196,22 @@ impl Replay {
                 block += usize::from(!first);
                 first = false;
             }
-            if shown(block) {
+            if self.has(block) {
                 body.add(&rows);
                 poses.push(xya.map(|k| rows.number(k)));
             }
         }
-        let frames = poses.len() / count;
+        Ok((body, poses))
+    }
 
+    /// Rows of the steps, and [`Replay::red`].
+    fn steps(&self, folder: &OutputFolder, watch: Watch) -> Result<(Packed, String), ReportError> {
         let (mut rows, header) = Rows::open::<StepRow>(folder)?;
         let mut step = Packed::new(&header, &[]);
         let names = ["unsolved", "penetration_m", "imbalance_j", "time_s", "dt_s"];
         let [unsolved, overlap, imbalance, at, dt] = names.map(|name| column(&header, name));
         let mut red = [0_u8; PIECES];
-        let end = times.last().copied().unwrap_or(0.0);
+        let end = self.times.last().copied().unwrap_or(0.0);
         let mut mark = |from: f64, to: f64, bit: u8| {
             let piece = |time: f64| (time / end * PIECES as f64).clamp(0.0, PIECES as f64);
             let from = (piece(from) as usize).min(PIECES - 1);
@@ -171,7 +222,7 @@ impl Replay {
         let mut k = 0;
         while rows.next()? {
             k += 1;
-            if shown(k) {
+            if self.has(k) {
                 step.add(&rows);
             }
             let (from, to) = (rows.number(at) - rows.number(dt), rows.number(at));
@@ -189,7 +240,16 @@ impl Replay {
             }
             since = start;
         }
+        let red = red.iter().map(|bits| char::from(b'0' + bits));
+        Ok((step, red.collect()))
+    }
 
+    /// Rows of the contacts, how many each frame has, and their statuses.
+    fn contacts(
+        &self,
+        folder: &OutputFolder,
+        frames: usize,
+    ) -> Result<(Packed, Vec<usize>, String), ReportError> {
         let (mut rows, header) = Rows::open::<ContactRow>(folder)?;
         let mut contact = Packed::new(&header, &["status"]);
         let [at, status] = ["time_s", "status"].map(|name| column(&header, name));
@@ -198,18 +258,25 @@ impl Replay {
         let mut k = 0;
         while rows.next()? {
             let time = rows.number(at);
-            while k < last && times[k] < time {
+            while k < self.times.len() && self.times[k] < time {
                 k += 1;
             }
-            // step k ends block k + 1
-            let block = (k + 1).min(last);
-            if shown(block) {
+            let block = self.block(k);
+            if self.has(block) {
                 contact.add(&rows);
                 statuses.push(letter(rows.row.get(status).unwrap_or("")));
-                contacts[block.div_ceil(stride).min(frames - 1)] += 1;
+                contacts[self.frame(block, frames)] += 1;
             }
         }
+        Ok((contact, contacts, statuses))
+    }
 
+    /// Rows of the impacts, the frame at or after each, and how many had no room.
+    fn impacts(
+        &self,
+        folder: &OutputFolder,
+        frames: usize,
+    ) -> Result<(Packed, Vec<usize>, usize), ReportError> {
         let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
         let mut impact = Packed::new(&header, &[]);
         let at = column(&header, "time_s");
@@ -222,28 +289,13 @@ impl Replay {
             impact.add(&rows);
             // in the order of the steps that found them; a time past the end tells nothing
             let time = rows.number(at);
-            let found = times.partition_point(|end| *end < time);
-            if found < last {
+            let found = self.times.partition_point(|end| *end < time);
+            if found < self.times.len() {
                 k = found;
             }
-            let block = (k + 1).min(last);
-            impacts.push(block.div_ceil(stride).min(frames.max(1) - 1));
+            impacts.push(self.frame(self.block(k), frames));
         }
-        let view = View::of(stage, poses.chunks_exact(count));
-        Ok(Replay {
-            frames,
-            stride,
-            step,
-            body,
-            contact,
-            contacts,
-            statuses,
-            impact,
-            impacts,
-            impacts_left_out: left_out,
-            red: red.iter().map(|bits| char::from(b'0' + bits)).collect(),
-            view,
-        })
+        Ok((impact, impacts, left_out))
     }
 }
 

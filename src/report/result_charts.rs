@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::chart::{Chart, Colour, Dash, HLine, PointLabel, Series, Style};
-use super::csv_files::ResultRow;
+use super::csv_rows::ResultRow;
 use super::domination::{OURS, front};
 use super::order::observed_order;
 use super::table::{number, step_length};

@@ -1,4 +1,4 @@
-use super::csv_files::ResultRow;
+use super::csv_rows::ResultRow;
 use super::table::{number, step_length};
 
 /// Ratio of half the range of a time to its median, above which the time counts as scattered.

@@ -82,6 +82,11 @@ pub fn number(value: f64, significant: usize) -> String {
     }
 }
 
+/// A number with its noun: "1 joint", "2 joints".
+pub fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
 /// `value` with an SI prefix before `unit`: `quantity(0.00762, "m", 3)` is "7.62 mm".
 ///
 /// # Arguments

@@ -1,11 +1,10 @@
 //! A value over two variables: a cell for each pair, coloured and with the number in it.
 
-use plotters::prelude::{IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{FontTransform, RGBColor, WHITE};
 
 use super::atlas_matrix::frame;
-use super::canvas::{Canvas, Drawn, Point, stroke, units};
+use super::canvas::{Canvas, Drawn, Point, picture, stroke};
 use super::layout::{MARGIN, NOTE_ROW, SMALL, TEXT, TITLE, width_of};
 use super::{ReportError, number, palette};
 
@@ -136,16 +135,11 @@ impl ValueMap {
         let of_maps = heights.sum::<f64>().max(width_of(&self.y, TEXT));
         let bottom = top + of_maps + 1.9 * TEXT;
         let height_all = bottom + NOTE_ROW * self.notes.len() as f64 + MARGIN;
-        let (w, h) = units((width, height_all));
-        let mut svg = String::new();
-        {
-            let area = SVGBackend::with_string(&mut svg, (w as u32, h as u32)).into_drawing_area();
-            area.fill(&WHITE).map_err(|e| e.to_string())?;
-            let canvas = Canvas { area };
-            self.header(&canvas, ramp)?;
+        picture((width, height_all), |canvas| {
+            self.header(canvas, ramp)?;
             let mut y = top;
             for map in &self.maps {
-                draw(&canvas, map, ramp, (left, y), cell)?;
+                draw(canvas, map, ramp, (left, y), cell)?;
                 y += height(map, cell);
             }
             let ink = (TEXT, palette::INK);
@@ -163,16 +157,10 @@ impl ValueMap {
             canvas.text(&self.y, at, ink, (HPos::Center, VPos::Top), turned)?;
             for (k, note) in self.notes.iter().enumerate() {
                 let at = (MARGIN, bottom + NOTE_ROW * (k as f64 + 0.5));
-                plain(&canvas, note, at, (SMALL, palette::FAINT_INK), HPos::Left)?;
+                plain(canvas, note, at, (SMALL, palette::FAINT_INK), HPos::Left)?;
             }
-            canvas.area.present().map_err(|e| e.to_string())?;
-        }
-        let pixels = |units: i32| f64::from(units) / super::canvas::U;
-        Ok(svg.replacen(
-            &format!("width=\"{w}\" height=\"{h}\""),
-            &format!("width=\"{}\" height=\"{}\"", pixels(w), pixels(h)),
-            1,
-        ))
+            Ok(())
+        })
     }
 
     /// Title, and which colour is which value.

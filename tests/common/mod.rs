@@ -10,7 +10,13 @@ use moreau2d::contact::Vec3;
 use moreau2d::dynamics::Pose64;
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::experiment::{Engine, Measure, Samples, Totals, measures, simulate};
+use moreau2d::rapier::engine::prelude::{Real, Vector};
 use moreau2d::scene::{self, Built, Scene};
+
+/// A place or a velocity of rapier.
+pub fn at(x: f64, y: f64) -> Vector {
+    Vector::new(x as Real, y as Real)
+}
 
 /// A scene of the catalogue with flags applied.
 #[track_caller]

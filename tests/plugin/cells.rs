@@ -1,6 +1,7 @@
 //! A foundation of cells pressed on a belt, against hand geometry: every covered cell carries, by its
 //! covered width and along its own normal, however deep; ends and walls carry nothing of their own.
 
+use crate::common::at;
 use moreau2d::contact::Vec2;
 use moreau2d::dynamics::{ContactPoint, Detection, NormalLaw};
 use moreau2d::rapier::engine::prelude::*;
@@ -9,10 +10,6 @@ use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
 const CELLS: u32 = 10;
 const WIDTH: f64 = 0.02;
 const STIFFNESS: f64 = 1e6;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 /// A pad whose lower face is made of cells from left to right, open or with walls and a back. With
 /// `walls_first` the numbers of walls and back come before those of the cells. Returns the number of

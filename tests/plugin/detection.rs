@@ -1,6 +1,7 @@
 //! Finding contacts: the tree against trying all pairs, gaps against independent ones, surfaces
 //! made of many pieces.
 
+use crate::common::at;
 use crate::common::series::Series;
 use moreau2d::dynamics::{ContactPoint, Detection, NormalLaw};
 use moreau2d::rapier::engine::parry::query;
@@ -9,10 +10,6 @@ use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{DetectionDrive, MoreauPipeline, MoreauSettings, SurfaceLaw};
 
 const DT: f64 = 1.0 / 60.0;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn pipeline(detection: DetectionDrive) -> MoreauPipeline {
     MoreauPipeline::new(MoreauSettings {

@@ -1,13 +1,10 @@
 //! What a user does to a world between steps, in the corners: errors, sleep, tilted half-planes.
 
+use crate::common::at;
 use moreau2d::contact::{Vec2, Vec3};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{DetectionDrive, MoreauPipeline, MoreauSettings, Pose64};
 use std::sync::Mutex;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn pipeline() -> MoreauPipeline {
     MoreauPipeline::new(MoreauSettings::default()).unwrap()

@@ -1,6 +1,7 @@
 //! The user's hooks, sensors and events: the same calls as rapier's own step makes, with our
 //! impulses.
 
+use crate::common::at;
 use moreau2d::dynamics::record::StepRecord;
 use moreau2d::rapier::engine::geometry::{ContactPair, SolverFlags};
 use moreau2d::rapier::engine::prelude::*;
@@ -9,10 +10,6 @@ use std::sync::Mutex;
 
 const DT: f64 = 1.0 / 60.0;
 const G: f64 = 9.81;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn pipeline() -> MoreauPipeline {
     MoreauPipeline::new(MoreauSettings {

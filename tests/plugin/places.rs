@@ -1,13 +1,10 @@
 //! Where a contact lies on either surface, [`SurfacePoint`], against hand geometry.
 
+use crate::common::at;
 use moreau2d::contact::Vec2;
 use moreau2d::dynamics::{ContactPoint, Detection, SurfacePoint};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn contacts(world: &mut PhysicsWorld) -> Vec<ContactPoint> {
     let settings = MoreauSettings {

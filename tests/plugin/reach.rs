@@ -1,14 +1,11 @@
 //! How far apart two parts may be and still be looked at: what the fastest bodies of a step may drive.
 
+use crate::common::at;
 use moreau2d::dynamics::{ContactPoint, Detection};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{DetectionDrive, MoreauPipeline, MoreauSettings};
 
 const DT: f64 = 1.0 / 60.0;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn pipeline(detection: DetectionDrive) -> MoreauPipeline {
     let settings = MoreauSettings {

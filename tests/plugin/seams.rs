@@ -1,5 +1,6 @@
 //! Sliding over floors made of several flush parts: nothing catches on a seam, and a real step stops.
 
+use crate::common::at;
 use moreau2d::contact::Vec3;
 use moreau2d::dynamics::StepperSettings;
 use moreau2d::rapier::engine::prelude::*;
@@ -7,10 +8,6 @@ use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 
 const SPEED: f64 = 8.0;
 const TILE: f64 = 0.37;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 const SLIDERS: [&str; 5] = ["box", "polygon", "capsule", "disc", "outline"];
 

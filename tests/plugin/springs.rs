@@ -1,5 +1,6 @@
 //! A body on many springs, each of which a step resolves though not all of them together.
 
+use crate::common::at;
 use moreau2d::contact::Vec2;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
@@ -8,10 +9,6 @@ const FEET: u32 = 64;
 const MASS: f64 = 2.0;
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 10.0;
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 /// Where the springs are.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,12 +1,9 @@
 //! Worlds as users bring them: what rapier's own colliders allow and its examples do.
 
+use crate::common::at;
 use moreau2d::rapier::engine::control::KinematicCharacterController;
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, SurfaceLaw};
-
-fn at(x: f64, y: f64) -> Vector {
-    Vector::new(x as Real, y as Real)
-}
 
 fn floor(world: &mut PhysicsWorld) -> ColliderHandle {
     let body = RigidBodyBuilder::fixed().translation(at(0.0, -0.5));

@@ -54,31 +54,14 @@ pub(super) fn add(
     let made = match (joint.locked_axes, joint.coupled_axes) {
         (JointAxesMask::LOCKED_REVOLUTE_AXES, c) if c == free => {
             let (limits, motor) = along(JointAxis::AngX)?;
-            let mut def = RevoluteJointDef::new(base);
-            if let Some([low, high]) = limits {
-                if f64::from(low.abs().max(high.abs())) > 0.99 * PI {
-                    return refuse("limits beyond 178 degrees");
-                }
-                def = def.enable_limit(true).lower_angle(low).upper_angle(high);
+            if limits.is_some_and(|l| l.iter().any(|angle| f64::from(angle.abs()) > 0.99 * PI)) {
+                return refuse("limits beyond 178 degrees");
             }
-            if let Some((force, speed)) = motor {
-                def = def.enable_motor(true);
-                def = def.max_motor_torque(force).motor_speed(speed);
-            }
-            world.create_revolute_joint(&def)
+            world.create_revolute_joint(&revolute(base, limits, motor))
         }
         (JointAxesMask::LOCKED_PRISMATIC_AXES, c) if c == free => {
             let (limits, motor) = along(JointAxis::LinX)?;
-            let mut def = PrismaticJointDef::new(base);
-            if let Some([low, high]) = limits {
-                def = def.enable_limit(true);
-                def = def.lower_translation(low).upper_translation(high);
-            }
-            if let Some((force, speed)) = motor {
-                def = def.enable_motor(true);
-                def = def.max_motor_force(force).motor_speed(speed);
-            }
-            world.create_prismatic_joint(&def)
+            world.create_prismatic_joint(&prismatic(base, limits, motor))
         }
         (JointAxesMask::LOCKED_FIXED_AXES, c) if c == free => {
             world.create_weld_joint(&WeldJointDef::new(base))
@@ -118,7 +101,34 @@ pub(super) fn add(
 }
 
 /// Limits, and largest force and speed of a motor, along the free axis of a joint.
-type Along = (Option<[f32; 2]>, Option<(f32, f32)>);
+type Along = (Option<Limits>, Option<Motor>);
+type Limits = [f32; 2];
+type Motor = (f32, f32);
+
+fn revolute(base: JointBase, limits: Option<Limits>, motor: Option<Motor>) -> RevoluteJointDef {
+    let mut def = RevoluteJointDef::new(base);
+    if let Some([low, high]) = limits {
+        def = def.enable_limit(true).lower_angle(low).upper_angle(high);
+    }
+    if let Some((force, speed)) = motor {
+        def = def.enable_motor(true);
+        def = def.max_motor_torque(force).motor_speed(speed);
+    }
+    def
+}
+
+fn prismatic(base: JointBase, limits: Option<Limits>, motor: Option<Motor>) -> PrismaticJointDef {
+    let mut def = PrismaticJointDef::new(base);
+    if let Some([low, high]) = limits {
+        def = def.enable_limit(true);
+        def = def.lower_translation(low).upper_translation(high);
+    }
+    if let Some((force, speed)) = motor {
+        def = def.enable_motor(true);
+        def = def.max_motor_force(force).motor_speed(speed);
+    }
+    def
+}
 
 /// Frequency \[Hz\] and damping ratio of a spring between two centres of mass. Alone, its stiffness
 /// k gives `2πf = √(k/m)` with the reduced mass m; the damping c is `2ζ√(k m)`.

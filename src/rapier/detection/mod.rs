@@ -17,14 +17,18 @@ mod flights;
 mod grid;
 mod hooks;
 mod leaves;
+mod marks;
+mod output;
 mod pairs;
 mod points;
 mod rows;
 mod seams;
+mod settings;
 mod shapes;
 mod sides;
 mod span;
 mod sweeps;
+mod terms;
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;
@@ -36,10 +40,11 @@ use grid::Grid;
 pub(super) use hooks::Hooks;
 use leaves::Leaves;
 pub(super) use pairs::EventContact;
-use pairs::{Apart, Finder, Pairs, apart};
+use pairs::{Finder, Pairs};
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 use span::Span;
+use terms::{Apart, apart};
 
 /// How detection finds the pairs of colliders that are near each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -1,22 +1,21 @@
 //! The narrow phase: pairs of parts, and the contacts of pairs that are near.
 
-use super::super::bodies::Bodies;
-use super::super::engine::geometry::ContactManifold;
 use super::super::engine::prelude::*;
-use super::super::kernels::{Core, Sight, Touch, cell_touches, relative, touches};
-use super::colliders::{Colliders, Known};
+use super::super::kernels::{Sight, Touch, cell_touches, relative, touches};
+use super::colliders::Colliders;
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
-use super::points::{Pair, mix, parry_points, places, same_place};
+use super::marks::Marks;
+use super::output::Group;
+use super::points::Pair;
 use super::rows::{Row, Rows};
 use super::seams::Tie;
-use super::{Present, Span, SurfaceLaw, present, shapes};
-use crate::dynamics::{ContactPoint, Detection, NearPair, NormalLaw, Pose64, SurfacePoint};
-use crate::rapier::parry::query::{
-    DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher,
-};
-use rustc_hash::{FxHashMap, FxHashSet};
+use super::terms::{Apart, Terms};
+use super::{Present, Span, present, shapes};
+use crate::dynamics::Detection;
+use crate::rapier::parry::query::{DefaultQueryDispatcher, QueryDispatcher};
+use rustc_hash::FxHashSet;
 
 /// All pairs of parts, and the buffers of the narrow phase.
 #[derive(Default)]
@@ -45,65 +44,14 @@ struct Scratch {
     faces: Marks,
 }
 
-/// Values stored on pairs of parts, by [`Row::order`]. A value lasts while the pair has contacts, and
-/// is read once more when the pair has none. It does not last as long as the boxes overlap, as that
-/// depends on earlier queries.
-#[derive(Default)]
-pub(super) struct Marks {
-    now: FxHashMap<[u32; 4], u32>,
-    /// The values of the last pass, during a pass over all pairs.
-    past: FxHashMap<[u32; 4], u32>,
-}
-
-impl Marks {
-    /// Starts a pass over all pairs: a value that the pass does not store again is dropped.
-    fn begin(&mut self) {
-        self.past = std::mem::take(&mut self.now);
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.past.is_empty() && self.now.is_empty()
-    }
-
-    /// Keeps the value of a pair that the pass does not look at.
-    fn keep(&mut self, order: &[u32; 4]) {
-        let known = self.get(order);
-        self.set(*order, known);
-    }
-
-    /// All values, sorted: indices of colliders, numbers of parts, value.
-    fn sorted(&self) -> Vec<([u32; 4], u32)> {
-        let all = self.now.iter();
-        let mut all: Vec<_> = all.map(|(order, mark)| (*order, *mark)).collect();
-        all.sort_unstable();
-        all
-    }
-
-    fn restore(&mut self, marks: &[([u32; 4], u32)]) {
-        self.now = marks.iter().copied().collect();
-    }
-
-    pub fn get(&self, order: &[u32; 4]) -> u32 {
-        let known = self.past.get(order).or_else(|| self.now.get(order));
-        known.copied().unwrap_or(0)
-    }
-
-    pub fn set(&mut self, order: [u32; 4], mark: u32) {
-        match mark {
-            0 => self.now.remove(&order),
-            mark => self.now.insert(order, mark),
-        };
-    }
-}
-
 impl Pairs {
     /// Drops all pairs of these leaves.
     pub fn forget(&mut self, gone: &FxHashSet<u32>, leaves: &Leaves) {
         let Scratch { marks, faces, .. } = &mut self.scratch;
         self.rows.forget(gone, |pair| {
             let order = Row::order(pair, &leaves.names);
-            marks.now.remove(&order);
-            faces.now.remove(&order);
+            marks.set(order, 0);
+            faces.set(order, 0);
         });
     }
 
@@ -144,7 +92,7 @@ impl Pairs {
             scratch.faces.begin();
         }
         // a pair with a stored value goes to the hook once more when it has no contacts
-        let marked = !scratch.marks.past.is_empty();
+        let marked = scratch.marks.any_past();
         let near = &finder.leaves.near;
         let any_asleep = finder.present.iter().any(|body| body.asleep);
         self.rows.retain(|[a, b], budget| {
@@ -172,8 +120,8 @@ impl Pairs {
                 None => Some(budget),
             }
         });
-        scratch.marks.past.clear();
-        scratch.faces.past.clear();
+        scratch.marks.end();
+        scratch.faces.end();
         finder.break_ties(&scratch.ties, &mut out.contacts);
     }
 
@@ -221,59 +169,6 @@ impl Pairs {
         }
         finder.break_ties(&self.scratch.ties, &mut out.contacts);
     }
-}
-
-/// Start of the contacts of the present pair of colliders in the output, if either has several
-/// parts.
-#[derive(Default)]
-struct Group {
-    slots: [u32; 2],
-    start: usize,
-}
-
-impl Group {
-    fn start(&mut self, sides: [&Leaf; 2], out: &Detection) -> usize {
-        let slots = sides.map(|leaf| leaf.slot);
-        if slots != self.slots {
-            *self = Group {
-                slots,
-                start: out.contacts.len(),
-            };
-        }
-        self.start
-    }
-}
-
-/// Pairs of bodies whose joint disables contacts between them, smaller number first.
-pub(super) type Apart = FxHashSet<[u32; 2]>;
-
-pub(super) fn apart(world: &PhysicsWorld, bodies: &Bodies, out: &mut Apart) {
-    out.clear();
-    for (_, joint) in world.impulse_joints.iter() {
-        if !joint.data.contacts_enabled
-            && let (Some(a), Some(b)) = (
-                bodies.index_of(joint.body1()),
-                bodies.index_of(joint.body2()),
-            )
-        {
-            out.insert([a.min(b), a.max(b)]);
-        }
-    }
-}
-
-/// How the narrow phase treats a pair of parts.
-#[derive(Default)]
-struct Terms {
-    /// The parts do not push each other; a handler gets events.
-    events_only: bool,
-    /// A hook modifies their contacts.
-    modified: bool,
-    /// A side's segments are cells, see [`SurfaceLaw::cells`].
-    cells: bool,
-    /// The side whose segments are cells of a foundation.
-    foundation: Option<usize>,
-    /// A surface has a [`SurfaceLaw`].
-    own_law: bool,
 }
 
 /// Everything that the narrow phase reads.
@@ -464,32 +359,6 @@ impl Finder<'_> {
         Some(f64::NEG_INFINITY)
     }
 
-    /// The terms of two parts of which one is not plain; `None` if they do not meet.
-    fn terms(&self, sides: [&Leaf; 2]) -> Option<Terms> {
-        let known = self.known(sides)?;
-        if !self.may_touch(sides, known) {
-            return None;
-        }
-        let events_only = !self.may_push(sides, known);
-        let heard = known[0].events() | known[1].events();
-        if events_only && !heard.contains(ActiveEvents::COLLISION_EVENTS) {
-            return None;
-        }
-        let hooks = known[0].hooks() | known[1].hooks();
-        Some(Terms {
-            events_only,
-            modified: hooks.contains(ActiveHooks::MODIFY_SOLVER_CONTACTS),
-            cells: known.iter().any(|k| k.law.cells),
-            foundation: (0..2).find(|&i| known[i].law.is_foundation()),
-            own_law: known.iter().any(|k| k.law != SurfaceLaw::default()),
-        })
-    }
-
-    fn known(&self, sides: [&Leaf; 2]) -> Option<[&Known; 2]> {
-        let [a, b] = sides.map(|leaf| self.colliders.get(leaf.slot));
-        Some([a?, b?])
-    }
-
     pub(super) fn present(&self, leaf: &Leaf) -> &Present {
         present(self.present, leaf.body)
     }
@@ -498,35 +367,6 @@ impl Finder<'_> {
     fn asleep(&self, leaves: [u32; 2]) -> bool {
         let sides = leaves.map(|leaf| self.present(self.leaves.get(leaf)));
         sides.iter().any(|b| b.asleep) && sides.iter().all(|b| b.still)
-    }
-
-    fn kinds(&self, sides: [&Leaf; 2]) -> [RigidBodyType; 2] {
-        sides.map(|leaf| self.present(leaf).kind)
-    }
-
-    /// Whether two colliders may touch at all: rapier's tests in rapier's order.
-    fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        let [a, b] = sides.map(|leaf| leaf.body);
-        !(known[0].is_sensor() || known[1].is_sensor())
-            && (self.apart.is_empty() || !self.apart.contains(&[a.min(b), a.max(b)]))
-            && known[0].may_meet(known[1], self.kinds(sides))
-    }
-
-    /// Whether two colliders may push each other.
-    fn may_push(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        // a sleeping body can wake
-        let still = |leaf: &Leaf| {
-            let body = self.present(leaf);
-            body.immovable && !body.asleep
-        };
-        !(still(sides[0]) && still(sides[1]))
-            && known[0].may_push(known[1])
-            && self.hooks.lets_push(known)
-    }
-
-    /// Whether two colliders may make an intersection event.
-    fn may_cross(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
     }
 
     fn overlap(&self, sides: [&Leaf; 2], found: &mut Vec<Touch>) -> bool {
@@ -544,173 +384,4 @@ impl Finder<'_> {
                 .is_ok_and(|answer| answer.intersecting),
         }
     }
-
-    /// Length of a segment, across the contact's normal, that lies on the other part \[m\]; `None`
-    /// for one-point contacts, as with a ball.
-    fn covered(
-        &self,
-        poses: [&Pose64; 2],
-        sides: [&Leaf; 2],
-        reach: f64,
-        found: &[Touch],
-    ) -> Option<f64> {
-        let width = |found: &[Touch]| match found {
-            [a, b] => Some(a.normal.perp(&(b.point - a.point)).abs()),
-            _ => None,
-        };
-        let [_] = found else {
-            return width(found);
-        };
-        // the other end is beyond the reach
-        let mut both = Vec::with_capacity(2);
-        let far = reach + sides[0].surface.size.max(sides[1].surface.size);
-        let parts = sides.map(|leaf| &leaf.part);
-        touches(poses, parts, &Sight::default(), far, &mut both);
-        width(&both)
-    }
-
-    /// Two parts whose gap is at least `bound` \[m\]; `None` if their law is not rigid.
-    fn near(&self, setting: &Pair, bodies: [&Present; 2], bound: f64) -> Option<NearPair> {
-        let NormalLaw::Rigid { restitution } = setting.law else {
-            return None;
-        };
-        Some(NearPair {
-            surfaces: setting.surfaces,
-            bodies: setting.numbers,
-            bound,
-            radii: bodies.map(|body| body.radius),
-            restitution,
-        })
-    }
-
-    /// The settings that all contacts of two parts without surface laws share.
-    fn plain_setting(&self, sides: [&Leaf; 2]) -> Pair {
-        let [one, two] = sides.map(|leaf| &leaf.surface);
-        Pair {
-            numbers: sides.map(|leaf| leaf.body),
-            surfaces: sides.map(|leaf| leaf.slot),
-            key: pair_key([one.handle, two.handle]),
-            law: NormalLaw::Rigid {
-                restitution: one.restitution_with(two),
-            },
-            friction: one.friction_with(two),
-            belt: 0.0,
-            size: one.size.min(two.size),
-            radii: sides.map(|leaf| leaf.part.radius()),
-        }
-    }
-
-    fn setting(&self, sides: [&Leaf; 2], terms: &Terms, covered: Option<f64>) -> Pair {
-        let setting = self.plain_setting(sides);
-        let known = if terms.own_law {
-            self.known(sides)
-        } else {
-            None
-        };
-        let Some(known) = known else {
-            return setting;
-        };
-        let setting = Pair {
-            law: known[0].combined_law(known[1]),
-            // on side 1 the surface moves along +t, on side 2 along −t
-            belt: -known[0].law.speed - known[1].law.speed,
-            ..setting
-        };
-        let cell = (0..2).find(|&i| known[i].law.cells);
-        match cell.map(|i| &sides[i].part.core) {
-            Some(Core::Edge(edge)) => {
-                let length = (edge.ends[1] - edge.ends[0]).norm();
-                setting.over(match covered {
-                    // each of the two ends has a half; a contact stays one, however little of the
-                    // segment it covers
-                    Some(covered) => 0.5 * covered.clamp(1e-6 * length, length),
-                    None => length,
-                })
-            }
-            _ => setting,
-        }
-    }
-
-    fn give(
-        &self,
-        setting: Pair,
-        sides: [&Leaf; 2],
-        terms: &Terms,
-        group: &mut Group,
-        found: &[Touch],
-        out: &mut Detection,
-    ) {
-        // at the common end of two cells each has its own share of the load
-        if terms.foundation.is_some() || sides.iter().all(|leaf| leaf.lone) {
-            let points = found.iter().map(|t| self.point(&setting, sides, t));
-            out.contacts.extend(points);
-            return;
-        }
-        let from = group.start(sides, out);
-        for touch in found.iter() {
-            let old = &out.contacts[from..];
-            if !old.iter().any(|p| same_place(p, touch, setting.size)) {
-                out.contacts.push(self.point(&setting, sides, touch));
-            }
-        }
-    }
-
-    /// A contact of two parts with kernels.
-    #[inline]
-    pub(super) fn point(&self, setting: &Pair, sides: [&Leaf; 2], touch: &Touch) -> ContactPoint {
-        let bodies = sides.map(|leaf| self.present(leaf));
-        let feature = match sides.iter().all(|leaf| leaf.lone) {
-            true => touch.feature.into(),
-            false => mix([sides[0].sub, sides[1].sub, touch.feature, 0]),
-        };
-        setting.point(bodies, touch, places(sides, touch), feature, true)
-    }
-
-    fn ask_parry(
-        &self,
-        sides: [&Leaf; 2],
-        setting: Pair,
-        reach: f64,
-        group: &mut Group,
-        one: bool,
-        out: &mut Detection,
-    ) {
-        let poses = sides.map(|leaf| leaf.pose);
-        let bodies = sides.map(|leaf| self.present(leaf));
-        let shapes = sides.map(|leaf| shapes::for_parry(&leaf.part.core));
-        let rounding = sides[0].part.rounding + sides[1].part.rounding;
-        let from = group.start(sides, out);
-        let mut manifolds: Vec<ContactManifold> = Vec::new();
-        // a pair that parry does not support has no contact in rapier either
-        let _ = DefaultQueryDispatcher.contact_manifolds(
-            &relative(&poses[0], &poses[1]).to_rapier(),
-            &*shapes[0],
-            &*shapes[1],
-            (reach + rounding) as Real,
-            &mut manifolds,
-            &mut None,
-        );
-        for manifold in manifolds.iter().filter(|m| !m.points.is_empty()) {
-            parry_points(manifold, &poses, reach + rounding, one, |touch, order| {
-                let touch = Touch {
-                    gap: touch.gap - rounding,
-                    ..touch
-                };
-                let old = &out.contacts[from..];
-                if old.iter().any(|p| same_place(p, &touch, setting.size)) {
-                    return;
-                }
-                let on = [sides[0].sub.max(order[0]), sides[1].sub.max(order[1])];
-                let on = on.map(SurfacePoint::on);
-                let feature = mix([sides[0].sub, sides[1].sub, mix(order) as u32, order[0]]);
-                let point = setting.point(bodies, &touch, on, feature, false);
-                out.contacts.push(point);
-            });
-        }
-    }
-}
-
-fn pair_key(handles: [ColliderHandle; 2]) -> u64 {
-    let [(a, of_a), (b, of_b)] = handles.map(|h| h.into_raw_parts());
-    mix([a, of_a, b, of_b])
 }

@@ -36,59 +36,55 @@ fn vec2(v: Vector) -> Vec2 {
     Vec2::new(widen(v.x), widen(v.y))
 }
 
-fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
-    let next = out.len() as u32;
-    let mut one = |core: Option<Core>, rounding: f64| {
-        out.push(Piece {
-            part: Part {
-                core: core.unwrap_or_else(|| Core::Other(shape.clone())),
-                rounding: rounding + skin,
-            },
-            local,
-            sub: next,
-        });
-    };
-    let polygon = |points: Vec<Vec2>| Polygon::new(points).map(|p| Core::Polygon(p.into()));
-    let alone = |a: Vector, b: Vector| {
-        let edge = Edge::new(vec2(a), vec2(b), false);
-        edge.map(|e| Core::Edge(e.into()))
-    };
-    match shape.as_typed_shape() {
-        TypedShape::Ball(b) => one(Some(Core::Ball(widen(b.radius))), 0.0),
-        TypedShape::Cuboid(c) => one(Some(Core::Box(vec2(c.half_extents))), 0.0),
+fn polygon(points: impl IntoIterator<Item = Vector>) -> Option<Core> {
+    let polygon = Polygon::new(points.into_iter().map(vec2).collect());
+    polygon.map(|p| Core::Polygon(p.into()))
+}
+
+fn alone(a: Vector, b: Vector) -> Option<Core> {
+    let edge = Edge::new(vec2(a), vec2(b), false);
+    edge.map(|e| Core::Edge(e.into()))
+}
+
+/// The core of a shape of one part, if it has a kernel, and its rounding \[m\].
+fn single(shape: &TypedShape<'_>) -> (Option<Core>, f64) {
+    match shape {
+        TypedShape::Ball(b) => (Some(Core::Ball(widen(b.radius))), 0.0),
+        TypedShape::Cuboid(c) => (Some(Core::Box(vec2(c.half_extents))), 0.0),
         TypedShape::RoundCuboid(c) => {
             let half = vec2(c.inner_shape.half_extents);
-            one(Some(Core::Box(half)), widen(c.border_radius));
+            (Some(Core::Box(half)), widen(c.border_radius))
         }
-        TypedShape::Capsule(c) => match alone(c.segment.a, c.segment.b) {
-            Some(core) => one(Some(core), widen(c.radius)),
-            // a capsule without length is a ball
-            None => {
-                let at = local.compose(&Pose64::new(vec2(c.segment.a), 0.0));
-                let core = Core::Ball(widen(c.radius));
-                let rounding = skin;
-                out.push(Piece {
-                    part: Part { core, rounding },
-                    local: at,
-                    sub: next,
-                });
-            }
-        },
-        TypedShape::Segment(s) => one(alone(s.a, s.b), 0.0),
-        TypedShape::Triangle(t) => one(polygon([t.a, t.b, t.c].map(vec2).to_vec()), 0.0),
+        TypedShape::Capsule(c) => (alone(c.segment.a, c.segment.b), widen(c.radius)),
+        TypedShape::Segment(s) => (alone(s.a, s.b), 0.0),
+        TypedShape::Triangle(t) => (polygon([t.a, t.b, t.c]), 0.0),
         TypedShape::RoundTriangle(t) => {
             let inner = &t.inner_shape;
-            let core = polygon([inner.a, inner.b, inner.c].map(vec2).to_vec());
-            one(core, widen(t.border_radius));
+            (polygon([inner.a, inner.b, inner.c]), widen(t.border_radius))
         }
-        TypedShape::ConvexPolygon(p) => {
-            one(polygon(p.points().iter().map(|q| vec2(*q)).collect()), 0.0);
-        }
+        TypedShape::ConvexPolygon(p) => (polygon(p.points().iter().copied()), 0.0),
         TypedShape::RoundConvexPolygon(p) => {
-            let points = p.inner_shape.points().iter().map(|q| vec2(*q));
-            one(polygon(points.collect()), widen(p.border_radius));
+            let points = p.inner_shape.points().iter().copied();
+            (polygon(points), widen(p.border_radius))
         }
-        TypedShape::HalfSpace(h) => one(Some(Core::HalfPlane(vec2(h.normal).normalize())), 0.0),
+        TypedShape::HalfSpace(h) => (Some(Core::HalfPlane(vec2(h.normal).normalize())), 0.0),
+        _ => (None, 0.0),
+    }
+}
+
+fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
+    let sub = out.len() as u32;
+    match shape.as_typed_shape() {
+        // a capsule without length is a ball
+        TypedShape::Capsule(c) if alone(c.segment.a, c.segment.b).is_none() => {
+            let core = Core::Ball(widen(c.radius));
+            let rounding = skin;
+            out.push(Piece {
+                part: Part { core, rounding },
+                local: local.compose(&Pose64::new(vec2(c.segment.a), 0.0)),
+                sub,
+            });
+        }
         TypedShape::Polyline(line) => {
             let one_sided = line.flags().contains(PolylineFlags::ORIENTED);
             let ends = line.segments().map(|s| [vec2(s.a), vec2(s.b)]);
@@ -111,7 +107,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
             Some(sides) => surface(sides.into_iter(), true, skin, local, out),
             None => {
                 for (t, triangle) in mesh.triangles().enumerate() {
-                    let core = polygon([triangle.a, triangle.b, triangle.c].map(vec2).to_vec());
+                    let core = polygon([triangle.a, triangle.b, triangle.c]);
                     out.extend(core.map(|core| Piece {
                         part: Part {
                             core,
@@ -131,7 +127,17 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
                 add(shape, skin, local.compose(&Pose64::from_rapier(pose)), out);
             }
         }
-        _ => one(None, 0.0),
+        one => {
+            let (core, rounding) = single(&one);
+            out.push(Piece {
+                part: Part {
+                    core: core.unwrap_or_else(|| Core::Other(shape.clone())),
+                    rounding: rounding + skin,
+                },
+                local,
+                sub,
+            });
+        }
     }
 }
 

@@ -10,7 +10,8 @@
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
 use super::leaves::Leaf;
-use super::pairs::{Finder, Marks};
+use super::marks::Marks;
+use super::pairs::Finder;
 use super::rows::Row;
 use super::seams::poses_at;
 use crate::contact::Vec2;

@@ -28,8 +28,9 @@ mod tests;
 
 pub use sample::distributions;
 
-use super::error::{Hint, Place, SceneError};
-use std::path::Path;
+use super::catalogue;
+use super::error::{Hint, Origin, Place, SceneError};
+use std::path::{Path, PathBuf};
 
 /// Most cases of a plan: an extra zero in `count` must not fill a disk.
 pub const MOST_CASES: usize = 100_000;
@@ -103,20 +104,36 @@ impl Plan {
         self.count
     }
 
-    /// The scene to load: a file is looked for beside the plan.
+    /// The scene to load: as [`super::load`] takes it, with files looked for beside the plan.
     pub fn scene_beside(&self, plan: &Path) -> String {
-        let folder = plan.parent().unwrap_or(Path::new(""));
-        match self.scene.contains(".toml") {
-            true => folder.join(&self.scene).to_string_lossy().into_owned(),
+        let beside = self.beside(plan);
+        let of_catalogue = || catalogue::document(&self.scene).is_ok();
+        match self.scene.contains(".toml") || beside.is_file() && !of_catalogue() {
+            true => beside.to_string_lossy().into_owned(),
             false => self.scene.clone(),
         }
     }
 
-    /// The case `number`, below [`Plan::len`].
+    /// Where the scene is if it is a file.
+    pub fn beside(&self, plan: &Path) -> PathBuf {
+        plan.parent().unwrap_or(Path::new("")).join(&self.scene)
+    }
+
+    /// The case `number`, from 0.
     ///
     /// # Errors
-    /// [`SceneError::UnknownName`] where `[set]` follows a key that does not vary in this case.
+    /// [`SceneError::OutOfRange`] from [`Plan::len`] on; [`SceneError::UnknownName`] where `[set]` follows
+    /// a key that does not vary in this case.
     pub fn case(&self, number: usize) -> Result<Case, SceneError> {
+        if number >= self.count {
+            let origin = Origin::Line { line: 1, column: 1 };
+            let (file, path) = (self.file.clone(), "case".to_owned());
+            return Err(SceneError::OutOfRange {
+                at: Box::new(Place { file, origin, path }),
+                value: number.to_string(),
+                allowed: format!("0 to {}", self.count - 1),
+            });
+        }
         let mut rest = number;
         let mut points: Vec<&Vec<Setting>> = Vec::new();
         for axis in self.axes.iter().rev() {

@@ -161,6 +161,10 @@ fn setting(
         let problem = "almost no value of the distribution lies between `from` and `to`";
         leaf.at.conflict(problem)
     })?;
+    if !value.is_finite() {
+        let problem = format!("draw {number} is {value}: the distribution is too wide for numbers");
+        return Err(leaf.at.conflict(problem));
+    }
     let value = match distribution {
         Distribution::Whole(_) => format!("{value:.0}"),
         _ => format!("{:?}", rounded(value)),
@@ -274,7 +278,11 @@ impl Distribution {
     fn draw(self, random: &mut SplitMix64) -> Option<f64> {
         Some(match self {
             Distribution::Uniform([from, to]) => from + (to - from) * random.unit(),
-            Distribution::LogUniform([from, to]) => from * (to / from).powf(random.unit()),
+            Distribution::LogUniform([from, to]) => {
+                // to / from may be above all numbers
+                let u = random.unit();
+                (from.powf(1.0 - u) * to.powf(u)).min(to)
+            }
             Distribution::Normal {
                 mean,
                 deviation,

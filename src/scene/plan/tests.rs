@@ -101,168 +101,194 @@ fn files_are_looked_for_beside_the_plan() {
     assert_eq!(beside("/x/my.toml:r"), "/x/my.toml:r");
 }
 
+#[test]
+fn numbers_past_the_last_case_are_refused() {
+    let plan = parse("scene = \"t\"\n[grid]\na = [1, 2]\nb = [1, 2]\n").unwrap();
+    assert!(plan.case(3).is_ok());
+    for number in [4, 5, usize::MAX] {
+        let error = plan.case(number).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            format!("p.toml:1:1: case = {number}: allowed is 0 to 3")
+        );
+    }
+}
+
+/// Kolmogorov's distance over six hundred decades, whose ratio is above all numbers.
+#[test]
+fn a_sample_may_span_all_numbers() {
+    let values = drawn(
+        "distribution = \"loguniform\", from = 1e-300, to = 1e300",
+        400,
+        "",
+    );
+    let below = |x: f64| values.iter().filter(|value| **value < x).count() as f64 / 400.0;
+    assert!(values.iter().all(|x| (1e-300..=1e300).contains(x)));
+    for decade in (-300..300).step_by(20) {
+        let expected = f64::from(decade + 300) / 600.0;
+        let distance = (below(10_f64.powi(decade)) - expected).abs();
+        assert!(distance < 1.95 / 20.0, "1e{decade}: {distance}");
+    }
+    let error = parse(
+        "scene = \"t\"\n[sample]\ncount = 9\nseed = 1\n[sample.keys]\n\
+         \"a.b\" = { distribution = \"uniform\", from = -1e308, to = 1e308 }\n",
+    );
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.starts_with("p.toml:6:1: sample.keys.a.b: draw 0 is inf"),
+        "{error}"
+    );
+}
+
+/// The rest of a plan after its scene, and what is said of it.
+const WRONG: [[&str; 2]; 24] = [
+    ["", "missing key `[grid], [[case]] or [sample]`"],
+    [
+        "[gird]\na = [1]\n",
+        "p.toml:2:2: gird: unknown key `gird`; did you mean `grid`?",
+    ],
+    ["[grid]\n", "grid: has no key: give at least one"],
+    [
+        "grid = 3\n",
+        "p.toml:2:1: grid: expected a table of keys of the scene, found 3",
+    ],
+    [
+        "[grid]\na = []\n",
+        "p.toml:3:1: grid.a = []: allowed is at least one value",
+    ],
+    [
+        "[grid]\na = 3\n",
+        "p.toml:3:1: grid.a: expected a list of values in [ ], found 3",
+    ],
+    [
+        "[grid]\na = [1, nan]\n",
+        "p.toml:3:9: grid.a.1 = NaN: allowed is a finite number",
+    ],
+    [
+        "[grid]\na = [1, 2, 1]\n",
+        "p.toml:3:12: grid.a.2: 1 is listed twice",
+    ],
+    [
+        "[grid]\na = [1979-05-27]\n",
+        "expected a value of a scene, found a date",
+    ],
+    ["[grid]\n\"a=b\" = [1]\n", "`a=b` is no key of a scene"],
+    ["[grid]\n\"a.b\" = [1]\na.b = [2]\n", "is set twice"],
+    [
+        "[set]\na = 1\n[grid]\na = [1]\n",
+        "p.toml:5:6: a: is set in two blocks of the plan",
+    ],
+    ["case = 3\n", "expected tables [[case]], found 3"],
+    ["[[case]]\n", "case.0: has no key"],
+    [
+        "[sample]\ncount = 3\nsed = 1\n",
+        "unknown key `sed`; did you mean `seed`?",
+    ],
+    ["[sample]\ncount = 3\n", "sample: missing key `seed`"],
+    [
+        "[sample]\ncount = 0\nseed = 1\n",
+        "p.toml:3:1: sample.count = 0: allowed is 1 to 100000",
+    ],
+    [
+        "[sample]\ncount = 3\nseed = -1\n",
+        "sample.seed = -1: allowed is 0 to",
+    ],
+    [
+        "[sample]\ncount = 1.5\nseed = 1\n",
+        "expected a whole number, found 1.5",
+    ],
+    ["[sample]\ncount = 3\nseed = 1\n", "missing key `keys`"],
+    [
+        "[sample]\ncount = 3\nseed = 1\n[sample.keys]\n",
+        "keys: has no key",
+    ],
+    [
+        "[sample]\ncount = 3\nseed = 1\n[sample.keys]\na = 3\n",
+        "expected { distribution = \"NAME\", ... }, found 3",
+    ],
+    [
+        "[grid]\na = [1, 2]\n[sample]\ncount = 60000\nseed = 1\n[sample.keys]\n\"a.b\" = { distribution = \"uniform\", from = 0, to = 1 }\n",
+        "sample = 2 x 60000 cases: allowed is 1 to 100000 cases in all",
+    ],
+    ["[grid\n", "p.toml:2"],
+];
+
+/// Distributions of `a.b`, and what is said of them.
+const WRONG_DISTRIBUTIONS: [[&str; 2]; 13] = [
+    [
+        "distribution = \"norml\", mean = 1, deviation = 1",
+        "unknown distribution `norml`; did you mean `normal`?",
+    ],
+    ["distribution = 3", "expected the name of a distribution"],
+    [
+        "distribution = \"normal\", mean = 1",
+        "missing key `deviation`",
+    ],
+    [
+        "distribution = \"normal\", mean = 1, deviation = 1, sigma = 1",
+        "unknown key `sigma`",
+    ],
+    [
+        "distribution = \"normal\", mean = 1, deviation = 0",
+        "deviation = 0.0: allowed is above 0.0",
+    ],
+    [
+        "distribution = \"normal\", mean = 0, deviation = 1, from = 30, to = 31",
+        "almost no value of the distribution lies between",
+    ],
+    [
+        "distribution = \"uniform\", from = 2, to = 1",
+        "to = 1.0: allowed is above 2.0",
+    ],
+    [
+        "distribution = \"uniform\", from = 2, to = inf",
+        "to = inf: allowed is a finite number",
+    ],
+    [
+        "distribution = \"uniform\", from = \"a\", to = 1",
+        "expected a number, found the string \"a\"",
+    ],
+    [
+        "distribution = \"loguniform\", from = 0, to = 1",
+        "from = 0.0: allowed is above 0.0",
+    ],
+    [
+        "distribution = \"lognormal\", median = 1, factor = 1",
+        "factor = 1.0: allowed is above 1.0",
+    ],
+    [
+        "distribution = \"triangular\", from = 0, mode = 3, to = 2",
+        "to = 2.0: allowed is at least 3.0",
+    ],
+    [
+        "distribution = \"whole\", from = 0.5, to = 2",
+        "from = 0.5: allowed is a whole number",
+    ],
+];
+
 /// File, line, key, value, what is allowed, and the nearest name.
 #[test]
 fn wrong_plans_are_refused_with_their_place() {
-    let head = "scene = \"t\"\n";
-    let sample = "[sample]\ncount = 3\nseed = 1\n[sample.keys]\n";
-    let of = |distribution: &str| format!("{sample}\"a.b\" = {{ {distribution} }}\n");
-    let cases = [
-        ("[grid]\na = [1]\n".to_owned(), "missing key `scene`"),
-        (
-            "scene = 3\n".to_owned(),
-            "p.toml:1:1: scene: expected name or file of a scene, in quotes, found 3",
-        ),
-        (
-            head.to_owned(),
-            "missing key `[grid], [[case]] or [sample]`",
-        ),
-        (
-            format!("{head}[gird]\na = [1]\n"),
-            "p.toml:2:2: gird: unknown key `gird`; did you mean `grid`?",
-        ),
-        (
-            format!("{head}[grid]\n"),
-            "grid: has no key: give at least one",
-        ),
-        (
-            format!("{head}grid = 3\n"),
-            "p.toml:2:1: grid: expected a table of keys of the scene, found 3",
-        ),
-        (
-            format!("{head}[grid]\na = []\n"),
-            "p.toml:3:1: grid.a = []: allowed is at least one value",
-        ),
-        (
-            format!("{head}[grid]\na = 3\n"),
-            "p.toml:3:1: grid.a: expected a list of values in [ ], found 3",
-        ),
-        (
-            format!("{head}[grid]\na = [1, nan]\n"),
-            "p.toml:3:9: grid.a.1 = NaN: allowed is a finite number",
-        ),
-        (
-            format!("{head}[grid]\na = [1, 2, 1]\n"),
-            "p.toml:3:12: grid.a.2: 1 is listed twice",
-        ),
-        (
-            format!("{head}[grid]\na = [1979-05-27]\n"),
-            "expected a value of a scene, found a date",
-        ),
-        (
-            format!("{head}[grid]\n\"a=b\" = [1]\n"),
-            "`a=b` is no key of a scene",
-        ),
-        (
-            format!("{head}[grid]\n\"a.b\" = [1]\na.b = [2]\n"),
-            "is set twice",
-        ),
-        (
-            format!("{head}[set]\na = 1\n[grid]\na = [1]\n"),
-            "p.toml:5:6: a: is set in two blocks of the plan",
-        ),
-        (
-            format!("{head}case = 3\n"),
-            "expected tables [[case]], found 3",
-        ),
-        (format!("{head}[[case]]\n"), "case.0: has no key"),
-        (
-            format!("{head}[sample]\ncount = 3\nsed = 1\n"),
-            "unknown key `sed`; did you mean `seed`?",
-        ),
-        (
-            format!("{head}[sample]\ncount = 3\n"),
-            "sample: missing key `seed`",
-        ),
-        (
-            format!("{head}[sample]\ncount = 0\nseed = 1\n"),
-            "p.toml:3:1: sample.count = 0: allowed is 1 to 100000",
-        ),
-        (
-            format!("{head}[sample]\ncount = 3\nseed = -1\n"),
-            "sample.seed = -1: allowed is 0 to",
-        ),
-        (
-            format!("{head}[sample]\ncount = 1.5\nseed = 1\n"),
-            "expected a whole number, found 1.5",
-        ),
-        (
-            format!("{head}[sample]\ncount = 3\nseed = 1\n"),
-            "missing key `keys`",
-        ),
-        (format!("{head}{sample}"), "keys: has no key"),
-        (
-            format!("{head}{sample}a = 3\n"),
-            "expected { distribution = \"NAME\", ... }, found 3",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"norml\", mean = 1, deviation = 1"),
-            "unknown distribution `norml`; did you mean `normal`?",
-        ),
-        (
-            head.to_owned() + &of("distribution = 3"),
-            "expected the name of a distribution",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"normal\", mean = 1"),
-            "missing key `deviation`",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"normal\", mean = 1, deviation = 1, sigma = 1"),
-            "unknown key `sigma`",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"normal\", mean = 1, deviation = 0"),
-            "deviation = 0.0: allowed is above 0.0",
-        ),
-        (
-            head.to_owned()
-                + &of("distribution = \"normal\", mean = 0, deviation = 1, from = 30, to = 31"),
-            "almost no value of the distribution lies between",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"uniform\", from = 2, to = 1"),
-            "to = 1.0: allowed is above 2.0",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"uniform\", from = 2, to = inf"),
-            "to = inf: allowed is a finite number",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"uniform\", from = \"a\", to = 1"),
-            "expected a number, found the string \"a\"",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"loguniform\", from = 0, to = 1"),
-            "from = 0.0: allowed is above 0.0",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"lognormal\", median = 1, factor = 1"),
-            "factor = 1.0: allowed is above 1.0",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"triangular\", from = 0, mode = 3, to = 2"),
-            "to = 2.0: allowed is at least 3.0",
-        ),
-        (
-            head.to_owned() + &of("distribution = \"whole\", from = 0.5, to = 2"),
-            "from = 0.5: allowed is a whole number",
-        ),
-        (
-            format!(
-                "{head}[grid]\na = [1, 2]\n[sample]\ncount = 60000\nseed = 1\n[sample.keys]\n\"a.b\" = {{ distribution = \"uniform\", from = 0, to = 1 }}\n"
-            ),
-            "sample = 2 x 60000 cases: allowed is 1 to 100000 cases in all",
-        ),
-        (format!("{head}[grid\n"), "p.toml:2"),
-    ];
-    for (text, expected) in cases {
-        let error = parse(&text).unwrap_err().to_string();
+    let refused = |text: &str, expected: &str| {
+        let error = parse(text).unwrap_err().to_string();
         assert!(
             error.contains(expected),
             "{text}\n  {error}\n  lacks {expected}"
         );
         assert!(error.starts_with("p.toml:"), "{error}");
+    };
+    refused("[grid]\na = [1]\n", "missing key `scene`");
+    refused(
+        "scene = 3\n",
+        "p.toml:1:1: scene: expected name or file of a scene, in quotes, found 3",
+    );
+    for [rest, expected] in WRONG {
+        refused(&format!("scene = \"t\"\n{rest}"), expected);
+    }
+    for [distribution, expected] in WRONG_DISTRIBUTIONS {
+        let sample = "[sample]\ncount = 3\nseed = 1\n[sample.keys]\n";
+        let text = format!("scene = \"t\"\n{sample}\"a.b\" = {{ {distribution} }}\n");
+        refused(&text, expected);
     }
 }
 

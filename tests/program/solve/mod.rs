@@ -1,12 +1,12 @@
 //! `moreau2d solve` and `run --dump-problems` as a user types them.
 
+mod any_numbers;
+mod lcp;
+
 use crate::common::program::Place;
 use moreau2d::contact::examples::tower;
 use moreau2d::contact::{ContactProblem, Delassus, Vec2, natural_map};
-use moreau2d::oracles::{SOLVERS, solver_by_name};
 use moreau2d::problems::{DatStorage, StoredProblem, read, to_dat, to_json};
-use nalgebra::{DMatrix, DVector};
-use proptest::strategy::Strategy;
 use serde_json::Value;
 use std::fs;
 
@@ -24,8 +24,6 @@ fn numbers(list: &Value) -> Vec<f64> {
     let number = |x: &Value| x.as_f64().unwrap();
     list.as_array().unwrap().iter().map(number).collect()
 }
-
-// --- contact problems -------------------------------------------------------------------------
 
 /// What a run dumps is solved again to the tolerance, from bodies and made dense, and the judge
 /// agrees with the impulses written. Of each scene every tenth step of the steps given.
@@ -169,6 +167,9 @@ fn dumps_that_cannot_be_are_refused() {
         place.refused(&[&["run"], args].concat(), words);
     }
 }
+
+/// `M = [2 1; 1 2]`, q = −1: z = (1, 1)/3.
+const LCP: &str = "2\n0 2 2\n2 2\n2 1 1 2\n-1 -1\n";
 
 /// One contact pressed at 3 m/s by `W = 2 1/kg`: P_N = 3/2.
 const BOX: &str = "2 1\n0 2 2\n2 2\n2 0 0 2\n-3 0\n0.5\n";
@@ -382,190 +383,4 @@ fn bad_input_ends_with_one_and_leaves_nothing() {
         };
         place.refused(&args, words);
     }
-}
-
-// --- linear complementarity problems ----------------------------------------------------------
-
-/// `M = [2 1; 1 2]`, q = −1: z = (1, 1)/3.
-const LCP: &str = "2\n0 2 2\n2 2\n2 1 1 2\n-1 -1\n";
-
-#[test]
-fn an_lcp_is_solved_by_lemke() {
-    let place = Place::new();
-    place.write("lcp", LCP);
-    for solver in ["auto", "lemke"] {
-        let (code, out, err) = place.run(&["solve", "lcp", "--solver", solver, "--out", "r.json"]);
-        assert_eq!((code, err.as_str()), (0, ""), "{out}");
-        assert!(
-            out.contains("lcp: LCP of size 2\nsolver lemke: solved"),
-            "{out}"
-        );
-        assert!(
-            out.contains("complementarity residual max |min(m z, w)|"),
-            "{out}"
-        );
-        let result = place.json("r.json");
-        assert_eq!(
-            (&result["kind"], &result["solver"]),
-            (&"lcp".into(), &"lemke".into())
-        );
-        for (z, w) in numbers(&result["z"]).iter().zip(numbers(&result["w"])) {
-            // round-off of a 2 x 2 solve
-            assert!((z - 1.0 / 3.0).abs() < 1e-15 && w.abs() < 1e-15);
-        }
-        assert!(result["residual"].as_f64().unwrap() < 1e-15);
-    }
-}
-
-/// Murty's family: 1 on the diagonal, 2 below, q = −1 takes 2ⁿ pivots, a million for n = 20.
-#[test]
-fn an_exponential_path_is_walked_to_its_end() {
-    let place = Place::new();
-    for n in [10usize, 20] {
-        let stored = StoredProblem::Lcp {
-            matrix: DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
-                std::cmp::Ordering::Equal => 1.0,
-                std::cmp::Ordering::Greater => 2.0,
-                std::cmp::Ordering::Less => 0.0,
-            }),
-            q: DVector::from_element(n, -1.0),
-            solution: None,
-        };
-        place.write("murty.dat", to_dat(&stored, DatStorage::Blocks).unwrap());
-        let (code, out, err) = place.run(&["solve", "murty.dat", "--out", "r.json"]);
-        assert_eq!((code, err.as_str()), (0, ""), "{out}");
-        let result = place.json("r.json");
-        assert_eq!(result["iterations"]["pivots"], 1u64 << n);
-        // whole numbers all the way: exact
-        let mut z = vec![0.0; n];
-        z[0] = 1.0;
-        assert_eq!(numbers(&result["z"]), z);
-        assert_eq!(result["residual"], 0.0);
-    }
-}
-
-/// `w₁ = −z₂ − 1 < 0` whatever z: y = (1, 0).
-#[test]
-fn an_lcp_without_a_solution_is_proved_so() {
-    let place = Place::new();
-    place.write(
-        "none.json",
-        r#"{"kind": "lcp", "matrix": [[0, -1], [1, 0]], "q": [-1, 0]}"#,
-    );
-    let (code, out, err) = place.run(&["solve", "none.json", "--out", "r.json"]);
-    assert_eq!((code, err.as_str()), (2, ""));
-    assert!(out.contains("solver lemke: infeasible"), "{out}");
-    assert!(out.contains("no solution: "), "{out}");
-    let result = place.json("r.json");
-    assert_eq!(result["status"], "infeasible");
-    assert_eq!(result["iterations"]["programmes"], 1);
-    let y = numbers(&result["certificate"]);
-    // y ≥ 0, Mᵀ y = (y₂, −y₁) ≤ 0, qᵀ y = −y₁ < 0
-    assert!(y[0] > 0.0 && y[1] == 0.0, "{y:?}");
-    assert!(result["residual"].as_f64().unwrap() > 0.1);
-}
-
-/// `z₂ ≥ 1` for `w₁ ≥ 0`, and then `w₂ = z₂ > 0`.
-#[test]
-fn a_feasible_lcp_without_a_solution_ends_on_a_ray() {
-    let place = Place::new();
-    place.write(
-        "ray.json",
-        r#"{"kind": "lcp", "matrix": [[0, 1], [0, 1]], "q": [-1, 0]}"#,
-    );
-    let (code, out, err) = place.run(&["solve", "ray.json", "--out", "r.json"]);
-    assert_eq!((code, err.as_str()), (2, ""));
-    assert!(out.contains("solver lemke: ray"), "{out}");
-    assert!(out.contains("apart from round-off there is none"), "{out}");
-    let result = place.json("r.json");
-    assert_eq!(result["status"], "ray");
-    assert!(result["certificate"].is_null());
-    assert!(result["residual"].as_f64().unwrap() > 0.1);
-}
-
-// --- whatever can be read ---------------------------------------------------------------------
-
-const DENSE: &str = "2 2\n0 4 4\n4 4\n2 0.5 1 0\n0.5 3 0 1\n1 0 4 1\n0 1 1 5\n-1 2 -3 4\n0.5 0.1\n";
-
-/// Two bodies with every law between them.
-const BODIES: &str = r#"{"kind": "contact", "operator": {"bodies": {
-  "inverse_mass": [[1, 1, 6], [0.5, 0.5, 3]],
-  "rows": [
-    {"bodies": [null, 0], "jacobian": [[[0,0,0],[0,0,0]], [[0,1,0.5],[-1,0,0.5]]]},
-    {"bodies": [0, 1], "jacobian": [[[0,-1,-0.5],[1,0,0.5]], [[0,1,0.5],[-1,0,0.5]]]},
-    {"bodies": [0, 1], "jacobian": [[[0,-1,0.5],[1,0,0.5]], [[0,1,-0.5],[-1,0,0.5]]]},
-    {"bodies": [1, null], "jacobian": [[[0,0,1],[0,0,0]], [[0,0,0],[0,0,0]]]},
-    {"bodies": [0, 1], "jacobian": [[[1,0,0],[0,1,0]], [[-1,0,0],[0,-1,0]]]}
-  ]}},
-  "free": [[-1, 0.2], [-2, 0.1], [-3, -1], [1, 0], [0.5, -0.5]],
-  "laws": [{"contact": {"friction": 0.4}}, {"contact": {"friction": 0, "compliance": 0.1}},
-    {"contact": {"friction": 1.5}}, {"bounded": {"lower": -0.1, "upper": 0.2}}, "pin"]}"#;
-
-proptest::proptest! {
-    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(1500))]
-
-    /// A number of a good file becomes any other: what is read is solved or not, but no solver
-    /// panics, and what it returns is finite.
-    #[test]
-    fn no_solver_panics_on_what_can_be_read(
-        from_bodies in proptest::bool::ANY,
-        at in proptest::prelude::any::<proptest::sample::Index>(),
-        number in proptest::prop_oneof![
-            proptest::strategy::Just(0.0),
-            -10.0f64..10.0,
-            (-1.0f64..1.0, -320i32..310).prop_map(|(x, e)| x * 10f64.powi(e)),
-        ],
-    ) {
-        let good = if from_bodies { BODIES } else { DENSE };
-        // numbers that start a word
-        let digit = |k: usize| good.as_bytes()[k].is_ascii_digit() || good.as_bytes()[k] == b'-';
-        let in_word = |k: usize| digit(k) || good.as_bytes()[k] == b'.';
-        let starts: Vec<usize> = (1..good.len()).filter(|&k| digit(k) && !in_word(k - 1)).collect();
-        let start = starts[at.index(starts.len())];
-        let end = (start..good.len()).find(|&k| !in_word(k)).unwrap();
-        let text = format!("{}{number:e}{}", &good[..start], &good[end..]);
-        if let Some(trouble) = not_finite(&text) {
-            proptest::prop_assert!(false, "{}", trouble);
-        }
-    }
-}
-
-/// Bug: where velocities were so small that their squares are 0, Newton's method went on for ever.
-#[test]
-fn numbers_without_a_square_come_to_an_end() {
-    for good in [BODIES, DENSE] {
-        let bytes = good.as_bytes();
-        let digit = |k: usize| bytes[k].is_ascii_digit() || bytes[k] == b'-';
-        let in_word = |k: usize| digit(k) || bytes[k] == b'.';
-        for start in (1..good.len()).filter(|&k| digit(k) && !in_word(k - 1)) {
-            let end = (start..good.len()).find(|&k| !in_word(k)).unwrap();
-            for number in [5e-324, 1e-300, -1e-170, 3e-161, 1e-155, 1e-80, 1e80, 1e155] {
-                let text = format!("{}{number:e}{}", &good[..start], &good[end..]);
-                assert_eq!(not_finite(&text), None);
-            }
-        }
-    }
-}
-
-/// Solves the contact problem of `text`, if it is one, with every solver; tells of impulses that are
-/// not finite.
-fn not_finite(text: &str) -> Option<String> {
-    let StoredProblem::Contact { problem, .. } = read(text.as_bytes()).ok()?.problem else {
-        return None;
-    };
-    SOLVERS.iter().find_map(|name| {
-        let mut impulses = vec![Vec2::zeros(); problem.len()];
-        let mut solver = solver_by_name(name).unwrap();
-        let report = solver.solve(&problem, &mut impulses, 1e-8);
-        let finite = impulses.iter().all(|p| p.x.is_finite() && p.y.is_finite());
-        (!finite).then(|| format!("{name}: {report:?} {impulses:?}\n{text}"))
-    })
-}
-
-/// Bug: an arm of 1e153 m makes `G` 1e306; a sweep overflowed and Gauss-Seidel returned NaN.
-#[test]
-fn masses_near_overflow_leave_finite_impulses() {
-    let text = BODIES.replace("[1,0,0],[0,1,0]]", "[1,0,9.634369041246736e152],[0,1,0]]");
-    assert!(read(text.as_bytes()).is_ok() && text != BODIES);
-    assert_eq!(not_finite(&text), None);
 }

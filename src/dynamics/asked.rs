@@ -1,0 +1,42 @@
+//! The rows of the problems that move bodies by position: overlaps, crowds, joints.
+
+use super::interval::diagonal;
+use super::joint_rules::joint_impact_rule;
+use super::model::JointRow;
+use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
+
+/// Rows `J` of a problem of displacements `d`, the `b` \[m\] of `J d + b` in its law, and the law.
+#[derive(Default)]
+pub(super) struct Asked {
+    pub rows: Vec<Rows>,
+    pub free: Vec<Vec2>,
+    pub laws: Vec<Law>,
+}
+
+impl Asked {
+    /// Adds a contact without friction, `J d + gap ≥ 0`.
+    pub fn contact(&mut self, rows: Rows, gap: f64, compliance: f64) {
+        self.rows.push(rows);
+        self.free.push(Vec2::new(gap, 0.0));
+        self.laws.push(Law::Contact {
+            friction: 0.0,
+            compliance,
+        });
+    }
+
+    /// Adds a row of a joint, `J d + free = 0`, or `≥ 0` of a limit; none where no body can move, or where
+    /// the joint's forces are finite.
+    pub fn joint(&mut self, joint: &JointRow, bodies: [u32; 2], free: Vec2, inverse_mass: &[Vec3]) {
+        if let Some((_, law)) = joint_impact_rule(joint, true)
+            && bodies != [NO_BODY; 2]
+            && diagonal(joint, inverse_mass) > 0.0
+        {
+            self.rows.push(Rows {
+                bodies,
+                ..joint.rows
+            });
+            self.free.push(free);
+            self.laws.push(law);
+        }
+    }
+}

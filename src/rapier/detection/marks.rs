@@ -1,0 +1,64 @@
+//! Values that are remembered for pairs of parts from one query to the next.
+
+use rustc_hash::FxHashMap;
+
+/// Values stored on pairs of parts, by [`super::rows::Row::order`]. A value lasts while the pair has contacts,
+/// and is read once more when the pair has none. It does not last as long as the boxes overlap, as that
+/// depends on earlier queries.
+#[derive(Default)]
+pub(super) struct Marks {
+    now: FxHashMap<[u32; 4], u32>,
+    /// The values of the last pass, during a pass over all pairs.
+    past: FxHashMap<[u32; 4], u32>,
+}
+
+impl Marks {
+    /// Starts a pass over all pairs: a value that the pass does not store again is dropped.
+    pub fn begin(&mut self) {
+        self.past = std::mem::take(&mut self.now);
+    }
+
+    /// Ends it.
+    pub fn end(&mut self) {
+        self.past.clear();
+    }
+
+    /// Whether the last pass stored values, during a pass.
+    pub fn any_past(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.past.is_empty() && self.now.is_empty()
+    }
+
+    /// Keeps the value of a pair that the pass does not look at.
+    pub fn keep(&mut self, order: &[u32; 4]) {
+        let known = self.get(order);
+        self.set(*order, known);
+    }
+
+    /// All values, sorted: indices of colliders, numbers of parts, value.
+    pub fn sorted(&self) -> Vec<([u32; 4], u32)> {
+        let all = self.now.iter();
+        let mut all: Vec<_> = all.map(|(order, mark)| (*order, *mark)).collect();
+        all.sort_unstable();
+        all
+    }
+
+    pub fn restore(&mut self, marks: &[([u32; 4], u32)]) {
+        self.now = marks.iter().copied().collect();
+    }
+
+    pub fn get(&self, order: &[u32; 4]) -> u32 {
+        let known = self.past.get(order).or_else(|| self.now.get(order));
+        known.copied().unwrap_or(0)
+    }
+
+    pub fn set(&mut self, order: [u32; 4], mark: u32) {
+        match mark {
+            0 => self.now.remove(&order),
+            mark => self.now.insert(order, mark),
+        };
+    }
+}

@@ -1,0 +1,203 @@
+//! Steps of worlds of every kind.
+
+use super::{THREADS, at, grounded, heap, places};
+use moreau2d::dynamics::{Scheme, StepperSettings};
+use moreau2d::rapier::engine::prelude::*;
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+use moreau2d::solver::Shares;
+
+/// Chains of links with limits, hung up at one end, that swing down onto a post.
+fn chains(world: &mut PhysicsWorld) {
+    for x in places() {
+        let (hook, _) = world.insert(
+            RigidBodyBuilder::fixed().translation(Vector::new(x, 8.0)),
+            ColliderBuilder::ball(0.1),
+        );
+        world.insert(
+            RigidBodyBuilder::fixed().translation(Vector::new(x + 1.0, 5.0 + 0.01 * x)),
+            ColliderBuilder::ball(0.4),
+        );
+        let mut before = hook;
+        for k in 0..24 {
+            let place = at(x + 0.4 * k as Real + 0.2, 8.0);
+            let link = ColliderBuilder::cuboid(0.15, 0.05).density(1.0 + k as Real);
+            let (link, _) = world.insert(place, link);
+            let joint = RevoluteJointBuilder::new()
+                // every fourth joint is built with a gap, which the energy bound does not let close at once
+                .local_anchor1(Vector::new(
+                    if k == 0 {
+                        0.0
+                    } else if k % 4 == 0 {
+                        0.6
+                    } else {
+                        0.2
+                    },
+                    0.0,
+                ))
+                .local_anchor2(Vector::new(-0.2, 0.0))
+                .limits([-0.9, 0.9])
+                .contacts_enabled(false);
+            world.insert_impulse_joint(before, link, joint);
+            before = link;
+        }
+    }
+}
+
+/// Towers that a piston presses down further than they give way.
+fn pressed(world: &mut PhysicsWorld) {
+    for x in places() {
+        for k in 0..12 {
+            let square = ColliderBuilder::cuboid(0.25, 0.25);
+            world.insert(at(x, 0.25 + 0.5 * k as Real), square);
+        }
+        let piston = RigidBodyBuilder::kinematic_velocity_based()
+            .translation(Vector::new(x, 6.6))
+            .linvel(Vector::new(0.0, -1.0 - 1e-3 * x));
+        world.insert(piston, ColliderBuilder::cuboid(0.5, 0.5));
+    }
+}
+
+/// What a case is stepped with, for how many steps, and what its records must show.
+struct Case {
+    name: &'static str,
+    settings: StepperSettings,
+    world: fn(&mut PhysicsWorld),
+    steps: usize,
+    shows: fn(&Counts) -> bool,
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    unsolved: usize,
+    relaxed: usize,
+    events: usize,
+    joints_capped: usize,
+    redundant: usize,
+    most_islands: usize,
+}
+
+fn cases() -> Vec<Case> {
+    let settings = StepperSettings::default;
+    vec![
+        Case {
+            name: "heaps",
+            settings: settings(),
+            world: |w| places().for_each(|x| heap(w, x, 0.0, 0)),
+            steps: 50,
+            shows: |c| c.most_islands >= 10,
+        },
+        Case {
+            name: "heaps that bounce, with events",
+            settings: StepperSettings {
+                events: true,
+                ..settings()
+            },
+            world: |w| places().for_each(|x| heap(w, x, 0.7, 0)),
+            steps: 16,
+            shows: |c| c.events > 0,
+        },
+        Case {
+            name: "heaps with dominance",
+            settings: settings(),
+            world: |w| places().for_each(|x| heap(w, x, 0.0, 1)),
+            steps: 8,
+            shows: |c| c.most_islands >= 10,
+        },
+        Case {
+            name: "heaps that sweeps do not solve",
+            settings: StepperSettings {
+                solver: "nsgs".to_owned(),
+                tolerance: 1e-14,
+                ..settings()
+            },
+            world: |w| places().for_each(|x| heap(w, x, 0.0, 0)),
+            steps: 20,
+            shows: |c| c.unsolved > 0,
+        },
+        Case {
+            name: "heaps with least shares",
+            settings: StepperSettings {
+                shares: Shares::MinimumNorm,
+                ..settings()
+            },
+            world: |w| places().for_each(|x| heap(w, x, 0.0, 0)),
+            steps: 40,
+            shows: |c| c.redundant > 0,
+        },
+        Case {
+            name: "heaps of the published scheme",
+            settings: StepperSettings {
+                scheme: Scheme::Moreau,
+                ..settings()
+            },
+            world: |w| places().for_each(|x| heap(w, x, 0.0, 0)),
+            steps: 30,
+            shows: |c| c.most_islands >= 10,
+        },
+        Case {
+            name: "chains",
+            settings: settings(),
+            world: chains,
+            steps: 60,
+            shows: |c| c.joints_capped > 0,
+        },
+        Case {
+            name: "towers pressed flat",
+            settings: settings(),
+            world: pressed,
+            steps: 10,
+            shows: |c| c.unsolved > 0 && c.relaxed > 0,
+        },
+    ]
+}
+
+/// The record, and pose and velocity of every body, of each step as text: it tells every bit of a
+/// float.
+fn trace(case: &Case, threads: usize) -> (Vec<String>, Counts) {
+    let mut world = grounded();
+    (case.world)(&mut world);
+    let mut pipeline = MoreauPipeline::new(MoreauSettings {
+        stepper: StepperSettings {
+            threads,
+            ..case.settings.clone()
+        },
+        ..MoreauSettings::default()
+    })
+    .unwrap();
+    let mut counts = Counts::default();
+    let mut steps = Vec::new();
+    for _ in 0..case.steps {
+        let record = pipeline.step(&mut world).unwrap();
+        // bodies move as the impulses that are told have them, capped or not
+        let energy = &record.energy;
+        let scale = energy.kinetic_start + energy.kinetic_end + energy.forces.abs();
+        let left = energy.imbalance().abs();
+        assert!(left <= 1e-9 * scale, "{}: {left} J of {scale}", case.name);
+        counts.unsolved += record.unsolved;
+        counts.relaxed += record.relaxed;
+        counts.events += record.events;
+        counts.joints_capped += record.joints_capped;
+        counts.redundant += record.redundant;
+        counts.most_islands = counts.most_islands.max(record.islands);
+        let bodies = world.bodies.iter().map(|(handle, _)| handle);
+        let states: Vec<_> = bodies
+            .map(|b| (pipeline.pose(b), pipeline.velocity(b)))
+            .collect();
+        steps.push(format!("{record:?} {states:?}"));
+    }
+    (steps, counts)
+}
+
+#[test]
+fn every_number_of_threads_gives_the_same_bytes() {
+    for case in cases() {
+        let (one, counts) = trace(&case, 1);
+        assert!((case.shows)(&counts), "{}: {counts:?}", case.name);
+        for threads in THREADS {
+            let (others, _) = trace(&case, threads);
+            let same = one.iter().zip(&others).position(|(a, b)| a != b);
+            assert_eq!(same, None, "{}, {threads} threads: first step", case.name);
+            assert_eq!(one.len(), others.len());
+        }
+    }
+}
