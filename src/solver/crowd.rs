@@ -14,6 +14,12 @@ use crate::contact::{ContactProblem, Judge, Residual, Vec2};
 /// The impulses are in the friction cone whenever the sweeps stop. If they leave a larger velocity
 /// residual than zero impulses, it sweeps again from zero. If that is no better either, it returns zero
 /// impulses: the result is never worse.
+///
+/// # What was tried
+/// In a tumbler of 2025 boxes three quarters of 8200 contacts stay open. Sixteen sweeps over the others
+/// after every four over all save a quarter of the time and leave 2.6 times as much; fewer sweeps over all
+/// do the same. Parts of the heap swept by two threads, with the seam between them after that, take 1.14
+/// times less for the whole step, and 7 % more on one thread.
 #[derive(Debug, Clone)]
 pub(crate) struct Crowd {
     sweeps: usize,
