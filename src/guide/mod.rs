@@ -7,6 +7,7 @@
 //! | [`own_scene`] | users who build a machine: outlines, motors, belts, soft surfaces, wear |
 //! | [`pin_on_disc`] | users whose bodies wear: from a scene file, from a program |
 //! | [`sweeps`] | users who need a scene over many values of its keys, on one machine or on a cluster |
+//! | [`stopped_runs`] | users whose runs take hours: what is kept of one that was stopped |
 //! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
 //! | [`features`] | which features of rapier2d are supported, with the test of each |
@@ -20,4 +21,5 @@ pub mod first_step;
 pub mod own_scene;
 pub mod own_solver;
 pub mod pin_on_disc;
+pub mod stopped_runs;
 pub mod sweeps;

@@ -343,8 +343,10 @@ impl<R: Row> CsvFile<R> {
         let open = || -> std::io::Result<(File, u64)> {
             let file = File::options().append(true).open(folder.path(R::FILE))?;
             let found = file.metadata()?.len();
-            // rows behind it were written after the checkpoint
-            file.set_len(length)?;
+            if found > length {
+                // rows that were written after the checkpoint
+                file.set_len(length)?;
+            }
             Ok((file, found))
         };
         let (file, found) = open().map_err(ReportError::io(&folder.path(R::FILE)))?;
