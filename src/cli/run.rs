@@ -246,6 +246,9 @@ fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Resu
     if let Some(every) = args.every {
         typed.push(("--every", every.to_string()));
     }
+    if let Some(every) = args.checkpoint_every {
+        typed.push(("--checkpoint-every", every.to_string()));
+    }
     if let Some(folder) = &args.dump_problems {
         typed.push(("--dump-problems", folder.display().to_string()));
     }

@@ -113,16 +113,16 @@ fn compare(args: &[&str], kills: usize) {
 fn killed_runs_give_the_bytes_of_unbroken_ones() {
     for args in [
         // impacts, joints and a page
-        "run chain --events --report --time 3 --checkpoint-every 7",
+        "run chain --events --report --steps 200 --checkpoint-every 20",
         // a closed form, of which every step is a sample
-        "run bouncing-ball --events --time 60 --checkpoint-every 50",
+        "run bouncing-ball --events --steps 3000 --checkpoint-every 200",
         // several islands at rest, on two threads
-        "run card-house --threads 2 --time 2 --every 3 --checkpoint-every 5",
+        "run card-house --threads 2 --steps 120 --every 3 --checkpoint-every 12",
         // the models without rapier
-        "run woodpecker --time 4 --checkpoint-every 100",
-        "run double-pendulum --time 20 --checkpoint-every 100",
+        "run woodpecker --steps 4000 --checkpoint-every 400",
+        "run double-pendulum --steps 2000 --checkpoint-every 200",
         // sides on which platforms let pass
-        "run one-way-platforms --time 10 --checkpoint-every 10",
+        "run one-way-platforms --steps 400 --checkpoint-every 40",
     ] {
         compare(&args.split(' ').collect::<Vec<_>>(), 4);
     }
@@ -336,7 +336,7 @@ fn thirty_kills_lose_nothing() {
     let machine = std::env::var("MOREAU2D_KILL").unwrap_or_default() == "machine";
     let args: Vec<&str> = match machine {
         true => vec!["run", "thresher"],
-        false => "run card-house --events --time 6 --set step.dt=0.002"
+        false => "run card-house --events --time 100 --set step.dt=0.001"
             .split(' ')
             .collect(),
     };
