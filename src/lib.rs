@@ -58,6 +58,8 @@ pub mod wear;
 pub mod worn;
 
 #[cfg(feature = "lab")]
+pub mod checkpoint;
+#[cfg(feature = "lab")]
 pub mod cli;
 #[cfg(feature = "lab")]
 pub mod experiment;

@@ -18,7 +18,8 @@ const CORE: [(&str, &[&str]); 7] = [
 ];
 
 /// The lab, behind the feature `lab`, in order: each folder uses the core and the folders before it.
-const LAB: [&str; 10] = [
+const LAB: [&str; 11] = [
+    "checkpoint",
     "models",
     "oracles",
     "problems",

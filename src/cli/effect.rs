@@ -100,6 +100,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("--threads", &[Ours, Islands]),
     ("--every", &[Redrawn]),
     ("--dump-problems", &[Ours, Bodies, Unworn]),
+    ("--checkpoint-every", &[Ours, Bodies]),
     ("--soft", &[Peer]),
     ("--no-sweep", &[Peer]),
     ("--shares", &[Contacts]),

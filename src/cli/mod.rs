@@ -15,6 +15,7 @@ mod explain;
 mod issues;
 mod merge;
 mod merge_table;
+mod resume;
 mod run;
 mod run_files;
 mod run_lead;
@@ -89,6 +90,9 @@ enum Command {
     /// Writes bodies.csv, contacts.csv, impacts.csv, steps.csv, summary.json and scene.svg, the bodies at
     /// the end with the impulses of the last step; with --report also report.html. Wear and machines have
     /// further files.
+    ///
+    /// Until the end they grow in the folder moreau2d-checkpoint there. A run that was stopped, by whatever,
+    /// goes on with --resume DIR.
     #[command(after_help = EXIT_RUN)]
     Run(RunArgs),
     /// Say what a scene models, what is left out, and which accuracy to expect, from a short trial.
@@ -130,7 +134,8 @@ enum Command {
 struct Common {
     /// Name of a scene of the catalogue (see `moreau2d scenes`), path of a TOML file, or a rung of
     /// the atlas as atlas/ENTRY:RUNG, issues/NAME or FILE.toml:RUNG.
-    scene: String,
+    #[arg(required = true)]
+    scene: Option<String>,
     #[command(flatten)]
     flags: Flags,
 }
@@ -213,9 +218,22 @@ struct RunArgs {
     #[arg(long, value_name = "N", requires = "dump_problems",
           value_parser = clap::value_parser!(u32).range(1..))]
     dump_every: Option<u32>,
+    /// Go on with a run that was stopped, whose results were to be in DIR: with all that was typed
+    /// then, from its last checkpoint. The results are those of a run that was not stopped.
+    #[arg(long, value_name = "DIR", exclusive = true)]
+    resume: Option<PathBuf>,
+    /// Write a checkpoint every N-th step [default: once a second, or as rarely as it takes for less
+    /// than 2 % of the time]. A machine writes one before each jump. Peers, the study and runs with
+    /// --dump-problems write none.
+    #[arg(long, value_name = "N", conflicts_with = "dump_problems",
+          value_parser = clap::value_parser!(u32).range(1..))]
+    checkpoint_every: Option<u32>,
     /// Write summary.json alone.
     #[arg(skip)]
     summary_only: bool,
+    /// What was typed, without the program; empty for a case of a sweep, which is not resumed.
+    #[arg(skip)]
+    words: Vec<String>,
 }
 
 #[derive(Args)]
@@ -368,7 +386,7 @@ impl Flags {
 impl Common {
     /// See [`Flags::load`].
     fn load(&self) -> Result<(Scene, Option<Machine>), RunError> {
-        self.flags.load(&self.scene)
+        self.flags.load(self.scene.as_deref().unwrap_or_default())
     }
 
     /// See [`Flags::step_count`].
@@ -388,7 +406,7 @@ impl Common {
 /// 0 done; 1 wrong input or an I/O error, no half-written file is left; 2 done, but something is
 /// unsolved.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let mut cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
             // clap reports help and version as errors for standard output
@@ -398,14 +416,14 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match &cli.command {
+    let result = match &mut cli.command {
         Command::Scenes { keys: true, .. } => {
             print_out(&scene::keys::listing());
             Ok(Outcome::Done)
         }
         Command::Scenes { atlas: true, .. } => atlas::list(),
         Command::Scenes { .. } => list_scenes(),
-        Command::Run(args) => run::run(args),
+        Command::Run(args) => resume::command(args),
         Command::Explain(args) => explain::explain(args),
         Command::Compare(args) => compare::compare(args),
         Command::Chart(args) => chart::chart(args),

@@ -1,13 +1,17 @@
 use super::dump::Dump;
+use super::resume::{self, Stopped};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
 use super::{Outcome, RunArgs, effect, print_out, run_machine, run_page, run_wear, summary};
+use crate::checkpoint::Writer;
 use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
-    Engine, Judge, Measure, RunError, Samples, Setting, Verdict, measures, simulate,
+    Engine, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on, measures,
 };
-use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
+use crate::report::{
+    Align, Checkpoint, OutputFolder, Progress, ReportError, Stage, Still, Table, number,
+};
 use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
@@ -101,15 +105,16 @@ pub(super) fn checked(args: &RunArgs) -> Result<(Scene, Option<Machine>), RunErr
     Ok((scene, machine))
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
+/// Runs a scene, or goes on with one that was `stopped`.
+pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, RunError> {
     let (scene, machine) = checked(args)?;
     if let Some(machine) = machine {
-        return run_machine::run(args, &scene, &machine);
+        return run_machine::run(args, &scene, &machine, stopped);
     }
     if !scene.wear.is_empty() {
-        return run_wear::run(args, &scene);
+        return run_wear::run(args, &scene, stopped);
     }
-    let folder = OutputFolder::create(args.common.folder(&scene))?;
+    let folder = resume::folder(args, &scene, None, stopped)?;
     let mut dump = Dump::create(args)?;
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
@@ -118,23 +123,57 @@ pub(super) fn run(args: &RunArgs) -> Result<Outcome, RunError> {
     let every = args
         .every
         .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
-    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
-    files.add_bodies(0.0, states(&built, args.engine))?;
-    let mut samples = Samples::start(&built, args.engine);
     let mut judge = Judge::new(&scene, &built);
+    let mut checkpoint = folder.checkpoint("run", args.checkpoint_every.map(|n| n as usize));
+    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
+    let (mut samples, mut files, totals) = match saved.flatten() {
+        Some(mut saved) => {
+            built.load(&mut saved)?;
+            judge.load(&mut saved)?;
+            let samples = saved.take()?;
+            let totals = Totals::load(&mut saved)?;
+            (samples, RunFiles::load(&folder, every, &mut saved)?, totals)
+        }
+        None => {
+            let mut files = RunFiles::create(&folder, every, args.summary_only)?;
+            files.add_bodies(0.0, states(&built, args.engine))?;
+            let samples = Samples::start(&built, args.engine);
+            args.engine.prepare(&mut built)?;
+            let totals = Totals::start(&mut built, args.engine);
+            (samples, files, totals)
+        }
+    };
     let progress = Progress::new(&scene.name, steps as u64, args.common.flags.quiet);
-    let totals = simulate(&mut built, args.engine, steps, |record, built| {
-        if scene.reference.is_some() {
-            samples.add(record, built, args.engine);
-        }
-        judge.add(record, built, args.engine);
-        files.add(record, || states(built, args.engine))?;
-        if let Some(dump) = &mut dump {
-            dump.add(built)?;
-        }
-        progress.advance();
-        Ok(())
-    })?;
+    progress.set(totals.steps as u64);
+    let totals = go_on(
+        &mut built,
+        args.engine,
+        totals,
+        steps,
+        |record, built, totals| {
+            if scene.reference.is_some() {
+                samples.add(record, built, args.engine);
+            }
+            judge.add(record, built, args.engine);
+            files.add(record, || states(built, args.engine))?;
+            if let Some(dump) = &mut dump {
+                dump.add(built)?;
+            }
+            progress.advance();
+            if let Some(checkpoint) = &mut checkpoint
+                && checkpoint.is_due(totals.steps)
+            {
+                let mut to = Writer::default();
+                built.save(&mut to)?;
+                judge.save(&mut to)?;
+                to.put(&samples)?;
+                totals.save(&mut to)?;
+                files.save(&mut to)?;
+                checkpoint.save(&to)?;
+            }
+            Ok(())
+        },
+    )?;
     drop(progress);
     let last = files.finish()?;
     if !args.summary_only {
@@ -206,6 +245,9 @@ fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Resu
     let mut typed = flags.of_runs();
     if let Some(every) = args.every {
         typed.push(("--every", every.to_string()));
+    }
+    if let Some(every) = args.checkpoint_every {
+        typed.push(("--checkpoint-every", every.to_string()));
     }
     if let Some(folder) = &args.dump_problems {
         typed.push(("--dump-problems", folder.display().to_string()));

@@ -1,6 +1,8 @@
+use crate::checkpoint::{Reader, Writer};
 use crate::contact::Vec3;
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, StepRecord};
+use crate::experiment::RunError;
 use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, ReportError, StepRow};
 
 /// Number of a body in the record, its pose and its velocity.
@@ -49,6 +51,53 @@ impl RunFiles {
             last: Vec::new(),
             time: 0.0,
         })
+    }
+
+    /// Saves where the files end, down to the disk.
+    pub fn save(&mut self, to: &mut Writer) -> Result<(), RunError> {
+        let lengths = match &mut self.rows {
+            Some(rows) => Some([
+                rows.bodies.settle()?,
+                rows.contacts.settle()?,
+                rows.impacts.settle()?,
+                rows.steps.settle()?,
+            ]),
+            None => None,
+        };
+        to.put(&(lengths, self.count, self.time, &self.last))?;
+        Ok(())
+    }
+
+    /// Goes on with the files of a run that was stopped.
+    pub fn load(folder: &OutputFolder, every: usize, from: &mut Reader) -> Result<Self, RunError> {
+        let (lengths, count, time, last): (Option<[u64; 4]>, _, _, _) = from.take()?;
+        let rows = match lengths {
+            Some([bodies, contacts, impacts, steps]) => Some(Rows {
+                bodies: CsvFile::reopen(folder, bodies)?,
+                contacts: CsvFile::reopen(folder, contacts)?,
+                impacts: CsvFile::reopen(folder, impacts)?,
+                steps: CsvFile::reopen(folder, steps)?,
+            }),
+            None => None,
+        };
+        Ok(RunFiles {
+            rows,
+            every,
+            count,
+            last,
+            time,
+        })
+    }
+
+    /// Writes out what is buffered, so that nothing is lost if the program is stopped.
+    pub fn settle(&mut self) -> Result<(), ReportError> {
+        if let Some(rows) = &mut self.rows {
+            rows.bodies.settle()?;
+            rows.contacts.settle()?;
+            rows.impacts.settle()?;
+            rows.steps.settle()?;
+        }
+        Ok(())
     }
 
     /// Writes a row for each body at `time` \[s\].

@@ -1,3 +1,4 @@
+use super::resume::{self, Stopped};
 use super::run_files::RunFiles;
 use super::run_lead::machine_lead;
 use super::{Outcome, RunArgs, run_page, summary};
@@ -10,15 +11,21 @@ use serde_json::{Value, json};
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
 const EVERY: usize = 20;
 
-/// Results of a machine: output folder, part of the summary, text for the terminal, totals, and what
-/// makes the results those of another machine.
-type Found = (OutputFolder, Value, String, Totals, Option<String>);
+/// Results of a machine: part of the summary, text for the terminal, totals, and what makes the results
+/// those of another machine.
+type Found = (Value, String, Totals, Option<String>);
 
 /// Runs the machine of a scene and writes its results.
-pub(super) fn run(args: &RunArgs, scene: &Scene, machine: &Machine) -> Result<Outcome, RunError> {
-    let (folder, mut found, text, totals, wrong) = match machine {
-        Machine::Study(setup) => study(args, scene, setup)?,
-        Machine::Thresher(setup) => thresher(args, scene, setup)?,
+pub(super) fn run(
+    args: &RunArgs,
+    scene: &Scene,
+    machine: &Machine,
+    stopped: Option<Stopped>,
+) -> Result<Outcome, RunError> {
+    let folder = resume::folder(args, scene, Some(machine), stopped)?;
+    let (mut found, text, totals, wrong) = match machine {
+        Machine::Study(setup) => study(args, scene, setup, &folder)?,
+        Machine::Thresher(setup) => thresher(args, scene, setup, &folder)?,
     };
     found["totals"] = summary::totals(&totals);
     let warnings = summary::warnings(&totals);
@@ -56,39 +63,54 @@ fn without_clock(text: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn study(args: &RunArgs, scene: &Scene, setup: &Setup<Study>) -> Result<Found, RunError> {
+fn study(
+    args: &RunArgs,
+    scene: &Scene,
+    setup: &Setup<Study>,
+    folder: &OutputFolder,
+) -> Result<Found, RunError> {
     let study = &setup.parameters;
-    let folder = OutputFolder::create(args.common.folder(scene))?;
     let points = (study.torques.len() * study.speeds.len()) as u64;
     let progress = Progress::new(&scene.name, points, args.common.flags.quiet);
     let outcome = run_study(scene, setup, &progress)?;
     drop(progress);
     if !args.summary_only {
-        outcome.write(&folder, study, &setup.tooth)?;
+        outcome.write(folder, study, &setup.tooth)?;
     }
     let found = outcome.json(study);
     let wrong = outcome.worn_through(study);
     let warnings: Vec<String> = wrong.iter().cloned().collect();
     let text = outcome.describe(study) + &summary::noted(&warnings);
-    Ok((folder, found, text, outcome.totals, wrong))
+    Ok((found, text, outcome.totals, wrong))
 }
 
-fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Found, RunError> {
-    let folder = OutputFolder::create(args.common.folder(scene))?;
+fn thresher(
+    args: &RunArgs,
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+    folder: &OutputFolder,
+) -> Result<Found, RunError> {
+    let kept = |name: &str| folder.checkpoint(name, None);
+    // once the life has a checkpoint, the first revolution is over and its files are there
+    let seen = kept("life").is_some_and(|life| life.is_saved());
     let quiet = args.common.flags.quiet;
     let every = args.every.map_or(EVERY, |n| n as usize);
-    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
+    let mut files = RunFiles::create(folder, every, args.summary_only || seen)?;
     let lives = run_lives(
         scene,
         setup,
         |label, total| Progress::new(label, total, quiet),
-        &mut |record, world| Ok(files.add(record, || world.bodies())?),
+        &mut |record, world| {
+            files.add(record, || world.bodies())?;
+            Ok(files.settle()?)
+        },
+        &kept,
     )?;
     files.finish()?;
     let p = &setup.parameters;
     let found = lives.json(p);
     if !args.summary_only {
-        lives.run.write(&folder, p, &setup.tooth)?;
+        lives.run.write(folder, p, &setup.tooth)?;
     }
     let mut text = lives.describe(p, &setup.tooth);
     let totals = lives.totals();
@@ -96,5 +118,5 @@ fn thresher(args: &RunArgs, scene: &Scene, setup: &Setup<Thresher>) -> Result<Fo
     let mut warnings = summary::warnings(&totals);
     warnings.extend(wrong.clone());
     text.push_str(&summary::noted(&warnings));
-    Ok((folder, found, text, totals, wrong))
+    Ok((found, text, totals, wrong))
 }

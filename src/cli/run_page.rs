@@ -61,7 +61,7 @@ pub(super) fn write(
         text: text.to_owned(),
     }));
     sections.extend(pictures(folder)?);
-    sections.push(settings(&summary));
+    sections.push(settings(&summary, &args.words));
     sections.extend(totals(&summary));
     sections.push(Section::List {
         title: "Files beside this page".to_owned(),
@@ -151,9 +151,9 @@ fn measures(summary: &Value) -> Option<Section> {
     })
 }
 
-fn settings(summary: &Value) -> Section {
+fn settings(summary: &Value, typed: &[String]) -> Section {
     let mut rows = vec![
-        vec!["command".to_owned(), command()],
+        vec!["command".to_owned(), super::resume::command_line(typed)],
         vec![
             "program".to_owned(),
             format!(
@@ -231,23 +231,6 @@ fn names(folder: &OutputFolder) -> Result<Vec<String>, ReportError> {
     }
     names.sort();
     Ok(names)
-}
-
-/// The command as it was typed, without the place of the program.
-fn command() -> String {
-    let quoted = |word: String| {
-        let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%".contains(c);
-        match !word.is_empty() && word.chars().all(plain) {
-            true => word,
-            false => format!("'{}'", word.replace('\'', "'\\''")),
-        }
-    };
-    let args = std::env::args_os().skip(1);
-    let args = args.map(|arg| quoted(arg.to_string_lossy().into_owned()));
-    std::iter::once("moreau2d".to_owned())
-        .chain(args)
-        .collect::<Vec<_>>()
-        .join(" ")
 }
 
 fn words(header: &[&str]) -> Vec<String> {

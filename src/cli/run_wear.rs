@@ -1,9 +1,13 @@
+use super::resume::{self, Stopped};
 use super::run::{BODY_ROWS, NEW, head, states, write_still};
 use super::run_files::RunFiles;
 use super::run_lead::lead;
 use super::{Outcome, RunArgs, run_page, summary};
-use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome, run_wear};
-use crate::report::{Align, OutputFolder, Progress, Stage, Table, number, quantity, write_rows};
+use crate::checkpoint::Writer;
+use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome};
+use crate::report::{
+    Align, Checkpoint, OutputFolder, Progress, Stage, Table, number, quantity, write_rows,
+};
 use crate::scene::Scene;
 use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
 use serde::Serialize;
@@ -43,22 +47,59 @@ struct WornBody {
 }
 
 /// Runs a scene with `[[wear]]` and writes its results.
-pub(super) fn run(args: &RunArgs, scene: &Scene) -> Result<Outcome, RunError> {
-    let folder = OutputFolder::create(args.common.folder(scene))?;
+pub(super) fn run(
+    args: &RunArgs,
+    scene: &Scene,
+    stopped: Option<Stopped>,
+) -> Result<Outcome, RunError> {
+    let folder = resume::folder(args, scene, None, stopped)?;
     let steps = args.common.step_count(scene);
     let mut built = scene.build()?;
     let rows = 2 * steps * built.bodies();
     let every = args
         .every
         .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
-    let mut files = RunFiles::create(&folder, every, args.summary_only)?;
-    files.add_bodies(0.0, states(&built, Engine::Moreau))?;
     let mut judge = Judge::new(scene, &built);
+    let mut wear = WearOutcome::start(scene, &mut built)?;
+    let mut checkpoint = folder.checkpoint("run", args.checkpoint_every.map(|n| n as usize));
+    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
+    let mut files = match saved.flatten() {
+        Some(mut saved) => {
+            built.load(&mut saved)?;
+            wear.load(&mut saved)?;
+            judge.load(&mut saved)?;
+            RunFiles::load(&folder, every, &mut saved)?
+        }
+        None => {
+            let mut files = RunFiles::create(&folder, every, args.summary_only)?;
+            files.add_bodies(0.0, states(&built, Engine::Moreau))?;
+            files
+        }
+    };
     let progress = Progress::new(&scene.name, 1000, args.common.flags.quiet);
-    let found = run_wear(scene, &mut built, steps, &progress, |record, built| {
-        judge.add(record, built, Engine::Moreau);
-        Ok(files.add(record, || states(built, Engine::Moreau))?)
-    })?;
+    let found = wear.go_on(
+        scene,
+        &mut built,
+        steps,
+        &progress,
+        |record, built, wear| {
+            if wear.is_new() {
+                judge.add(record, built, Engine::Moreau);
+                files.add(record, || states(built, Engine::Moreau))?;
+            }
+            if let Some(checkpoint) = &mut checkpoint
+                && checkpoint.is_due(wear.totals.steps)
+            {
+                let mut to = Writer::default();
+                built.save(&mut to)?;
+                wear.save(&mut to)?;
+                judge.save(&mut to)?;
+                files.save(&mut to)?;
+                checkpoint.save(&to)?;
+            }
+            Ok(())
+        },
+    )?;
     drop(progress);
     let last = files.finish()?;
     let states = states(&built, Engine::Moreau);

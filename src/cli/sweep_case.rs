@@ -125,7 +125,7 @@ pub(super) fn io_error(path: &Path, source: io::Error) -> RunError {
 pub(super) fn arguments(scene: &str, changes: Vec<String>, all_files: bool) -> RunArgs {
     RunArgs {
         common: Common {
-            scene: scene.to_owned(),
+            scene: Some(scene.to_owned()),
             flags: Flags {
                 set: changes,
                 quiet: true,
@@ -137,7 +137,10 @@ pub(super) fn arguments(scene: &str, changes: Vec<String>, all_files: bool) -> R
         report: false,
         dump_problems: None,
         dump_every: None,
+        resume: None,
+        checkpoint_every: None,
         summary_only: !all_files,
+        words: Vec::new(),
     }
 }
 
@@ -172,7 +175,7 @@ fn attempt(out: &Path, name: &str, scene: &str, mut args: RunArgs) -> Result<Rec
         .map_err(|error| io_error(out, error))?;
     let folder = work.path().join("case");
     args.common.flags.out = Some(folder.clone());
-    let (held, why, ended) = match run::run(&args) {
+    let (held, why, ended) = match run::run(&args, None) {
         Ok(Outcome::Done) => (true, None, false),
         Ok(Outcome::Failed) => (false, Some(reason(&folder)?), false),
         Err(error) if of_files(&error) => return Err(error),

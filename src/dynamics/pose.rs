@@ -1,8 +1,9 @@
 use super::model::Configuration;
 use crate::contact::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A planar rigid motion in `f64`: rotation by (cos, sin), then translation \[m\].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose64 {
     pub translation: Vec2,
     pub cos: f64,

@@ -1,4 +1,5 @@
 use super::baseline::Baseline;
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::Vec3;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{Pose64, StepError};
@@ -194,6 +195,8 @@ pub enum RunError {
     Wear(#[from] WearError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// A problem file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Problem { path: PathBuf, source: FileError },
@@ -203,7 +206,7 @@ pub enum RunError {
 }
 
 /// Sums and worst values over a run; as JSON under the names of `summary.json`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     /// Whether every step recorded all these figures, see [`StepRecord::accounted`].
     #[serde(skip)]
@@ -307,6 +310,34 @@ pub struct Totals {
 }
 
 impl Totals {
+    /// Before the first step of a world, whose overlaps are noted: they are no errors of a step.
+    pub fn start(built: &mut Built, engine: Engine) -> Totals {
+        built.measure(|built, k| engine.state(built, k));
+        Totals::default()
+    }
+
+    /// Saves all of them, also those that `summary.json` does not have.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        to.put(self)?;
+        let skipped = (self.potential, self.kinetic_most, self.wall);
+        to.put(&(self.accounted, skipped))
+    }
+
+    /// What [`Totals::save`] saved.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`].
+    pub fn load(from: &mut Reader) -> Result<Totals, CheckpointError> {
+        let mut totals: Totals = from.take()?;
+        let skipped;
+        (totals.accounted, skipped) = from.take()?;
+        (totals.potential, totals.kinetic_most, totals.wall) = skipped;
+        Ok(totals)
+    }
+
     /// Adds one step.
     pub fn add(&mut self, record: &StepRecord) {
         let energy = &record.energy;
@@ -399,21 +430,31 @@ pub fn advance(
     steps: usize,
     mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
 ) -> Result<Totals, RunError> {
-    let mut totals = Totals::default();
+    let start = Totals::start(built, engine);
+    go_on(built, engine, start, steps, |record, built, _| {
+        observe(record, built)
+    })
+}
+
+/// Steps a world that has done the steps of `totals` until it has done `steps`, and passes every record
+/// to `observe` with the totals so far.
+///
+/// # Errors
+/// Those of [`simulate`].
+pub fn go_on(
+    built: &mut Built,
+    engine: Engine,
+    mut totals: Totals,
+    steps: usize,
+    mut observe: impl FnMut(&StepRecord, &Built, &Totals) -> Result<(), RunError>,
+) -> Result<Totals, RunError> {
     let state = |built: &Built, k: usize| engine.state(built, k);
-    // the first call records overlaps of the start, which are not errors of a step
-    built.measure(state);
-    for _ in 0..steps {
+    while totals.steps < steps {
         let (mut record, seconds) = engine.timed_step(built)?;
         totals.wall += seconds;
-        if let Some(measured) = built.measure(state) {
-            record.penetration = measured.worst;
-            let number = |k: u32| built.number(k as usize);
-            let numbers = |[a, b]: [u32; 2]| Some([number(a)?, number(b)?]);
-            record.passed = measured.passed.into_iter().filter_map(numbers).collect();
-        }
+        built.measure_into(&mut record, state);
         totals.add(&record);
-        observe(&record, built)?;
+        observe(&record, built, &totals)?;
     }
     Ok(totals)
 }

@@ -2,9 +2,10 @@
 
 use super::joint_gap::Pins;
 use super::simulate::{Engine, Totals};
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::dynamics::record::StepRecord;
 use crate::scene::{BodyKind, Built, LASTING, Limits, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Number of passages that are listed one by one.
 const NAMED: usize = 10;
@@ -55,7 +56,7 @@ pub struct Check {
 }
 
 /// One body passed through another.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Passage {
     /// End of the step \[s\].
     pub time_s: f64,
@@ -113,6 +114,25 @@ impl Judge {
             weight,
             least: if least.is_finite() { least } else { 0.0 },
         }
+    }
+
+    /// Saves what was found so far.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        to.put(&(self.gap, self.worst_gap, self.steps))?;
+        to.put(&(self.passages, &self.named))
+    }
+
+    /// Goes on from what [`Judge::save`] saved in a run of the same scene.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`].
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        (self.gap, self.worst_gap, self.steps) = from.take()?;
+        (self.passages, self.named) = from.take()?;
+        Ok(())
     }
 
     /// Adds a step.

@@ -1,7 +1,9 @@
 //! Wear of the bodies of a scene: measured cycles of its run, and jumps between them.
 
-use super::simulate::{Engine, RunError, Totals, simulate};
+use super::simulate::{Engine, RunError, Totals};
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::dynamics::record::StepRecord;
+use crate::peers::Simulation;
 use crate::report::{Progress, number, row};
 use crate::scene::{Built, Life, Scene};
 use crate::wear::{JumpRule, MOST_JUMPS, WearState};
@@ -72,87 +74,135 @@ pub struct WearOutcome {
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
     pub totals: Totals,
+    /// Cycles that were measured, and steps of the present one.
+    cycles: usize,
+    step: usize,
 }
 
-/// Runs a scene with `[[wear]]` until its bodies have worn for as long as `[life]` says.
-///
-/// The scene settles, one cycle of `steps` steps is measured, all surfaces wear by a jump, and it goes
-/// on with the worn bodies from where it stands: its motion must last, as that of a belt, a roller or a
-/// mechanism does.
-///
-/// # Arguments
-/// - `steps`: of a measured cycle.
-/// - `observe`: is called after every step until the first jump, with the bodies as they are new.
-///
-/// # Errors
-/// [`RunError`]. A body that wears through itself ends the run with what it has found:
-/// [`WearOutcome::ended`].
-pub fn run_wear(
-    scene: &Scene,
-    built: &mut Built,
-    steps: usize,
-    progress: &Progress,
-    mut observe: impl FnMut(&StepRecord, &Built) -> Result<(), RunError>,
-) -> Result<WearOutcome, RunError> {
-    let life = scene.life.ok_or_else(|| unfit("the scene has no [life]"))?;
-    let settle = life
-        .settle
-        .map_or(steps, |time| (time / scene.step.dt).round() as usize);
-    let mut run = start(scene, built, &life)?;
-    let mut step = 0;
-    let (worn, names) = (&mut run.worn, &run.names);
-    let totals = simulate(built, Engine::Moreau, settle + steps, |record, built| {
-        step += 1;
-        if step > settle {
-            worn.measure(record).map_err(|e| failed(names, e))?;
+impl WearOutcome {
+    /// Lets the bodies of `[[wear]]` wear from now on.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn start(scene: &Scene, built: &mut Built) -> Result<WearOutcome, RunError> {
+        let life = scene.life.ok_or_else(|| unfit("the scene has no [life]"))?;
+        start(scene, built, &life)
+    }
+
+    /// Goes on until the bodies have worn for as long as `[life]` says.
+    ///
+    /// The scene settles, one cycle of `steps` steps is measured, all surfaces wear by a jump, and it goes
+    /// on with the worn bodies from where it stands: its motion must last, as that of a belt, a roller or a
+    /// mechanism does.
+    ///
+    /// # Arguments
+    /// - `steps`: of a measured cycle.
+    /// - `observe`: is called after every step.
+    ///
+    /// # Errors
+    /// [`RunError`]. A body that wears through itself ends the run with what it has found:
+    /// [`WearOutcome::ended`].
+    pub fn go_on(
+        mut self,
+        scene: &Scene,
+        built: &mut Built,
+        steps: usize,
+        progress: &Progress,
+        mut observe: impl FnMut(&StepRecord, &Built, &WearOutcome) -> Result<(), RunError>,
+    ) -> Result<WearOutcome, RunError> {
+        let run = &mut self;
+        let life = scene.life.ok_or_else(|| unfit("the scene has no [life]"))?;
+        let settle = life
+            .settle
+            .map_or(steps, |time| (time / scene.step.dt).round() as usize);
+        let state = |built: &Built, k: usize| Engine::Moreau.state(built, k);
+        if run.totals.steps == 0 {
+            // records overlaps of the start, which are not errors of a step
+            built.measure(state);
         }
-        observe(record, built)
-    })?;
-    run.totals = totals;
-    while run.worn.seconds() < life.duration {
-        progress.set((1000.0 * run.worn.seconds() / life.duration) as u64);
-        let Some(simulation) = built.simulation_mut() else {
-            return Err(unfit("the scene is not built on a rapier world"));
-        };
-        let (world, pipeline) = (&mut simulation.world, &mut simulation.pipeline);
-        let jumped = match run.worn.jump(world, pipeline, life.duration) {
-            Ok(jumped) => jumped,
-            Err(error @ WornError::WornThrough { .. }) => {
-                run.ended = Some(failed(&run.names, error).to_string());
+        loop {
+            progress.set((1000.0 * run.worn.seconds() / life.duration) as u64);
+            while run.step < settle + steps {
+                let (mut record, seconds) = Engine::Moreau.timed_step(built)?;
+                run.totals.wall += seconds;
+                if run.is_new() {
+                    built.measure_into(&mut record, state);
+                }
+                run.totals.add(&record);
+                run.step += 1;
+                if run.step > settle {
+                    let measured = run.worn.measure(&record);
+                    measured.map_err(|e| failed(&run.names, e))?;
+                }
+                observe(&record, built, run)?;
+            }
+            if run.worn.seconds() >= life.duration || !run.jump(built, &life)? {
                 break;
             }
-            Err(error) => return Err(failed(&run.names, error)),
-        };
-        run.add(&jumped);
-        let lasts = run.worn.seconds() < life.duration;
-        if let Some(error) = run.worn.worn_through() {
-            let why = failed(&run.names, error.clone()).to_string();
-            run.ended = lasts.then_some(why);
-            break;
+            run.step = 0;
+            run.cycles += 1;
         }
-        run.ended = lasts.then(|| run.too_many_jumps(&life)).flatten();
-        if run.ended.is_some() {
-            break;
+        if run.ended.is_none() && run.worn.worn_through().is_none() {
+            let closed = run.worn.close(&mut simulation(built)?.pipeline);
+            closed.map_err(|e| failed(&run.names, e))?;
         }
-        for step in 0..settle + steps {
-            let (record, seconds) = Engine::Moreau.timed_step(built)?;
-            run.totals.wall += seconds;
-            run.totals.add(&record);
-            if step >= settle {
-                let measured = run.worn.measure(&record);
-                measured.map_err(|e| failed(&run.names, e))?;
+        run.add_cells();
+        Ok(self)
+    }
+
+    /// Whether no jump was tried yet: the bodies are as the scene says.
+    pub fn is_new(&self) -> bool {
+        self.cycles == 0
+    }
+
+    /// Saves the state after a step, without that of the world.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        to.put(&(&self.worn, &self.nodes, &self.jumps))?;
+        to.put(&(self.compliance, self.open_load, self.cycles, self.step))?;
+        self.totals.save(to)
+    }
+
+    /// Goes on from what [`WearOutcome::save`] saved in a run of the same scene.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`].
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        (self.worn, self.nodes, self.jumps) = from.take()?;
+        (self.compliance, self.open_load, self.cycles, self.step) = from.take()?;
+        self.totals = Totals::load(from)?;
+        Ok(())
+    }
+
+    /// Wears all bodies by a jump. Returns whether it goes on.
+    fn jump(&mut self, built: &mut Built, life: &Life) -> Result<bool, RunError> {
+        let simulation = simulation(built)?;
+        let (world, pipeline) = (&mut simulation.world, &mut simulation.pipeline);
+        let jumped = match self.worn.jump(world, pipeline, life.duration) {
+            Ok(jumped) => jumped,
+            Err(error @ WornError::WornThrough { .. }) => {
+                self.ended = Some(failed(&self.names, error).to_string());
+                return Ok(false);
             }
-        }
-    }
-    if run.ended.is_none() && run.worn.worn_through().is_none() {
-        let Some(simulation) = built.simulation_mut() else {
-            return Err(unfit("the scene is not built on a rapier world"));
+            Err(error) => return Err(failed(&self.names, error)),
         };
-        let closed = run.worn.close(&mut simulation.pipeline);
-        closed.map_err(|e| failed(&run.names, e))?;
+        self.add(&jumped);
+        let lasts = self.worn.seconds() < life.duration;
+        if let Some(error) = self.worn.worn_through() {
+            let why = failed(&self.names, error.clone()).to_string();
+            self.ended = lasts.then_some(why);
+            return Ok(false);
+        }
+        self.ended = lasts.then(|| self.too_many_jumps(life)).flatten();
+        Ok(self.ended.is_none())
     }
-    run.add_cells();
-    Ok(run)
+}
+
+fn simulation(built: &mut Built) -> Result<&mut Simulation, RunError> {
+    let none = || unfit("the scene is not built on a rapier world");
+    built.simulation_mut().ok_or_else(none)
 }
 
 fn unfit(why: &str) -> RunError {
@@ -168,7 +218,6 @@ fn failed(names: &[String], error: WornError) -> RunError {
     })
 }
 
-/// Lets the bodies of `[[wear]]` wear from now on.
 fn start(scene: &Scene, built: &mut Built, life: &Life) -> Result<WearOutcome, RunError> {
     let rule = JumpRule {
         cycles: life.duration,
@@ -185,6 +234,8 @@ fn start(scene: &Scene, built: &mut Built, life: &Life) -> Result<WearOutcome, R
         open_load: 0.0,
         ended: None,
         totals: Totals::default(),
+        cycles: 0,
+        step: 0,
     };
     for wear in &scene.wear {
         run.names.push(scene.bodies[wear.body].name.clone());

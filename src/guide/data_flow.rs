@@ -31,7 +31,7 @@
 //! | | `src/wear/state.rs` | `WearState` | wears the `Profile`, re-meshes it, and stores the `Life` |
 //! | | `src/worn/colliders.rs` | `WornColliders` | wears the colliders of any rapier world: measures, jumps, gives them their new shapes |
 //! | | `src/rapier/outline.rs` | `Outline` | the surface of a collider in `f64`, to read and to replace |
-//! | | `src/experiment/wear.rs` | `run_wear` | the loop for the bodies of a scene with `[[wear]]` |
+//! | | `src/experiment/wear.rs` | `go_on` | the loop for the bodies of a scene with `[[wear]]` |
 //! | | `src/thresher/life.rs` | `run_threshing` | the loop for the thresher, whose bars share one profile: simulate, wear, replace the colliders, repeat |
 //!
 //! # Where to add

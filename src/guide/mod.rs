@@ -7,6 +7,7 @@
 //! | [`own_scene`] | users who build a machine: outlines, motors, belts, soft surfaces, wear |
 //! | [`pin_on_disc`] | users whose bodies wear: from a scene file, from a program |
 //! | [`sweeps`] | users who need a scene over many values of its keys, on one machine or on a cluster |
+//! | [`stopped_runs`] | users whose runs take hours: what is kept of one that was stopped |
 //! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
 //! | [`features`] | which features of rapier2d are supported, with the test of each |
@@ -23,6 +24,7 @@
 //! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
 //! moreau2d run bouncing-ball --events # impacts located in time inside the steps
 //! moreau2d run drum --report          # report.html: a replay with impulses, and charts
+//! moreau2d run --resume out/drum      # a run that was stopped goes on; `guide::stopped_runs`
 //! moreau2d sweep scenes/sweeps/thresher-study.toml   # 144 lives, over torque, speed and friction
 //! moreau2d merge out/sweep-thresher-study  # one table of them, and maps; `guide::sweeps`
 //! moreau2d explain chain              # what is modelled, and which accuracy to expect
@@ -47,7 +49,7 @@
 //! |---|---|
 //! | `lab` (default) | scenes, experiments, peers, charts and the command line |
 //! | `parallel` (in `lab`) | islands are solved on several threads, with the same bytes; without it one thread |
-//! | `serde-serialize` | rapier's own types can be saved with serde |
+//! | `serde-serialize` (in `lab`) | rapier's own types can be saved with serde |
 //! | `debug-render` | contact impulses and statuses through rapier's debug renderer |
 //! | `f64` | rapier2d-f64 in place of rapier2d |
 //! | `box2d` | Box2D v3 as a peer in comparisons; needs Rust 1.95 and a C compiler |
@@ -58,4 +60,5 @@ pub mod first_step;
 pub mod own_scene;
 pub mod own_solver;
 pub mod pin_on_disc;
+pub mod stopped_runs;
 pub mod sweeps;

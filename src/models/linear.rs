@@ -61,6 +61,16 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// Position `q`, and `u`, of which `q̇` is made.
+    pub fn state(&self) -> [Vec3; 2] {
+        [self.position, self.velocity[0]]
+    }
+
+    /// Goes on from a state.
+    pub fn set_state(&mut self, [position, velocity]: [Vec3; 2]) {
+        (self.position, self.velocity) = (position, [velocity]);
+    }
+
     /// The system at `position` with `velocity` `q̇`.
     ///
     /// # Errors

@@ -75,7 +75,31 @@ pub struct Planar {
     clocks: Vec<f64>,
 }
 
+/// Poses, velocities and clocks of a [`Planar`] model, which has as many bodies.
+pub type PlanarState = (Vec<Pose64>, Vec<Vec3>, Vec<f64>);
+
 impl Planar {
+    /// What changes in time.
+    pub fn state(&self) -> PlanarState {
+        let clocks = self.clocks.clone();
+        (self.poses.clone(), self.velocities.clone(), clocks)
+    }
+
+    /// Goes on from a state.
+    ///
+    /// # Errors
+    /// [`ModelError::Invalid`] for a state of another number of bodies.
+    pub fn set_state(&mut self, state: PlanarState) -> Result<(), ModelError> {
+        let n = self.bodies.len();
+        if [state.0.len(), state.1.len(), state.2.len()] != [n; 3] {
+            return Err(ModelError::Invalid(format!(
+                "the state is not one of {n} bodies"
+            )));
+        }
+        (self.poses, self.velocities, self.clocks) = state;
+        Ok(())
+    }
+
     /// A model of `bodies` under `gravity` \[m/s²\].
     ///
     /// Bodies joined by a pivot do not touch, nor do the pairs of `apart`, nor two bodies without

@@ -1,5 +1,6 @@
 use super::mass::area_moments;
 use super::surfaces::SurfaceHooks;
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::StepRecord;
@@ -8,7 +9,8 @@ use crate::oracles::solver_by_name;
 use crate::rapier::ExactBody;
 use crate::rapier::SurfaceLaw;
 use crate::rapier::engine::prelude::*;
-use crate::rapier::{MoreauPipeline, MoreauSettings};
+use crate::rapier::{MoreauPipeline, MoreauSettings, PipelineState};
+use serde::{Deserialize, Serialize};
 
 /// How a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,11 +106,11 @@ pub enum MassSpec {
 }
 
 /// A body of a [`Simulation`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct BodyId(pub(super) RigidBodyHandle);
 
 /// A collider of a [`Simulation`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct ColliderId(pub(super) ColliderHandle);
 
 impl ColliderId {
@@ -384,6 +386,29 @@ impl Simulation {
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
         self.pipeline
             .step_with_events(&mut self.world, &self.hooks, &())
+    }
+
+    /// Saves all that the next nonsmooth step depends on.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        to.put(&self.world)?;
+        to.put(&self.pipeline.state())?;
+        to.put(&(self.ground, &self.hooks))
+    }
+
+    /// Goes on from what [`Simulation::save`] saved of the same scene, bit for bit.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`].
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        self.world = from.take()?;
+        let state: PipelineState = from.take()?;
+        let pipeline = MoreauPipeline::resume_with_solvers(&state, &mut self.world, solver_by_name);
+        self.pipeline = pipeline.map_err(CheckpointError::unfit)?;
+        (self.ground, self.hooks) = from.take()?;
+        Ok(())
     }
 
     /// `f64` pose of a body's frame.

@@ -3,13 +3,14 @@
 use crate::contact::Vec2;
 use crate::rapier::engine::prelude::*;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// Largest angle \[rad\] from its direction at which a one-way surface pushes: as in rapier's
 /// example.
 const ONE_WAY_ANGLE: Real = 0.1;
 
 /// Belts and one-way surfaces by collider.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct SurfaceHooks {
     /// Belt speeds [m/s], positive counter-clockwise round the collider.
     pub speeds: FxHashMap<ColliderHandle, f64>,

@@ -53,5 +53,6 @@ pub use detection::{DetectionDrive, SurfaceLaw};
 pub use outline::{MOST_CELLS, Outline, Piece};
 pub use pipeline::{MoreauPipeline, MoreauSettings};
 pub use results::{HandledContact, StepResults, Totals};
+pub(crate) use state::raw_handle;
 pub use state::{PipelineState, StateError};
 pub use widen::widen;

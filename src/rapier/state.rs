@@ -63,6 +63,21 @@ pub struct PipelineState {
 /// Index and generation.
 type Handle = (u32, u32);
 
+/// The handle of a collider as index and generation, whether or not rapier's types are serialisable.
+pub(crate) mod raw_handle {
+    use super::ColliderHandle;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(handle: &ColliderHandle, to: S) -> Result<S::Ok, S::Error> {
+        handle.into_raw_parts().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<ColliderHandle, D::Error> {
+        let (index, generation) = super::Handle::deserialize(from)?;
+        Ok(ColliderHandle::from_raw_parts(index, generation))
+    }
+}
+
 #[derive(Clone, Serialize, Deserialize)]
 struct BodyState {
     handle: Handle,

@@ -68,6 +68,51 @@ impl<R: Row> CsvFile<R> {
         })
     }
 
+    /// Goes on with a file of a resumed run, from its first `length` bytes.
+    ///
+    /// # Errors
+    /// `ReportError::Io`; `ReportError::Damaged` if it is shorter.
+    pub fn reopen(folder: &OutputFolder, length: u64) -> Result<Self, ReportError> {
+        let path = folder.place(R::FILE);
+        let open = || -> std::io::Result<(File, u64)> {
+            let file = File::options().append(true).open(folder.path(R::FILE))?;
+            let found = file.metadata()?.len();
+            if found > length {
+                // rows that were written after the checkpoint
+                file.set_len(length)?;
+            }
+            Ok((file, found))
+        };
+        let (file, found) = open().map_err(ReportError::io(&folder.path(R::FILE)))?;
+        if found < length {
+            return Err(ReportError::Damaged {
+                path: folder.path(R::FILE),
+                reason: format!("it has {found} bytes of {length}"),
+            });
+        }
+        Ok(CsvFile {
+            writer: csv::WriterBuilder::new()
+                .has_headers(false)
+                .from_writer(file),
+            path,
+            row: PhantomData,
+        })
+    }
+
+    /// Writes out what is buffered, down to the disk, and tells the length of the file.
+    ///
+    /// # Errors
+    /// `ReportError::Io`.
+    pub fn settle(&mut self) -> Result<u64, ReportError> {
+        let mut settle = || -> std::io::Result<u64> {
+            self.writer.flush()?;
+            let file = self.writer.get_ref();
+            file.sync_data()?;
+            Ok(file.metadata()?.len())
+        };
+        settle().map_err(ReportError::io(&self.path))
+    }
+
     /// Appends a row.
     ///
     /// # Errors

@@ -5,17 +5,36 @@ use std::path::{Component, Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::ReportError;
+use super::kept::Kept;
+use super::{Checkpoint, ReportError, RunRecord};
 
 /// An output folder that is written completely or not at all.
 ///
 /// Files go to a hidden staging folder on the same file system: inside the target where that
 /// exists, else inside its deepest existing ancestor. [`OutputFolder::commit`] moves them into
 /// place; dropping the value without it removes every trace and leaves an older output untouched.
+///
+/// The files of a run that can be resumed go to a folder in the target that everyone can find,
+/// [`OutputFolder::keep`]. It stays there from the first [`Checkpoint`] to the commit.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
-    staging: TempDir,
+    staging: Staging,
+}
+
+/// Where files are until the commit.
+#[derive(Debug)]
+enum Staging {
+    Hidden(TempDir),
+    Kept(Kept),
+}
+
+/// What a run left in its folder.
+pub enum Reopened {
+    /// Its results are there.
+    Finished,
+    /// It was stopped.
+    Stopped(Box<OutputFolder>, RunRecord),
 }
 
 impl OutputFolder {
@@ -33,11 +52,72 @@ impl OutputFolder {
             .prefix(".moreau2d-")
             .tempdir_in(&host)
             .map_err(|error| ReportError::io(&target)(without_path(error)))?;
+        let staging = Staging::Hidden(staging);
         let folder = OutputFolder { target, staging };
         // A folder of our own: the temporary one is closed to other users, the output is not.
         let files = folder.files();
         fs::create_dir(&files).map_err(ReportError::io(&folder.target))?;
         Ok(folder)
+    }
+
+    /// As [`OutputFolder::create`], for a `run` that can be stopped and resumed. While another run
+    /// writes to the same target this one cannot be resumed.
+    ///
+    /// # Errors
+    /// Those of [`OutputFolder::create`].
+    pub fn keep(target: impl AsRef<Path>, run: RunRecord) -> Result<Self, ReportError> {
+        let target = target.as_ref().to_path_buf();
+        let (host, missing) = deepest_existing(&target)?;
+        let mut made = Vec::new();
+        for name in missing {
+            made.insert(0, made.first().unwrap_or(&host).join(name));
+        }
+        fs::create_dir_all(&target).map_err(ReportError::io(&target))?;
+        match Kept::create(&target, made, run)? {
+            Some(kept) => Ok(OutputFolder {
+                target,
+                staging: Staging::Kept(kept),
+            }),
+            None => OutputFolder::create(target),
+        }
+    }
+
+    /// The folder of a run that was stopped. Results that were complete are moved into place.
+    ///
+    /// # Errors
+    /// `ReportError::NothingKept`, `ReportError::Running`, `ReportError::Damaged`,
+    /// `ReportError::Io`.
+    pub fn reopen(target: impl AsRef<Path>) -> Result<Reopened, ReportError> {
+        let target = target.as_ref().to_path_buf();
+        if !target.join(super::kept::KEPT).is_dir() {
+            return match target.join("summary.json").exists() {
+                true => Ok(Reopened::Finished),
+                false => Err(ReportError::NothingKept { path: target }),
+            };
+        }
+        let (kept, run) = Kept::reopen(&target)?;
+        // of a move that was cut short: files that the new ones replaced
+        let old = kept.path.join("old");
+        if old.exists() {
+            fs::remove_dir_all(&old).map_err(ReportError::io(&old))?;
+        }
+        let staging = Staging::Kept(kept);
+        let folder = OutputFolder { target, staging };
+        match run {
+            Some(run) => Ok(Reopened::Stopped(Box::new(folder), run)),
+            None => folder.commit().map(|_| Reopened::Finished),
+        }
+    }
+
+    /// The checkpoint `name` of a run; `None` if it cannot be resumed.
+    ///
+    /// # Arguments
+    /// - `every`: number of steps between two checkpoints; by the time that they take without.
+    pub fn checkpoint(&self, name: &str, every: Option<usize>) -> Option<Checkpoint> {
+        match &self.staging {
+            Staging::Kept(kept) => Some(Checkpoint::new(&kept.path, name, every)),
+            Staging::Hidden(_) => None,
+        }
     }
 
     /// Path of the output after the commit.
@@ -80,6 +160,17 @@ impl OutputFolder {
     /// `ReportError::Io`, `ReportError::NotAFolder`; `ReportError::IsAFolder` where a folder has
     /// the name of a file. The target is then as it was.
     pub fn commit(self) -> Result<PathBuf, ReportError> {
+        if let Staging::Kept(kept) = &self.staging {
+            kept.set_done(true)?;
+            if let Err(error) = self.place_files() {
+                kept.set_done(false)?;
+                return Err(error);
+            }
+            if let Staging::Kept(kept) = self.staging {
+                kept.remove();
+            }
+            return Ok(self.target);
+        }
         // Looked up again: another run may have made the folder in the meantime.
         let (host, missing) = deepest_existing(&self.target)?;
         match missing.split_first() {
@@ -89,15 +180,22 @@ impl OutputFolder {
         Ok(self.target)
     }
 
+    fn staging(&self) -> &Path {
+        match &self.staging {
+            Staging::Hidden(folder) => folder.path(),
+            Staging::Kept(kept) => &kept.path,
+        }
+    }
+
     fn files(&self) -> PathBuf {
-        self.staging.path().join("files")
+        self.staging().join("files")
     }
 
     /// Wraps the files in the folders `rest` and renames the outermost to `place`.
     fn place_folder(&self, place: &Path, rest: &[OsString]) -> Result<(), ReportError> {
         let mut outermost = self.files();
         if let Some((last, between)) = rest.split_last() {
-            outermost = self.staging.path().join("tree");
+            outermost = self.staging().join("tree");
             let parent = between.iter().fold(outermost.clone(), |p, c| p.join(c));
             fs::create_dir_all(&parent)
                 .and_then(|()| fs::rename(self.files(), parent.join(last)))
@@ -108,7 +206,7 @@ impl OutputFolder {
 
     fn place_files(&self) -> Result<(), ReportError> {
         let new = self.files();
-        let old = self.staging.path().join("old");
+        let old = self.staging().join("old");
         let io = || ReportError::io(&self.target);
         fs::create_dir(&old).map_err(io())?;
         let mut names = Vec::new();

@@ -13,6 +13,7 @@ mod domination;
 mod drawing;
 mod folder;
 mod issues_matrix;
+mod kept;
 mod labels;
 mod layout;
 mod legend;
@@ -46,8 +47,9 @@ pub use csv_rows::{
     UndominatedRow,
 };
 pub use domination::{Cause, Domination, front, shared};
-pub use folder::OutputFolder;
+pub use folder::{OutputFolder, Reopened};
 pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
+pub use kept::{Checkpoint, RunRecord};
 pub use order::observed_order;
 pub use page::{Lead, Page, Section};
 pub use panels::panels;
@@ -79,6 +81,15 @@ pub enum ReportError {
     /// A file would replace a folder of the same name.
     #[error("{}: is a folder, not replaced by a file", path.display())]
     IsAFolder { path: PathBuf },
+    /// There is no run to be resumed.
+    #[error("{}: no run was stopped here, there is no folder {}", path.display(), kept::KEPT)]
+    NothingKept { path: PathBuf },
+    /// The run is not stopped.
+    #[error("{}: another run is still writing here", path.display())]
+    Running { path: PathBuf },
+    /// A file of a checkpoint is not what it was.
+    #[error("{}: the checkpoint is damaged: {reason}; remove the folder and run again", path.display())]
+    Damaged { path: PathBuf, reason: String },
     /// A CSV file does not hold the expected rows.
     #[error("{}: {source}", path.display())]
     Csv { path: PathBuf, source: csv::Error },

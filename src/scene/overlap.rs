@@ -8,6 +8,7 @@ use super::{Body, BodyKind, Joint, Shape};
 use crate::contact::Vec2;
 use crate::dynamics::{LASTING, Pose64};
 use rustc_hash::{FxHashMap, FxHashSet};
+use serde::{Deserialize, Serialize};
 
 /// Computes the overlaps of bodies in `f64`, without using the contacts of any engine.
 ///
@@ -19,17 +20,24 @@ use rustc_hash::{FxHashMap, FxHashSet};
 ///
 /// One-way bodies are left out, because other bodies may pass through them. An overlap at the start
 /// is not an error of a step: for such a pair only the depth beyond its least depth so far counts.
+///
+/// As plain data it holds what has been measured so far, without what the scene says.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Overlaps {
+    #[serde(skip)]
     leaves: Vec<Leaf>,
     /// Size \[m\] of each body: the diameter of a circle about its origin that contains it.
+    #[serde(skip)]
     sizes: Vec<f64>,
     /// Pairs of bodies that a joint connects, which are left out; the smaller number first.
+    #[serde(skip)]
     tied: FxHashSet<(u32, u32)>,
     /// Least depth so far \[m\] of the pairs of leaves that overlapped at the start.
     least: FxHashMap<(u32, u32), f64>,
     /// Leaves sorted by the left ends of their boxes, from the last call.
     order: Vec<u32>,
     /// Corners \[m\] in the world, and their box.
+    #[serde(skip)]
     placed: Vec<(Vec<Vec2>, [Vec2; 2])>,
     /// Poses now; `None` for a removed body.
     poses: Vec<Option<Pose64>>,
@@ -67,6 +75,7 @@ pub(super) struct Leaf {
 
 /// Lasting overlaps. For each pair of bodies it has the least ratio of depth to size in the present
 /// window of [`LASTING`] seconds.
+#[derive(Serialize, Deserialize)]
 struct Lasting {
     /// Steps of a window, and steps so far in it.
     window: usize,
@@ -169,6 +178,24 @@ impl Overlaps {
                 pair: None,
             },
         }
+    }
+
+    /// Goes on from what was measured in the same scene.
+    ///
+    /// # Errors
+    /// What the scene lacks.
+    pub fn resume(&mut self, saved: Overlaps) -> Result<(), String> {
+        // nothing is measured before the first call
+        let bodies = [0, self.sizes.len()].contains(&saved.poses.len());
+        if !bodies || saved.order.len() != self.leaves.len() {
+            return Err("it has other bodies".to_owned());
+        }
+        self.least = saved.least;
+        self.order = saved.order;
+        self.poses = saved.poses;
+        self.passing = saved.passing;
+        self.lasting = saved.lasting;
+        Ok(())
     }
 
     /// Measures the bodies at their poses after a step; the first call records the overlaps of the

@@ -5,6 +5,7 @@ use super::overlap::Leaf;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// Ratio of depth to the thickness of the thinner leaf above which two leaves on a straight path are
@@ -23,6 +24,7 @@ const MOST_SAMPLES: f64 = 256.0;
 ///
 /// A pair that begins to overlap is followed from the last poses at which it was apart, for a window
 /// of steps. An overlap beyond this window counts as a lasting overlap, not as a passage.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Passing {
     /// Steps for which an overlapped pair is followed.
     window: usize,
@@ -30,6 +32,7 @@ pub(super) struct Passing {
     followed: FxHashMap<(u32, u32), Followed>,
 }
 
+#[derive(Serialize, Deserialize)]
 struct Followed {
     /// Poses of both bodies when the leaves were last apart, and the step after it.
     from: [Pose64; 2],

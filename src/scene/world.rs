@@ -1,6 +1,7 @@
 //! The world of a scene, which can be stepped, on any of the three models.
 
 use super::overlap::{Measured, Overlaps};
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::{
@@ -42,6 +43,11 @@ impl<M: MultibodyModel> HandWritten<M> {
     fn step(&mut self) -> Result<StepRecord, StepError> {
         self.stepper.step(&mut self.model, self.dt)
     }
+
+    fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        self.stepper.restore(&from.take()?);
+        Ok(())
+    }
 }
 
 impl Built {
@@ -63,6 +69,49 @@ impl Built {
             World::Rapier { simulation, .. } => simulation.step(),
             World::Planar(planar) => planar.step(),
             World::Linear(linear) => linear.step(),
+        }
+    }
+
+    /// Saves all that the next nonsmooth step, and what is measured after it, depends on.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        match &self.world {
+            World::Rapier { simulation, .. } => simulation.save(to)?,
+            World::Planar(planar) => {
+                to.put(&planar.stepper.state())?;
+                to.put(&planar.model.state())?;
+            }
+            World::Linear(linear) => {
+                to.put(&linear.stepper.state())?;
+                to.put(&linear.model.state())?;
+            }
+        }
+        to.put(&self.overlaps)
+    }
+
+    /// Goes on from what [`Built::save`] saved of the same scene, bit for bit.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`]: the world is then neither the one nor the other.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        match &mut self.world {
+            World::Rapier { simulation, .. } => simulation.load(from)?,
+            World::Planar(planar) => {
+                planar.load(from)?;
+                let set = planar.model.set_state(from.take()?);
+                set.map_err(CheckpointError::unfit)?;
+            }
+            World::Linear(linear) => {
+                linear.load(from)?;
+                linear.model.set_state(from.take()?);
+            }
+        }
+        match (&mut self.overlaps, from.take()?) {
+            (Some(overlaps), Some(saved)) => overlaps.resume(saved).map_err(CheckpointError::unfit),
+            (None, None) => Ok(()),
+            _ => Err(CheckpointError::unfit("it is of another model")),
         }
     }
 
@@ -143,6 +192,21 @@ impl Built {
         let measured = overlaps.measure(|k| Some(state(self, k)?.0));
         self.overlaps = Some(overlaps);
         Some(measured)
+    }
+
+    /// As [`Built::measure`], into the record of the step.
+    pub fn measure_into(
+        &mut self,
+        record: &mut StepRecord,
+        state: impl Fn(&Built, usize) -> Option<(Pose64, Vec3)>,
+    ) {
+        let Some(measured) = self.measure(state) else {
+            return;
+        };
+        record.penetration = measured.worst;
+        let number = |k: u32| self.number(k as usize);
+        let numbers = |[a, b]: [u32; 2]| Some([number(a)?, number(b)?]);
+        record.passed = measured.passed.into_iter().filter_map(numbers).collect();
     }
 
     /// The worst overlap that lasted [`LASTING`](super::LASTING) or for all of a shorter run, over the size of the

@@ -3,6 +3,7 @@
 use super::rows::BarLoadRow;
 use super::world::{Part, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Width of an interval of angles \[degrees\].
@@ -10,7 +11,7 @@ const WIDTH: f64 = 2.0;
 const COUNT: usize = 180;
 
 /// Impulses on all bars by the angle of the bar, in intervals of 2 degrees, over measured time.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BarLoad {
     /// Normal and friction impulse [N s] and time of a bar \[s\] of each interval, of the slice.
     intervals: Vec<[f64; 3]>,

@@ -11,11 +11,13 @@ use super::power::PowerBudget;
 use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
 use super::world::{Outlines, ThreshingError, ThreshingWorld};
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
-use crate::report::Progress;
+use crate::report::{Checkpoint, Progress};
 use crate::scene::Scene;
 use crate::wear::{Archard, JumpRule, LifePoint, LoadSlip, Profile, WearError, WearState};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Revolutions that fill the machine before anything is measured.
@@ -28,7 +30,7 @@ pub(super) const SETTLING: f64 = 0.25;
 const PARTS: usize = 2;
 
 /// One measured cycle.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Cycle {
     /// Load and slip per node and revolution of the slice, mean over the bars.
     load: LoadSlip,
@@ -39,7 +41,17 @@ pub(super) struct Cycle {
     bar_load: BarLoad,
 }
 
+/// What is known of a machine with new teeth, once it is filled.
+#[derive(Serialize, Deserialize)]
+struct New {
+    cycle: Cycle,
+    /// Winkler modulus of the crop \[Pa/m\].
+    stiffness: f64,
+    picture: Outlines,
+}
+
 /// Result of wearing the teeth.
+#[derive(Serialize, Deserialize)]
 struct Worn {
     /// The cycle of the last profile.
     last: Cycle,
@@ -96,6 +108,10 @@ pub struct ThreshingOutcome {
 /// torque.
 pub type Observer<'a> = &'a mut dyn FnMut(&StepRecord, &ThreshingWorld) -> Result<(), RunError>;
 
+/// The checkpoint of a life by its name: `life`, or what differs in a life that measures its error. `None`
+/// for lives that are not resumed.
+pub type Kept<'a> = &'a (dyn Fn(&str) -> Option<Checkpoint> + Sync);
+
 /// Density of steel \[kg/m³\].
 const STEEL: f64 = 7850.0;
 
@@ -124,6 +140,16 @@ impl<'a> Threshing<'a> {
             revolution: TAU / parameters.speed,
             dt: scene.step.dt,
         })
+    }
+
+    fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        self.totals.save(to)?;
+        self.world.save(to)
+    }
+
+    fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        self.totals = Totals::load(from)?;
+        self.world.load(from)
     }
 
     fn steps(&self, revolutions: f64) -> usize {
@@ -231,18 +257,17 @@ impl<'a> Threshing<'a> {
         Ok(())
     }
 
-    /// Wears the teeth jump by jump from the first cycle `new`, until the last limit or the longest
-    /// time, or until the machine no longer conveys or the base, `base` \[m\] thick, is worn
-    /// through.
+    /// Wears the teeth jump by jump on from `life`, until the last limit or the longest time, or until
+    /// the machine no longer conveys or the base, `base` \[m\] thick, is worn through. Before each
+    /// jump it calls `save`.
     fn wear_out(
         &mut self,
         wear: &Wear,
         base: f64,
-        new: &Cycle,
-        state: &mut WearState,
-        history: &mut WearHistory,
+        life: &mut Living,
         progress: &Progress,
-    ) -> Result<Worn, RunError> {
+        mut save: impl FnMut(&Self, &Living) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
         let hidden = Progress::new("", 1, true);
         let rule = JumpRule {
             cycles: 1e12,
@@ -251,14 +276,15 @@ impl<'a> Threshing<'a> {
         };
         let heights = wear.limits.iter().map(|l| l.height);
         let lowest = heights.fold(f64::INFINITY, f64::min);
-        let start = state.profile().height();
-        let mut worn = Worn {
-            last: new.clone(),
-            jumps: 0,
-            sampling: 0.0,
-            feedback: 0.0,
-        };
+        let start = life.start;
         loop {
+            save(self, life)?;
+            let Living {
+                state,
+                history,
+                worn,
+                ..
+            } = &mut *life;
             let now = state.life().last();
             let share = if lowest.is_finite() {
                 (start - now.height) / (start - lowest)
@@ -286,13 +312,84 @@ impl<'a> Threshing<'a> {
             history.add_profile(1, state);
             if state.profile().nodes().iter().any(|p| p.y <= -base) {
                 // no machine has these teeth: the rate at the end of the last jump is unknown
-                return Ok(worn);
+                return Ok(());
             }
             worn.last = self.next_cycle(&worn.last, state.profile(), wear.revolutions, &hidden)?;
             history.operation.push(worn.last.operation.row(state));
         }
-        state.close(worn.last.load.sums())?;
-        Ok(worn)
+        life.state.close(life.worn.last.load.sums())?;
+        Ok(())
+    }
+}
+
+/// A life on its way.
+struct Living {
+    new: New,
+    /// Height of a new tooth \[m\].
+    start: f64,
+    state: WearState,
+    history: WearHistory,
+    worn: Worn,
+}
+
+impl Living {
+    /// Fills the machine and measures it with new teeth.
+    fn begin(
+        machine: &mut Threshing,
+        setup: &Setup<Thresher>,
+        state: WearState,
+        calibrates: bool,
+        progress: &Progress,
+        observe: Observer,
+    ) -> Result<Living, RunError> {
+        let revolutions = setup.wear.revolutions;
+        machine.fill(state.profile(), calibrates, progress)?;
+        let new = machine.measure(state.profile(), revolutions, progress, observe)?;
+        let cycle = match calibrates {
+            true => machine.hold_torque(new, state.profile(), revolutions, progress)?,
+            false => new,
+        };
+        let mut history = WearHistory::default();
+        history.add_profile(1, &state);
+        history.operation.push(cycle.operation.row(&state));
+        let worn = Worn {
+            last: cycle.clone(),
+            jumps: 0,
+            sampling: 0.0,
+            feedback: 0.0,
+        };
+        Ok(Living {
+            new: New {
+                cycle,
+                stiffness: machine.world.stiffness(),
+                picture: machine.world.outlines()?,
+            },
+            start: state.profile().height(),
+            state,
+            history,
+            worn,
+        })
+    }
+
+    fn save(&self, machine: &Threshing) -> Result<Writer, CheckpointError> {
+        let mut to = Writer::default();
+        to.put(&(&self.new, self.start, &self.state))?;
+        to.put(&(&self.history, &self.worn))?;
+        machine.save(&mut to)?;
+        Ok(to)
+    }
+
+    fn load(machine: &mut Threshing, from: &mut Reader) -> Result<Living, CheckpointError> {
+        let (new, start, state) = from.take()?;
+        let (history, worn) = from.take()?;
+        machine.load(from)?;
+        Ok(Living {
+            new,
+            start,
+            state,
+            history,
+            worn,
+        })
     }
 }
 
@@ -324,6 +421,8 @@ fn sampling_error(parts: &[LoadSlip]) -> f64 {
 /// 4. If the scene asks for it, three more lives measure the error of the hours: see
 ///    [`super::LimitError`].
 ///
+/// Each life goes on from its checkpoint, if it has one, and saves one before each jump.
+///
 /// # Errors
 /// [`RunError`].
 pub fn run_threshing(
@@ -331,15 +430,16 @@ pub fn run_threshing(
     setup: &Setup<Thresher>,
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
+    kept: Kept,
 ) -> Result<ThreshingOutcome, RunError> {
-    let mut outcome = live(scene, setup, true, &progress, observe)?;
+    let mut outcome = live(scene, setup, true, &progress, observe, kept("life"))?;
     if setup.wear.error == LifeErrors::Measured && !outcome.errors.is_empty() {
         let bar = progress("measuring the error of the life", 1);
-        life_error::measure(scene, setup, &mut outcome, |scene, setup| {
+        life_error::measure(scene, setup, &mut outcome, |scene, setup, name| {
             let hidden = |_: &str, _: u64| Progress::new("", 1, true);
             let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-            live(scene, setup, false, &hidden, &mut ignore).map_err(|e| e.to_string())
-        });
+            live(scene, setup, false, &hidden, &mut ignore, kept(name))
+        })?;
         bar.advance();
     }
     outcome.history.set_errors(&outcome.errors);
@@ -353,28 +453,35 @@ fn live(
     calibrates: bool,
     progress: &impl Fn(&str, u64) -> Progress,
     observe: Observer,
+    mut checkpoint: Option<Checkpoint>,
 ) -> Result<ThreshingOutcome, RunError> {
     let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
-    let mut state = new_tooth(tooth, wear, parameters)?;
-    let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
-    let bar = progress("filling the machine", 4 * machine.steps(1.0) as u64);
-    machine.fill(state.profile(), calibrates, &bar)?;
-    let new = machine.measure(state.profile(), wear.revolutions, &bar, observe)?;
-    let new = match calibrates {
-        true => machine.hold_torque(new, state.profile(), wear.revolutions, &bar)?,
-        false => new,
-    };
-    let stiffness = machine.world.stiffness();
-    let picture_new = machine.world.outlines()?;
-    drop(bar);
+    let state = new_tooth(tooth, wear, parameters)?;
     let area_new = state.profile().area_above(-tooth.base);
-
-    let mut history = WearHistory::default();
-    history.add_profile(1, &state);
-    history.operation.push(new.operation.row(&state));
+    let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
+    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
+    let mut life = match saved.flatten() {
+        Some(mut saved) => Living::load(&mut machine, &mut saved)?,
+        None => {
+            let bar = progress("filling the machine", 4 * machine.steps(1.0) as u64);
+            Living::begin(&mut machine, setup, state, calibrates, &bar, observe)?
+        }
+    };
     let bar = progress("wearing the teeth", 1000);
-    let worn = machine.wear_out(wear, tooth.base, &new, &mut state, &mut history, &bar)?;
+    machine.wear_out(wear, tooth.base, &mut life, &bar, |machine, life| {
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.save(&life.save(machine)?)?;
+        }
+        Ok(())
+    })?;
     drop(bar);
+    let Living {
+        new,
+        state,
+        mut history,
+        worn,
+        ..
+    } = life;
     history.close(1, &state, &wear.limits)?;
     let (limits, fit) = operation::limits(&history, &state, parameters, tooth.base)?;
     let errors = life_error::of_run(state.life(), &history.crossings, (&limits[0], fit));
@@ -386,13 +493,13 @@ fn live(
         errors,
         mean_jump: mean_jump(&state),
         history,
-        stiffness,
-        torque_new: new.operation.torque,
+        stiffness: new.stiffness,
+        torque_new: new.cycle.operation.torque,
         torque_worn: worn.last.operation.torque,
-        bar_load_new: new.bar_load,
+        bar_load_new: new.cycle.bar_load,
         bar_load_worn: worn.last.bar_load,
-        speed_new: new.operation.speed,
-        power_new: new.power,
+        speed_new: new.cycle.operation.speed,
+        power_new: new.cycle.power,
         power_worn: worn.last.power,
         revolutions: machine.totals.time / machine.revolution,
         jumps: worn.jumps,
@@ -400,7 +507,7 @@ fn live(
         sampling: (worn.sampling / worn.jumps.max(1) as f64).sqrt(),
         feedback: worn.feedback,
         concave_moved: machine.world.concave_moved(),
-        picture_new,
+        picture_new: new.picture,
         picture_worn: machine.world.outlines()?,
         totals: machine.totals,
     })

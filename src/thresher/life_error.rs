@@ -16,6 +16,7 @@ use super::life::ThreshingOutcome;
 use super::machine::Setup;
 use super::parameters::Thresher;
 use super::rows::ErrorRow;
+use crate::experiment::RunError;
 use crate::report::{number, quantity};
 use crate::scene::Scene;
 use crate::wear::{Life, LimitLife};
@@ -246,13 +247,16 @@ struct Other {
 /// Coarser meshes than the run's may be too coarse to tell.
 ///
 /// # Arguments
-/// - `live`: a life of a scene with its setup, with the stiffness of the setup.
+/// - `live`: a life of a scene with its setup, with the stiffness of the setup, and its name.
+///
+/// # Errors
+/// Those of a checkpoint of such a life. That a life fails is part of the outcome.
 pub(super) fn measure(
     scene: &Scene,
     setup: &Setup<Thresher>,
     outcome: &mut ThreshingOutcome,
-    live: impl Fn(&Scene, &Setup<Thresher>) -> Result<ThreshingOutcome, String> + Sync,
-) {
+    live: impl Fn(&Scene, &Setup<Thresher>, &str) -> Result<ThreshingOutcome, RunError> + Sync,
+) -> Result<(), RunError> {
     let mut held = setup.clone();
     held.parameters.crop_stiffness = outcome.stiffness;
     let mut slower = scene.clone();
@@ -263,25 +267,41 @@ pub(super) fn measure(
     finer.tooth.cells = 2 * setup.tooth.cells - 1;
     let steps = format!("steps of {}", quantity(slower.step.dt, "s", 2));
     let cases = [
-        (&held, steps.clone()),
+        (&held, "steps", steps.clone()),
         (
             &shorter,
+            "jumps",
             format!("{steps}, jumps of {}", quantity(shorter.wear.jump, "m", 2)),
         ),
-        (&finer, format!("{steps}, {} nodes", finer.tooth.cells)),
+        (
+            &finer,
+            "nodes",
+            format!("{steps}, {} nodes", finer.tooth.cells),
+        ),
     ];
     let others = std::thread::scope(|scope| {
         let (live, slower) = (&live, &slower);
-        let running = cases.map(|(setup, what)| (scope.spawn(move || live(slower, setup)), what));
-        running.map(|(run, what)| -> Result<Other, String> {
-            let found = run.join().map_err(|_| "it panicked".to_owned()).flatten()?;
-            Ok(Other {
+        let running = cases.map(|(setup, name, what)| {
+            let run = scope.spawn(move || live(slower, setup, name));
+            (run, what)
+        });
+        running.map(|(run, what)| match run.join() {
+            Ok(Ok(found)) => Ok(Ok(Other {
                 errors: found.errors,
                 jumps: found.jumps as f64,
                 what,
-            })
+            })),
+            // of a file, not of the life
+            Ok(Err(error @ (RunError::Checkpoint(_) | RunError::Report(_)))) => Err(error),
+            Ok(Err(error)) => Ok(Err(error.to_string())),
+            Err(_) => Ok(Err("it panicked".to_owned())),
         })
     });
+    let mut found = Vec::new();
+    for other in others {
+        found.push(other?);
+    }
+    let others = found;
     for error in &mut outcome.errors {
         let of = |k: usize| -> Result<At, String> {
             let other = (others[k].as_ref()).map_err(|reason| format!("failed: {reason}"))?;
@@ -315,6 +335,7 @@ pub(super) fn measure(
             source.take(found);
         }
     }
+    Ok(())
 }
 
 /// When another life reaches a limit.

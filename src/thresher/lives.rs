@@ -1,7 +1,7 @@
 //! The life of the teeth under both protocols: with the feed held, and with the torque held.
 
 use super::blocks::{LifeErrors, Tooth};
-use super::life::{Observer, ThreshingOutcome, run_threshing};
+use super::life::{Kept, Observer, ThreshingOutcome, run_threshing};
 use super::machine::Setup;
 use super::parameters::{Hold, Thresher};
 use crate::dynamics::record::StepRecord;
@@ -24,6 +24,9 @@ pub struct Lives {
 /// Runs the thresher over its life as the scene says, and on a second thread with the other
 /// quantity held.
 ///
+/// # Arguments
+/// - `kept`: the checkpoint of a life by its name, [`Kept`].
+///
 /// # Errors
 /// Those of [`run_threshing`].
 pub fn run_lives(
@@ -31,6 +34,7 @@ pub fn run_lives(
     setup: &Setup<Thresher>,
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
+    kept: Kept,
 ) -> Result<Lives, RunError> {
     let held = setup.parameters.hold;
     let mut second = setup.clone();
@@ -41,9 +45,10 @@ pub fn run_lives(
         let other = scope.spawn(|| {
             let hidden = |label: &str, total| Progress::new(label, total, true);
             let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-            run_threshing(scene, &second, hidden, &mut ignore)
+            let kept = |name: &str| kept(&format!("other-{name}"));
+            run_threshing(scene, &second, hidden, &mut ignore, &kept)
         });
-        let run = run_threshing(scene, setup, progress, observe);
+        let run = run_threshing(scene, setup, progress, observe, kept);
         (
             run,
             other.join().unwrap_or_else(|panic| resume_unwind(panic)),

@@ -69,7 +69,7 @@ mod world;
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use calibrate::Calibrated;
-pub use life::{Observer, ThreshingOutcome, run_threshing};
+pub use life::{Kept, Observer, ThreshingOutcome, run_threshing};
 pub use life_error::{LimitError, Size, SourceError};
 pub use lives::{Lives, run_lives};
 pub use machine::{Blocks, Machine, Setup, load, parse};

@@ -9,6 +9,7 @@ use crate::experiment::RunError;
 use crate::report::Progress;
 use crate::thresher::ThreshingWorld;
 use crate::wear::{Life, Limit, LimitLife, Profile, WearError, WearState};
+use serde::{Deserialize, Serialize};
 
 /// The torque is held this near the operating torque.
 pub(super) const TORQUE_TOLERANCE: f64 = 0.02;
@@ -27,7 +28,7 @@ const STALLED: f64 = 0.98;
 const FITTED: usize = 6;
 
 /// Mean torque, power and flow of one measured cycle, machine totals.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Operation {
     /// Of the drive \[N m\].
     pub torque: f64,

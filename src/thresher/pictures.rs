@@ -2,6 +2,7 @@ use super::rows::{LifeRow, ProfileRow, WearRow};
 use crate::report::{
     Axis, Chart, Colour, HLine, Mark, ReportError, Series, Style, number, plus_minus,
 };
+use serde::{Deserialize, Serialize};
 
 const MM: f64 = 1e3;
 /// Most times in a picture: the same times in all pictures of a run.
@@ -17,7 +18,7 @@ pub struct HeightPoint {
 }
 
 /// A tooth height at which something must be done.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeightLimit {
     /// As in [`LifeRow::limit`].
     pub name: String,

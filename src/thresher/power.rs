@@ -3,10 +3,11 @@
 use super::world::{Part, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
 use crate::report::{Align, Table, number};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// Power balance over a measured time \[W\], machine totals.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PowerBudget {
     /// Supplied by the drive, and by the feeder that keeps the strip at its speed.
     pub drive: f64,

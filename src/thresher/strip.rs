@@ -9,6 +9,7 @@ use crate::dynamics::record::{JointRecord, StepRecord};
 use crate::dynamics::{JointCoordinate, JointPart, StepError};
 use crate::peers::{BodyId, JointShape, JointSpec, MassSpec, Motion, Simulation};
 use crate::rapier::Pose64;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// New segments appear this far before the inlet \[m\].
@@ -21,7 +22,7 @@ const SPAWN: f64 = 0.06;
 /// every segment slides in a slot along the axis of the one behind it, against a Coulomb force, the
 /// strength of the mat: below it the strip is stiff, above it the strip parts, or slides into
 /// itself where it is pushed together.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Strip {
     /// From the feeder (newest) to the tip.
     segments: VecDeque<BodyId>,
@@ -29,7 +30,7 @@ pub(super) struct Strip {
 }
 
 /// What passed the ends of the machine since the last reading, of the slice.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Passed {
     /// Kinetic energy \[J\] that segments brought in and took away.
     pub energy_in: f64,

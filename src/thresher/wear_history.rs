@@ -4,10 +4,11 @@ use super::pictures::{HeightLimit, depth_per_cell, heights, tooth_height, worn_p
 use super::rows::{LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow};
 use crate::report::{OutputFolder, ReportError, number, plus_minus, quantity, write_rows};
 use crate::wear::{Life, Limit, LimitLife, WearError, WearState};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 /// The rows of a wear run, collected as it runs.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct WearHistory {
     pub wear: Vec<WearRow>,
     pub volume: Vec<VolumeRow>,

@@ -12,6 +12,7 @@ use super::shapes::{
     tooth_chain, unit,
 };
 use super::strip::{Passed, Strip, StripWork};
+use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord, SurfacePoint};
 use crate::dynamics::{JointPart, ModelError, StepError};
@@ -21,6 +22,7 @@ use crate::peers::{
 use crate::rapier::Pose64;
 use crate::scene::Scene;
 use crate::wear::{Profile, WearError};
+use serde::{Deserialize, Serialize};
 
 /// Radius of gyration \[m\] for the mass of the cylinder; any will do, as the axle supports it.
 const AXLE_RADIUS: f64 = 0.2;
@@ -59,7 +61,7 @@ pub struct ThreshingWorld {
 }
 
 /// Outlines for a picture of the machine \[m\].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outlines {
     pub teeth: Vec<Vec<Vec2>>,
     pub crop: Vec<Vec<Vec2>>,
@@ -139,6 +141,29 @@ impl ThreshingWorld {
             concave_body,
             strip,
         })
+    }
+
+    /// Saves all that the next step depends on.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
+        self.simulation.save(to)?;
+        to.put(&(&self.profile, self.stiffness, self.tips))?;
+        to.put(&(self.cylinder, &self.bars, self.concave, self.concave_body))?;
+        to.put(&self.strip)
+    }
+
+    /// Goes on from what [`ThreshingWorld::save`] saved of the same scene, bit for bit.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Read`]: the machine is then neither the one nor the other.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
+        self.simulation.load(from)?;
+        (self.profile, self.stiffness, self.tips) = from.take()?;
+        (self.cylinder, self.bars, self.concave, self.concave_body) = from.take()?;
+        self.strip = from.take()?;
+        Ok(())
     }
 
     /// One step: feeds the strip, steps the machine, removes the segments that have left.

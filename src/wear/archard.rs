@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// Detection names the edge and the place on it, [`SurfacePoint`]. With two points at the ends of
 /// every overlap, each with half of its modulus, a pressure that is linear along the surface wears
 /// every node by its own pressure, and every wave of the surface decays alike.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LoadSlip {
     sums: Vec<f64>,
     stiffness: Vec<f64>,

@@ -1,4 +1,5 @@
 use super::{Profile, WearError, same_length};
+use serde::{Deserialize, Serialize};
 
 /// Maps the nodes of the current mesh to the cells of the first one, conservatively.
 ///
@@ -15,7 +16,7 @@ use super::{Profile, WearError, same_length};
 /// The intervals of the nodes cover the same length as the cells, so that nothing is lost and no cell
 /// is left out, however often the mesh changes. On a ring ξ is the way along the first mesh from its
 /// first node, the intervals go round, and so does ξ.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CellMap {
     stations: Vec<f64>,
     /// ξ of every node \[m\], ascending.

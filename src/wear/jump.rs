@@ -1,12 +1,13 @@
 use super::update::deepest;
 use super::{WearError, all_finite, in_range, same_length};
+use serde::{Deserialize, Serialize};
 
 /// Most jumps of a life that a run computes. The error of so many is 5e-5 of the wear; more take longer and
 /// show nothing.
 pub const MOST_JUMPS: usize = 20_000;
 
 /// How many cycles one simulated cycle may stand for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct JumpRule {
     /// The requested length \[cycles\].
     pub cycles: f64,

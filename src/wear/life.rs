@@ -1,6 +1,7 @@
 use super::jump::trapezoid_error;
 use super::update::deepest;
 use super::{WearError, all_finite, in_range, same_length};
+use serde::{Deserialize, Serialize};
 
 /// The quantity that a limit refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +41,7 @@ impl Limit {
 }
 
 /// One point of a wear history, at the end of a jump.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LifePoint {
     pub cycles: f64,
     pub hours: f64,
@@ -66,7 +67,7 @@ pub struct LifePoint {
 }
 
 /// When a limit is crossed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitLife {
     pub limit: String,
     /// The deciding cell: the first to reach the depth, or the last above the height.
@@ -106,7 +107,7 @@ pub(super) struct NextPoint {
 }
 
 /// The history of a worn part, and the life computed from it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Life {
     points: Vec<LifePoint>,
 }

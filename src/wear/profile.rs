@@ -1,20 +1,21 @@
 use super::polygon::{check_nodes, check_polygon, crossing, crossing_of_ring};
 use super::{WearError, in_range};
 use crate::contact::Vec2;
+use serde::{Deserialize, Serialize};
 
 /// The worn surface: a polyline of nodes in the frame of the part, open or a ring.
 ///
 /// It runs with the solid on its right, see [`crate::wear`]: an open one from the tall end to the toe,
 /// a ring clockwise round a solid and counter-clockwise round a hollow. The two ends of an open one lie
 /// on faces of the part: wear moves them along these faces, by default straight down.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     nodes: Vec<Vec2>,
     rim: Rim,
 }
 
 /// What the surface ends at.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Rim {
     /// Faces of the part along these directions, out of the solid.
     Faces([Vec2; 2]),

@@ -4,12 +4,13 @@ use super::{
     Archard, CellMap, Jump, JumpRule, Life, LoadSlip, Profile, Update, WearError, clip_loops,
     in_range, refit_quadratic, remesh, smooth_depths, wear_normal,
 };
+use serde::{Deserialize, Serialize};
 
 /// Largest ratio of the depth of one jump to the shortest edge.
 const JUMP_LIMIT: f64 = 0.3;
 
 /// Settings of the wear of a part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WearSettings {
     pub law: Archard,
     pub update: Update,
@@ -41,7 +42,7 @@ pub struct WearStep {
 }
 
 /// A surface that wears: its profile, its depth per cell, and its history.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WearState {
     settings: WearSettings,
     /// What the nodes of later meshes must stay within.

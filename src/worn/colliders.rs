@@ -7,6 +7,7 @@ use crate::rapier::{MoreauPipeline, Outline, SurfaceLaw};
 use crate::wear::{
     Archard, Jump, JumpBound, JumpRule, LoadSlip, Update, WearError, WearSettings, WearState,
 };
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// How far a body that comes down on its new surface sinks in at most, over what it does at rest: 1.15 is
@@ -57,8 +58,10 @@ pub struct Jumped {
     pub open_load: f64,
 }
 
-/// The wearing colliders of a rapier world, see [`crate::worn`].
-#[derive(Debug, Clone)]
+/// The wearing colliders of a rapier world, see [`crate::worn`]. As plain data for serde, between a
+/// measured cycle and the next, they go on with the world and the
+/// [`PipelineState`](crate::rapier::PipelineState) of the same time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WornColliders {
     rule: JumpRule,
     parts: Vec<Part>,
@@ -72,12 +75,14 @@ pub struct WornColliders {
     planned: Option<f64>,
     /// Normal impulses [N s] of yielding contacts since the last jump: of open ones, and of all.
     yielded: [f64; 2],
-    /// Why the next jump fails, where that is known.
+    /// Why the next jump fails, where that is known: nothing goes on from there.
+    #[serde(skip)]
     through: Option<WornError>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Part {
+    #[serde(with = "crate::rapier::raw_handle")]
     collider: ColliderHandle,
     face: Face,
     hollow: bool,

@@ -3,9 +3,10 @@ use crate::contact::Vec2;
 use crate::dynamics::{Pose64, SurfacePoint};
 use crate::rapier::{MOST_CELLS, Outline, Piece};
 use crate::wear::{Profile, WearError, check_chain, check_polygon};
+use serde::{Deserialize, Serialize};
 
 /// The part of an outline that wears, and its place in the frame of its profile.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Face {
     /// Corners of the outline that do not wear, before and after those that do; a closed outline
     /// starts with those that do.

@@ -18,6 +18,7 @@ mod explain;
 mod issues;
 mod refused;
 mod reports;
+mod resume;
 mod run_files;
 mod run_page;
 mod solve;

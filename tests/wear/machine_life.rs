@@ -13,7 +13,7 @@ fn life(hold: &str, flags: &[&str]) -> ThreshingOutcome {
         panic!("no thresher");
     };
     let hidden = |_: &str, _: u64| Progress::new("", 1, true);
-    run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap()
+    run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(()), &|_| None).unwrap()
 }
 
 fn error<'a>(outcome: &'a ThreshingOutcome, limit: &str) -> &'a LimitError {

@@ -33,7 +33,7 @@ fn hidden(_: &str, _: u64) -> Progress {
 
 fn run(flags: &[&str]) -> ThreshingOutcome {
     let (scene, setup) = coarse(flags);
-    run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap()
+    run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(()), &|_| None).unwrap()
 }
 
 /// The strip parts where it would carry more than its strength: the feeder neither pushes nor holds
@@ -42,7 +42,7 @@ fn run(flags: &[&str]) -> ThreshingOutcome {
 #[test]
 fn the_torque_is_held_and_the_feeder_gives_little() {
     let (scene, setup) = coarse(&["wear.max_hours=50"]);
-    let lives = run_lives(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap();
+    let lives = run_lives(&scene, &setup, hidden, &mut |_, _| Ok(()), &|_| None).unwrap();
     assert_eq!(lives.held, Hold::Feed);
     let free = &lives.run.history.operation;
     let new = &free[0];

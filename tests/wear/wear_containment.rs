@@ -97,7 +97,7 @@ fn the_teeth_of_the_thresher_grow_nowhere() {
         panic!("no thresher");
     };
     let hidden = |_: &str, _: u64| Progress::new("", 1, true);
-    let outcome = run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(())).unwrap();
+    let outcome = run_threshing(&scene, &setup, hidden, &mut |_, _| Ok(()), &|_| None).unwrap();
     assert_contained(&outcome.history);
 }
 

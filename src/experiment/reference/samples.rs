@@ -3,16 +3,17 @@ use crate::contact::{Vec2, Vec3};
 use crate::dynamics::Pose64;
 use crate::dynamics::record::{ContactRecord, ContactStatus, StepRecord};
 use crate::scene::Built;
+use serde::{Deserialize, Serialize};
 
 /// A loaded contact: its position \[m\] and impulse `(P_N, P_T)` [N s].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Touch {
     pub position: Vec2,
     pub impulse: Vec2,
 }
 
 /// Data of a run that the closed forms need, step by step.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Samples {
     /// Time \[s\] and states of all bodies, at the start and at the end of each step.
     pub(super) time: Vec<f64>,

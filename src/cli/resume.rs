@@ -1,0 +1,108 @@
+//! `run --resume`: the folder of a run that was stopped, and what was typed then.
+
+use super::{Cli, Command, Outcome, RunArgs, print_err, run};
+use crate::experiment::{Engine, RunError};
+use crate::report::{OutputFolder, Reopened, ReportError, RunRecord};
+use crate::scene::Scene;
+use crate::thresher::Machine;
+use clap::Parser;
+use std::path::Path;
+
+/// A run that was stopped: its folder and what it was.
+pub(super) type Stopped = (OutputFolder, RunRecord);
+
+/// `run`, from its start or from where it was stopped.
+pub(super) fn command(args: &mut RunArgs) -> Result<Outcome, RunError> {
+    if let Some(target) = &args.resume {
+        return resume(target);
+    }
+    let words = std::env::args_os().skip(1);
+    args.words = words.map(|w| w.to_string_lossy().into_owned()).collect();
+    run::run(args, None)
+}
+
+fn resume(target: &Path) -> Result<Outcome, RunError> {
+    let (folder, record) = match OutputFolder::reopen(target)? {
+        Reopened::Finished => {
+            let place = target.display();
+            print_err(&format!(
+                "{place}: the run is finished, nothing is left to do\n"
+            ));
+            return Ok(Outcome::Done);
+        }
+        Reopened::Stopped(folder, record) => (*folder, record),
+    };
+    let of_this = env!("CARGO_PKG_VERSION");
+    if record.version != of_this {
+        return Err(RunError::Unfit(format!(
+            "--resume {}: the run was started by version {}, this is {of_this}: run it again",
+            target.display(),
+            record.version
+        )));
+    }
+    let typed = std::iter::once("moreau2d").chain(record.arguments.iter().map(String::as_str));
+    let parsed = Cli::try_parse_from(typed).map(|cli| cli.command);
+    let Ok(Command::Run(mut args)) = parsed else {
+        return Err(ReportError::Damaged {
+            path: target.to_path_buf(),
+            reason: format!("`{}` is no run", command_line(&record.arguments)),
+        }
+        .into());
+    };
+    args.words = record.arguments.clone();
+    args.common.flags.out = Some(target.to_path_buf());
+    if !args.common.flags.quiet {
+        print_err(&format!("resumes `{}`\n", command_line(&args.words)));
+    }
+    run::run(&args, Some((folder, record)))
+}
+
+/// The folder for the results of a run: one that can be resumed where that is possible.
+///
+/// # Errors
+/// [`RunError::Unfit`] if the scene is not that of the run that was stopped; [`RunError::Report`].
+pub(super) fn folder(
+    args: &RunArgs,
+    scene: &Scene,
+    machine: Option<&Machine>,
+    stopped: Option<Stopped>,
+) -> Result<OutputFolder, RunError> {
+    let scene_hash = format!("{:016x}", scene.hash);
+    if let Some((folder, record)) = stopped {
+        if record.scene_hash != scene_hash {
+            return Err(RunError::Unfit(format!(
+                "--resume {}: scene {} is not the one that was stopped: its hash is {scene_hash}, it was {}",
+                folder.target().display(),
+                scene.name,
+                record.scene_hash
+            )));
+        }
+        return Ok(folder);
+    }
+    let target = args.common.folder(scene);
+    let study = matches!(machine, Some(Machine::Study(_)));
+    let resumes = args.engine == Engine::Moreau && args.dump_problems.is_none() && !study;
+    if args.words.is_empty() || !resumes {
+        return Ok(OutputFolder::create(target)?);
+    }
+    let record = RunRecord {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene_hash,
+        arguments: args.words.clone(),
+    };
+    Ok(OutputFolder::keep(target, record)?)
+}
+
+/// The command as it was typed, without the place of the program.
+pub(super) fn command_line(words: &[String]) -> String {
+    let quoted = |word: &String| {
+        let plain = |c: char| c.is_alphanumeric() || "-_=./:,+@%".contains(c);
+        match !word.is_empty() && word.chars().all(plain) {
+            true => word.clone(),
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        }
+    };
+    let words = words.iter().map(quoted);
+    let all = std::iter::once("moreau2d".to_owned()).chain(words);
+    all.collect::<Vec<_>>().join(" ")
+}
