@@ -404,6 +404,13 @@ impl Present {
         }
     }
 
+    /// Bound of the speed at which any two points of two bodies come closer \[m/s\]. A velocity that both
+    /// share brings nothing closer.
+    fn closing(&self, other: &Present) -> f64 {
+        let spin = |body: &Present| body.velocity.z.abs() * body.radius;
+        (self.velocity.xy() - other.velocity.xy()).norm() + spin(self) + spin(other)
+    }
+
     /// Velocity of the body's point at a place of the world \[m/s\].
     fn velocity_at(&self, place: Vec2) -> Vec2 {
         let r = place - self.center;

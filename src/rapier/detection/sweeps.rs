@@ -61,7 +61,7 @@ impl Finder<'_> {
         bodies: [&Present; 2],
         found: &mut Vec<Touch>,
     ) -> bool {
-        let speed = bodies[0].speed + bodies[1].speed;
+        let speed = bodies[0].closing(bodies[1]);
         // half a step takes them no deeper than a shallow depth
         let half = 0.5 * self.step;
         if !self.midpoint || speed * half <= SHALLOW * thickness(sides) {
