@@ -1,14 +1,14 @@
 //! The thresher's life: simulates revolutions, measures wear, jumps cycles.
 
 use super::bar_load::BarLoad;
-use super::blocks::{LifeErrors, Tooth, Wear};
+use super::blocks::{LifeErrors, Wear};
 use super::calibrate::Calibrated;
+use super::cycle::{Cycle, Threshing, new_tooth};
 use super::life_error::{self, LimitError};
 use super::machine::Setup;
-use super::operation::{self, HeldTorque, Operation};
+use super::operation;
 use super::parameters::Thresher;
 use super::power::PowerBudget;
-use super::wear_chart::WornCycle;
 use super::wear_history::WearHistory;
 use super::world::{Outlines, ThreshingError, ThreshingWorld};
 use crate::checkpoint::{CheckpointError, Reader, Writer};
@@ -16,30 +16,8 @@ use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
 use crate::report::{Checkpoint, Progress};
 use crate::scene::Scene;
-use crate::wear::{Archard, JumpRule, LifePoint, LoadSlip, Profile, WearError, WearState};
+use crate::wear::{JumpRule, LifePoint, WearState};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
-
-/// Revolutions that fill the machine before anything is measured.
-const FILLING: f64 = 2.0;
-/// Revolutions between a new profile and its measurement.
-pub(super) const SETTLING: f64 = 0.25;
-/// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
-/// the crop in every phase of its segments within half a revolution; the bars by themselves do not, and
-/// differ by three times the scatter of their mean.
-const PARTS: usize = 2;
-
-/// One measured cycle.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Cycle {
-    /// Load and slip per node and revolution of the slice, mean over the bars.
-    load: LoadSlip,
-    /// Relative standard error of the most loaded node's mean, from the scatter of its parts.
-    sampling: f64,
-    pub operation: Operation,
-    power: PowerBudget,
-    bar_load: BarLoad,
-}
 
 /// What is known of a machine with new teeth, once it is filled.
 #[derive(Serialize, Deserialize)]
@@ -115,148 +93,7 @@ pub type Kept<'a> = &'a (dyn Fn(&str) -> Option<Checkpoint> + Sync);
 /// Density of steel \[kg/m³\].
 const STEEL: f64 = 7850.0;
 
-/// A machine and the measurement of its cycles.
-pub(super) struct Threshing<'a> {
-    pub parameters: &'a Thresher,
-    pub world: ThreshingWorld,
-    totals: Totals,
-    revolution: f64,
-    dt: f64,
-}
-
-impl<'a> Threshing<'a> {
-    /// A machine with the crop stiffness of the file.
-    fn new(
-        scene: &Scene,
-        parameters: &'a Thresher,
-        tooth: &Tooth,
-        profile: &Profile,
-    ) -> Result<Self, RunError> {
-        let stiffness = parameters.crop_stiffness;
-        Ok(Threshing {
-            parameters,
-            world: ThreshingWorld::new(scene, parameters, tooth, profile, stiffness)?,
-            totals: Totals::default(),
-            revolution: TAU / parameters.speed,
-            dt: scene.step.dt,
-        })
-    }
-
-    fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
-        self.totals.save(to)?;
-        self.world.save(to)
-    }
-
-    fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
-        self.totals = Totals::load(from)?;
-        self.world.load(from)
-    }
-
-    fn steps(&self, revolutions: f64) -> usize {
-        (revolutions * self.revolution / self.dt).ceil() as usize
-    }
-
-    fn step(&mut self) -> Result<StepRecord, RunError> {
-        let start = std::time::Instant::now();
-        let record = self.world.step()?;
-        self.totals.wall += start.elapsed().as_secs_f64();
-        self.totals.add(&record);
-        Ok(record)
-    }
-
-    /// Steps without measuring.
-    pub fn run(&mut self, revolutions: f64, progress: &Progress) -> Result<(), RunError> {
-        for _ in 0..self.steps(revolutions) {
-            self.step()?;
-            progress.advance();
-        }
-        self.world.take_passed();
-        Ok(())
-    }
-
-    /// Steps `revolutions` and measures wear, torque and power.
-    pub fn measure(
-        &mut self,
-        profile: &Profile,
-        revolutions: u32,
-        progress: &Progress,
-        observe: Observer,
-    ) -> Result<Cycle, RunError> {
-        let steps = self.steps(f64::from(revolutions));
-        let parts = PARTS * revolutions as usize;
-        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); parts];
-        let mut power = PowerBudget::default();
-        let mut bar_load = BarLoad::default();
-        let (mut angle, mut filled) = (0.0, 0.0);
-        let first = self.world.speed();
-        let mut last = first;
-        self.world.take_passed();
-        let mut hold = HeldTorque::new(self, steps, revolutions);
-        for step in 0..steps {
-            let record = self.step()?;
-            progress.advance();
-            sums[step * parts / steps].add(&record.contacts, |contact| {
-                Some(self.world.worn_place(contact, profile)?.1)
-            })?;
-            power.add(&record, &self.world);
-            bar_load.add(&record, &self.world, self.parameters.bars, self.dt);
-            observe(&record, &self.world)?;
-            angle += 0.5 * (self.world.speed() + last) * self.dt;
-            last = self.world.speed();
-            filled += self.world.filled();
-            hold.steer(&mut self.world, step, power.drive / angle);
-        }
-        // kinetic energy that the crop gained leaves with it, or is still in the machine
-        let passed = self.world.take_passed();
-        power.crop = passed.energy_out - passed.energy_in;
-        power.stored -= power.crop;
-        let time = steps as f64 * self.dt;
-        let inertia = self.parameters.per_metre(self.parameters.inertia);
-        let gained = 0.5 * inertia * (last * last - first * first);
-        let demand = self.parameters.machine_width * (power.drive - gained) / angle;
-        let power = power.scaled(self.parameters.machine_width / time);
-        let (filled, speed) = (filled / steps as f64, angle / time);
-        let operation = Operation {
-            torque: power.drive / speed,
-            demand,
-            speed,
-            drive: power.drive,
-            feeder: power.feeder,
-            stiffness: hold.close(&mut self.world),
-            filled,
-            out: passed.segments_out as f64 / time * self.parameters.segment_total(),
-            conveys: operation::conveys(filled, speed / self.parameters.speed),
-        };
-        let mut load = LoadSlip::new(profile.node_count());
-        for sum in &sums {
-            load.add_share(sum, 1.0 / f64::from(self.parameters.bars * revolutions))?;
-        }
-        Ok(Cycle {
-            sampling: sampling_error(&sums),
-            load,
-            operation,
-            power,
-            bar_load,
-        })
-    }
-
-    /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
-    /// with `profile` is the operating torque, if it `calibrates`.
-    fn fill(
-        &mut self,
-        profile: &Profile,
-        calibrates: bool,
-        progress: &Progress,
-    ) -> Result<(), RunError> {
-        let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-        self.run(FILLING, progress)?;
-        let cycle = self.measure(profile, 1, progress, &mut ignore)?;
-        if calibrates {
-            self.hold_torque(cycle, profile, 1, progress)?;
-        }
-        Ok(())
-    }
-
+impl Threshing<'_> {
     /// Wears the teeth jump by jump on from `life`, until the last limit or the longest time, or until
     /// the machine no longer conveys or the base, `base` \[m\] thick, is worn through. Before each
     /// jump it calls `save`.
@@ -393,23 +230,6 @@ impl Living {
     }
 }
 
-/// Relative standard error of the mean of the most loaded node over equal `parts` of a measured time,
-/// as of independent parts.
-fn sampling_error(parts: &[LoadSlip]) -> f64 {
-    let n = parts.len() as f64;
-    let nodes = parts.first().map_or(0, |part| part.sums().len());
-    let mean = |node: usize| parts.iter().map(|p| p.sums()[node]).sum::<f64>() / n;
-    let most = (0..nodes).max_by(|&a, &b| mean(a).total_cmp(&mean(b)));
-    let Some((node, mean)) = most.map(|node| (node, mean(node))) else {
-        return 0.0;
-    };
-    if n < 2.0 || mean <= 0.0 {
-        return 0.0;
-    }
-    let off = parts.iter().map(|p| (p.sums()[node] - mean).powi(2));
-    (off.sum::<f64>() / (n * (n - 1.0))).sqrt() / mean
-}
-
 /// Runs the thresher over its life.
 ///
 /// 1. The strip fills the machine. The crop's stiffness is scaled until the mean torque of a new
@@ -513,45 +333,6 @@ fn live(
     })
 }
 
-/// Wear of a new tooth in the first revolution after the machine is filled, at the stiffness of the
-/// file: the start of a run, without its calibration.
-///
-/// # Errors
-/// [`RunError`].
-pub(super) fn first_cycle(
-    scene: &Scene,
-    setup: &Setup<Thresher>,
-    progress: &Progress,
-) -> Result<WornCycle, RunError> {
-    let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
-    let mut state = new_tooth(tooth, wear, parameters)?;
-    let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
-    machine.run(FILLING, progress)?;
-    let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-    let cycle = machine.measure(state.profile(), 1, progress, &mut ignore)?;
-    state.advance(cycle.load.sums(), 1.0, 0.0)?;
-    Ok(WornCycle {
-        depth: state.depth().to_vec(),
-        exact: None,
-        totals: machine.totals,
-    })
-}
-
-/// Steps of [`first_cycle`] at `dt` \[s\].
-pub(super) fn first_cycle_steps(p: &Thresher, dt: f64) -> usize {
-    let revolution = TAU / p.speed;
-    let steps = |revolutions: f64| (revolutions * revolution / dt).ceil() as usize;
-    steps(FILLING) + steps(1.0)
-}
-
-fn new_tooth(tooth: &Tooth, wear: &Wear, p: &Thresher) -> Result<WearState, WearError> {
-    let law = Archard {
-        coefficient: wear.coefficient,
-    };
-    let profile = tooth.profile()?.raised_to(0.0)?;
-    WearState::new(profile, wear.settings(law, TAU / p.speed))
-}
-
 /// Mean over the jumps of the largest depth of a jump \[m\]; 0 without jumps.
 fn mean_jump(state: &WearState) -> f64 {
     let points = state.life().points();
@@ -568,89 +349,6 @@ impl From<ThreshingError> for RunError {
         match error {
             ThreshingError::Step(error) => error.into(),
             ThreshingError::Wear(error) => error.into(),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::shapes::tooth_chain;
-    use super::*;
-    use crate::contact::Vec2;
-    use crate::dynamics::Pose64;
-    use crate::dynamics::record::SurfacePoint;
-    use crate::peers::ShapeSpec;
-    use crate::thresher::{Machine, load};
-
-    /// Regression test: wear combined the position of a contact, which is at the midpoint of the
-    /// step, with the pose at the end of the step, and so found another cell than detection. At
-    /// this step length it did so for 16 843 of 18 468 contacts.
-    #[test]
-    fn wear_goes_to_the_cell_that_detection_found() {
-        let dt = 1.6e-4;
-        let flags = [format!("step.dt={dt}")];
-        let (scene, Some(Machine::Thresher(setup))) = load("thresher", &flags).unwrap() else {
-            panic!("no thresher");
-        };
-        let (p, tooth) = (&setup.parameters, &setup.tooth);
-        let profile = tooth.profile().unwrap().raised_to(0.0).unwrap();
-        let chains: Vec<Vec<Vec2>> = (0..p.bars as usize)
-            .map(|bar| match tooth_chain(p, tooth, &profile, bar).unwrap() {
-                ShapeSpec::Chain { points, .. } => points,
-                other => panic!("{other:?}"),
-            })
-            .collect();
-        let mut machine = Threshing::new(&scene, p, tooth, &profile).unwrap();
-        let hidden = Progress::new("", 1, true);
-        machine.run(FILLING, &hidden).unwrap();
-
-        let mut start = machine.world.bodies()[0];
-        let (mut all, mut elsewhere, mut late) = (0, 0, 0);
-        let mut expected = vec![0.0; profile.node_count()];
-        let mut observe = |record: &StepRecord, world: &ThreshingWorld| {
-            let end = world.bodies()[0];
-            // detection runs at the midpoint of the step
-            let (number, pose, u) = start;
-            let turned = pose.angle() + 0.5 * dt * u.z;
-            let middle = Pose64::new(pose.translation + 0.5 * dt * u.xy(), turned);
-            for contact in record.contacts.iter().filter(|c| c.load_slip > 0.0) {
-                let Some((bar, SurfacePoint { edge, at })) = world.worn_place(contact, &profile)
-                else {
-                    continue;
-                };
-                let edge = edge as usize;
-                // the contact lies in the middle of the gap, its point of the tooth on the surface
-                let side = if contact.bodies[0] == number {
-                    -0.5
-                } else {
-                    0.5
-                };
-                let touched = contact.position + side * contact.gap * contact.normal;
-                let ends = [chains[bar][edge], chains[bar][edge + 1]];
-                let place = ends[0] + at * (ends[1] - ends[0]);
-                let off = |pose: &Pose64| (pose.apply_inverse(touched) - place).norm() > 1e-5;
-                all += 1;
-                elsewhere += usize::from(off(&middle));
-                late += usize::from(off(&end.1));
-                let share = contact.load_slip / f64::from(p.bars);
-                expected[edge] += (1.0 - at) * share;
-                expected[edge + 1] += at * share;
-            }
-            start = end;
-            Ok(())
-        };
-        let cycle = machine.measure(&profile, 1, &hidden, &mut observe).unwrap();
-        assert!(all > 3000, "{all}");
-        assert_eq!(elsewhere, 0, "of {all}");
-        // the test would detect the bug
-        assert!(late > all / 2, "{late} of {all}");
-        let most = expected.iter().copied().fold(0.0, f64::max);
-        for (node, (found, expected)) in cycle.load.sums().iter().zip(&expected).enumerate() {
-            // sums of thousands in another order
-            assert!(
-                (found - expected).abs() < 1e-12 * most,
-                "node {node}: {found}, {expected}"
-            );
         }
     }
 }

@@ -41,6 +41,7 @@ mod blocks;
 mod calibrate;
 mod check;
 mod contact_time;
+mod cycle;
 mod life;
 mod life_error;
 mod life_text;

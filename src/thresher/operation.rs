@@ -1,6 +1,6 @@
 //! What is held while the teeth wear, and when the machine can no longer be operated.
 
-use super::life::{Cycle, SETTLING, Threshing};
+use super::cycle::{Cycle, SETTLING, Threshing};
 use super::parameters::{Hold, Thresher};
 use super::rows::{OperationRow, ProfileRow};
 use super::wear_history::WearHistory;

@@ -3,7 +3,7 @@
 //! One load cycle wears a new tooth. Its depth per cell is compared with the algebra of the study,
 //! or for other scenes with the machine's own run converged over three step lengths.
 
-use super::life::{first_cycle, first_cycle_steps};
+use super::cycle::{first_cycle, first_cycle_steps};
 use super::machine::Machine;
 use super::study::study_cycle;
 use crate::experiment::{
