@@ -1,8 +1,9 @@
 //! `run --resume`: the folder of a run that was stopped, and what was typed then.
 
 use super::{Cli, Command, Outcome, RunArgs, print_err, run};
+use crate::checkpoint::Reader;
 use crate::experiment::{Engine, RunError};
-use crate::report::{OutputFolder, Reopened, ReportError, RunRecord};
+use crate::report::{Checkpoint, OutputFolder, Reopened, ReportError, RunRecord};
 use crate::scene::Scene;
 use crate::thresher::Machine;
 use clap::Parser;
@@ -91,6 +92,17 @@ pub(super) fn folder(
         arguments: args.words.clone(),
     };
     Ok(OutputFolder::keep(target, record)?)
+}
+
+/// The checkpoint of a run that can be resumed, and what it holds if it was stopped.
+pub(super) fn checkpoint(
+    args: &RunArgs,
+    folder: &OutputFolder,
+) -> Result<(Option<Checkpoint>, Option<Reader>), RunError> {
+    let every = args.checkpoint_every.map(|n| n as usize);
+    let checkpoint = folder.checkpoint("run", every);
+    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
+    Ok((checkpoint, saved.flatten()))
 }
 
 /// The command as it was typed, without the place of the program.

@@ -3,15 +3,13 @@ use super::resume::{self, Stopped};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
-use super::{Outcome, RunArgs, effect, print_out, run_machine, run_page, run_wear, summary};
+use super::{Outcome, RunArgs, effect, run_machine, run_page, run_wear, summary};
 use crate::checkpoint::Writer;
 use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on, measures,
 };
-use crate::report::{
-    Align, Checkpoint, OutputFolder, Progress, ReportError, Stage, Still, Table, number,
-};
+use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
 use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
@@ -119,14 +117,10 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
     let steps = args.common.step_count(&scene);
     let mut built = scene.build()?;
     built.keep_problems(dump.is_some());
-    let rows = steps * built.bodies();
-    let every = args
-        .every
-        .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
+    let every = row_interval(args, steps * built.bodies());
     let mut judge = Judge::new(&scene, &built);
-    let mut checkpoint = folder.checkpoint("run", args.checkpoint_every.map(|n| n as usize));
-    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
-    let (mut samples, mut files, totals) = match saved.flatten() {
+    let (mut checkpoint, saved) = resume::checkpoint(args, &folder)?;
+    let (mut samples, mut files, totals) = match saved {
         Some(mut saved) => {
             built.load(&mut saved)?;
             judge.load(&mut saved)?;
@@ -135,8 +129,7 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
             (samples, RunFiles::load(&folder, every, &mut saved)?, totals)
         }
         None => {
-            let mut files = RunFiles::create(&folder, every, args.summary_only)?;
-            files.add_bodies(0.0, states(&built, args.engine))?;
+            let files = start_files(args, &folder, every, &built)?;
             let samples = Samples::start(&built, args.engine);
             args.engine.prepare(&mut built)?;
             let totals = Totals::start(&mut built, args.engine);
@@ -205,10 +198,8 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
     let stage = Stage::of(&scene);
     run_page::write(args, &folder, &text, lead, Some(&stage), None)?;
     let dumped = dump.map(Dump::finish).transpose()?;
-    let target = folder.commit()?;
-    if args.common.flags.json {
-        print_out(&text);
-    } else if !args.common.flags.quiet {
+    let say = args.common.flags.say();
+    summary::finish(folder, &text, say, |target| {
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
         out.push_str(&format!("{}\n", verdict.sentence));
@@ -224,13 +215,31 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
             out.push_str(&format!("{count} contact problems in {folder}\n"));
         }
         out.push_str(&format!("results in {}\n", target.display()));
-        print_out(&out);
-    }
+        out
+    })?;
     // what a peer did is told, and is no failure of the command
     Ok(match verdict.held || args.engine != Engine::Moreau {
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// Steps between two rows of the CSV files, for a run that makes so many `rows` of bodies.
+pub(super) fn row_interval(args: &RunArgs, rows: usize) -> usize {
+    let typed = args.every.map(|n| n as usize);
+    typed.unwrap_or_else(|| rows.div_ceil(BODY_ROWS).max(1))
+}
+
+/// The CSV files, with the bodies at the start.
+pub(super) fn start_files(
+    args: &RunArgs,
+    folder: &OutputFolder,
+    every: usize,
+    built: &Built,
+) -> Result<RunFiles, RunError> {
+    let mut files = RunFiles::create(folder, every, args.summary_only)?;
+    files.add_bodies(0.0, states(built, args.engine))?;
+    Ok(files)
 }
 
 /// A note for a run that ends before the first event that its closed form knows.

@@ -1,12 +1,12 @@
 use super::resume::{self, Stopped};
-use super::run::{BODY_ROWS, NEW, head, states, write_still};
-use super::run_files::RunFiles;
+use super::run::{NEW, head, row_interval, start_files, states, write_still};
+use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::{Outcome, RunArgs, run_page, summary};
 use crate::checkpoint::Writer;
 use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome};
 use crate::report::{
-    Align, Checkpoint, OutputFolder, Progress, Stage, Table, number, quantity, write_rows,
+    Align, Lead, OutputFolder, Progress, Stage, Table, number, quantity, write_rows,
 };
 use crate::scene::Scene;
 use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
@@ -55,26 +55,18 @@ pub(super) fn run(
     let folder = resume::folder(args, scene, None, stopped)?;
     let steps = args.common.step_count(scene);
     let mut built = scene.build()?;
-    let rows = 2 * steps * built.bodies();
-    let every = args
-        .every
-        .map_or(rows.div_ceil(BODY_ROWS).max(1), |n| n as usize);
+    let every = row_interval(args, 2 * steps * built.bodies());
     let mut judge = Judge::new(scene, &built);
     let mut wear = WearOutcome::start(scene, &mut built)?;
-    let mut checkpoint = folder.checkpoint("run", args.checkpoint_every.map(|n| n as usize));
-    let saved = checkpoint.as_ref().map(Checkpoint::load).transpose()?;
-    let mut files = match saved.flatten() {
+    let (mut checkpoint, saved) = resume::checkpoint(args, &folder)?;
+    let mut files = match saved {
         Some(mut saved) => {
             built.load(&mut saved)?;
             wear.load(&mut saved)?;
             judge.load(&mut saved)?;
             RunFiles::load(&folder, every, &mut saved)?
         }
-        None => {
-            let mut files = RunFiles::create(&folder, every, args.summary_only)?;
-            files.add_bodies(0.0, states(&built, Engine::Moreau))?;
-            files
-        }
+        None => start_files(args, &folder, every, &built)?,
     };
     let progress = Progress::new(&scene.name, 1000, args.common.flags.quiet);
     let found = wear.go_on(
@@ -121,51 +113,49 @@ pub(super) fn run(
         ended: found.ended.as_deref(),
         warnings: &notes,
     };
-    let mut text = format!("{}: {}\n", scene.name, scene.title);
-    let events = scene.step.events;
-    text.push_str(&summary::describe(&found.totals, Engine::Moreau, events));
-    text.push_str(&format!(
-        "{} (overlaps, joints and passages are judged until the first jump)\n",
-        verdict.sentence
-    ));
-    text.push_str(&summary::noted(&notes));
-    text.push_str(&table(&more));
-    let say = args.common.flags.say();
-    let head = head(scene, Engine::Moreau, every);
-    let summary = summary::write(&folder, head, &more)?;
-    let stage = Stage::of(scene);
+    let summary = summary::write(&folder, head(scene, Engine::Moreau, every), &more)?;
+    let lead = wear_lead(scene, &found, &more, &states);
+    let (stage, table) = (Stage::of(scene), table(&more));
+    run_page::write(args, &folder, &summary, lead, Some(&stage), Some(&table))?;
+    summary::finish(folder, &summary, args.common.flags.say(), |target| {
+        let steps = summary::describe(&found.totals, Engine::Moreau, scene.step.events);
+        format!(
+            "{}: {}\n{steps}{} (overlaps, joints and passages are judged until the first jump)\n\
+             {}{table}results in {}\n",
+            scene.name,
+            scene.title,
+            verdict.sentence,
+            summary::noted(&notes),
+            target.display()
+        )
+    })?;
+    Ok(match verdict.held && found.ended.is_none() {
+        true => Outcome::Done,
+        false => Outcome::Failed,
+    })
+}
+
+/// The head of the page: what wore, and whether it can be trusted.
+fn wear_lead(scene: &Scene, found: &WearOutcome, more: &Found, states: &[BodyState]) -> Lead {
+    let (totals, notes) = (&found.totals, more.warnings.len());
     let mut lead = lead(
         scene,
         Engine::Moreau,
-        &found.totals,
-        &verdict,
+        totals,
+        more.verdict,
         &[],
-        &states,
-        notes.len(),
+        states,
+        notes,
     );
     lead.good &= found.ended.is_none();
-    lead.what_came_out = format!("{} {} {NEW}", worn_words(&more), lead.what_came_out);
+    lead.what_came_out = format!("{} {} {NEW}", worn_words(more), lead.what_came_out);
     if let Some(why) = &found.ended {
         lead.what_to_do = format!(
             "The wear ended before its duration: {why}. {}",
             lead.what_to_do
         );
     }
-    run_page::write(
-        args,
-        &folder,
-        &summary,
-        lead,
-        Some(&stage),
-        Some(&table(&more)),
-    )?;
-    summary::finish(folder, &summary, say, |target| {
-        format!("{text}results in {}\n", target.display())
-    })?;
-    Ok(match verdict.held && found.ended.is_none() {
-        true => Outcome::Done,
-        false => Outcome::Failed,
-    })
+    lead
 }
 
 fn notes(found: &WearOutcome) -> Vec<String> {
