@@ -3,7 +3,7 @@
 use super::{Cli, Command, Outcome, RunArgs, print_err, run};
 use crate::checkpoint::Reader;
 use crate::experiment::{Engine, RunError};
-use crate::report::{Checkpoint, OutputFolder, Reopened, ReportError, RunRecord};
+use crate::report::{Checkpoint, KEPT, OutputFolder, Reopened, ReportError, RunRecord};
 use crate::scene::Scene;
 use crate::thresher::Machine;
 use clap::Parser;
@@ -91,6 +91,19 @@ pub(super) fn folder(
         scene_hash,
         arguments: args.words.clone(),
     };
+    if let Some(earlier) = OutputFolder::stopped(&target) {
+        let place = target.display();
+        if earlier == record {
+            return Err(RunError::Unfit(format!(
+                "--out {place}: this run was stopped here, and `run --resume {place}` goes on with it; to begin \
+                 anew, remove {place}/{KEPT}"
+            )));
+        }
+        let command = command_line(&earlier.arguments);
+        print_err(&format!(
+            "note: `{command}` was stopped in {place}, and gives way to this run\n"
+        ));
+    }
     Ok(OutputFolder::keep(target, record)?)
 }
 

@@ -109,6 +109,11 @@ impl OutputFolder {
         }
     }
 
+    /// What a run that was stopped in `target` was, if there is one that can go on.
+    pub fn stopped(target: &Path) -> Option<RunRecord> {
+        Kept::stopped(target)
+    }
+
     /// The checkpoint `name` of a run; `None` if it cannot be resumed.
     ///
     /// # Arguments

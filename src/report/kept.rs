@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Name of the folder within the folder of the results.
-pub(super) const KEPT: &str = "moreau2d-checkpoint";
+pub const KEPT: &str = "moreau2d-checkpoint";
 /// What the run is.
 const RECORD: &str = "run.json";
 /// Locked as long as the run goes on; the system unlocks it however the program ends.
@@ -133,6 +133,17 @@ impl Kept {
             content(&file)?;
         }
         Ok((kept, Some(record)))
+    }
+
+    /// What a run that was stopped in `target` after a checkpoint was; `None` if there is none, or it
+    /// cannot be read.
+    pub fn stopped(target: &Path) -> Option<RunRecord> {
+        // one that is at work holds the lock
+        if !target.join(KEPT).is_dir() {
+            return None;
+        }
+        let (kept, run) = Kept::reopen(target).ok()?;
+        run.filter(|_| kept.states().is_ok_and(|states| !states.is_empty()))
     }
 
     /// Its checkpoints.

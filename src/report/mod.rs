@@ -49,7 +49,7 @@ pub use csv_rows::{
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};
 pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
-pub use kept::{Checkpoint, RunRecord};
+pub use kept::{Checkpoint, KEPT, RunRecord};
 pub use order::observed_order;
 pub use page::{Lead, Page, Section};
 pub use panels::panels;

@@ -286,8 +286,12 @@ fn results_that_were_complete_are_moved_into_place() {
 #[test]
 fn a_run_starts_again_in_the_folder_of_one_that_was_stopped() {
     let place = long();
+    // the same run is not begun anew by mistake
+    let again = [&LONG[..], &["--out", "r"]].concat();
+    place.refused(&again, &["was stopped here", "`run --resume r`", KEPT]);
     let (code, _, err) = place.run(&["run", "ball.toml", "--steps", "30", "--out", "r"]);
     assert_eq!(code, 0, "{err}");
+    assert!(err.contains("was stopped in r, and gives way"), "{err}");
     assert!(!place.path(KEPT).exists());
     assert_eq!(place.rows("r/steps.csv").len(), 30);
 }
