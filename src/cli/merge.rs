@@ -141,7 +141,13 @@ pub(super) fn merge(args: &MergeArgs) -> Result<Outcome, RunError> {
 fn pictures_before(folder: &Path) -> Vec<String> {
     let text = fs::read(folder.join(sweep_case::SUMMARY)).unwrap_or_default();
     let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
-    let names = summary["pictures"].as_array().into_iter().flatten();
+    // other commands list pictures too
+    let own = summary["command"] == "merge";
+    let names = summary["pictures"]
+        .as_array()
+        .filter(|_| own)
+        .into_iter()
+        .flatten();
     let own = names.filter_map(|name| name.as_str());
     own.filter(|name| name.ends_with(".svg") && !name.contains(['/', '\\']))
         .filter(|name| folder.join(name).is_file())

@@ -7,6 +7,7 @@ use crate::report::{Checkpoint, KEPT, OutputFolder, Reopened, ReportError, RunRe
 use crate::scene::Scene;
 use crate::thresher::Machine;
 use clap::Parser;
+use serde_json::Value;
 use std::path::Path;
 
 /// A run that was stopped: its folder and what it was.
@@ -29,7 +30,7 @@ fn resume(target: &Path) -> Result<Outcome, RunError> {
             print_err(&format!(
                 "{place}: the run is finished, nothing is left to do\n"
             ));
-            return Ok(Outcome::Done);
+            return Ok(outcome(target));
         }
         Reopened::Stopped(folder, record) => (*folder, record),
     };
@@ -91,20 +92,56 @@ pub(super) fn folder(
         scene_hash,
         arguments: args.words.clone(),
     };
-    if let Some(earlier) = OutputFolder::stopped(&target) {
-        let place = target.display();
-        if earlier == record {
-            return Err(RunError::Unfit(format!(
-                "--out {place}: this run was stopped here, and `run --resume {place}` goes on with it; to begin \
-                 anew, remove {place}/{KEPT}"
-            )));
-        }
-        let command = command_line(&earlier.arguments);
-        print_err(&format!(
-            "note: `{command}` was stopped in {place}, and gives way to this run\n"
-        ));
-    }
+    spare(&target)?;
     Ok(OutputFolder::keep(target, record)?)
+}
+
+/// How a finished run ended, by its summary.
+fn outcome(target: &Path) -> Outcome {
+    let text = std::fs::read(target.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
+    let held = match &summary["verdict"]["held"] {
+        Value::Bool(held) => *held && summary["ended"].is_null(),
+        // of a machine, whose teeth may take another torque than they should
+        _ => {
+            let missed = |note: &Value| {
+                note.as_str()
+                    .is_some_and(|n| n.starts_with("new teeth take"))
+            };
+            let notes = summary["warnings"].as_array();
+            summary["totals"]["unsolved_islands"] == 0
+                && !notes.is_some_and(|notes| notes.iter().any(missed))
+        }
+    };
+    let peer = summary["settings"]["engine"]
+        .as_str()
+        .is_some_and(|engine| engine != "moreau");
+    match held || peer {
+        true => Outcome::Done,
+        false => Outcome::Failed,
+    }
+}
+
+/// Refuses a folder in which a run waits to be resumed; complete results that wait there are moved first.
+///
+/// # Errors
+/// [`RunError::Unfit`]; [`RunError::Report`] for a damaged checkpoint.
+fn spare(target: &Path) -> Result<(), RunError> {
+    if !target.join(KEPT).is_dir() {
+        return Ok(());
+    }
+    match OutputFolder::reopen(target) {
+        Ok(Reopened::Stopped(folder, record)) if folder.is_saved() => {
+            let (place, command) = (target.display(), command_line(&record.arguments));
+            Err(RunError::Unfit(format!(
+                "--out {place}: `{command}` was stopped here, and `run --resume {place}` goes on with it; to give \
+                 it up, remove {place}/{KEPT}"
+            )))
+        }
+        // at work: this run cannot be resumed; or stopped before its first checkpoint
+        Ok(_) | Err(ReportError::Running { .. } | ReportError::NothingKept { .. }) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The checkpoint of a run that can be resumed, and what it holds if it was stopped.

@@ -89,13 +89,13 @@ impl RunFiles {
         })
     }
 
-    /// Writes out what is buffered, so that nothing is lost if the program is stopped.
-    pub fn settle(&mut self) -> Result<(), ReportError> {
+    /// Hands what is buffered to the system, so that nothing is lost if the program is killed.
+    pub fn flush(&mut self) -> Result<(), ReportError> {
         if let Some(rows) = &mut self.rows {
-            rows.bodies.settle()?;
-            rows.contacts.settle()?;
-            rows.impacts.settle()?;
-            rows.steps.settle()?;
+            rows.bodies.flush()?;
+            rows.contacts.flush()?;
+            rows.impacts.flush()?;
+            rows.steps.flush()?;
         }
         Ok(())
     }

@@ -102,7 +102,7 @@ fn thresher(
         |label, total| Progress::new(label, total, quiet),
         &mut |record, world| {
             files.add(record, || world.bodies())?;
-            Ok(files.settle()?)
+            Ok(files.flush()?)
         },
         &kept,
     )?;

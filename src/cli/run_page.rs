@@ -219,6 +219,7 @@ fn names(folder: &OutputFolder) -> Result<Vec<String>, ReportError> {
         path: folder.target().to_owned(),
         source,
     };
+    // of a run that was stopped between this page and its end, the page is there already
     let mut names = Vec::new();
     for entry in fs::read_dir(folder.path("")).map_err(error)? {
         names.push(
@@ -229,6 +230,7 @@ fn names(folder: &OutputFolder) -> Result<Vec<String>, ReportError> {
                 .into_owned(),
         );
     }
+    names.retain(|name| name != FILE);
     names.sort();
     Ok(names)
 }

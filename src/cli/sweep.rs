@@ -190,22 +190,28 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
     })
 }
 
-/// Prints one warning of each kind, and how many cases have one. Warnings of a kind are the same up to
-/// their first number.
+/// Prints one warning of each kind, and how many cases have one. Warnings of a kind differ in numbers only.
 fn warn<'a>(cases: impl Iterator<Item = &'a [String]>) {
-    let kind = |text: &str| {
-        text.find(|c: char| c.is_ascii_digit())
-            .unwrap_or(text.len())
+    let number = |word: &str| word.contains(|c: char| c.is_ascii_digit());
+    let kind = |text: &'a str| -> Vec<&str> {
+        let words = text.split_whitespace();
+        words.filter(|word| !number(word)).collect()
     };
-    let mut found: Vec<(&str, usize)> = Vec::new();
-    for text in cases.flatten() {
-        let same = |known: &&str| known[..kind(known)] == text[..kind(text)];
-        match found.iter_mut().find(|(known, _)| same(known)) {
-            Some((_, count)) => *count += 1,
-            None => found.push((text, 1)),
+    // kind, its first warning, number of cases, and the last of them
+    let mut found: Vec<(Vec<&str>, &str, usize, usize)> = Vec::new();
+    for (case, texts) in cases.enumerate() {
+        for text in texts {
+            let own = kind(text);
+            match found.iter_mut().find(|(known, ..)| *known == own) {
+                Some((.., count, last)) => {
+                    *count += usize::from(*last != case);
+                    *last = case;
+                }
+                None => found.push((own, text, 1, case)),
+            }
         }
     }
-    for (text, count) in found {
+    for (_, text, count, _) in found {
         print_err(&match count {
             1 => format!("warning: in one case: {text}\n"),
             _ => format!("warning: in {count} cases, as in the first: {text}\n"),

@@ -18,9 +18,9 @@
 //! | `files/` | the CSV files so far |
 //!
 //! At its end the files are moved into place, and the folder goes. `--resume` of a run that is finished says so
-//! and changes nothing. A run that was stopped while its files were being moved is finished by `--resume`. The
-//! same `run` typed again is refused, so that nothing is lost by mistake: remove `moreau2d-checkpoint` to begin
-//! anew. Another run takes the folder over, and says so.
+//! and changes nothing. A run that was stopped while its files were being moved is finished by `--resume`.
+//! A new `run` into the folder is refused, so that nothing is lost by mistake: remove `moreau2d-checkpoint` to
+//! give the stopped one up.
 //!
 //! # What is lost
 //! | run | a checkpoint | so that at most is lost |

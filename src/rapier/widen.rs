@@ -57,8 +57,8 @@ fn nearest(x: f64) -> f64 {
 #[inline(never)]
 fn typed(value: Real, digits: i32) -> f64 {
     let wide = f64::from(value);
-    // whole numbers are exact already, and so are dyadic fractions. Below 8 these have no shorter
-    // decimal; above, half a unit of the last place is 4.8e-7, and 8 + 3/1024 is 3.1e-7 from 8.00293.
+    // whole numbers are exact already, and so are dyadic fractions. Below 8 no other
+    // decimal of six digits rounds to them; above, half a unit of the last place is 4.8e-7, and 8 + 3/1024 is 3.1e-7 from 8.00293.
     // A cast instead of `fract`, which is a library call on processors without a rounding instruction
     let whole = |x: f64| x as i64 as f64 == x;
     let dyadic = whole(wide) || wide.abs() < 8.0 && whole(wide * 1024.0);

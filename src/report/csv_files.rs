@@ -99,6 +99,14 @@ impl<R: Row> CsvFile<R> {
         })
     }
 
+    /// Hands what is buffered to the system, which keeps it if the program is killed.
+    ///
+    /// # Errors
+    /// `ReportError::Io`.
+    pub fn flush(&mut self) -> Result<(), ReportError> {
+        self.writer.flush().map_err(ReportError::io(&self.path))
+    }
+
     /// Writes out what is buffered, down to the disk, and tells the length of the file.
     ///
     /// # Errors

@@ -109,9 +109,9 @@ impl OutputFolder {
         }
     }
 
-    /// What a run that was stopped in `target` was, if there is one that can go on.
-    pub fn stopped(target: &Path) -> Option<RunRecord> {
-        Kept::stopped(target)
+    /// Whether the run in it has a checkpoint.
+    pub fn is_saved(&self) -> bool {
+        matches!(&self.staging, Staging::Kept(kept) if kept.is_saved())
     }
 
     /// The checkpoint `name` of a run; `None` if it cannot be resumed.

@@ -74,7 +74,12 @@ impl Kept {
             fs::remove_dir_all(&path).map_err(ReportError::io(&path))?;
             drop(lock);
         }
-        fs::create_dir(&path).map_err(io())?;
+        // another run may have made it just now: the lock decides
+        match fs::create_dir(&path) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+            _ => Ok(()),
+        }
+        .map_err(io())?;
         let Some(lock) = lock(&path).map_err(io())? else {
             return Ok(None);
         };
@@ -114,7 +119,13 @@ impl Kept {
             return Ok((kept, None));
         }
         let place = kept.path.join(RECORD);
-        let text = fs::read(&place).map_err(ReportError::io(&place))?;
+        let text = fs::read(&place).map_err(|error| match error.kind() {
+            // stopped before it began
+            io::ErrorKind::NotFound => ReportError::NothingKept {
+                path: target.to_path_buf(),
+            },
+            _ => ReportError::io(&place)(error),
+        })?;
         let damaged = |reason: String| ReportError::Damaged {
             path: place.clone(),
             reason,
@@ -135,15 +146,9 @@ impl Kept {
         Ok((kept, Some(record)))
     }
 
-    /// What a run that was stopped in `target` after a checkpoint was; `None` if there is none, or it
-    /// cannot be read.
-    pub fn stopped(target: &Path) -> Option<RunRecord> {
-        // one that is at work holds the lock
-        if !target.join(KEPT).is_dir() {
-            return None;
-        }
-        let (kept, run) = Kept::reopen(target).ok()?;
-        run.filter(|_| kept.states().is_ok_and(|states| !states.is_empty()))
+    /// Whether it has a checkpoint.
+    pub fn is_saved(&self) -> bool {
+        self.states().is_ok_and(|states| !states.is_empty())
     }
 
     /// Its checkpoints.
@@ -160,9 +165,17 @@ impl Kept {
         Ok(found)
     }
 
-    /// Notes that the results are complete, or takes the note back.
+    /// Notes that the results are complete, or takes the note back. What is noted is on the disk.
     pub fn set_done(&self, done: bool) -> Result<(), ReportError> {
         let path = self.path.join(DONE);
+        if done {
+            let files = self.path.join("files");
+            for entry in fs::read_dir(&files).map_err(ReportError::io(&files))? {
+                let file = entry.map_err(ReportError::io(&files))?.path();
+                let synced = File::open(&file).and_then(|file| file.sync_data());
+                synced.map_err(ReportError::io(&file))?;
+            }
+        }
         match done {
             true => fs::write(&path, ""),
             false => fs::remove_file(&path),
@@ -186,7 +199,7 @@ impl Drop for Kept {
         let Some(made) = &self.made else {
             return;
         };
-        let left = self.path.join(DONE).exists() || self.states().is_ok_and(|s| !s.is_empty());
+        let left = self.path.join(DONE).exists() || self.is_saved();
         if left || !self.path.exists() {
             return;
         }

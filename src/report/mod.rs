@@ -82,7 +82,7 @@ pub enum ReportError {
     #[error("{}: is a folder, not replaced by a file", path.display())]
     IsAFolder { path: PathBuf },
     /// There is no run to be resumed.
-    #[error("{}: no run was stopped here, there is no folder {}", path.display(), kept::KEPT)]
+    #[error("{}: no run was stopped here that had begun, there is no {}/run.json", path.display(), kept::KEPT)]
     NothingKept { path: PathBuf },
     /// The run is not stopped.
     #[error("{}: another run is still writing here", path.display())]

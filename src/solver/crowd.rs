@@ -7,8 +7,8 @@ use crate::contact::{ContactProblem, Judge, Residual, Vec2};
 ///
 /// A hundred sweeps by fours from the start impulses, the last four without momentum. In heaps of
 /// 5000 contacts that tumble they leave closing velocities of some 0.03 m/s; four hundred would leave a
-/// tenth of that. Where a hundred leave more than [`MUCH`] of the velocities at stake, three hundred more
-/// follow. In a heap that comes to rest the sweeps of all steps add up, because each step starts from
+/// tenth of that. Where a hundred leave more than [`MUCH`] of the velocities at stake, up to three hundred
+/// more follow. In a heap that comes to rest the sweeps of all steps add up, because each step starts from
 /// the impulses of the last: to a residual of 1e-11 within a second or two.
 ///
 /// The impulses are in the friction cone whenever the sweeps stop. If they leave a larger velocity
@@ -30,7 +30,8 @@ pub(crate) struct Crowd {
 /// Sweeps of a step.
 const SWEEPS: usize = 100;
 
-/// Velocity residual, as a share of the velocity scale, above which [`MORE`] times as many sweeps follow.
+/// Velocity residual, as a share of the velocity scale, above which up to [`MORE`] further rounds of sweeps
+/// follow, as long as each leaves less than the one before.
 /// The scale of a heap almost at rest is what gravity gives in a step, and a contact that is new may leave
 /// a sixth of it. A problem without a solution costs one round more, in vain.
 const MUCH: f64 = 0.1;

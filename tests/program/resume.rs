@@ -258,6 +258,16 @@ fn a_finished_run_is_left_as_it_is() {
     assert_eq!((code, out.as_str()), (0, ""));
     assert_eq!(err, "r: the run is finished, nothing is left to do\n");
     assert!(tree(&place, "r") == before);
+    // it ends as the run did
+    let (code, ..) = place.run(&[
+        "run",
+        "incline",
+        "--set",
+        "verdict.imbalance=0",
+        "--out",
+        "s",
+    ]);
+    assert_eq!((code, place.run(&["run", "--resume", "s"]).0), (2, 2));
 }
 
 /// The program stops while files are moved into place: the rest follows.
@@ -283,16 +293,19 @@ fn results_that_were_complete_are_moved_into_place() {
     assert!(tree(&place, "r") == whole);
 }
 
+/// Nothing is lost by mistake: what waits to be resumed is not begun anew.
 #[test]
-fn a_run_starts_again_in_the_folder_of_one_that_was_stopped() {
+fn a_run_does_not_drop_one_that_was_stopped() {
     let place = long();
-    // the same run is not begun anew by mistake
-    let again = [&LONG[..], &["--out", "r"]].concat();
-    place.refused(&again, &["was stopped here", "`run --resume r`", KEPT]);
-    let (code, _, err) = place.run(&["run", "ball.toml", "--steps", "30", "--out", "r"]);
+    let other = ["run", "ball.toml", "--steps", "30", "--out", "r"];
+    for again in [&[&LONG[..], &["--out", "r"]].concat()[..], &other] {
+        place.refused(again, &["was stopped here", "`run --resume r`", KEPT]);
+    }
+    place.write(&format!("{KEPT}/run.state"), "damaged");
+    place.refused(&other, &["run.state: the checkpoint is damaged"]);
+    fs::remove_dir_all(place.path(KEPT)).unwrap();
+    let (code, _, err) = place.run(&other);
     assert_eq!(code, 0, "{err}");
-    assert!(err.contains("was stopped in r, and gives way"), "{err}");
-    assert!(!place.path(KEPT).exists());
     assert_eq!(place.rows("r/steps.csv").len(), 30);
 }
 

@@ -64,7 +64,8 @@ impl Finder<'_> {
         let speed = bodies[0].closing(bodies[1]);
         // half a step takes them no deeper than a shallow depth
         let half = 0.5 * self.step;
-        if !self.midpoint || speed * half <= SHALLOW * thickness(sides) {
+        // a speed that is not finite is reported elsewhere
+        if !self.midpoint || !speed.is_finite() || speed * half <= SHALLOW * thickness(sides) {
             return false;
         }
         self.meet_first(sides, bodies, speed, found)
