@@ -287,12 +287,13 @@ fn deepest_existing(target: &Path) -> Result<(PathBuf, Vec<OsString>), ReportErr
                     path: here.to_path_buf(),
                 });
             }
-            // A broken link exists here, but no folder can be made in its place.
+            // A broken link exists here, but no folder can be made in its place. What else is
+            // found now was made by another process in this very moment.
             Err(source)
                 if !matches!(
                     source.kind(),
                     io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
-                ) || fs::symlink_metadata(here).is_ok() =>
+                ) || fs::symlink_metadata(here).is_ok_and(|found| found.is_symlink()) =>
             {
                 return Err(ReportError::Io {
                     path: here.to_path_buf(),
