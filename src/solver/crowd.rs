@@ -7,7 +7,10 @@ use fearless_simd::Level;
 
 /// Gauss-Seidel sweeps with momentum, for large islands in motion.
 ///
-/// A hundred sweeps by fours from the start impulses, the last four without momentum. In heaps of
+/// A hundred sweeps by fours from the start impulses, the last four without momentum. The contacts that
+/// are probably open come first, so that the last sweep, which goes back, ends with them: what
+/// closes after its last visit becomes an overlap. In tumblers 99 % of the overlaps are below 0.36 to 0.50 mm so, and
+/// below 0.52 to 0.61 mm with these contacts last. In heaps of
 /// 5000 contacts that tumble they leave closing velocities of some 0.03 m/s; four hundred would leave a
 /// tenth of that. Where a hundred leave more than [`MUCH`] of the velocities at stake, up to three hundred
 /// more follow. In a heap that comes to rest the sweeps of all steps add up, because each step starts from
@@ -20,7 +23,9 @@ use fearless_simd::Level;
 /// # What was tried
 /// In a tumbler of 2025 boxes three quarters of 8200 contacts stay open. Sixteen sweeps over the others
 /// after every four over all save a quarter of the time and leave 2.6 times as much; fewer sweeps over all
-/// do the same. Parts of the heap swept by two threads, with the seam between them after that, take 1.14
+/// do the same. So do 78 of a hundred sweeps over those that push or open by less than 0.2 m/s, 5600 of
+/// 9100. Displacements are larger where contacts that do not overlap come first (99 % of overlaps 0.8 mm)
+/// or last (0.6 mm) than in the order of detection. Parts of the heap swept by two threads, with the seam between them after that, take 1.14
 /// times less for the whole step, and 7 % more on one thread.
 #[derive(Debug, Clone)]
 pub(crate) struct Crowd {
@@ -37,9 +42,9 @@ const SWEEPS: usize = 100;
 const PLAIN: usize = 4;
 
 /// Velocity residual, as a share of the velocity scale, above which up to [`MORE`] further rounds of sweeps
-/// follow, as long as each leaves less than the one before.
-/// The scale of a heap almost at rest is what gravity gives in a step, and a contact that is new may leave
-/// a sixth of it. A problem without a solution costs one round more, in vain.
+/// follow; the best of them counts. The scale of a heap almost at rest is what gravity gives in a step, and
+/// a contact that is new may leave a sixth of it. The largest residual of a round may be above that of
+/// the round before.
 const MUCH: f64 = 0.1;
 const MORE: usize = 3;
 
@@ -142,20 +147,19 @@ impl ImpulseSolver for Crowd {
                 let (more, again) = self.sweep(problem, impulses, enough);
                 (sweeps, found) = (sweeps + more, again);
             }
+            let mut best = impulses.to_vec();
             for _ in 0..MORE {
                 if found.velocity <= MUCH * found.velocity_scale {
                     break;
                 }
-                let before = impulses.to_vec();
                 let (more, again) = self.sweep(problem, impulses, enough);
                 sweeps += more;
                 if again.velocity < found.velocity {
                     found = again;
-                } else {
-                    impulses.copy_from_slice(&before);
-                    break;
+                    best.copy_from_slice(impulses);
                 }
             }
+            impulses.copy_from_slice(&best);
             if !better(&found) {
                 impulses.copy_from_slice(&none);
                 found = nothing;

@@ -162,9 +162,11 @@ fn random_heaps_do_not_fail() {
     check(1000..1200, 1000..1040);
 }
 
-/// Work of a step that a second is enough for: 500 bodies at 2e-3 s for a factorisation.
+/// The solver gives up on a problem after some 1500 factorisations; one of 1400 contacts takes less than
+/// a millisecond.
 fn bounded(seen: &Seen) {
-    assert!(seen.factorisations < 500, "{seen:?}");
+    assert!(seen.factorisations < 2500, "{seen:?}");
+    assert_eq!(seen.failed, 0, "{seen:?}");
 }
 
 #[test]
