@@ -61,10 +61,12 @@ pub(super) fn simplify(
             continue;
         };
         let contact = &interval.detection.contacts[index];
-        let size = least_size(contact, inverse_mass);
+        if island.terms[k].impact {
+            continue;
+        }
         // a point has no size, and no band
-        let band = if size.is_finite() { BAND * size } else { 0.0 };
-        if !island.terms[k].impact && contact.gap <= band {
+        let within = |size: f64| size.is_finite() && contact.gap <= BAND * size;
+        if contact.gap <= 0.0 || within(least_size(contact, inverse_mass)) {
             let closing = island.added[k].x;
             island.problem.free[k].x -= closing;
             island.added[k].x = 0.0;
@@ -91,7 +93,12 @@ pub(super) fn crowd_bodies(bodies: usize, interval: &Interval, solution: &Soluti
 
 /// Whether a contact of a crowd is to be moved apart; `gap` may be that of another time.
 pub(super) fn overlaps(contact: &ContactPoint, gap: f64, inverse_mass: &[Vec3]) -> bool {
-    -gap > TRIGGER * SLOP * least_size(contact, inverse_mass)
+    // most contacts are open, and need no size
+    gap < 0.0 && is_deep(gap, least_size(contact, inverse_mass))
+}
+
+fn is_deep(gap: f64, size: f64) -> bool {
+    -gap > TRIGGER * SLOP * size
 }
 
 /// Displacements that move the bodies of a crowd apart after the step of `interval`.
@@ -135,7 +142,7 @@ pub(super) fn part_crowd(
         if gap > STRIDE * size {
             continue;
         }
-        let overlaps = overlaps(contact, gap, inverse_mass);
+        let overlaps = is_deep(gap, size);
         any |= overlaps;
         let asked = match overlaps {
             true => -(SHARE * (-gap - SLOP * size)).min(STRIDE * size),

@@ -13,7 +13,7 @@ use super::phases::PhaseClock;
 use super::redundancy::redundant;
 use super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
-use crate::contact::{Residual, Vec2, Vec3, natural_map};
+use crate::contact::{ContactProblem, Residual, Vec2, Vec3, natural_map};
 use crate::solver::{Crowd, FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// A solver with the buffers for one island after the other.
@@ -110,6 +110,14 @@ impl Answer {
         (self.velocities_known, self.change_known) = (false, false);
         (self.bias, self.problem) = (None, None);
         self.report = NO_REPORT;
+    }
+
+    /// Computes `velocities` unless they are those of `problem` at the present impulses already.
+    fn know_velocities(&mut self, problem: &ContactProblem) {
+        if !self.velocities_known {
+            problem.velocities(&self.impulses, &mut self.velocities);
+            self.velocities_known = true;
+        }
     }
 }
 
@@ -269,12 +277,12 @@ impl Worker {
             island.count_added();
             answer.bias = Some(original_bias(island, true));
         }
-        (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+        answer.know_velocities(&island.problem);
         if island.impact() && task.rules.law != ImpactLaw::Newton {
             let first = (&mut answer.impulses[..], &answer.velocities[..]);
             if let Some(report) = bound_contacts(crowd, island, first, answer.report, tolerance) {
                 (answer.report, answer.contacts_bounded) = (report, true);
-                (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+                answer.velocities_known = false;
             }
         }
         self.bound_sweeps(tolerance);
@@ -335,6 +343,7 @@ impl Worker {
             ..
         } = self;
         island.drop_pushes();
+        answer.velocities_known = false;
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
         let again = solver.solve(problem, &mut island.warm, tolerance);
         if again.residual.velocity < answer.report.residual.velocity {
@@ -362,11 +371,12 @@ impl Worker {
     /// Scales down impulses of sweeps that add energy, see [`bound_swept`].
     fn bound_sweeps(&mut self, tolerance: f64) {
         let Worker { island, answer, .. } = self;
-        (island.problem).velocities(&answer.impulses, &mut answer.velocities);
+        answer.know_velocities(&island.problem);
         if bound_swept(island, &mut answer.impulses, &answer.velocities) {
             let judged = SolveReport::judged(&island.problem, &answer.impulses, tolerance);
             answer.report = judged.after(&answer.report);
             answer.contacts_bounded = true;
+            answer.velocities_known = false;
         }
     }
 
@@ -378,9 +388,7 @@ impl Worker {
             answer,
             ..
         } = self;
-        if !answer.velocities_known {
-            (island.problem).velocities(&answer.impulses, &mut answer.velocities);
-        }
+        answer.know_velocities(&island.problem);
         let first = (&mut answer.impulses[..], &answer.velocities[..]);
         let bounded = bound_contacts(solver.as_mut(), island, first, answer.report, tolerance);
         answer.contacts_bounded = bounded.is_some();
@@ -398,10 +406,8 @@ impl Worker {
             answer,
             ..
         } = self;
+        answer.know_velocities(&island.problem);
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
-        if !answer.velocities_known {
-            problem.velocities(impulses, &mut answer.velocities);
-        }
         let mut outcome = IslandOutcome {
             report: answer.report,
             contacts_bounded: answer.contacts_bounded,

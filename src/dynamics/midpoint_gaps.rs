@@ -30,7 +30,7 @@ pub(super) fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
     let bodies = movable(contact.rows.bodies, inverse_mass);
     let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
         let [n, t] = contact.rows.jacobian[side];
-        n.z.hypot(t.z)
+        (n.z * n.z + t.z * t.z).sqrt()
     });
     // a point has no size
     let levers = levers.filter(|lever| *lever > 0.0);

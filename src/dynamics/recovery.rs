@@ -182,15 +182,16 @@ pub(super) fn part_overlaps(
             continue;
         }
         let pair = contact.key.pair;
-        let left = contact.gap + opening(contact, interval, solution, path);
+        let left = || contact.gap + opening(contact, interval, solution, path);
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
-            if overlaps.open.contains(&pair) && crowd_overlaps(contact, left, inverse_mass) {
+            if overlaps.open.contains(&pair) && crowd_overlaps(contact, left(), inverse_mass) {
                 open.insert(pair);
                 needed.insert(pair);
             }
             continue;
         }
+        let left = left();
         let first = overlaps.open.contains(&pair);
         let is_late = !first && overlaps.late.contains(&pair);
         let slop = if is_late {

@@ -28,7 +28,7 @@ pub(super) struct FourState {
 }
 
 /// (v_x, v_y, ω) and the inverse of the mass.
-type Body = [f64; 4];
+pub(super) type Body = [f64; 4];
 
 /// Four blocks that share no body. Groups with fewer blocks are filled up with open contacts of the
 /// body that does not move.
@@ -49,7 +49,7 @@ struct FourRows {
 
 /// Whether a block is not a contact between points in the plane, or one of its bodies has different
 /// masses along x and y.
-fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
+pub(super) fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
     let rows = &op.rows[i];
     let [[n1, t1], [n2, t2]] = &rows.jacobian;
     let [a, b] = rows.bodies;
@@ -70,7 +70,8 @@ impl FourSweep {
     /// Arranges the blocks of a problem. Returns `false` if few blocks can be solved at the same
     /// time, as in a tower. One block at a time is faster then.
     pub fn arrange(&mut self, problem: &ContactProblem, op: &BodyOperator) -> bool {
-        self.groups.arrange(op, |i| is_alone(problem, op, i));
+        let all = 0..problem.len();
+        self.groups.arrange(op, all, |i| is_alone(problem, op, i));
         2 * self.groups.members().len() <= problem.len()
     }
 
@@ -257,13 +258,13 @@ fn pass<'a, S: Simd>(
 
 /// The larger of two numbers; the second if either is NaN. Gives the same result on every machine.
 #[inline(always)]
-fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+pub(super) fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
     a.simd_gt(b).select(a, b)
 }
 
 /// Two rows of four numbers, as vectors.
 #[inline(always)]
-fn load_pair<S: Simd>(simd: S, [n, t]: &[Four; 2]) -> [f64x4<S>; 2] {
+pub(super) fn load_pair<S: Simd>(simd: S, [n, t]: &[Four; 2]) -> [f64x4<S>; 2] {
     [load_four(simd, n), load_four(simd, t)]
 }
 
@@ -341,7 +342,7 @@ fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mu
 
 /// Loads four bodies, component by component.
 #[inline(always)]
-fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
+pub(super) fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
     let a = load_four(simd, &bodies[own[0] as usize]);
     let b = load_four(simd, &bodies[own[1] as usize]);
     let c = load_four(simd, &bodies[own[2] as usize]);
@@ -351,7 +352,7 @@ fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
 
 /// Stores four bodies.
 #[inline(always)]
-fn write<S: Simd>(bodies: &mut [Body], own: &[u32; 4], numbers: [f64x4<S>; 4]) {
+pub(super) fn write<S: Simd>(bodies: &mut [Body], own: &[u32; 4], numbers: [f64x4<S>; 4]) {
     let [a, b, c, d] = transposed(numbers);
     a.store_slice(&mut bodies[own[0] as usize]);
     b.store_slice(&mut bodies[own[1] as usize]);
@@ -375,41 +376,53 @@ impl FourRows {
     /// Solves a group of one block. Returns change and scale of its velocity \[m/s\].
     fn step_alone(
         &mut self,
-        (rows, block, law): (&Rows, &Mat2, &Law),
+        block: (&Rows, &Mat2, &Law),
         inverse_mass: &[Vec3],
         bodies: &mut [Body],
     ) -> [f64; 2] {
-        // a system of its own bodies, of one if both sides are the same
-        let [a, b] = rows.bodies;
-        let number = |body: u32, own: u32| if body == NO_BODY { body } else { own };
-        let own = Rows {
-            bodies: [number(a, 0), number(b, u32::from(a != b))],
-            ..*rows
-        };
-        let mut u = [Vec3::zeros(); 2];
-        let mut m = [Vec3::zeros(); 2];
-        for (from, to) in rows.bodies.into_iter().zip(own.bodies) {
-            if from != NO_BODY {
-                let [x, y, spin, _] = bodies[from as usize];
-                u[to as usize] = Vec3::new(x, y, spin);
-                m[to as usize] = inverse_mass[from as usize];
-            }
-        }
-        let [old, b] = [&self.impulses, &self.free].map(|p| Vec2::new(p[0][0], p[1][0]));
-        let new = solve_local(block, own.velocity(&u) + b - block * old, law);
-        let delta = new - old;
-        let scale = new.amax() * block.trace();
-        if delta == Vec2::zeros() {
-            return [0.0, scale];
-        }
-        own.push(delta, &m, &mut u);
-        for (to, from) in rows.bodies.into_iter().zip(own.bodies) {
-            if to != NO_BODY {
-                let (u, body) = (u[from as usize], &mut bodies[to as usize]);
-                (body[0], body[1], body[2]) = (u.x, u.y, u.z);
-            }
-        }
+        let [old, free] = [&self.impulses, &self.free].map(|p| Vec2::new(p[0][0], p[1][0]));
+        let (new, found) = solve_alone((old, free), block, inverse_mass, bodies);
         (self.impulses[0][0], self.impulses[1][0]) = (new.x, new.y);
-        [delta.amax() * block.trace(), scale]
+        found
     }
+}
+
+/// Solves a block, with its `old` impulse and `b_i`, by the general rule. Returns its new impulse, and
+/// change and scale of its velocity \[m/s\].
+pub(super) fn solve_alone(
+    (old, free): (Vec2, Vec2),
+    (rows, block, law): (&Rows, &Mat2, &Law),
+    inverse_mass: &[Vec3],
+    bodies: &mut [Body],
+) -> (Vec2, [f64; 2]) {
+    // a system of its own bodies, of one if both sides are the same
+    let [a, b] = rows.bodies;
+    let number = |body: u32, own: u32| if body == NO_BODY { body } else { own };
+    let own = Rows {
+        bodies: [number(a, 0), number(b, u32::from(a != b))],
+        ..*rows
+    };
+    let mut u = [Vec3::zeros(); 2];
+    let mut m = [Vec3::zeros(); 2];
+    for (from, to) in rows.bodies.into_iter().zip(own.bodies) {
+        if from != NO_BODY {
+            let [x, y, spin, _] = bodies[from as usize];
+            u[to as usize] = Vec3::new(x, y, spin);
+            m[to as usize] = inverse_mass[from as usize];
+        }
+    }
+    let new = solve_local(block, own.velocity(&u) + free - block * old, law);
+    let delta = new - old;
+    let scale = new.amax() * block.trace();
+    if delta == Vec2::zeros() {
+        return (old, [0.0, scale]);
+    }
+    own.push(delta, &m, &mut u);
+    for (to, from) in rows.bodies.into_iter().zip(own.bodies) {
+        if to != NO_BODY {
+            let (u, body) = (u[from as usize], &mut bodies[to as usize]);
+            (body[0], body[1], body[2]) = (u.x, u.y, u.z);
+        }
+    }
+    (new, [delta.amax() * block.trace(), scale])
 }

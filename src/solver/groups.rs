@@ -34,15 +34,21 @@ pub(super) struct Groups {
 const DISTANCE: u32 = 2;
 
 impl Groups {
-    /// Groups the blocks of `op`. Each block for which `alone` returns true gets a group of its
-    /// own.
-    pub fn arrange(&mut self, op: &BodyOperator, alone: impl Fn(usize) -> bool) {
+    /// Groups the blocks of `op`, taken in this `order`. Each block for which `alone` returns true
+    /// gets a group of its own.
+    pub fn arrange(
+        &mut self,
+        op: &BodyOperator,
+        order: impl Iterator<Item = usize>,
+        alone: impl Fn(usize) -> bool,
+    ) {
         self.members.clear();
         self.taken.clear();
         self.next.clear();
         self.after.clear();
         self.after.resize(op.inverse_mass.len(), 0);
-        for (i, rows) in op.rows.iter().enumerate() {
+        for i in order {
+            let rows = &op.rows[i];
             let [a, b] = rows.bodies.map(|body| self.after.get(body as usize));
             let earliest = a.max(b).map_or(0, |&group| group);
             let alone = alone(i);
@@ -105,8 +111,8 @@ mod tests {
         let Delassus::Bodies(other) = tower(3, 0.5, |_| 1.0).problem().operator else {
             panic!("bodies");
         };
-        groups.arrange(&other, |i| i == 2);
-        groups.arrange(op, &alone);
+        groups.arrange(&other, 0..other.rows.len(), |i| i == 2);
+        groups.arrange(op, 0..op.rows.len(), &alone);
         let mut seen = vec![false; op.rows.len()];
         let mut last = vec![None; op.inverse_mass.len()];
         for group in groups.members() {

@@ -40,6 +40,7 @@ mod best;
 mod block_status;
 mod continuation;
 mod crowd;
+mod crowd_sweep;
 mod direct;
 mod enumeration;
 mod factor_cache;

@@ -34,6 +34,12 @@ pub(super) struct Momentum {
 /// Largest β. Above it impulses in balance run away.
 const MOST: f64 = 0.9;
 
+/// `β` of (1).
+pub(super) fn share(count: u32) -> f64 {
+    let count = f64::from(count);
+    (count / (count + 3.0)).min(MOST)
+}
+
 impl Momentum {
     /// Starts from the present impulses.
     pub fn start(&mut self, fours: &FourSweep) {
@@ -46,8 +52,7 @@ impl Momentum {
     pub fn step(&mut self, fours: &mut FourSweep, op: &BodyOperator) {
         let turns = fours.turn(op, [&self.start, &self.before]) > 0.0;
         self.count = if turns { 0 } else { self.count + 1 };
-        let count = f64::from(self.count);
-        fours.extrapolate((count / (count + 3.0)).min(MOST), &mut self.before);
+        fours.extrapolate(share(self.count), &mut self.before);
         fours.store(&mut self.start);
     }
 }
@@ -55,34 +60,10 @@ impl Momentum {
 #[cfg(test)]
 mod tests {
     use super::super::four_sweep::FourSweep;
-    use super::super::nsgs::{CROWD, Nsgs, START};
     use super::*;
     use crate::contact::examples::heap;
-    use crate::contact::{ContactProblem, Delassus, Judge, Vec2, project_onto_cone};
+    use crate::contact::{Delassus, Judge, Vec2};
     use fearless_simd::Level;
-
-    fn swept(problem: &ContactProblem, sweeps: usize, momentum: bool) -> (Vec<Vec2>, f64) {
-        let mut judge = Judge::new(problem);
-        let mut impulses = vec![Vec2::zeros(); problem.len()];
-        let plan = if momentum { &CROWD } else { &START };
-        Nsgs::default().run(problem, &mut judge, &mut impulses, 1e-14, sweeps, plan);
-        let left = judge.natural_map(problem, &impulses).velocity;
-        (impulses, left)
-    }
-
-    /// With momentum as many sweeps leave less, and impulses in the friction cone.
-    #[test]
-    fn momentum_saves_sweeps_and_stays_in_the_cone() {
-        for seed in 1..6 {
-            let problem = heap(20, 12, 0.5, 0.0, seed).problem();
-            let (impulses, left) = swept(&problem, 200, true);
-            let (_, plain) = swept(&problem, 200, false);
-            assert!(left < 0.5 * plain, "{seed}: {left} of {plain}");
-            for p in &impulses {
-                assert!((p - project_onto_cone(*p, 0.5)).norm() <= 1e-12 * p.norm());
-            }
-        }
-    }
 
     /// A step of momentum moves impulses and the velocities of the bodies alike: these stay
     /// `M⁻¹ Jᵀ P`.

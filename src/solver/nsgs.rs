@@ -72,8 +72,6 @@ pub(super) struct Plan {
     pause: f64,
     /// Whether sweeps by fours get momentum.
     momentum: bool,
-    /// Number of last sweeps without momentum.
-    plain: usize,
     /// Whether to stop early, once ten sweeps change no status.
     settles: bool,
 }
@@ -85,7 +83,6 @@ pub(super) const ALONE: Plan = Plan {
     turn: 10,
     pause: 1.0 / 16.0,
     momentum: false,
-    plain: 0,
     settles: false,
 };
 
@@ -94,7 +91,6 @@ pub(super) const START: Plan = Plan {
     turn: 1,
     pause: 0.0,
     momentum: false,
-    plain: 0,
     settles: false,
 };
 
@@ -102,14 +98,6 @@ pub(super) const START: Plan = Plan {
 pub(super) const FAST: Plan = Plan {
     momentum: true,
     settles: true,
-    ..START
-};
-
-/// For the impulses of [`super::crowd::Crowd`]. The last sweeps have no momentum: what they leave is a
-/// fraction of what momentum may have overshot.
-pub(super) const CROWD: Plan = Plan {
-    momentum: true,
-    plain: 4,
     ..START
 };
 
@@ -183,9 +171,7 @@ impl Nsgs {
         for sweep in 0..sweeps {
             match accelerated {
                 Some(_) if sweep == 0 => self.momentum.start(&self.fours),
-                Some(op) if sweep % 2 == 0 && sweep + plan.plain < sweeps => {
-                    self.momentum.step(&mut self.fours, op);
-                }
+                Some(op) if sweep % 2 == 0 => self.momentum.step(&mut self.fours, op),
                 _ => {}
             }
             let backwards = sweep / plan.turn % 2 == 1;

@@ -1,0 +1,442 @@
+use super::four_sweep::{Body, is_alone, larger, load_pair, read, solve_alone, write};
+use super::groups::{Groups, NOTHING};
+use super::momentum::share;
+use crate::contact::{
+    BodyOperator, ContactProblem, Four, Law, Mat2, NO_BODY, Rows, Vec2, Vec3, load_four,
+};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
+
+/// Gauss-Seidel sweeps with momentum over four contacts at a time, for [`Crowd`](super::crowd::Crowd).
+///
+/// As [`FourSweep`](super::four_sweep::FourSweep), but made for many sweeps over a heap of which half of
+/// the contacts stay open. Its results differ in the order of the blocks and in the last bits:
+///
+/// - Contacts that are probably open may come first, in groups of their own. A group of open contacts is
+///   left after a look at its normal velocities.
+/// - The inverses of the local systems are stored: a sweep does not divide.
+/// - Momentum moves the impulses of a group on when it is visited, not in a pass of its own.
+#[derive(Debug, Clone, Default)]
+pub(super) struct CrowdSweep {
+    groups: Groups,
+    order: Vec<u32>,
+    fours: Vec<FourRows>,
+    /// All bodies, then one that does not move, for sides without a body.
+    bodies: Vec<Body>,
+    /// At `P_k` and at `Q_k`, see [`Momentum`](super::momentum::Momentum).
+    before: Vec<Body>,
+    start: Vec<Body>,
+    /// 0 for what cannot move.
+    mass: Vec<Vec3>,
+    /// Pairs of sweeps since the last restart.
+    count: u32,
+    /// `max_i |b_i|` \[m/s\].
+    free: f64,
+}
+
+/// Four blocks that share no body. Groups with fewer blocks are filled up with open contacts of the
+/// body that does not move.
+#[derive(Debug, Clone, Default)]
+struct FourRows {
+    /// Whether the group has only its first block, which is not a contact between points.
+    alone: bool,
+    /// Whether all impulses are 0, now and before the last step of momentum.
+    idle: bool,
+    bodies: [[u32; 4]; 2],
+    /// `n` on side 2; `t` is `n` turned by 90 degrees. Side 1 has the opposite sign.
+    normal: [Four; 2],
+    /// Angular parts of the rows n and t, for each side.
+    arms: [[Four; 2]; 2],
+    free: [Four; 2],
+    inverse_inertia: [Four; 2],
+    impulses: [Four; 2],
+    before: [Four; 2],
+    /// `G_ii`: nn, nt, tt [1/kg].
+    block: [Four; 3],
+    friction: Four,
+    /// tt, nt, nn of `G_ii`, with the compliance, over its determinant \[kg\]; NaN without friction.
+    stick: [Four; 3],
+    /// `1 / (G_nn + R ± μ G_nt)` \[kg\] for a contact that slips with `P_T = ± μ P_N`; 0 if it cannot.
+    slip: [Four; 2],
+}
+
+/// Whether a block must be solved by the general rule.
+fn is_general(problem: &ContactProblem, op: &BodyOperator, diagonal: &[Mat2], i: usize) -> bool {
+    let g = &diagonal[i];
+    let det = g[(0, 0)] * g[(1, 1)] - g[(0, 1)] * g[(0, 1)];
+    let regular = det > 1e-14 * g[(0, 0)] * g[(1, 1)];
+    !regular || is_alone(problem, op, i)
+}
+
+impl CrowdSweep {
+    /// Arranges the blocks of a problem and gathers their data. Returns `false` if few blocks can be
+    /// solved at the same time, as in a tower; nothing is gathered then.
+    ///
+    /// # Arguments
+    /// - `diagonal`: the blocks `G_ii` [1/kg].
+    /// - `velocities`: `M⁻¹ Jᵀ P` of the bodies at `impulses`.
+    /// - `open_first`: whether contacts that are probably open come before all others.
+    pub fn begin(
+        &mut self,
+        problem: &ContactProblem,
+        op: &BodyOperator,
+        diagonal: &[Mat2],
+        (impulses, velocities): (&[Vec2], &[Vec3]),
+        open_first: bool,
+    ) -> bool {
+        let pushes = |i: &u32| {
+            let i = *i as usize;
+            let contact = matches!(problem.laws[i], Law::Contact { .. });
+            !contact || problem.free[i].x < 0.0 || impulses[i] != Vec2::zeros()
+        };
+        let all = 0..problem.len() as u32;
+        self.order.clear();
+        if open_first {
+            self.order.extend(all.clone().filter(|i| !pushes(i)));
+            self.order.extend(all.filter(pushes));
+        } else {
+            self.order.extend(all);
+        }
+        let order = self.order.iter().map(|i| *i as usize);
+        let general = |i| is_general(problem, op, diagonal, i);
+        self.groups.arrange(op, order, general);
+        let groups = self.groups.members();
+        if 2 * groups.len() > problem.len() {
+            return false;
+        }
+        let still = op.inverse_mass.len() as u32;
+        self.fours.clear();
+        self.fours.extend(groups.iter().map(|blocks| {
+            let mut four = FourRows {
+                alone: is_general(problem, op, diagonal, blocks[0] as usize),
+                bodies: [[still; 4]; 2],
+                ..FourRows::default()
+            };
+            for (lane, &block) in blocks.iter().enumerate().filter(|(_, b)| **b != NOTHING) {
+                let i = block as usize;
+                four.put(lane, &op.rows[i], &op.inverse_mass);
+                four.set(lane, &diagonal[i], &problem.laws[i]);
+                for (k, to) in four.free.iter_mut().enumerate() {
+                    to[lane] = problem.free[i][k];
+                }
+                for (k, to) in four.impulses.iter_mut().enumerate() {
+                    to[lane] = impulses[i][k];
+                }
+            }
+            four.idle = !four.alone && four.impulses == [[0.0; 4]; 2];
+            four
+        }));
+        let bodies = velocities.iter().zip(&op.inverse_mass);
+        self.bodies.clear();
+        (self.bodies).extend(bodies.map(|(u, m)| [u.x, u.y, u.z, m.x]));
+        self.bodies.push([0.0; 4]);
+        let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
+        self.mass.clear();
+        (self.mass).extend(op.inverse_mass.iter().map(|w| w.map(mass)));
+        self.free = problem.free.iter().map(|b| b.amax()).fold(0.0, f64::max);
+        true
+    }
+
+    /// A step of momentum for the bodies, as [`Momentum::step`](super::momentum::Momentum::step); the
+    /// `first` starts it. Returns `β`, for the impulses of the next sweep.
+    pub fn speed_up(&mut self, first: bool) -> f64 {
+        if first {
+            self.before.clone_from(&self.bodies);
+            self.start.clone_from(&self.bodies);
+            self.count = 0;
+            return 0.0;
+        }
+        let states = self.start.iter().zip(&self.before);
+        let bodies = self.bodies.iter().zip(states).zip(&self.mass);
+        let turn = |((u, (u0, u1)), m): ((&Body, (&Body, &Body)), &Vec3)| -> f64 {
+            (0..3).map(|k| m[k] * (u0[k] - u[k]) * (u[k] - u1[k])).sum()
+        };
+        let turns = bodies.map(turn).sum::<f64>() > 0.0;
+        self.count = if turns { 0 } else { self.count + 1 };
+        let factor = share(self.count);
+        for (body, before) in self.bodies.iter_mut().zip(&mut self.before) {
+            for (now, before) in body.iter_mut().zip(before).take(3) {
+                let next = *now + factor * (*now - *before);
+                *before = std::mem::replace(now, next);
+            }
+        }
+        self.start.clone_from(&self.bodies);
+        factor
+    }
+
+    /// One sweep, of impulses moved on by `momentum` if it has one. Returns the largest change of a
+    /// local velocity, and the largest velocity to compare it with \[m/s\].
+    pub fn sweep(
+        &mut self,
+        level: Level,
+        problem: &ContactProblem,
+        op: &BodyOperator,
+        diagonal: &[Mat2],
+        (backwards, momentum): (bool, Option<f64>),
+    ) -> [f64; 2] {
+        let of = (problem, op, diagonal);
+        let fours = self.fours.iter_mut().zip(self.groups.members());
+        let bodies = &mut self.bodies[..];
+        let [change, scale] = dispatch!(level, simd => if backwards {
+            pass(simd, fours.rev(), bodies, of, momentum)
+        } else {
+            pass(simd, fours, bodies, of, momentum)
+        });
+        [change, scale.max(self.free)]
+    }
+
+    /// Writes the impulses back to their blocks.
+    pub fn write(&self, impulses: &mut [Vec2]) {
+        for (four, blocks) in self.fours.iter().zip(self.groups.members()) {
+            let blocks = blocks.iter().enumerate();
+            for (lane, &block) in blocks.filter(|(_, b)| **b != NOTHING) {
+                impulses[block as usize] =
+                    Vec2::new(four.impulses[0][lane], four.impulses[1][lane]);
+            }
+        }
+    }
+}
+
+impl FourRows {
+    fn put(&mut self, lane: usize, rows: &Rows, inverse_mass: &[Vec3]) {
+        for (side, &body) in rows.bodies.iter().enumerate() {
+            if body == NO_BODY {
+                continue;
+            }
+            self.bodies[side][lane] = body;
+            let [n, t] = &rows.jacobian[side];
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            self.normal[0][lane] = sign * n.x;
+            self.normal[1][lane] = sign * n.y;
+            self.arms[side][0][lane] = n.z;
+            self.arms[side][1][lane] = t.z;
+            self.inverse_inertia[side][lane] = inverse_mass[body as usize].z;
+        }
+    }
+
+    fn set(&mut self, lane: usize, block: &Mat2, law: &Law) {
+        let Law::Contact {
+            friction,
+            compliance,
+        } = *law
+        else {
+            return;
+        };
+        let [nn, nt, tt] = [block[(0, 0)], block[(0, 1)], block[(1, 1)]];
+        for (to, from) in self.block.iter_mut().zip([nn, nt, tt]) {
+            to[lane] = from;
+        }
+        self.friction[lane] = friction;
+        let soft = nn + compliance;
+        let det = soft * tt - nt * nt;
+        let stick = if friction == 0.0 { f64::NAN } else { 1.0 / det };
+        for (to, from) in self.stick.iter_mut().zip([tt, nt, soft]) {
+            to[lane] = from * stick;
+        }
+        for (to, side) in self.slip.iter_mut().zip([1.0, -1.0]) {
+            let along = soft + side * friction * nt;
+            to[lane] = if along > 0.0 { 1.0 / along } else { 0.0 };
+        }
+    }
+
+    /// Solves a group of one block. Returns change and scale of its velocity \[m/s\].
+    fn step_alone(
+        &mut self,
+        block: (&Rows, &Mat2, &Law),
+        inverse_mass: &[Vec3],
+        bodies: &mut [Body],
+        momentum: Option<f64>,
+    ) -> [f64; 2] {
+        if let Some(factor) = momentum {
+            let impulses = self.impulses.iter_mut().flatten();
+            for (now, before) in impulses.zip(self.before.iter_mut().flatten()) {
+                let next = *now + factor * (*now - *before);
+                *before = std::mem::replace(now, next);
+            }
+        }
+        let [old, free] = [&self.impulses, &self.free].map(|p| Vec2::new(p[0][0], p[1][0]));
+        let (new, found) = solve_alone((old, free), block, inverse_mass, bodies);
+        (self.impulses[0][0], self.impulses[1][0]) = (new.x, new.y);
+        found
+    }
+}
+
+/// One sweep over the groups in the order given.
+#[inline(always)]
+fn pass<'a, S: Simd>(
+    simd: S,
+    fours: impl Iterator<Item = (&'a mut FourRows, &'a [u32; 4])>,
+    bodies: &mut [Body],
+    (problem, op, diagonal): (&ContactProblem, &BodyOperator, &[Mat2]),
+    momentum: Option<f64>,
+) -> [f64; 2] {
+    let mut largest = [f64x4::splat(simd, 0.0); 2];
+    let mut apart = [0.0f64; 2];
+    for (four, blocks) in fours {
+        if four.alone {
+            let i = blocks[0] as usize;
+            let block = (&op.rows[i], &diagonal[i], &problem.laws[i]);
+            let [change, scale] = four.step_alone(block, &op.inverse_mass, bodies, momentum);
+            apart = [apart[0].max(change), apart[1].max(scale)];
+        } else {
+            step(simd, four, bodies, momentum, &mut largest);
+        }
+    }
+    let of = |four: f64x4<S>, apart: f64| four.as_slice().iter().copied().fold(apart, f64::max);
+    [of(largest[0], apart[0]), of(largest[1], apart[1])]
+}
+
+/// Solves four contacts: reads velocities, solves, writes velocities.
+#[inline(always)]
+fn step<S: Simd>(
+    simd: S,
+    four: &mut FourRows,
+    bodies: &mut [Body],
+    momentum: Option<f64>,
+    largest: &mut [f64x4<S>; 2],
+) {
+    let zero = f64x4::splat(simd, 0.0);
+    let [first, second] = &four.bodies;
+    let (u1, u2) = (read(simd, bodies, first), read(simd, bodies, second));
+    let n = load_pair(simd, &four.normal);
+    let [a1, a2] = [&four.arms[0], &four.arms[1]];
+    let free_n = load_four(simd, &four.free[0]);
+    let normal = n[0] * (u2[0] - u1[0])
+        + n[1] * (u2[1] - u1[1])
+        + (load_four(simd, &a1[0]) * u1[2] + load_four(simd, &a2[0]) * u2[2])
+        + free_n;
+    if four.idle && normal.simd_ge(zero).all_true() {
+        return;
+    }
+    let t = [-n[1], n[0]];
+    let tangential = t[0] * (u2[0] - u1[0])
+        + t[1] * (u2[1] - u1[1])
+        + (load_four(simd, &a1[1]) * u1[2] + load_four(simd, &a2[1]) * u2[2])
+        + load_four(simd, &four.free[1]);
+    let now = load_pair(simd, &four.impulses);
+    let mut before = load_pair(simd, &four.before);
+    let mut old = now;
+    if let Some(factor) = momentum {
+        let factor = f64x4::splat(simd, factor);
+        old = [
+            now[0] + factor * (now[0] - before[0]),
+            now[1] + factor * (now[1] - before[1]),
+        ];
+        before = now;
+        before[0].store_slice(&mut four.before[0]);
+        before[1].store_slice(&mut four.before[1]);
+    }
+    let block = load_triple(simd, &four.block);
+    let free = [
+        normal - (block[0] * old[0] + block[1] * old[1]),
+        tangential - (block[1] * old[0] + block[2] * old[1]),
+    ];
+    let new = solve(simd, four, block, free);
+    new[0].store_slice(&mut four.impulses[0]);
+    new[1].store_slice(&mut four.impulses[1]);
+    let none = new[0].simd_eq(zero) & before[0].simd_eq(zero);
+    four.idle = none.all_true() && (new[1].simd_eq(zero) & before[1].simd_eq(zero)).all_true();
+
+    let delta = [new[0] - old[0], new[1] - old[1]];
+    let trace = block[0] + block[2];
+    largest[1] = larger(larger(new[0].abs(), new[1].abs()) * trace, largest[1]);
+    largest[0] = larger(larger(delta[0].abs(), delta[1].abs()) * trace, largest[0]);
+    // velocity changes of side 2; side 1 gets the opposite sign
+    let linear = [
+        n[0] * delta[0] + t[0] * delta[1],
+        n[1] * delta[0] + t[1] * delta[1],
+    ];
+    let [a1, a2] = [load_pair(simd, a1), load_pair(simd, a2)];
+    let inertia = load_pair(simd, &four.inverse_inertia);
+    let spins = [
+        u1[2] + (a1[0] * delta[0] + a1[1] * delta[1]) * inertia[0],
+        u2[2] + (a2[0] * delta[0] + a2[1] * delta[1]) * inertia[1],
+    ];
+    let after = [
+        u1[0] - linear[0] * u1[3],
+        u1[1] - linear[1] * u1[3],
+        spins[0],
+        u1[3],
+    ];
+    write(bodies, &four.bodies[0], after);
+    let after = [
+        u2[0] + linear[0] * u2[3],
+        u2[1] + linear[1] * u2[3],
+        spins[1],
+        u2[3],
+    ];
+    write(bodies, &four.bodies[1], after);
+    // the body that does not move stays at zero, whatever overflows
+    if let Some(still) = bodies.last_mut() {
+        *still = [0.0; 4];
+    }
+}
+
+/// [`solve_local`](crate::contact::solve_local) of four contacts with `b_i` in `free`, by the stored
+/// inverses.
+#[inline(always)]
+fn solve<S: Simd>(
+    simd: S,
+    four: &FourRows,
+    [_, nt, tt]: [f64x4<S>; 3],
+    [x, y]: [f64x4<S>; 2],
+) -> [f64x4<S>; 2] {
+    let zero = f64x4::splat(simd, 0.0);
+    let friction = load_four(simd, &four.friction);
+    let [by_tt, by_nt, by_nn] = load_triple(simd, &four.stick);
+    let open = x.simd_ge(zero);
+    let stick = [y * by_nt - x * by_tt, x * by_nt - y * by_nn];
+    // false without friction, where both are NaN
+    let sticks = stick[0].simd_ge(zero) & stick[1].abs().simd_le(friction * stick[0]);
+    if (open | sticks).all_true() {
+        return [open.select(zero, stick[0]), open.select(zero, stick[1])];
+    }
+    let rough = !friction.simd_eq(zero);
+    let [plus, minus] = load_pair(simd, &four.slip);
+    let up = stick[1].simd_gt(zero);
+    let one = f64x4::splat(simd, 1.0);
+    let side = up.select(one, -one);
+    let inverse = up.select(plus, minus);
+    let (p, violation) = slide([x, y], [nt, tt, friction], side, inverse);
+    let valid = inverse.simd_gt(zero);
+    let first_solves = (valid & violation.simd_le(zero)) | !rough;
+    let mut slip = p;
+    if !(open | sticks | first_solves).all_true() {
+        // the smaller violation wins against round-off
+        let inverse = up.select(minus, plus);
+        let (q, second) = slide([x, y], [nt, tt, friction], -side, inverse);
+        let other = inverse.simd_gt(zero);
+        let never = f64x4::splat(simd, f64::INFINITY);
+        let counts = valid & violation.simd_lt(never);
+        let least = counts.select(violation, never);
+        let takes_second = other & (second.simd_le(zero) | second.simd_lt(least)) & !first_solves;
+        let takes_first = first_solves | counts;
+        slip = [
+            takes_second.select(q[0], takes_first.select(p[0], zero)),
+            takes_second.select(q[1], takes_first.select(p[1], zero)),
+        ];
+    }
+    let slip = [slip[0], rough.select(slip[1], zero)];
+    [
+        open.select(zero, sticks.select(stick[0], slip[0])),
+        open.select(zero, sticks.select(stick[1], slip[1])),
+    ]
+}
+
+/// The impulse of contacts that slip to one side, and their `s ξ_T`, at most 0 if it obeys the law.
+#[inline(always)]
+fn slide<S: Simd>(
+    [x, y]: [f64x4<S>; 2],
+    [nt, tt, friction]: [f64x4<S>; 3],
+    side: f64x4<S>,
+    inverse: f64x4<S>,
+) -> ([f64x4<S>; 2], f64x4<S>) {
+    let share = side * friction;
+    let normal = -x * inverse;
+    let violation = side * (y + (nt + share * tt) * normal);
+    ([normal, share * normal], violation)
+}
+
+#[inline(always)]
+fn load_triple<S: Simd>(simd: S, [a, b, c]: &[Four; 3]) -> [f64x4<S>; 3] {
+    [load_four(simd, a), load_four(simd, b), load_four(simd, c)]
+}
