@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens pages of `run --report` in a headless Chromium, without network, and uses them.
+"""Opens pages of `--report` in a headless Chromium, without network, and uses them.
 
     tests/browser/report.py PROGRAM
 
@@ -27,6 +27,12 @@ PAGES = [
     ("bouncing-ball", ["--events", "--set", 'scene.title="</script><b>&"'], True),
     ("pin-on-disc", [], True),
     ("thresher-study", [], None),
+]
+# pages without a replay, of other commands
+COMPARED = [
+    ["compare", "sliding-block", "--repeats", "1", "--no-sweep"],
+    ["chart", "sliding-block", "--quick"],
+    ["atlas", "tower", "--quick"],
 ]
 WIDTHS = [400, 1280]
 # no window of a browser is narrower than some 500 pixels, a frame is as narrow as it is told
@@ -68,9 +74,9 @@ def same(figures, row, page):
     assert shown > 4, (page, figures)
 
 
-def check(browser, program, scene, args, contacts, width, root):
-    folder = os.path.join(root, "%s-%d" % (scene, width))
-    done = subprocess.run([program, "run", scene, *args, "--report", "--quiet", "--out", folder])
+def check(browser, program, scene, args, contacts, width, root, command="run"):
+    folder = os.path.join(root, "%s-%s-%d" % (command, scene, width))
+    done = subprocess.run([program, command, scene, *args, "--report", "--quiet", "--out", folder])
     assert done.returncode in (0, 2), (scene, done.returncode)
     page = os.path.join(folder, "report.html")
     text = open(page).read()
@@ -94,7 +100,7 @@ def check(browser, program, scene, args, contacts, width, root):
     for word in ("What came out", "Trust", "What to do"):
         assert word in found["lead"], found["lead"]
     if contacts is None:
-        print("%s at %d pixels" % (scene, width))
+        print("%s %s at %d pixels" % (command, scene, width))
         return
     assert found["played"] != found["start"]["now"], "it does not play"
     start, middle = found["start"], found["middle"]
@@ -128,6 +134,27 @@ def check(browser, program, scene, args, contacts, width, root):
           % (scene, width, found["frames"], len(found["picks"])))
 
 
+MOVES = """<!doctype html>%s<pre id="found"></pre><script>
+const svg = document.querySelector("svg"), body = document.querySelector("animateTransform").parentNode;
+const at = (time) => { svg.setCurrentTime(time); return body.getCTM().f; };
+onload = () => { svg.pauseAnimations(); document.getElementById("found").textContent = JSON.stringify([at(0.1), at(1.5), at(0.1)]); };
+</script>"""
+
+
+def moves(browser, program, root):
+    """The picture of `run --animate` moves, and the end of its clock is its start again."""
+    folder = os.path.join(root, "moving")
+    subprocess.run([program, "run", "bouncing-ball", "--time", "2", "--animate", "--quiet", "--out", folder], check=True)
+    page = os.path.join(folder, "inline.html")
+    with open(page, "w") as file:
+        file.write(MOVES % open(os.path.join(folder, "scene-moving.svg")).read())
+    dom, console = browse(browser, page, 1280, "--dump-dom")
+    assert not console, console
+    first, later, again = json.loads(re.search(r'<pre id="found">(.*?)</pre>', dom, re.S).group(1))
+    assert first == again and abs(first - later) > 5, (first, later, again)
+    print("bouncing-ball: the picture moves by %.0f pixels" % abs(first - later))
+
+
 def main():
     names = ["chromium", "chromium-browser", "google-chrome", "chrome"]
     browser = next(filter(None, map(shutil.which, names)), None)
@@ -139,6 +166,10 @@ def main():
         for scene, args, contacts in PAGES:
             for width in WIDTHS:
                 check(browser, program, scene, args, contacts, width, root)
+        for command, scene, *args in COMPARED:
+            for width in WIDTHS:
+                check(browser, program, scene, args, None, width, root, command)
+        moves(browser, program, root)
 
 
 main()
