@@ -20,6 +20,7 @@ mod layout;
 mod legend;
 mod markup;
 mod moving;
+mod moving_frames;
 mod order;
 mod packed;
 mod page;

@@ -2,15 +2,14 @@
 
 use super::arrows::{Arrow, Paths, STATUSES, crowd, keys, longest, paths, widths};
 use super::markup::{escaped, six_digits};
+use super::moving_frames::Frame;
 use super::palette::INK;
-use super::replay::{Rows, column, step_times};
+use super::replay::step_times;
 use super::sheet::Sheet;
 use super::stage::{LANES, Pose, Stage, View};
 use super::still_bodies::{Drawn, KINDS, Map, draw_body, drawn, hex, mark_radius, path};
 use super::table::number;
-use super::{BodyRow, ContactRow, ImpactRow, OutputFolder, ReportError};
-use crate::dynamics::record::ContactStatus;
-use std::f64::consts::TAU;
+use super::{OutputFolder, ReportError};
 use std::fmt::Write;
 
 /// Most bytes of the picture, so that a page that shows it loads fast.
@@ -45,15 +44,6 @@ pub struct Moving<'a> {
     pub title: &'a str,
     /// More to know about the picture.
     pub note: Option<&'a str>,
-}
-
-/// The scene at the end of a step.
-struct Frame {
-    /// \[s\]
-    time: f64,
-    /// Angles go on beyond whole turns.
-    poses: Vec<Pose>,
-    arrows: Vec<Arrow>,
 }
 
 /// What of a run is drawn.
@@ -157,7 +147,7 @@ impl Moving<'_> {
     pub fn to_svg(&self, folder: &OutputFolder) -> Result<String, ReportError> {
         let times = step_times(folder)?;
         let stride = times.len().div_ceil(MOST_FRAMES - 1).max(1);
-        let mut frames = self.read(folder, &times, stride)?;
+        let mut frames = Frame::read(self.stage, folder, &times, stride)?;
         for frame in &mut frames {
             frame.arrows.sort_by(|a, b| b.size().total_cmp(&a.size()));
         }
@@ -179,96 +169,6 @@ impl Moving<'_> {
                 false => thinning += 1,
             }
         }
-    }
-
-    /// Every `stride`-th block of rows, up to the first that is not finite.
-    fn read(
-        &self,
-        folder: &OutputFolder,
-        times: &[f64],
-        stride: usize,
-    ) -> Result<Vec<Frame>, ReportError> {
-        let mut frames = self.read_bodies(folder, times, stride)?;
-        let (mut rows, header) = Rows::open::<ContactRow>(folder)?;
-        let of = arrow_columns(&header);
-        let [at, status] = ["time_s", "status"].map(|name| column(&header, name));
-        while rows.next()? {
-            let block = 1 + times.partition_point(|end| *end < rows.number(at));
-            let frame = frames.get_mut(block / stride);
-            if let Some(frame) = frame.filter(|_| block.is_multiple_of(stride)) {
-                let arrow = self.arrow(&rows, of, status_of(rows.word(status)));
-                frame.arrows.extend(arrow);
-            }
-        }
-        // a frame shows the impacts since the frame before it
-        let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
-        let of = arrow_columns(&header);
-        let at = column(&header, "time_s");
-        while rows.next()? {
-            let block = 1 + times.partition_point(|end| *end < rows.number(at));
-            if let Some(frame) = frames.get_mut(block.div_ceil(stride)) {
-                let arrow = self.arrow(&rows, of, ContactStatus::Impact);
-                frame.arrows.extend(arrow);
-            }
-        }
-        Ok(frames)
-    }
-
-    fn read_bodies(
-        &self,
-        folder: &OutputFolder,
-        times: &[f64],
-        stride: usize,
-    ) -> Result<Vec<Frame>, ReportError> {
-        let (mut rows, header) = Rows::open::<BodyRow>(folder)?;
-        let names = ["x_m", "y_m", "angle_rad", "omega_rad_s"];
-        let [x, y, angle, omega] = names.map(|name| column(&header, name));
-        let count = self.stage.bodies.len().max(1);
-        let mut frames: Vec<Frame> = Vec::new();
-        // of each body: pose, spin
-        let mut last: Vec<(Pose, f64)> = Vec::new();
-        for block in 0..=times.len() {
-            let time = |block: usize| if block == 0 { 0.0 } else { times[block - 1] };
-            let span = time(block) - time(block.saturating_sub(1));
-            for k in 0..count {
-                if !rows.next()? {
-                    return Ok(frames);
-                }
-                let mut pose = [x, y, angle].map(|column| rows.number(column));
-                let spin = rows.number(omega);
-                match last.get_mut(k) {
-                    Some((before, spun)) => {
-                        // the angle is known up to whole turns: the spin says how many
-                        let turned = before[2] + 0.5 * span * (*spun + spin);
-                        pose[2] += TAU * ((turned - pose[2]) / TAU).round();
-                        (*before, *spun) = (pose, spin);
-                    }
-                    None => last.push((pose, spin)),
-                }
-            }
-            if last
-                .iter()
-                .any(|(pose, _)| pose.iter().any(|q| !q.is_finite()))
-            {
-                return Ok(frames);
-            }
-            if block.is_multiple_of(stride) {
-                frames.push(Frame {
-                    time: time(block),
-                    poses: last.iter().map(|(pose, _)| *pose).collect(),
-                    arrows: Vec::new(),
-                });
-            }
-        }
-        Ok(frames)
-    }
-
-    /// The impulse of a row; `None` without one.
-    fn arrow(&self, rows: &Rows, of: [usize; 7], status: ContactStatus) -> Option<Arrow> {
-        let [second, x, y, nx, ny, n, t] = of.map(|column| rows.number(column));
-        let arrow = Arrow::new(self.stage, second as u32, [x, y], [nx, ny], [n, t], status);
-        let size = arrow.size();
-        (size > 0.0 && size.is_finite() && self.stage.lane == 0.0).then_some(arrow)
     }
 
     fn drawn(&self, kept: &Kept) -> String {
@@ -450,30 +350,6 @@ fn around_origin(scale: f64) -> Map {
         y: [0.0; 2],
     };
     Map { view, scale }
-}
-
-/// Places of what an arrow needs in a row of contacts or impacts.
-fn arrow_columns(header: &[String]) -> [usize; 7] {
-    [
-        "body_2",
-        "x_m",
-        "y_m",
-        "nx",
-        "ny",
-        "impulse_n_ns",
-        "impulse_t_ns",
-    ]
-    .map(|name| column(header, name))
-}
-
-fn status_of(word: &str) -> ContactStatus {
-    match word {
-        "stick" => ContactStatus::Stick,
-        "slip+" => ContactStatus::SlipPlus,
-        "slip-" => ContactStatus::SlipMinus,
-        "impact" => ContactStatus::Impact,
-        _ => ContactStatus::Open,
-    }
 }
 
 /// The impulse that nine in ten stay below \[N s\]; 0 without any.
