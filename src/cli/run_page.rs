@@ -19,8 +19,8 @@ const OF_MACHINE: usize = 1_000_000;
 const MACHINE: [&str; 4] = [
     "It shows the first measured revolution, with new teeth at the operating torque: written steps, not the \
      whole life. The pictures below show what the hours do to the teeth.",
-    "The cylinder turns counter-clockwise, as the arrow at its axle says. Its toothed bars are drawn with all \
-     their cells, which wear.csv numbers from 0 at the toe, the end that leads.",
+    "The cylinder turns counter-clockwise, as the arrow at its axle says. wear.csv numbers the cells of a tooth \
+     from 1 at its tall end, which trails, to the toe, which leads; all bars are equal.",
     "Crop is soft. Where a segment lies within steel it is pressed in by that depth: the contact law of the crop \
      turns the depth into a pressure, and this is no failure of the solver.",
     "A segment that has left the machine is removed, and its number passes to one that enters.",

@@ -27,6 +27,7 @@ PAGES = [
     ("bouncing-ball", ["--events", "--set", 'scene.title="</script><b>&"'], True),
     ("pin-on-disc", [], True),
     ("thresher-study", [], None),
+    ("thresher", "--every 5 --set step.dt=3.2e-4 --set wear.jump=2e-3 --set wear.revolutions=1 --set wear.max_hours=5".split(), True),
 ]
 # pages without a replay, of other commands
 COMPARED = [

@@ -24,7 +24,8 @@ fn moving(args: &[&str]) -> String {
 
 /// The lists of an attribute, each with its values.
 fn values(svg: &str, kind: &str) -> Vec<Vec<String>> {
-    let pieces = svg.split(&format!("{kind} values=\"")).skip(1);
+    let start = format!("{kind} values=\"");
+    let pieces = svg.split(&start).skip(1);
     pieces
         .map(|piece| {
             piece

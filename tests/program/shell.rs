@@ -134,7 +134,7 @@ fn what_is_wrong_in_standard_input_has_its_place() {
         ),
         (
             &["chart", "-", "-"],
-            &tower(),
+            &whole,
             ["named twice".to_owned(), "tower".to_owned()],
         ),
     ] {
