@@ -114,7 +114,7 @@ fn what_is_wrong_in_standard_input_has_its_place() {
     let place = Place::new();
     let text = String::from_utf8(tower())
         .unwrap()
-        .replacen("box", "bxx", 1);
+        .replacen("\nbox =", "\nbxx =", 1);
     let line = 1 + text[..text.find("bxx").unwrap()].matches('\n').count();
     for (args, input, words) in [
         (
@@ -134,7 +134,7 @@ fn what_is_wrong_in_standard_input_has_its_place() {
         ),
         (
             &["chart", "-", "-"],
-            &whole,
+            &tower(),
             ["named twice".to_owned(), "tower".to_owned()],
         ),
     ] {
@@ -163,7 +163,7 @@ fn a_file_that_is_too_large_is_refused_unparsed() {
         "{err}"
     );
     place.write("big.toml", &text[1..]);
-    place.refused(&["run", "big.toml"], &["big.toml:1:1", "malformed TOML"]);
+    place.refused(&["run", "big.toml"], &["big.toml:1:", "malformed TOML"]);
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_bench_draws_its_throughput_and_names_the_problems_it_lacks() {
     let (code, _, err) = place.run(&args);
     assert_eq!(code, 0, "{err}");
     let svg = fs::read_to_string(place.path("b/throughput.svg")).unwrap();
-    for word in ["contacts", "time of a step", "moreau", "rapier", ">wedge<"] {
+    for word in ["contacts", "time of a step", "moreau", "rapier", "wedge"] {
         assert!(svg.contains(word), "{word}");
     }
     assert_eq!(
