@@ -135,27 +135,6 @@ def check(browser, program, scene, args, contacts, width, root, command="run"):
           % (scene, width, found["frames"], len(found["picks"])))
 
 
-MOVES = """<!doctype html>%s<pre id="found"></pre><script>
-const svg = document.querySelector("svg"), body = document.querySelector("animateTransform").parentNode;
-const at = (time) => { svg.setCurrentTime(time); return body.getCTM().f; };
-onload = () => { svg.pauseAnimations(); document.getElementById("found").textContent = JSON.stringify([at(0.1), at(1.5), at(0.1)]); };
-</script>"""
-
-
-def moves(browser, program, root):
-    """The picture of `run --animate` moves, and the end of its clock is its start again."""
-    folder = os.path.join(root, "moving")
-    subprocess.run([program, "run", "bouncing-ball", "--time", "2", "--animate", "--quiet", "--out", folder], check=True)
-    page = os.path.join(folder, "inline.html")
-    with open(page, "w") as file:
-        file.write(MOVES % open(os.path.join(folder, "scene-moving.svg")).read())
-    dom, console = browse(browser, page, 1280, "--dump-dom")
-    assert not console, console
-    first, later, again = json.loads(re.search(r'<pre id="found">(.*?)</pre>', dom, re.S).group(1))
-    assert first == again and abs(first - later) > 5, (first, later, again)
-    print("bouncing-ball: the picture moves by %.0f pixels" % abs(first - later))
-
-
 def main():
     names = ["chromium", "chromium-browser", "google-chrome", "chrome"]
     browser = next(filter(None, map(shutil.which, names)), None)
@@ -170,7 +149,6 @@ def main():
         for command, scene, *args in COMPARED:
             for width in WIDTHS:
                 check(browser, program, scene, args, None, width, root, command)
-        moves(browser, program, root)
 
 
 main()
