@@ -1,6 +1,7 @@
 use super::atlas_table::{Broken, Share, explanations, shares, table};
+use super::compared_lead::of_rungs;
 use super::summary::{self, Say};
-use super::{Outcome, issues, print_out};
+use super::{Outcome, issues, print_out, run_page};
 use crate::experiment::{Atlas, Engine, Preset, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
 use crate::scene::{atlas_entries, issue_entries};
@@ -20,6 +21,10 @@ pub(super) struct AtlasArgs {
     /// at its default and at its remedy.
     #[arg(long, conflicts_with = "quick")]
     issues: bool,
+    /// Write report.html as well: what came out and whether it can be trusted, pictures and tables, in
+    /// one file that a browser opens without network.
+    #[arg(long)]
+    report: bool,
     /// Folder for the results.
     #[arg(long, value_name = "DIR", default_value = "out/atlas")]
     out: PathBuf,
@@ -43,7 +48,7 @@ pub(super) fn list() -> Result<Outcome, RunError> {
     for entry in issue_entries()? {
         text += &format!("issues/{}: {}\n", entry.name, entry.block.shows);
     }
-    print_out(&text);
+    print_out(&text)?;
     Ok(Outcome::Done)
 }
 
@@ -117,11 +122,20 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
         warnings: &results.notes,
     };
     let say = Say::of(args.json, args.quiet);
-    summary::close(folder, summary::program("atlas"), more, say, |target| {
-        let table = match args.issues {
-            true => issues::text(&atlas, &rows),
-            false => table(&atlas, &rows),
+    let text = summary::write(&folder, summary::program("atlas"), more)?;
+    let table = match args.issues {
+        true => issues::text(&atlas, &rows),
+        false => table(&atlas, &rows),
+    };
+    if args.report {
+        let title = match args.issues {
+            true => "The atlas of complaints",
+            false => "The failure atlas",
         };
+        let lead = of_rungs(&shares(&rows), &broken, results.notes.len());
+        run_page::write_compared(&folder, &text, title, lead, &table)?;
+    }
+    summary::finish(folder, &text, say, |target| {
         let notes = summary::noted(&results.notes);
         format!(
             "{table}{notes}results.csv, {picture} in {}\n",

@@ -38,20 +38,19 @@ pub(super) struct BenchArgs {
     /// Run every impulse solver on every problem of a folder, and draw the performance profile.
     #[arg(long)]
     solvers: bool,
-    /// Folder of contact problems (.json or .dat), as `run --dump-problems` writes them.
-    #[arg(
-        long,
-        value_name = "DIR",
-        default_value = "tests/data/problems",
-        requires = "solvers"
-    )]
-    problems: PathBuf,
+    /// Folder of contact problems (.json or .dat), as `run --dump-problems` writes them [default:
+    /// tests/data/problems in the current folder, which the sources have and the program does not].
+    #[arg(long, value_name = "DIR", requires = "solvers")]
+    problems: Option<PathBuf>,
     /// Number of timings of each solver on each problem; they are interleaved and times are their
     /// medians.
     #[arg(long, value_name = "N", default_value_t = 3, requires = "solvers",
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
 }
+
+/// The problems that are stored with the sources.
+const OF_SOURCES: &str = "tests/data/problems";
 
 const PICTURE: &str = "performance-profile.svg";
 
@@ -73,7 +72,16 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     }
     let target = flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("bench-solvers"));
-    let (problems, notes) = collection(&args.problems)?;
+    let stored = args.problems.as_deref();
+    let source = stored.unwrap_or(Path::new(OF_SOURCES));
+    if stored.is_none() && !source.is_dir() {
+        return Err(RunError::Unfit(format!(
+            "bench --solvers: {OF_SOURCES}: no such folder here: the stored problems come with the sources of \
+             the program; run it there, or give a folder of your own with --problems DIR, which `run SCENE \
+             --dump-problems DIR` writes"
+        )));
+    }
+    let (problems, notes) = collection(source)?;
     let folder = OutputFolder::create(target)?;
     let repeats = args.repeats as usize;
     let timings = problems.len() * SOLVERS.len() * repeats;
@@ -90,7 +98,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     });
     let more = Found {
         settings: Settings {
-            problems: args.problems.display().to_string(),
+            problems: source.display().to_string(),
             tolerance,
             repeats,
         },

@@ -3,7 +3,9 @@
 use super::bench::BenchArgs;
 use super::{Outcome, effect, summary};
 use crate::experiment::{Engine, REST_SOLVED, RunError, Throughput, Workload, growth};
-use crate::report::{Align, OutputFolder, Progress, ResultRow, Table, number, quantity};
+use crate::report::{
+    Align, OutputFolder, Progress, ResultRow, Table, number, quantity, throughput as chart_of,
+};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -55,6 +57,9 @@ const LADDERS: [(&str, [u32; 2], &[Size]); 5] = [
 const SETTLE: [u32; 2] = [60, 5];
 const STEPS: [u32; 2] = [60, 10];
 
+/// The file of the picture.
+const PICTURE: &str = "throughput.svg";
+
 pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     let flags = &args.flags;
     let works = workloads(args)?;
@@ -99,6 +104,11 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
     drop(progress);
     measured.extend(growth(&measured));
     let rows = summary::written(&folder, &measured)?;
+    let mut pictures = Vec::new();
+    if let Some(chart) = chart_of(&rows) {
+        folder.write(PICTURE, chart.to_svg()?)?;
+        pictures.push(PICTURE);
+    }
     let more = Found {
         settings: Settings {
             steps: throughput.steps,
@@ -107,6 +117,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
             settle: works.iter().map(|work| work.settle).collect(),
         },
         rows: rows.len(),
+        pictures: &pictures,
         warnings: &notes,
     };
     summary::close(
@@ -116,7 +127,8 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
         flags.say(),
         |target| {
             let (table, notes) = (table(&rows), summary::noted(&notes));
-            format!("{table}{notes}results.csv in {}\n", target.display())
+            let files: String = pictures.iter().map(|p| format!(", {p}")).collect();
+            format!("{table}{notes}results.csv{files} in {}\n", target.display())
         },
     )?;
     Ok(Outcome::Done)
@@ -127,6 +139,7 @@ pub(super) fn bench_scenes(args: &BenchArgs) -> Result<Outcome, RunError> {
 struct Found<'a> {
     settings: Settings<'a>,
     rows: usize,
+    pictures: &'a [&'static str],
     warnings: &'a [String],
 }
 

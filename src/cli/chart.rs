@@ -1,6 +1,7 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
-use super::{Flags, Outcome, effect, summary};
+use super::compared_lead::of_points;
+use super::{Flags, Outcome, effect, run_page, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
@@ -24,7 +25,7 @@ const SOLVERS: [&str; 2] = ["nsgs", "direct"];
 
 #[derive(Args)]
 pub(super) struct ChartArgs {
-    /// Scenes of the catalogue, or paths of TOML files [default: all scenes with a closed form, and
+    /// Scenes of the catalogue, paths of TOML files, or - for standard input [default: all scenes with a closed form, and
     /// some that test stability].
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
@@ -44,11 +45,21 @@ pub(super) struct ChartArgs {
     /// Settings of the peer at the point, in place of its preset; box2d takes HZ,SUBSTEPS only.
     #[arg(long, value_name = "HZ,SUBSTEPS,PGS", requires = "engine")]
     soft: Option<String>,
+    /// Write report.html as well: what came out and whether it can be trusted, pictures and tables, in
+    /// one file that a browser opens without network.
+    #[arg(long)]
+    report: bool,
     /// Draw the results.csv of an earlier chart again, and run nothing.
     #[arg(long, value_name = "FILE",
           conflicts_with_all = ["scenes", "quick", "repeats", "engine", "dt", "time", "steps", "set",
                                 "scheme", "events", "solver", "tolerance", "threads"])]
     from: Option<PathBuf>,
+}
+
+impl ChartArgs {
+    fn repeats(&self) -> usize {
+        self.repeats.unwrap_or(if self.quick { 1 } else { 3 }) as usize
+    }
 }
 
 /// The peer's settings from `--soft`: frequency \[Hz\], substeps, and for rapier sweeps. Returns the
@@ -265,7 +276,7 @@ impl Work {
     /// Runs all points. Returns the rows, and notes that name the scene.
     fn run(&self, args: &ChartArgs) -> Result<(Vec<ResultRow>, Vec<String>), RunError> {
         let (scene, settings) = (&self.scene, self.settings.clone());
-        let repeats = args.repeats.unwrap_or(if args.quick { 1 } else { 3 }) as usize;
+        let repeats = args.repeats();
         let bar = |steps| Progress::new(&scene.name, steps as u64, args.flags.quiet);
         let results = match &self.machine {
             Some(machine) => {
@@ -432,9 +443,15 @@ fn show(
         dominated_strictly: strictly,
         warnings: &notes,
     };
-    let head = summary::program("chart");
-    summary::close(folder, head, more, args.flags.say(), |target| {
-        let (table, notes) = (table(&domination), summary::noted(&notes));
+    let text = summary::write(&folder, summary::program("chart"), more)?;
+    let table = table(&domination);
+    if args.report {
+        let lead = of_points(rows, args.repeats(), notes.len());
+        let title = "Accuracy against speed";
+        run_page::write_compared(&folder, &text, title, lead, &table)?;
+    }
+    summary::finish(folder, &text, args.flags.say(), |target| {
+        let notes = summary::noted(&notes);
         format!("{table}{notes}{}", files(target, pictures.len()))
     })?;
     Ok(Outcome::Done)

@@ -1,5 +1,6 @@
 use super::compare_table::table;
-use super::{CompareArgs, Flags, Outcome, effect, summary};
+use super::compared_lead::of_points;
+use super::{CompareArgs, Flags, Outcome, effect, run_page, summary};
 use crate::experiment::{Comparison, Engine, RunError, Setting, run_settings, step_count};
 use crate::report::{
     Chart, OutputFolder, Progress, ResultRow, convergence, energy, panels, scatter, work_precision,
@@ -63,11 +64,18 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Outcome, RunError> {
         warnings: &notes,
     };
     let (head, say) = (summary::header("compare", &scene), args.common.flags.say());
-    summary::close(folder, head, more, say, |target| {
-        let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
-        let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
-        let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&table(&rows, &columns, Engine::RapierStiff.name()));
+    let text = summary::write(&folder, head, more)?;
+    let base = |s: &&Setting| s.step.dt == scene.step.dt && s.baseline == s.engine.baseline();
+    let columns: Vec<Setting> = settings.iter().filter(base).cloned().collect();
+    let table = table(&rows, &columns, Engine::RapierStiff.name());
+    let title = format!("{}: {}", scene.name, scene.title);
+    if args.report {
+        let lead = of_points(&rows, repeats, notes.len());
+        let title = format!("Comparison of {title}");
+        run_page::write_compared(&folder, &text, &title, lead, &table)?;
+    }
+    summary::finish(folder, &text, say, |target| {
+        let mut out = format!("{title}\n{table}");
         out.push_str(&summary::noted(&notes));
         out.push_str(&format!(
             "results.csv{} in {}\n",

@@ -35,12 +35,12 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
                 print_out(&format!(
                     "{:#}\n",
                     json!({"scene": scene.name, "model": "rotor", "degrees_of_freedom": 1})
-                ));
+                ))?;
             } else {
                 print_out(&format!(
                     "{}: {}\nmodel: {model}\n",
                     scene.name, scene.title
-                ));
+                ))?;
             }
             return Ok(Outcome::Done);
         }
@@ -54,7 +54,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     print_out(&match flags.json {
         true => format!("{:#}\n", summary::json(&found)),
         false => format!("{}: {}\n{}", scene.name, scene.title, text(&found)),
-    });
+    })?;
     Ok(Outcome::Done)
 }
 

@@ -9,6 +9,7 @@ mod chart;
 mod chart_table;
 mod compare;
 mod compare_table;
+mod compared_lead;
 mod dump;
 mod effect;
 mod explain;
@@ -30,44 +31,43 @@ mod sweep_case;
 
 use crate::dynamics::MOST_THREADS;
 use crate::experiment::{Engine, RunError, step_count};
+use crate::report::ReportError;
 use crate::scene::{self, Origin, Scene, SceneError};
 use crate::thresher::{self, Machine};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+// paragraphs are one line each: the help wraps them
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
-  1  wrong input, or a file cannot be read or written; no half-written file is left
-  2  run, sweep, solve and atlas: the results are written, but a scene did not hold with moreau, a stored
-     problem is unsolved, or a rung of the atlas failed; compare, chart and bench list such points and exit
-     with 0; merge: cases are missing";
-const EXIT_RUN: &str = "\
-Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; 2 the results are
-written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body passed
-through another, contacts gave energy, the energy balance is off, or islands failed or leave closing
-velocities of more than verdict.bounded; or a body of [[wear]] is worn through before life.duration. The last lines, `verdict` and `ended` in
-summary.json say which; the limits are the keys verdict.* of the scene. For a peer the verdict is
-told, and the exit code is 0.";
-const EXIT_SOLVE: &str = "\
-Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not solved to the
-tolerance.";
-const EXIT_ATLAS: &str = "\
-Exit codes: 0 moreau passes every rung; 1 wrong input, or a file cannot be read or written; 2 the
-results are written, but moreau fails a rung or leaves one unsolved. Some rungs are known to fail,
-with and without --quick: the lines below the table name the cause of each.";
-const EXIT_MERGE: &str = "\
-Exit codes: 0 done; cases that did not hold are listed; 1 wrong input, results of several versions, or
-a file cannot be read or written; 2 the table is written, but cases are missing or damaged: they are
-listed.";
-const EXIT_TABLES: &str = "\
-Exit codes: 0 done; points that failed or are unsolved are listed; 1 wrong input, or a file cannot
-be read or written.";
+  1  wrong input, or a file or standard output cannot be read or written; no
+     half-written file is left
+  2  run, sweep, solve and atlas: the results are written, but a scene did not
+     hold with moreau, a stored problem is unsolved, or a rung of the atlas
+     failed; compare, chart and bench list such points and exit with 0; merge:
+     cases are missing";
+const EXIT_RUN: &str = "Exit codes: 0 the scene held; 1 wrong input, or a file cannot be read or written; \
+2 the results are written, but with moreau the scene did not hold: bodies overlap, joints stay open, a body \
+passed through another, contacts gave energy, the energy balance is off, or islands failed or leave closing \
+velocities of more than verdict.bounded; or a body of [[wear]] is worn through before life.duration. The last \
+lines, `verdict` and `ended` in summary.json say which; the limits are the keys verdict.* of the scene. For a \
+peer the verdict is told, and the exit code is 0.";
+const EXIT_SOLVE: &str = "Exit codes: 0 solved; 1 wrong input, or a file cannot be read or written; 2 not \
+solved to the tolerance.";
+const EXIT_ATLAS: &str = "Exit codes: 0 moreau passes every rung; 1 wrong input, or a file cannot be read or \
+written; 2 the results are written, but moreau fails a rung or leaves one unsolved. Some rungs are known to \
+fail, with and without --quick: the lines below the table name the cause of each.";
+const EXIT_MERGE: &str = "Exit codes: 0 done; cases that did not hold are listed; 1 wrong input, results of \
+several versions, or a file cannot be read or written; 2 the table is written, but cases are missing or \
+damaged: they are listed.";
+const EXIT_TABLES: &str = "Exit codes: 0 done; points that failed or are unsolved are listed; 1 wrong input, \
+or a file cannot be read or written.";
 
 /// Exact nonsmooth contact, and the wear that follows from it, for rapier2d worlds.
 #[derive(Parser)]
-#[command(name = "moreau2d", version, after_help = EXIT_CODES)]
+#[command(name = "moreau2d", version, after_help = EXIT_CODES, max_term_width = 80)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -127,13 +127,17 @@ enum Command {
     /// Solve a stored contact problem or linear complementarity problem (LCP).
     #[command(after_help = EXIT_SOLVE)]
     Solve(solve::SolveArgs),
+    /// Print what completes commands and flags in a shell, to be put where it looks for such files.
+    ///
+    /// For bash: moreau2d completions bash > ~/.local/share/bash-completion/completions/moreau2d
+    Completions { shell: clap_complete::Shell },
 }
 
 /// Arguments of every command that takes one scene.
 #[derive(Args, Clone)]
 struct Common {
-    /// Name of a scene of the catalogue (see `moreau2d scenes`), path of a TOML file, or a rung of
-    /// the atlas as atlas/ENTRY:RUNG, issues/NAME or FILE.toml:RUNG.
+    /// Name of a scene of the catalogue (see `moreau2d scenes`), path of a TOML file, - for a scene from
+    /// standard input, or a rung of the atlas as atlas/ENTRY:RUNG, issues/NAME or FILE.toml:RUNG.
     #[arg(required = true)]
     scene: Option<String>,
     #[command(flatten)]
@@ -211,6 +215,10 @@ struct RunArgs {
     /// and impulses, charts and settings, in one file that a browser opens without network.
     #[arg(long)]
     report: bool,
+    /// Write scene-moving.svg as well: the motion with its impulses, in a picture that plays in a browser
+    /// and on a page, without a script. It has at most 480 kB, and as many frames as fit.
+    #[arg(long)]
+    animate: bool,
     /// Write each contact problem of the run to this folder, as a JSON file.
     #[arg(long, value_name = "DIR")]
     dump_problems: Option<PathBuf>,
@@ -252,6 +260,10 @@ struct CompareArgs {
     /// the sweep of their settings: for scenes that take long.
     #[arg(long)]
     no_sweep: bool,
+    /// Write report.html as well: what came out and whether it can be trusted, pictures and tables, in
+    /// one file that a browser opens without network.
+    #[arg(long)]
+    report: bool,
 }
 
 impl Flags {
@@ -411,16 +423,16 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // clap reports help and version as errors for standard output
             let code = u8::from(error.use_stderr());
-            // printing fails only if the pipe is closed
-            let _ = error.print();
-            return ExitCode::from(code);
+            return match unless_closed(error.print()) {
+                Ok(()) => ExitCode::from(code),
+                Err(error) => failed(&error),
+            };
         }
     };
     let result = match &mut cli.command {
-        Command::Scenes { keys: true, .. } => {
-            print_out(&scene::keys::listing());
-            Ok(Outcome::Done)
-        }
+        Command::Scenes { keys: true, .. } => print_out(&scene::keys::listing())
+            .map(|()| Outcome::Done)
+            .map_err(RunError::from),
         Command::Scenes { atlas: true, .. } => atlas::list(),
         Command::Scenes { .. } => list_scenes(),
         Command::Run(args) => resume::command(args),
@@ -432,17 +444,28 @@ pub fn main() -> ExitCode {
         Command::Sweep(args) => sweep::sweep(args),
         Command::Merge(args) => merge::merge(args),
         Command::Solve(args) => solve::solve(args),
+        Command::Completions { shell } => completions(*shell),
     };
     match result {
         Ok(outcome) => ExitCode::from(match outcome {
             Outcome::Done => 0,
             Outcome::Failed => 2,
         }),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(1)
-        }
+        Err(error) => failed(&error),
     }
+}
+
+fn failed(error: &dyn std::error::Error) -> ExitCode {
+    print_err(&format!("error: {error}\n"));
+    ExitCode::from(1)
+}
+
+/// Writes the completions of a shell to standard output.
+fn completions(shell: clap_complete::Shell) -> Result<Outcome, RunError> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "moreau2d", &mut script);
+    print_out(&String::from_utf8_lossy(&script))?;
+    Ok(Outcome::Done)
 }
 
 /// How a command ended.
@@ -467,7 +490,7 @@ fn list_scenes() -> Result<Outcome, RunError> {
     for s in &scenes {
         text.push_str(&format!("{:width$}  {}\n", s.name, s.title));
     }
-    print_out(&text);
+    print_out(&text)?;
     Ok(Outcome::Done)
 }
 
@@ -478,7 +501,24 @@ fn print_err(text: &str) {
 }
 
 /// Prints to standard output; ignores a closed pipe (`| head`).
-fn print_out(text: &str) {
+///
+/// # Errors
+/// `ReportError::Io` if what was printed has no place, as on a full disk.
+fn print_out(text: &str) -> Result<(), ReportError> {
     use std::io::Write;
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let mut out = std::io::stdout();
+    // a buffer that is emptied at the end of the program would tell nobody
+    let printed = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    unless_closed(printed)
+}
+
+/// An error of printing, unless the reader has closed the pipe.
+fn unless_closed(printed: std::io::Result<()>) -> Result<(), ReportError> {
+    match printed {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(ReportError::Io {
+            path: PathBuf::from("<stdout>"),
+            source,
+        }),
+        _ => Ok(()),
+    }
 }

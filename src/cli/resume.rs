@@ -18,9 +18,14 @@ pub(super) fn command(args: &mut RunArgs) -> Result<Outcome, RunError> {
     if let Some(target) = &args.resume {
         return resume(target);
     }
-    let words = std::env::args_os().skip(1);
-    args.words = words.map(|w| w.to_string_lossy().into_owned()).collect();
+    args.words = typed();
     run::run(args, None)
+}
+
+/// What was typed, without the program.
+pub(super) fn typed() -> Vec<String> {
+    let words = std::env::args_os().skip(1);
+    words.map(|w| w.to_string_lossy().into_owned()).collect()
 }
 
 fn resume(target: &Path) -> Result<Outcome, RunError> {

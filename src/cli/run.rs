@@ -9,7 +9,9 @@ use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
     Engine, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on, measures,
 };
-use crate::report::{Align, OutputFolder, Progress, ReportError, Stage, Still, Table, number};
+use crate::report::{
+    Align, Moving, OutputFolder, Progress, ReportError, Stage, Still, Table, number,
+};
 use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
@@ -100,6 +102,7 @@ pub(super) fn checked(args: &RunArgs) -> Result<(Scene, Option<Machine>), RunErr
         None => args.engine.has_model(&scene)?,
     }
     refuse_idle(args, &scene, machine.as_ref())?;
+    refuse_moving(args, &scene, machine.is_some())?;
     Ok((scene, machine))
 }
 
@@ -171,6 +174,7 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
     let last = files.finish()?;
     if !args.summary_only {
         write_still(&folder, &scene, &states(&built, args.engine), &last)?;
+        write_moving(args, &folder, &scene)?;
     }
     let found = measures(&scene, &samples);
     let verdict = judge.verdict(&totals, &built);
@@ -310,6 +314,36 @@ pub(super) fn write_still(
         note: (!scene.wear.is_empty()).then_some(NEW),
     };
     folder.write("scene.svg", still.to_svg())
+}
+
+/// Writes `scene-moving.svg` if it was asked for: the motion that the CSV files hold.
+pub(super) fn write_moving(
+    args: &RunArgs,
+    folder: &OutputFolder,
+    scene: &Scene,
+) -> Result<(), ReportError> {
+    if !args.animate {
+        return Ok(());
+    }
+    let moving = Moving {
+        stage: &Stage::of(scene),
+        title: &format!("{}: {}", scene.name, scene.title),
+        note: (!scene.wear.is_empty()).then_some(NEW),
+    };
+    folder.write("scene-moving.svg", moving.to_svg(folder)?)
+}
+
+/// Refuses a moving picture of a machine, or of a scene too large for one.
+fn refuse_moving(args: &RunArgs, scene: &Scene, machine: bool) -> Result<(), RunError> {
+    let why = match (args.animate, machine) {
+        (false, _) => None,
+        (true, true) => Some("a machine has pictures of its own, and none that moves".to_owned()),
+        (true, false) => Moving::refused(&Stage::of(scene)),
+    };
+    match why {
+        Some(why) => Err(RunError::Unfit(format!("--animate: {}: {why}", scene.name))),
+        None => Ok(()),
+    }
 }
 
 fn measure_table(found: &[Measure]) -> String {

@@ -3,9 +3,9 @@ use super::run_files::RunFiles;
 use super::run_lead::machine_lead;
 use super::{Outcome, RunArgs, run_page, summary};
 use crate::experiment::{RunError, Totals};
-use crate::report::{OutputFolder, Progress};
+use crate::report::{BodyRow, OutputFolder, Progress, Stage, written_rows};
 use crate::scene::Scene;
-use crate::thresher::{Machine, Setup, Study, Thresher, run_lives, run_study};
+use crate::thresher::{Machine, Setup, Study, Thresher, machine_stage, run_lives, run_study};
 use serde_json::{Value, json};
 
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
@@ -36,13 +36,18 @@ pub(super) fn run(
     }
     let lead = machine_lead(&found, &totals, warnings.len(), wrong.as_deref());
     let summary = summary::write(&folder, head, found)?;
+    let text_of_page = without_clock(&text);
+    let stage = match machine {
+        Machine::Thresher(setup) if args.report => seen(&folder, scene, setup)?,
+        _ => None,
+    };
     run_page::write(
         args,
         &folder,
         &summary,
         lead,
-        None,
-        Some(&without_clock(&text)),
+        stage.as_ref(),
+        Some(&text_of_page),
     )?;
     summary::finish(folder, &summary, say, |target| {
         let place = target.display();
@@ -55,6 +60,18 @@ pub(super) fn run(
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// The machine as the files show it; `None` if they show no step.
+fn seen(
+    folder: &OutputFolder,
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+) -> Result<Option<Stage>, RunError> {
+    let rows: Vec<BodyRow> = written_rows(folder)?;
+    let most = rows.iter().map(|row| row.body as usize + 1).max();
+    let stage = most.map(|count| machine_stage(scene, setup, count));
+    Ok(stage.transpose()?)
 }
 
 /// The text without the line that tells how long a step took: a page is the same for the same command.

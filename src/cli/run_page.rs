@@ -1,4 +1,4 @@
-//! `run --report`: one page of the run, from its files and its summary.
+//! `--report`: one page of the results, from their files and their summary.
 
 use super::RunArgs;
 use crate::report::{
@@ -11,6 +11,20 @@ use std::fs;
 
 /// The file of the page.
 const FILE: &str = "report.html";
+/// The pictures of the motion, which the replay shows.
+const SCENE: [&str; 2] = ["scene.svg", "scene-moving.svg"];
+/// Most characters of the replay of a machine, whose page holds the pictures of its life as well: 2 MB in all.
+const OF_MACHINE: usize = 1_000_000;
+/// What is to be known of the replay of a machine.
+const MACHINE: [&str; 4] = [
+    "It shows the first measured revolution, with new teeth at the operating torque: written steps, not the \
+     whole life. The pictures below show what the hours do to the teeth.",
+    "The cylinder turns counter-clockwise, as the arrow at its axle says. wear.csv numbers the cells of a tooth \
+     from 1 at its tall end, which trails, to the toe, which leads; all bars are equal.",
+    "Crop is soft. Where a segment lies within steel it is pressed in by that depth: the contact law of the crop \
+     turns the depth into a pressure, and this is no failure of the solver.",
+    "A segment that has left the machine is removed, and its number passes to one that enters.",
+];
 /// Keys of the summary that the page shows elsewhere.
 const SHOWN: [&str; 10] = [
     "program",
@@ -29,7 +43,7 @@ const SHOWN: [&str; 10] = [
 ///
 /// # Arguments
 /// - `summary`: the text of `summary.json`.
-/// - `stage`: bodies for the replay; `None` for a machine, whose pictures are the others in the folder.
+/// - `stage`: bodies for the replay; `None` where nothing moves that the files show.
 /// - `text`: what the terminal shows of the results, without times of the computer.
 pub(super) fn write(
     args: &RunArgs,
@@ -46,8 +60,20 @@ pub(super) fn write(
     let mut sections = Vec::new();
     let mut replay = None;
     if let Some(stage) = stage {
-        replay = Some((stage, Replay::read(folder, stage, watch(&summary, stage))?));
+        let watch = watch(&summary, stage);
+        replay = Some((
+            stage,
+            match stage.bodies.iter().any(|b| b.kind == "driven") {
+                true => Replay::within(folder, stage, watch, OF_MACHINE)?,
+                false => Replay::read(folder, stage, watch)?,
+            },
+        ));
         let rows: Vec<StepRow> = written_rows(folder)?;
+        if stage.bodies.iter().any(|b| b.kind == "driven") {
+            let items = MACHINE.map(str::to_owned).to_vec();
+            let title = "How to read the replay".to_owned();
+            sections.push(Section::List { title, items });
+        }
         sections.push(Section::Charts {
             title: "Over time".to_owned(),
             charts: run_charts(&rows, summary["settings"]["tolerance"].as_f64()),
@@ -72,6 +98,40 @@ pub(super) fn write(
         title: &format!("{}: {}", word("scene"), word("title")),
         lead,
         replay,
+        sections,
+    };
+    folder.write(FILE, page.to_html()?)
+}
+
+/// Writes `report.html` of a command that compares: its pictures, its tables, and what was typed.
+///
+/// # Arguments
+/// - `summary`: the text of `summary.json`.
+/// - `text`: the tables that the terminal shows.
+pub(super) fn write_compared(
+    folder: &OutputFolder,
+    summary: &str,
+    title: &str,
+    lead: Lead,
+    text: &str,
+) -> Result<(), ReportError> {
+    let summary: Value = serde_json::from_str(summary).unwrap_or_default();
+    let mut sections: Vec<Section> = pictures(folder)?.into_iter().collect();
+    sections.push(Section::Text {
+        title: "Results".to_owned(),
+        text: text.trim_end().to_owned(),
+    });
+    sections.extend(notes(&summary));
+    sections.push(settings(&summary, &super::resume::typed()));
+    sections.extend(totals(&summary));
+    sections.push(Section::List {
+        title: "Files beside this page".to_owned(),
+        items: names(folder)?,
+    });
+    let page = Page {
+        title,
+        lead,
+        replay: None,
         sections,
     };
     folder.write(FILE, page.to_html()?)
@@ -162,12 +222,13 @@ fn settings(summary: &Value, typed: &[String]) -> Section {
                 plain(&summary["version"])
             ),
         ],
-        vec!["scene".to_owned(), plain(&summary["scene"])],
-        vec![
-            "hash of the scene".to_owned(),
-            plain(&summary["scene_hash"]),
-        ],
     ];
+    // of a command that has one
+    for (name, key) in [("scene", "scene"), ("hash of the scene", "scene_hash")] {
+        if summary[key].is_string() {
+            rows.push(vec![name.to_owned(), plain(&summary[key])]);
+        }
+    }
     let keys = summary["settings"].as_object().into_iter().flatten();
     rows.extend(keys.map(|(key, value)| vec![key.clone(), figure(value)]));
     Section::Table {
@@ -187,18 +248,18 @@ fn totals(summary: &Value) -> Option<Section> {
     let rows: Vec<Vec<String>> = (of_top.chain(totals))
         .map(|(key, value)| vec![key.clone(), figure(value)])
         .collect();
-    Some(Section::Table {
-        title: "Totals of the run".to_owned(),
+    (!rows.is_empty()).then(|| Section::Table {
+        title: "Totals".to_owned(),
         header: words(&["figure", "value"]),
         rows,
     })
 }
 
-/// The pictures in the folder but that of the scene, which the replay shows.
+/// The pictures in the folder but those of the motion.
 fn pictures(folder: &OutputFolder) -> Result<Option<Section>, ReportError> {
     let mut pictures = Vec::new();
     for name in names(folder)? {
-        if name.ends_with(".svg") && name != "scene.svg" {
+        if name.ends_with(".svg") && !SCENE.contains(&name.as_str()) {
             let svg = fs::read_to_string(folder.path(&name));
             let svg = svg.map_err(|source| ReportError::Io {
                 path: folder.place(&name),

@@ -1,5 +1,5 @@
 use super::resume::{self, Stopped};
-use super::run::{NEW, head, row_interval, start_files, states, write_still};
+use super::run::{NEW, head, row_interval, start_files, states, write_moving, write_still};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::{Outcome, RunArgs, run_page, summary};
@@ -97,6 +97,7 @@ pub(super) fn run(
     let states = states(&built, Engine::Moreau);
     if !args.summary_only {
         write_still(&folder, scene, &states, &last)?;
+        write_moving(args, &folder, scene)?;
         write(&folder, scene, &found)?;
     }
     let verdict = judge.verdict(&found.totals, &built);

@@ -176,12 +176,12 @@ pub(super) fn solve(args: &SolveArgs) -> Result<Outcome, RunError> {
         out.write(&json)?;
     }
     if args.json {
-        print_out(&json);
+        print_out(&json)?;
     } else if !args.quiet {
         for warning in &warnings {
             print_err(&format!("warning: {warning}\n"));
         }
-        print_out(&format!("{}: {}", path.display(), solved.text));
+        print_out(&format!("{}: {}", path.display(), solved.text))?;
     }
     Ok(if solved.solved {
         Outcome::Done

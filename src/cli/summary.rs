@@ -53,9 +53,8 @@ pub(super) fn finish(
     match say {
         Say::Summary => print_out(summary),
         Say::Tables => print_out(&tables(&target)),
-        Say::Nothing => {}
+        Say::Nothing => Ok(()),
     }
-    Ok(())
 }
 
 /// One line for each note.

@@ -141,11 +141,11 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<Outcome, RunError> {
     let records: Vec<Record> = records.into_iter().flatten().collect();
     if !args.quiet {
         let cases: Vec<&PlannedCase> = mine.iter().map(|k| &planned.cases[*k]).collect();
-        print_out(&describe(&planned, &cases, shard, before, &records));
+        print_out(&describe(&planned, &cases, shard, before, &records))?;
         print_out(&format!(
             "cases in {}; `moreau2d merge` makes one table of them\n",
             out.display()
-        ));
+        ))?;
     }
     Ok(match records.iter().all(|record| record.held) {
         true => Outcome::Done,

@@ -135,6 +135,7 @@ pub(super) fn arguments(scene: &str, changes: Vec<String>, all_files: bool) -> R
         engine: Engine::Moreau,
         every: None,
         report: false,
+        animate: false,
         dump_problems: None,
         dump_every: None,
         resume: None,

@@ -24,6 +24,8 @@
 //! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
 //! moreau2d run bouncing-ball --events # impacts located in time inside the steps
 //! moreau2d run drum --report          # report.html: a replay with impulses, and charts
+//! moreau2d run hit-heap --animate     # scene-moving.svg: the motion as a picture for any page
+//! moreau2d run - < my-scene.toml      # a scene from standard input
 //! moreau2d run --resume out/drum      # a run that was stopped goes on; `guide::stopped_runs`
 //! moreau2d sweep scenes/sweeps/thresher-study.toml   # 144 lives, over torque, speed and friction
 //! moreau2d merge out/sweep-thresher-study  # one table of them, and maps; `guide::sweeps`
@@ -34,6 +36,8 @@
 //! moreau2d run atlas/tower:50         # one rung; `scenes --atlas` lists them
 //! moreau2d atlas --issues             # what users of engines complain of, as scenes
 //! moreau2d run issues/heavy-on-cube   # one of them
+//! moreau2d atlas tower --report       # report.html of it, as of compare and chart
+//! moreau2d completions bash           # for the shell; also zsh, fish, powershell, elvish
 //! moreau2d bench --quick              # what a step costs, by phase
 //! moreau2d run wedge --dump-problems out/problems --steps 2
 //! moreau2d solve out/problems/step-000001-island-0001.json
@@ -42,7 +46,13 @@
 //! `scene.svg`, the bodies at the end with the impulses of the last step. `--report` adds `report.html`, one
 //! file that a browser opens without network: what came out, whether it can be trusted and what to do; a
 //! replay with contacts and impulses, in which a click shows the figures of a body or contact and failed
-//! steps are red on the time bar; charts, checks and settings.
+//! steps are red on the time bar; charts, checks and settings. The page of a thresher replays its first measured
+//! revolution; those of `compare`, `chart` and `atlas` hold their pictures and tables. `--animate` adds
+//! `scene-moving.svg`, which plays wherever a browser shows an image: at most 480 kB, with as many frames and
+//! arrows as fit, and the picture says how many. A scene of some 700 bodies or more is refused.
+//!
+//! A scene `-` is read from standard input, of at most 8 MiB like every scene file. A run of such a scene that was
+//! stopped is resumed with the same scene on standard input; another one is refused by its hash.
 //!
 //! # Features of the crate
 //! | feature | what it adds |

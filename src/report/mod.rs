@@ -3,6 +3,7 @@
 //! All output is made from records and rows alone. Files hold SI units at full precision;
 //! millimetres and hours appear in charts and tables only.
 
+mod arrows;
 mod atlas_matrix;
 mod axis;
 mod canvas;
@@ -18,6 +19,8 @@ mod labels;
 mod layout;
 mod legend;
 mod markup;
+mod moving;
+mod moving_frames;
 mod order;
 mod packed;
 mod page;
@@ -30,11 +33,13 @@ mod replay;
 mod result_charts;
 mod run_charts;
 mod scatter;
+mod sheet;
 mod stage;
 mod still;
 mod still_bodies;
 mod sweep_charts;
 mod table;
+mod throughput_chart;
 mod value_map;
 
 pub use atlas_matrix::matrix;
@@ -50,6 +55,7 @@ pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};
 pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
 pub use kept::{Checkpoint, KEPT, RunRecord};
+pub use moving::Moving;
 pub use order::observed_order;
 pub use page::{Lead, Page, Section};
 pub use panels::panels;
@@ -63,6 +69,7 @@ pub use stage::{Actor, Link, Piece, Pose, Stage, View};
 pub use still::Still;
 pub use sweep_charts::{SweepPoint, SweepResult};
 pub use table::{Align, Table, counted, number, plus_minus, quantity, step_length};
+pub use throughput_chart::throughput;
 
 use std::path::{Path, PathBuf};
 

@@ -36,8 +36,13 @@ struct Packed {
 }
 
 /// Frames of a run: every written step, or one in several where all would be too much for a page.
+///
+/// A body that is not there at a time has no numbers in that frame; one that is fixed may be left out of the
+/// files. Files that say nothing of the start have the bodies of the first step in their first frame.
 #[derive(Debug, Clone, Serialize)]
 pub struct Replay {
+    /// Time of the first frame \[s\].
+    start: f64,
     /// Number of frames, and of written steps of which one is shown.
     pub frames: usize,
     pub stride: usize,
@@ -62,14 +67,14 @@ pub struct Replay {
 }
 
 /// A CSV file of the run, read row by row.
-struct Rows {
+pub(super) struct Rows {
     reader: csv::Reader<std::fs::File>,
     row: csv::StringRecord,
     path: std::path::PathBuf,
 }
 
 impl Rows {
-    fn open<R: Row>(folder: &OutputFolder) -> Result<(Self, Vec<String>), ReportError> {
+    pub(super) fn open<R: Row>(folder: &OutputFolder) -> Result<(Self, Vec<String>), ReportError> {
         let path = folder.place(R::FILE);
         let mut reader =
             csv::Reader::from_path(folder.path(R::FILE)).map_err(ReportError::csv(&path))?;
@@ -83,15 +88,19 @@ impl Rows {
         Ok((rows, header))
     }
 
-    fn next(&mut self) -> Result<bool, ReportError> {
+    pub(super) fn next(&mut self) -> Result<bool, ReportError> {
         let read = self.reader.read_record(&mut self.row);
         read.map_err(ReportError::csv(&self.path))
     }
 
     /// NaN where the cell is empty.
-    fn number(&self, column: usize) -> f64 {
+    pub(super) fn number(&self, column: usize) -> f64 {
         let cell = self.row.get(column).unwrap_or("");
         cell.parse().unwrap_or(f64::NAN)
+    }
+
+    pub(super) fn word(&self, column: usize) -> &str {
+        self.row.get(column).unwrap_or("")
     }
 }
 
@@ -114,7 +123,7 @@ impl Packed {
     }
 }
 
-fn column(header: &[String], name: &str) -> usize {
+pub(super) fn column(header: &[String], name: &str) -> usize {
     // the headers are those of our own row types
     header.iter().position(|h| h == name).unwrap_or(usize::MAX)
 }
@@ -125,14 +134,28 @@ impl Replay {
     /// # Errors
     /// `ReportError::Io` and `ReportError::Csv`.
     pub fn read(folder: &OutputFolder, stage: &Stage, watch: Watch) -> Result<Replay, ReportError> {
+        Replay::within(folder, stage, watch, BUDGET)
+    }
+
+    /// As [`Replay::read`], with at most `budget` characters of packed numbers.
+    ///
+    /// # Errors
+    /// `ReportError::Io` and `ReportError::Csv`.
+    pub fn within(
+        folder: &OutputFolder,
+        stage: &Stage,
+        watch: Watch,
+        budget: usize,
+    ) -> Result<Replay, ReportError> {
         let count = stage.bodies.len().max(1);
-        let shown = Shown::of(folder, count)?;
-        let (body, poses) = shown.bodies(folder)?;
+        let mut shown = Shown::of(folder, count, budget)?;
+        let (body, poses) = shown.bodies(folder, stage)?;
         let frames = poses.len() / count;
         let (step, red) = shown.steps(folder, watch)?;
         let (contact, contacts, statuses) = shown.contacts(folder, frames)?;
         let (impact, impacts, impacts_left_out) = shown.impacts(folder, frames)?;
         Ok(Replay {
+            start: shown.start,
             frames,
             stride: shown.stride,
             step,
@@ -154,19 +177,27 @@ struct Shown {
     /// Ends of the written steps \[s\].
     times: Vec<f64>,
     stride: usize,
+    /// Time of the first frame \[s\].
+    start: f64,
 }
 
 impl Shown {
     /// As many frames of `count` bodies as there is room for.
-    fn of(folder: &OutputFolder, count: usize) -> Result<Shown, ReportError> {
+    fn of(folder: &OutputFolder, count: usize, budget: usize) -> Result<Shown, ReportError> {
         let times = step_times(folder)?;
         let all_contacts = count_rows::<ContactRow>(folder)?;
         let numbers = times.len() * (BodyRow::HEADER.len() * count + StepRow::HEADER.len())
             + all_contacts * ContactRow::HEADER.len();
         let kept = count_rows::<ImpactRow>(folder)?.min(MOST_IMPACTS) * ImpactRow::HEADER.len();
-        let stride = (PACKED * numbers).div_ceil(BUDGET - PACKED * kept);
+        let room = budget.saturating_sub(PACKED * kept).max(budget / 4);
+        let stride = (PACKED * numbers).div_ceil(room);
         let stride = stride.max(times.len().div_ceil(MOST_FRAMES)).max(1);
-        Ok(Shown { times, stride })
+        let start = 0.0;
+        Ok(Shown {
+            times,
+            stride,
+            start,
+        })
     }
 
     fn has(&self, block: usize) -> bool {
@@ -183,22 +214,55 @@ impl Shown {
         block.div_ceil(self.stride).min(frames.max(1) - 1)
     }
 
-    /// Rows of the bodies, and their poses.
-    fn bodies(&self, folder: &OutputFolder) -> Result<(Packed, Vec<Pose>), ReportError> {
+    /// Rows of the bodies, and their poses; finds the time of the first frame.
+    fn bodies(
+        &mut self,
+        folder: &OutputFolder,
+        stage: &Stage,
+    ) -> Result<(Packed, Vec<Pose>), ReportError> {
         let (mut rows, header) = Rows::open::<BodyRow>(folder)?;
         let mut body = Packed::new(&header, &["time_s", "body"]);
-        let which = column(&header, "body");
-        let xya = ["x_m", "y_m", "angle_rad"].map(|name| column(&header, name));
+        let [at, which] = ["time_s", "body"].map(|name| column(&header, name));
+        // the wanted columns start with the pose
+        let missing = stage.bodies.iter().map(|actor| match actor.kind {
+            "fixed" => vec![0.0; body.wanted.len()],
+            _ => vec![f64::NAN; body.wanted.len()],
+        });
+        let missing: Vec<Vec<f64>> = missing.collect();
         let mut poses: Vec<Pose> = Vec::new();
-        let (mut block, mut first) = (0, true);
-        while rows.next()? {
-            if rows.number(which) == 0.0 {
-                block += usize::from(!first);
-                first = false;
+        let mut frame = |numbers: &[Vec<f64>], body: &mut Packed| {
+            for row in numbers {
+                row.iter().for_each(|number| pack(*number, &mut body.data));
+                poses.push([row[0], row[1], row[2]]);
             }
-            if self.has(block) {
-                body.add(&rows);
-                poses.push(xya.map(|k| rows.number(k)));
+        };
+        let mut block = 0;
+        let mut now = None;
+        let mut numbers = missing.clone();
+        loop {
+            let more = rows.next()?;
+            let time = rows.number(at);
+            if let Some(time_of_block) = now
+                && !(more && time_of_block == time)
+            {
+                if block == 0 && self.times.first() == Some(&time_of_block) {
+                    self.start = time_of_block;
+                    frame(&numbers, &mut body);
+                    block = 1;
+                }
+                if self.has(block) {
+                    frame(&numbers, &mut body);
+                }
+                block += 1;
+                numbers.clone_from(&missing);
+            }
+            if !more {
+                break;
+            }
+            now = Some(time);
+            if let Some(row) = numbers.get_mut(rows.number(which) as usize) {
+                let wanted = body.wanted.iter();
+                *row = wanted.map(|column| rows.number(*column)).collect();
             }
         }
         Ok((body, poses))
@@ -213,7 +277,8 @@ impl Shown {
         let mut red = [0_u8; PIECES];
         let end = self.times.last().copied().unwrap_or(0.0);
         let mut mark = |from: f64, to: f64, bit: u8| {
-            let piece = |time: f64| (time / end * PIECES as f64).clamp(0.0, PIECES as f64);
+            let share = |time: f64| (time - self.start) / (end - self.start);
+            let piece = |time: f64| (share(time) * PIECES as f64).clamp(0.0, PIECES as f64);
             let from = (piece(from) as usize).min(PIECES - 1);
             let to = (piece(to).ceil() as usize).max(from + 1);
             red[from..to].iter_mut().for_each(|bits| *bits |= bit);
@@ -264,7 +329,7 @@ impl Shown {
             let block = self.block(k);
             if self.has(block) {
                 contact.add(&rows);
-                statuses.push(letter(rows.row.get(status).unwrap_or("")));
+                statuses.push(letter(rows.word(status)));
                 contacts[self.frame(block, frames)] += 1;
             }
         }
@@ -309,7 +374,7 @@ fn count_rows<R: Row>(folder: &OutputFolder) -> Result<usize, ReportError> {
 }
 
 /// Ends of the written steps \[s\].
-fn step_times(folder: &OutputFolder) -> Result<Vec<f64>, ReportError> {
+pub(super) fn step_times(folder: &OutputFolder) -> Result<Vec<f64>, ReportError> {
     let (mut rows, header) = Rows::open::<StepRow>(folder)?;
     let at = column(&header, "time_s");
     let mut times = Vec::new();

@@ -12,6 +12,10 @@ const CIRCLE: usize = 120;
 /// Half the length \[m\] at which a line without end is drawn.
 const HALF_LINE: f64 = 1e4;
 
+/// What a picture of a mechanism says of itself.
+pub(super) const LANES: &str =
+    "a mechanism of coordinates: each has a row, and its mark lies at its value";
+
 /// Bodies and joints of a scene, in the scene's order.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
@@ -25,7 +29,7 @@ pub struct Stage {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Actor {
     pub name: String,
-    /// `dynamic`, `fixed`, `kinematic` or `coordinate`.
+    /// `dynamic`, `fixed`, `kinematic`, `coordinate`, or `driven`: turned by a machine's drive.
     pub kind: &'static str,
     pub pieces: Vec<Piece>,
 }
@@ -122,6 +126,11 @@ impl Stage {
     /// Where body `k` is drawn.
     pub fn place(&self, k: usize, [x, y, angle]: Pose) -> Pose {
         [x, y - self.lane * k as f64, angle]
+    }
+
+    /// Unit of lengths in its pictures, after the number.
+    pub(super) fn unit(&self) -> &'static str {
+        if self.lane > 0.0 { "" } else { " m" }
     }
 
     /// Diameter \[m\] of the smallest body that moves, twice the distance of its farthest point from

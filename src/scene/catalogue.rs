@@ -6,7 +6,9 @@ use super::error::{Hint, SceneError};
 use super::{At, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::io::{IsTerminal, Read};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// Name and text of every embedded scene, in the order the catalogue shows them.
 const EMBEDDED: &[(&str, &str)] = &[
@@ -183,6 +185,9 @@ fn find(name_or_path: &str) -> Result<Document, SceneError> {
         let entry = AtlasEntry::load(entry)?;
         return entry.document(entry.rung(rung)?);
     }
+    if name_or_path == STANDARD_INPUT {
+        return Document::parse(STDIN, &standard_input()?);
+    }
     let embedded = document(name_or_path);
     let path = Path::new(name_or_path);
     let file = || path.extension().is_some_and(|e| e == "toml") || path.is_file();
@@ -211,12 +216,62 @@ pub(super) fn document(name: &str) -> Result<Document, SceneError> {
     Document::parse(&file_of(name), text)
 }
 
+/// The name of a scene that is read from standard input, and what errors call it.
+const STANDARD_INPUT: &str = "-";
+const STDIN: &str = "<stdin>";
+
+/// Most bytes of a scene file: 100 000 bodies of 80 bytes each. A scene that is read and built takes some
+/// hundred times the size of its file.
+const MOST_BYTES: u64 = 8 << 20;
+
 /// The text of a scene file.
 ///
 /// # Errors
-/// [`SceneError::Read`]; [`SceneError::NoFile`] if the path is the name of a catalogue scene.
+/// [`SceneError::Read`]; [`SceneError::TooLarge`]; [`SceneError::NoFile`] if the path is the name of a
+/// catalogue scene.
 pub(super) fn read(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path).map_err(|source| unread(path, source))
+    let file = std::fs::File::open(path).map_err(|source| unread(path, source))?;
+    bounded(file, &path.to_string_lossy())
+}
+
+/// The text of standard input. A command may read its scene twice, but standard input only once.
+fn standard_input() -> Result<String, SceneError> {
+    static TEXT: Mutex<Option<String>> = Mutex::new(None);
+    let mut text = TEXT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(text) = &*text {
+        return Ok(text.clone());
+    }
+    let stdin = std::io::stdin();
+    if stdin.is_terminal() {
+        return Err(SceneError::Read {
+            path: STDIN.to_owned(),
+            source: std::io::Error::other(
+                "it is a terminal: pipe a scene into the program, `moreau2d run - < FILE`",
+            ),
+        });
+    }
+    let read = bounded(stdin.lock(), STDIN)?;
+    *text = Some(read.clone());
+    Ok(read)
+}
+
+/// All of `source`, if it is text and no longer than a scene may be.
+fn bounded(source: impl Read, name: &str) -> Result<String, SceneError> {
+    let mut text = String::new();
+    let read = source.take(MOST_BYTES + 1).read_to_string(&mut text);
+    // a text that is cut within a letter is too large as well
+    let too_large = text.len() as u64 > MOST_BYTES;
+    match read {
+        _ if too_large => Err(SceneError::TooLarge {
+            path: name.to_owned(),
+            most: MOST_BYTES >> 20,
+        }),
+        Ok(_) => Ok(text),
+        Err(source) => Err(SceneError::Read {
+            path: name.to_owned(),
+            source,
+        }),
+    }
 }
 
 /// Why a file cannot be read. For a missing file such as `tower.toml` or `scenes/tower.toml` the error

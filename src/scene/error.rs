@@ -97,6 +97,11 @@ pub enum SceneError {
         path: String,
         source: std::io::Error,
     },
+    /// The file is larger than a scene may be; nothing of it is parsed.
+    #[error(
+        "{path}: larger than {most} MiB, the most that a scene may have; write bodies that repeat as [[repeat]]"
+    )]
+    TooLarge { path: String, most: u64 },
     /// The file is not TOML.
     #[error("{at}: malformed TOML: {problem}")]
     Syntax { at: Box<Place>, problem: String },

@@ -229,5 +229,35 @@ fn picture(title: &str, outlines: &Outlines) -> Chart {
     let mut line = Series::new("concave", Style::Line, points(&outlines.concave, false));
     line.colour = Colour::Palette(0);
     chart.series.push(line);
+    let radius = outlines.teeth.iter().flatten().map(|p| p.norm());
+    let mut turn = Series::new(
+        "sense of rotation",
+        Style::Line,
+        turning(0.7e3 * radius.fold(f64::INFINITY, f64::min)),
+    );
+    turn.colour = Colour::Palette(6);
+    chart.series.push(turn);
+    chart.notes.push(
+        "Crop is soft: where its outline lies within steel, it is pressed in by that depth."
+            .to_owned(),
+    );
     chart
+}
+
+/// An arc with a head about the origin, counter-clockwise.
+fn turning(radius: f64) -> Vec<(f64, f64)> {
+    let at = |degrees: f64, r: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        (r * cos, r * sin)
+    };
+    let mut points: Vec<(f64, f64)> = (20..=160)
+        .step_by(5)
+        .map(|d| at(f64::from(d), radius))
+        .collect();
+    points.extend([
+        at(152.0, 1.05 * radius),
+        at(160.0, radius),
+        at(152.0, 0.95 * radius),
+    ]);
+    points
 }

@@ -1,6 +1,6 @@
 use super::rows::{LifeRow, ProfileRow, WearRow};
 use crate::report::{
-    Axis, Chart, Colour, HLine, Mark, ReportError, Series, Style, number, plus_minus,
+    Axis, Chart, Colour, HLine, Mark, PointLabel, ReportError, Series, Style, number, plus_minus,
 };
 use serde::{Deserialize, Serialize};
 
@@ -96,6 +96,17 @@ pub fn depth_per_cell(rows: &[WearRow], bar: u32, subtitle: &str) -> Result<Char
         let at = rows.iter().filter(|r| r.hours == hours);
         at.map(|r| (MM * r.x_m, MM * r.depth_m)).collect()
     });
+    // where cells are, by their number in the files
+    let last = rows
+        .iter()
+        .filter(|r| Some(r.hours) == times.last().copied());
+    chart
+        .labels
+        .extend(last.filter(|r| r.cell % 5 == 1).map(|r| PointLabel {
+            x: MM * r.x_m,
+            y: MM * r.depth_m,
+            text: format!("cell {}", r.cell),
+        }));
     Ok(chart)
 }
 

@@ -259,6 +259,15 @@ impl ThreshingWorld {
             .sum()
     }
 
+    pub(super) fn parameters(&self) -> &Thresher {
+        &self.parameters
+    }
+
+    /// Numbers of the cylinder and of the concave in the record.
+    pub(super) fn steel(&self) -> [Option<u32>; 2] {
+        [self.cylinder, self.concave_body].map(|body| self.simulation.number(body))
+    }
+
     /// Number of segments in the machine.
     pub fn segments(&self) -> usize {
         self.strip.len()

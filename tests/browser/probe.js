@@ -8,7 +8,7 @@ addEventListener("load", () => setTimeout(async () => {
       width: innerWidth,
       wide: document.documentElement.scrollWidth,
       smallest: Math.min(...texts.map((e) => parseFloat(getComputedStyle(e).fontSize))),
-      charts: [...document.querySelectorAll("svg")].map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10),
+      charts: [...document.querySelectorAll("svg")].filter((svg) => !svg.parentElement.closest("svg")).map((svg) => svg.clientWidth / svg.viewBox.baseVal.width * 10),
     };
   };
   const tell = (found) => parent.postMessage(JSON.stringify({ ...size(), lead: get("lead").innerText, ...found }), "*");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens pages of `run --report` in a headless Chromium, without network, and uses them.
+"""Opens pages of `--report` in a headless Chromium, without network, and uses them.
 
     tests/browser/report.py PROGRAM
 
@@ -27,6 +27,13 @@ PAGES = [
     ("bouncing-ball", ["--events", "--set", 'scene.title="</script><b>&"'], True),
     ("pin-on-disc", [], True),
     ("thresher-study", [], None),
+    ("thresher", "--every 5 --set step.dt=3.2e-4 --set wear.jump=2e-3 --set wear.revolutions=1 --set wear.max_hours=5".split(), True),
+]
+# pages without a replay, of other commands
+COMPARED = [
+    ["compare", "sliding-block", "--repeats", "1", "--no-sweep"],
+    ["chart", "sliding-block", "--quick"],
+    ["atlas", "tower", "--quick"],
 ]
 WIDTHS = [400, 1280]
 # no window of a browser is narrower than some 500 pixels, a frame is as narrow as it is told
@@ -68,9 +75,9 @@ def same(figures, row, page):
     assert shown > 4, (page, figures)
 
 
-def check(browser, program, scene, args, contacts, width, root):
-    folder = os.path.join(root, "%s-%d" % (scene, width))
-    done = subprocess.run([program, "run", scene, *args, "--report", "--quiet", "--out", folder])
+def check(browser, program, scene, args, contacts, width, root, command="run"):
+    folder = os.path.join(root, "%s-%s-%d" % (command, scene, width))
+    done = subprocess.run([program, command, scene, *args, "--report", "--quiet", "--out", folder])
     assert done.returncode in (0, 2), (scene, done.returncode)
     page = os.path.join(folder, "report.html")
     text = open(page).read()
@@ -94,7 +101,7 @@ def check(browser, program, scene, args, contacts, width, root):
     for word in ("What came out", "Trust", "What to do"):
         assert word in found["lead"], found["lead"]
     if contacts is None:
-        print("%s at %d pixels" % (scene, width))
+        print("%s %s at %d pixels" % (command, scene, width))
         return
     assert found["played"] != found["start"]["now"], "it does not play"
     start, middle = found["start"], found["middle"]
@@ -139,6 +146,9 @@ def main():
         for scene, args, contacts in PAGES:
             for width in WIDTHS:
                 check(browser, program, scene, args, contacts, width, root)
+        for command, scene, *args in COMPARED:
+            for width in WIDTHS:
+                check(browser, program, scene, args, None, width, root, command)
 
 
 main()

@@ -227,3 +227,67 @@ fn a_machine_has_a_page_of_its_life() {
     assert!(html.contains("What came out") && html.contains("assumed"));
     assert!(html.len() < 2_000_000, "{}", html.len());
 }
+
+/// The machine on coarse steps, for a life of a few hours.
+const MACHINE: [&str; 11] = [
+    "thresher",
+    "--every",
+    "5",
+    "--set",
+    "step.dt=3.2e-4",
+    "--set",
+    "wear.jump=2e-3",
+    "--set",
+    "wear.revolutions=1",
+    "--set",
+    "wear.max_hours=5",
+];
+
+#[test]
+fn the_page_of_a_machine_replays_its_first_revolution() {
+    let place = Place::new();
+    let (html, data) = page(&place, &MACHINE);
+    assert!(html.len() <= 2_000_000, "{} bytes", html.len());
+    let bodies = data["stage"]["bodies"].as_array().unwrap();
+    let kinds: Vec<&str> = bodies.iter().map(|b| b["kind"].as_str().unwrap()).collect();
+    assert_eq!((kinds[0], kinds[1]), ("driven", "fixed"));
+    // a core and eight toothed bars
+    assert_eq!(bodies[0]["pieces"].as_array().unwrap().len(), 9);
+    let frames = data["frames"].as_u64().unwrap() as usize;
+    assert!(frames > 20);
+    let (columns, numbers) = table(&data["body"]);
+    let row = |frame: usize, body: usize| {
+        let at = (frame * bodies.len() + body) * columns.len();
+        &numbers[at..at + columns.len()]
+    };
+    assert_eq!(numbers.len(), frames * bodies.len() * columns.len());
+    // each row of the file is in its frame, and a segment that is not there has no numbers
+    assert_eq!(data["stride"], 1);
+    let mut there = 0;
+    let expected = expected(&place, "r/bodies.csv", &columns);
+    let file = place.rows("r/bodies.csv");
+    let mut times: Vec<&str> = file.iter().map(|row| row[0].as_str()).collect();
+    times.dedup();
+    for (cells, numbers) in file.iter().zip(expected.chunks(columns.len())) {
+        // the first frame is the first step once more
+        let block = 1 + times.iter().position(|t| *t == cells[0]).unwrap();
+        same(row(block, cells[1].parse().unwrap()), numbers);
+        there += 1;
+    }
+    let shown = (1..frames).flat_map(|frame| (0..bodies.len()).map(move |body| (frame, body)));
+    let drawn = shown
+        .filter(|(frame, body)| !row(*frame, *body)[0].is_nan())
+        .count();
+    // the concave is fixed and in no row
+    assert_eq!(drawn, there + frames - 1);
+    let first: f64 = times[0].parse().unwrap();
+    assert!((data["start"].as_f64().unwrap() - first).abs() < 1e-12);
+    for word in [
+        "Crop is soft",
+        "counter-clockwise",
+        "torque-over-hours.svg",
+        "depth-per-cell.svg",
+    ] {
+        assert!(html.contains(word), "{word}");
+    }
+}

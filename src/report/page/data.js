@@ -54,10 +54,12 @@ class Run {
       this.impactsOf.get(frame).push(row);
     });
     this.end = this.time(last);
+    // of a machine, whose bodies come and go
+    this.sparse = this.stage.bodies.some((body) => body.kind === "driven");
   }
   // End of the step of a frame; the first frame is the start.
   time(frame) {
-    return frame === 0 ? 0 : this.step.get(frame - 1, "time_s");
+    return frame === 0 ? this.start : this.step.get(frame - 1, "time_s");
   }
   frameAt(time) {
     let low = 0, high = this.frames - 1;
@@ -82,9 +84,15 @@ class Run {
       const turned = 0.5 * span * (at("omega_rad_s") + next("omega_rad_s"));
       const off = next("angle_rad") - angle - turned;
       const way = turned + off - 2 * Math.PI * Math.round(off / (2 * Math.PI));
-      x += share * (next("x_m") - x);
-      y += share * (next("y_m") - y);
-      angle += share * way;
+      const way_x = next("x_m") - x, way_y = next("y_m") - y;
+      // a number may pass to another body, far away: it has not moved there
+      const speed = Math.max(Math.hypot(at("vx_m_s"), at("vy_m_s")), Math.hypot(next("vx_m_s"), next("vy_m_s")));
+      const far = this.sparse && Math.hypot(way_x, way_y) > 3 * span * speed;
+      if (!far && !Number.isNaN(way_x)) {
+        x += share * way_x;
+        y += share * way_y;
+        angle += share * way;
+      }
     }
     return [x, y - this.stage.lane * k, angle];
   }

@@ -1,7 +1,10 @@
 "use strict";
 // Draws a frame of the run on a canvas, and finds what was clicked.
 
-const FILL = { fixed: ["#e2e2e2", "#7a7a7a"], kinematic: ["#f5e3c3", "#8a6d2f"], dynamic: ["#d3e5f3", "#33596f"], coordinate: ["#d3e5f3", "#33596f"] };
+// Bodies that are turned, with an arrow for the sense; a machine's steel is in front of its crop.
+const TURNED = ["kinematic", "driven"];
+const KINDS = ["fixed", "kinematic", "dynamic", "coordinate", "driven"];
+const FILL = { driven: ["#f5e3c3", "#8a6d2f"], fixed: ["#e2e2e2", "#7a7a7a"], kinematic: ["#f5e3c3", "#8a6d2f"], dynamic: ["#d3e5f3", "#33596f"], coordinate: ["#d3e5f3", "#33596f"] };
 const COLOUR = { "stick": "#0072b2", "slip+": "#d55e00", "slip-": "#d55e00", "impact": "#cc79a7", "open": "#969696" };
 const ARROW = 0.2; // length of a usual large impulse's arrow, of the canvas's shorter side
 
@@ -58,13 +61,13 @@ class Scene {
     const { run, context } = this;
     context.clearRect(0, 0, this.width, this.height);
     this.poses = run.stage.bodies.map((_, k) => run.pose(frame, k, share));
-    for (const kind of ["fixed", "kinematic", "dynamic", "coordinate"]) {
+    for (const kind of KINDS) {
       run.stage.bodies.forEach((body, k) => {
         if (body.kind === kind) this.drawBody(body, this.poses[k], this.picked?.body === k);
       });
     }
     run.stage.bodies.forEach((body, k) => {
-      if (body.kind === "kinematic") this.drawTurn(this.poses[k], run.body.get(run.bodyRow(frame, k), "omega_rad_s"));
+      if (TURNED.includes(body.kind)) this.drawTurn(this.poses[k], run.body.get(run.bodyRow(frame, k), "omega_rad_s"));
     });
     for (const link of run.stage.links) this.drawLink(link);
     this.drawContacts(frame);

@@ -17,6 +17,8 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   if (run.impacts_left_out) get("thinned").textContent += ` ${run.impacts_left_out} later impacts are in impacts.csv only.`;
   if (scene.usual > 0) get("longest").textContent = `: nine in ten of the run are below ${words(scene.usual)} N s, which is a fifth of the picture where contacts are few; longer arrows are cut at three times that`;
 
+  // a motion of less than a second would be over at once
+  if (run.end - run.start < 1) get("speed").value = [...get("speed").options].map((option) => option.value).findLast((speed) => Number(speed) * 2 <= run.end - run.start) ?? "0.01";
   const charts = [...document.querySelectorAll(".plot[data-from]")].map((plot) => {
     const [left, right, from, to] = ["left", "right", "from", "to"].map((name) => Number(plot.dataset[name]));
     const cursor = plot.querySelector("i");
