@@ -35,6 +35,7 @@ mod still;
 mod still_bodies;
 mod sweep_charts;
 mod table;
+mod tornado;
 mod value_map;
 
 pub use atlas_matrix::matrix;
@@ -63,6 +64,7 @@ pub use stage::{Actor, Link, Piece, Pose, Stage, View};
 pub use still::Still;
 pub use sweep_charts::{SweepPoint, SweepResult};
 pub use table::{Align, Table, counted, number, plus_minus, quantity, step_length};
+pub use tornado::{Tornado, TornadoRow};
 
 use std::path::{Path, PathBuf};
 
