@@ -270,10 +270,11 @@ fn no_fit(
             ),
             None => format!("scene {}: nothing wears in it", scene.name),
         },
-        CalibrationError::Equal | CalibrationError::NoScatter => format!(
+        CalibrationError::Equal | CalibrationError::NoScatter => {
             "the measurements have no scatter that could tell their error: give --uncertainty, the standard \
              deviation of one"
-        ),
+                .to_owned()
+        }
         CalibrationError::Shape => format!(
             "scene {}: {} does not wear in the run: there is no {what} to compare with",
             scene.name, worn.part

@@ -36,8 +36,11 @@ impl StudyOutcome {
         if !self.frictions.is_empty() {
             write_rows(folder, &self.frictions)?;
             let at = format!(
-                "{} N m, {} rad/s, {subtitle}, held",
-                self.torque, self.speed
+                "{} N m, {} rad/s, reading {}, contact time {}, held",
+                self.torque,
+                self.speed,
+                reading(study),
+                quantity(self.life_contact_time.unwrap_or(f64::NAN), "s", 5)
             );
             let chart = life_over_friction(&self.frictions, &at);
             // nothing to draw without a limit and without published hours
