@@ -17,7 +17,7 @@
 //! ```text
 //! life, until unfit: 182.2 h, with two bands
 //!   numerics  181.1 h to 183.2 h
-//!   inputs    96.31 h to 406.8 h
+//!   inputs    96.28 h to 406.8 h
 //! the largest cause is wear.coefficient: alone it gives 121.4 h to 364.3 h, a factor of 3.00
 //! ```
 //!
