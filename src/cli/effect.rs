@@ -91,6 +91,7 @@ const TABLE: &[(&str, &[Need])] = &[
     ("wear.cell", &[Wears]),
     ("wear.mass", &[Wears]),
     ("life", &[Wears]),
+    ("uncertain", &[Wears, Balanced]),
     ("wear.limits", &[Balanced]),
     ("wear.jump", &[Balanced]),
     ("wear.max_hours", &[Balanced]),
@@ -277,10 +278,10 @@ impl<'a> Run<'a> {
             Wears => {
                 let worn = self.scene().is_some_and(|scene| !scene.wear.is_empty());
                 let why = format!(
-                    "in `{}`: only `run` wears the bodies of a scene",
+                    "in `{}`: only `run` wears the bodies of a scene, and `calibrate`",
                     self.command
                 );
-                (worn && self.command != "run", why)
+                (worn && !["run", "calibrate"].contains(&self.command), why)
             }
             Unworn => {
                 let worn = self.scene().is_some_and(|scene| !scene.wear.is_empty());

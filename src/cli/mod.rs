@@ -5,6 +5,8 @@ mod atlas_table;
 mod bench;
 mod bench_scenes;
 mod bench_table;
+mod calibrate;
+mod calibrate_data;
 mod chart;
 mod chart_table;
 mod compare;
@@ -19,6 +21,7 @@ mod merge_table;
 mod resume;
 mod run;
 mod run_files;
+mod run_inputs;
 mod run_lead;
 mod run_machine;
 mod run_page;
@@ -62,6 +65,8 @@ fail, with and without --quick: the lines below the table name the cause of each
 const EXIT_MERGE: &str = "Exit codes: 0 done; cases that did not hold are listed; 1 wrong input, results of \
 several versions, or a file cannot be read or written; 2 the table is written, but cases are missing or \
 damaged: they are listed.";
+const EXIT_CALIBRATE: &str = "Exit codes: 0 done; 1 wrong input, measurements that are none of this scene, \
+or a file cannot be read or written.";
 const EXIT_TABLES: &str = "Exit codes: 0 done; points that failed or are unsolved are listed; 1 wrong input, \
 or a file cannot be read or written.";
 
@@ -124,6 +129,13 @@ enum Command {
     /// sample.
     #[command(after_help = EXIT_MERGE)]
     Merge(merge::MergeArgs),
+    /// Find the wear coefficient of a scene from weighed parts, depths or a traced profile, with an interval.
+    ///
+    /// Runs the scene once and fits K to what was measured: time enters Archard's law only as K t. Errors of
+    /// measurements are taken as independent and normal. Says which parameters the data cannot tell from K.
+    /// Writes calibration.csv, calibration.svg and summary.json.
+    #[command(after_help = EXIT_CALIBRATE)]
+    Calibrate(calibrate::CalibrateArgs),
     /// Solve a stored contact problem or linear complementarity problem (LCP).
     #[command(after_help = EXIT_SOLVE)]
     Solve(solve::SolveArgs),
@@ -443,6 +455,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => bench::bench(args),
         Command::Sweep(args) => sweep::sweep(args),
         Command::Merge(args) => merge::merge(args),
+        Command::Calibrate(args) => calibrate::calibrate(args),
         Command::Solve(args) => solve::solve(args),
         Command::Completions { shell } => completions(*shell),
     };

@@ -3,7 +3,7 @@ use super::resume::{self, Stopped};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
-use super::{Outcome, RunArgs, effect, run_machine, run_page, run_wear, summary};
+use super::{Outcome, RunArgs, effect, run_inputs, run_machine, run_page, run_wear, summary};
 use crate::checkpoint::Writer;
 use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
@@ -103,6 +103,7 @@ pub(super) fn checked(args: &RunArgs) -> Result<(Scene, Option<Machine>), RunErr
     }
     refuse_idle(args, &scene, machine.as_ref())?;
     refuse_moving(args, &scene, machine.is_some())?;
+    run_inputs::check(args, &scene, machine.as_ref())?;
     Ok((scene, machine))
 }
 

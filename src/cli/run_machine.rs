@@ -1,7 +1,7 @@
 use super::resume::{self, Stopped};
 use super::run_files::RunFiles;
 use super::run_lead::machine_lead;
-use super::{Outcome, RunArgs, run_page, summary};
+use super::{Outcome, RunArgs, run_inputs, run_page, summary};
 use crate::experiment::{RunError, Totals};
 use crate::report::{BodyRow, OutputFolder, Progress, Stage, written_rows};
 use crate::scene::Scene;
@@ -23,10 +23,17 @@ pub(super) fn run(
     stopped: Option<Stopped>,
 ) -> Result<Outcome, RunError> {
     let folder = resume::folder(args, scene, Some(machine), stopped)?;
-    let (mut found, text, totals, wrong) = match machine {
+    let (mut found, mut text, totals, wrong) = match machine {
         Machine::Study(setup) => study(args, scene, setup, &folder)?,
         Machine::Thresher(setup) => thresher(args, scene, setup, &folder)?,
     };
+    if let Some(inputs) = run_inputs::run(args, scene, Some(machine), &folder, &found)? {
+        text.push_str(&inputs.describe());
+        found["uncertain"] = inputs.json();
+        if !args.summary_only {
+            inputs.write(&folder)?;
+        }
+    }
     found["totals"] = summary::totals(&totals);
     let warnings = summary::warnings(&totals);
     found["warnings"] = json!(warnings.iter().chain(&wrong).collect::<Vec<_>>());

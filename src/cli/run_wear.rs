@@ -2,7 +2,7 @@ use super::resume::{self, Stopped};
 use super::run::{NEW, head, row_interval, start_files, states, write_moving, write_still};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
-use super::{Outcome, RunArgs, run_page, summary};
+use super::{Outcome, RunArgs, run_inputs, run_page, summary};
 use crate::checkpoint::Writer;
 use crate::experiment::{Engine, Judge, RunError, Verdict, WearOutcome};
 use crate::report::{
@@ -11,7 +11,7 @@ use crate::report::{
 use crate::scene::Scene;
 use crate::thresher::{ProfileRow, WearRow, depth_per_cell, worn_profile};
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Share of the load at open contacts above which a run says so: what a settled contact has is less.
 const OPEN_LOAD: f64 = 0.01;
@@ -31,6 +31,9 @@ struct Found<'a> {
     wear_open_load: f64,
     ended: Option<&'a str>,
     warnings: &'a [String],
+    /// What uncertain inputs do.
+    #[serde(skip_serializing_if = "Value::is_null")]
+    uncertain: Value,
 }
 
 /// What a body has lost.
@@ -102,10 +105,15 @@ pub(super) fn run(
     }
     let verdict = judge.verdict(&found.totals, &built);
     let notes = notes(&found);
+    let worn = bodies(scene, &found);
+    let inputs = run_inputs::run(args, scene, None, &folder, &json!({ "wear": worn }))?;
+    if let Some(inputs) = inputs.as_ref().filter(|_| !args.summary_only) {
+        inputs.write(&folder)?;
+    }
     let more = Found {
         totals: summary::totals(&found.totals),
         verdict: &verdict,
-        wear: bodies(scene, &found),
+        wear: worn,
         wear_s: found.worn.seconds(),
         wear_hours: found.worn.seconds() / 3600.0,
         jumps: found.jumps.len(),
@@ -113,10 +121,13 @@ pub(super) fn run(
         wear_open_load: found.open_load,
         ended: found.ended.as_deref(),
         warnings: &notes,
+        uncertain: inputs.as_ref().map_or(Value::Null, |inputs| inputs.json()),
     };
     let summary = summary::write(&folder, head(scene, Engine::Moreau, every), &more)?;
     let lead = wear_lead(scene, &found, &more, &states);
-    let (stage, table) = (Stage::of(scene), table(&more));
+    let mut table = table(&more);
+    table.push_str(&inputs.map_or_else(String::new, |inputs| inputs.describe()));
+    let stage = Stage::of(scene);
     run_page::write(args, &folder, &summary, lead, Some(&stage), Some(&table))?;
     summary::finish(folder, &summary, args.common.flags.say(), |target| {
         let steps = summary::describe(&found.totals, Engine::Moreau, scene.step.events);

@@ -169,7 +169,7 @@ fn check(args: &SweepArgs, plan: &Plan, jobs: usize) -> Result<Planned, RunError
         let (scene, machine) = run::checked(&run).map_err(|error| placed(error, plan, &case))?;
         let mut warnings = scene.step_warnings();
         warnings.extend(machine.iter().flat_map(|m| m.step_warnings(scene.step.dt)));
-        let name = sweep_case::name(scene.hash);
+        let name = sweep_case::name(&scene);
         let values = case.values;
         let planned = PlannedCase { case: name, values };
         Ok((scene.name, scene.title, planned, warnings))
@@ -340,7 +340,7 @@ fn done(
 
 /// The results of `work` for 0 to `count`, in order, by `jobs` threads. After an error no further number
 /// is begun; the error with the lowest number is returned.
-fn in_parallel<T: Send>(
+pub(super) fn in_parallel<T: Send>(
     jobs: usize,
     count: usize,
     work: impl Fn(usize) -> Result<T, RunError> + Sync,

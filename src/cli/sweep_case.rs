@@ -3,7 +3,7 @@
 use super::{Common, Flags, Outcome, RunArgs, run};
 use crate::experiment::{Engine, RunError};
 use crate::report::ReportError;
-use crate::scene::fnv1a;
+use crate::scene::{Scene, fnv1a};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -63,9 +63,12 @@ pub(super) enum Found {
     Damaged(String),
 }
 
-/// The name of the folder of a case: a hash of the resolved scene and of the program's version.
-pub(super) fn name(scene_hash: u64) -> String {
-    let content = format!("{VERSION} {scene_hash:016x}");
+/// The name of the folder of a case: a hash of the resolved scene, of its uncertain inputs and of the
+/// program's version.
+pub(super) fn name(scene: &Scene) -> String {
+    let mut content = format!("{VERSION} {:016x}", scene.hash);
+    let variants = scene.uncertain.iter().flat_map(|input| &input.others);
+    variants.for_each(|variant| content.push_str(&format!(" {}", variant.flag)));
     format!("{:016x}", fnv1a(content.as_bytes()))
 }
 

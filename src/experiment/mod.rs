@@ -93,6 +93,7 @@ mod assembly;
 mod atlas;
 mod baseline;
 mod bench;
+mod calibration;
 mod chart;
 mod compare;
 mod equilibrium;
@@ -111,6 +112,9 @@ pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, Preset, ReadRung};
 pub use baseline::Baseline;
 pub use bench::{NamedProblem, bench_solvers};
+pub use calibration::{
+    CalibrationError, Course, Fit, Measured, Second, normal_quantile, student_quantile,
+};
 pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};

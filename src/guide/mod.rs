@@ -7,6 +7,8 @@
 //! | [`own_scene`] | users who build a machine: outlines, motors, belts, soft surfaces, wear |
 //! | [`pin_on_disc`] | users whose bodies wear: from a scene file, from a program |
 //! | [`sweeps`] | users who need a scene over many values of its keys, on one machine or on a cluster |
+//! | [`uncertain_lives`] | users who sign a life: what the inputs do to it, and K from measured wear |
+//! | [`study_findings`] | readers of the published study: what agrees here, what cannot, and why |
 //! | [`stopped_runs`] | users whose runs take hours: what is kept of one that was stopped |
 //! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
@@ -29,6 +31,7 @@
 //! moreau2d run --resume out/drum      # a run that was stopped goes on; `guide::stopped_runs`
 //! moreau2d sweep scenes/sweeps/thresher-study.toml   # 144 lives, over torque, speed and friction
 //! moreau2d merge out/sweep-thresher-study  # one table of them, and maps; `guide::sweeps`
+//! moreau2d calibrate pin-on-disc --mass-loss 41.2,40.1,43.5 --hours 500  # K from weighed parts
 //! moreau2d explain chain              # what is modelled, and which accuracy to expect
 //! moreau2d compare sliding-block --ladder  # accuracy against speed, orders, pictures
 //! moreau2d chart --quick              # accuracy against speed over many scenes
@@ -71,4 +74,6 @@ pub mod own_scene;
 pub mod own_solver;
 pub mod pin_on_disc;
 pub mod stopped_runs;
+pub mod study_findings;
 pub mod sweeps;
+pub mod uncertain_lives;

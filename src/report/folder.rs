@@ -140,6 +140,17 @@ impl OutputFolder {
         self.target.join(name)
     }
 
+    /// A folder beside the files for what lasts until the commit alone; that of a run which can be resumed
+    /// is there when it goes on.
+    ///
+    /// # Errors
+    /// `ReportError::Io`.
+    pub fn scratch(&self, name: &str) -> Result<PathBuf, ReportError> {
+        let path = self.staging().join(name);
+        fs::create_dir_all(&path).map_err(ReportError::io(&self.target))?;
+        Ok(path)
+    }
+
     /// Whether a folder is, or could be made, at `target`.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ pub(super) fn width_of(text: &str, size: f64) -> f64 {
 }
 
 /// Splits at spaces into lines no wider than `width` px; a longer word stays whole.
-fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+pub(super) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

@@ -40,6 +40,7 @@ mod still_bodies;
 mod sweep_charts;
 mod table;
 mod throughput_chart;
+mod tornado;
 mod value_map;
 
 pub use atlas_matrix::matrix;
@@ -70,6 +71,7 @@ pub use still::Still;
 pub use sweep_charts::{SweepPoint, SweepResult};
 pub use table::{Align, Table, counted, number, plus_minus, quantity, step_length};
 pub use throughput_chart::throughput;
+pub use tornado::{Tornado, TornadoRow};
 
 use std::path::{Path, PathBuf};
 

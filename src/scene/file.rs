@@ -10,6 +10,7 @@ use crate::dynamics::Effort;
 use crate::dynamics::{ImpactLaw, LARGE_OVERLAP, Scheme};
 use crate::oracles::SOLVERS;
 use crate::solver::Shares;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 /// A whole file as written, with its defaults filled in, but not yet checked.
@@ -44,6 +45,9 @@ pub struct SceneFile {
     pub thresher: Option<Kept>,
     #[serde(skip_serializing)]
     pub reference: Option<Reference>,
+    /// Read by [`super::uncertain`]: it says nothing about the scene itself.
+    #[serde(default, skip_serializing)]
+    pub uncertain: Option<IgnoredAny>,
     #[serde(default)]
     pub verdict: Limits,
 }

@@ -3,7 +3,8 @@
 //! A scene file is TOML, in SI units and radians (degrees if a key ends in `_deg`). It needs only
 //! the keys that differ from the defaults. All keys are listed below; [`crate::thresher`] lists the
 //! keys of the four blocks of a machine, which it reads. `[[wear]]`, of which there may be several, lets
-//! bodies wear ([`crate::guide::pin_on_disc`]); `[wear]` is a machine's.
+//! bodies wear ([`crate::guide::pin_on_disc`]); `[wear]` is a machine's. `[uncertain]` says within which bounds
+//! keys are known ([`crate::guide::uncertain_lives`]).
 //!
 //! ```
 //! let scene = moreau2d::scene::Scene::parse(
@@ -57,6 +58,7 @@ mod random;
 mod reader;
 mod slabs;
 mod time_scales;
+mod uncertain;
 mod wear;
 mod world;
 mod written;
@@ -73,6 +75,7 @@ pub use joint::{Joint, JointKind, Motor};
 pub use linear::LinearBlock;
 pub use overlap::Measured;
 pub use time_scales::Motion;
+pub use uncertain::{Uncertain, Variant};
 pub use wear::{Life, Wear};
 pub use world::Built;
 pub use written::Written;
@@ -102,6 +105,8 @@ pub struct Scene {
     /// Bodies that wear, and for how long; either both or none.
     pub wear: Vec<Wear>,
     pub life: Option<Life>,
+    /// Keys whose values are known within bounds only.
+    pub uncertain: Vec<Uncertain>,
     /// A mechanism in place of bodies.
     pub linear: Option<LinearBlock>,
     /// The closed form that the result is compared with.
@@ -284,8 +289,15 @@ impl Scene {
         check::check(&read, &document)?;
         check(&machine, &At::top(&document))?;
         let hash = hash::of(&read, &machine);
+        let tree = machine::Whole::new(&read, &machine).tree();
+        let wears = tree.get("wear").is_some_and(|wear| !wear.is_null())
+            || ["study", "thresher"]
+                .iter()
+                .any(|block| tree.get(block).is_some_and(|b| !b.is_null()));
+        let uncertain = uncertain::read(&document, &tree, wears)?;
         let mut scene = resolve(read, &document, hash)?;
         scene.changes = changes;
+        scene.uncertain = uncertain;
         Ok((scene, machine))
     }
 }
@@ -333,6 +345,7 @@ fn resolve(file: SceneFile, document: &Document, hash: u64) -> Result<Scene, Sce
         joints,
         wear,
         life: file.life,
+        uncertain: Vec::new(),
         linear: file.linear,
         reference: file
             .reference

@@ -4,6 +4,7 @@ use super::document::{Document, Entry, Node, Traits, Value, flag_value, labels, 
 use super::error::{Hint, Origin, Place, SceneError};
 use super::generate::generate;
 use super::machine::{self, Whole};
+use super::uncertain;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
@@ -94,6 +95,9 @@ fn full_path<M: DeserializeOwned + Serialize>(
     flag: &str,
     key: &str,
 ) -> Result<Vec<String>, SceneError> {
+    if key == uncertain::BLOCK || document.root.entry(key).is_some() {
+        return Ok(vec![key.to_owned()]);
+    }
     let (file, machine) = machine::read::<M>(document)?;
     // keys at their default are settable too, so they are looked up in the file as read
     let all = Whole::new(&file, &machine).tree();
@@ -147,21 +151,47 @@ fn collect(json: &Json, path: &mut Vec<String>, paths: &mut Vec<Vec<String>>) {
             .iter()
             .for_each(|(key, value)| descend(key.clone(), value)),
         Json::Array(items) if items.iter().any(Json::is_object) => {
-            let text = |item: &Json, key: &str| Some(item.get(key)?.as_str()?.to_owned());
-            let traits = items.iter().map(|item| Traits {
-                name: text(item, "name"),
-                of: text(item, "of").or_else(|| text(item, "body")),
-                ties: item.get("bodies").and_then(|bodies| {
-                    let [a, b] = [0, 1].map(|side| bodies.get(side)?.as_str());
-                    Some(format!("{}-{}", a?, b?))
-                }),
-            });
-            for (label, item) in labels(&traits.collect::<Vec<_>>()).into_iter().zip(items) {
+            for (label, item) in json_labels(items).into_iter().zip(items) {
                 descend(label, item);
             }
         }
         _ => paths.push(path.clone()),
     }
+}
+
+/// Labels of the elements of an array of tables, see [`labels`].
+fn json_labels(items: &[Json]) -> Vec<String> {
+    let text = |item: &Json, key: &str| Some(item.get(key)?.as_str()?.to_owned());
+    let traits = items.iter().map(|item| Traits {
+        name: text(item, "name"),
+        of: text(item, "of").or_else(|| text(item, "body")),
+        ties: item.get("bodies").and_then(|bodies| {
+            let [a, b] = [0, 1].map(|side| bodies.get(side)?.as_str());
+            Some(format!("{}-{}", a?, b?))
+        }),
+    });
+    labels(&traits.collect::<Vec<_>>())
+}
+
+/// The whole paths of all keys of a file that hold no table.
+pub(super) fn paths(tree: &Json) -> Vec<String> {
+    let mut paths = Vec::new();
+    collect(tree, &mut Vec::new(), &mut paths);
+    paths.iter().map(|path| path.join(".")).collect()
+}
+
+/// The value at a path of keys, elements of arrays by their label or number.
+pub(super) fn value_at<'t>(tree: &'t Json, path: &str) -> Option<&'t Json> {
+    path.split('.').try_fold(tree, |value, word| match value {
+        Json::Object(table) => table.get(word),
+        Json::Array(items) => {
+            let labelled = items.iter().any(Json::is_object);
+            let label = json_labels(items).iter().position(|label| label == word);
+            let number = || word.parse().ok();
+            items.get(label.filter(|_| labelled).or_else(number)?)
+        }
+        _ => None,
+    })
 }
 
 /// Sets the value at a path of keys, see [`apply`].

@@ -14,7 +14,7 @@ pub struct Written {
 }
 
 /// Blocks whose keys may have an effect in one run and none in another.
-const BLOCKS: [&str; 10] = [
+const BLOCKS: [&str; 11] = [
     "step",
     "gravity",
     "material",
@@ -25,6 +25,7 @@ const BLOCKS: [&str; 10] = [
     "life",
     "study",
     "thresher",
+    "uncertain",
 ];
 
 /// The keys of these blocks that were set.

@@ -67,6 +67,7 @@ mod study_text;
 mod wear_chart;
 mod wear_history;
 mod world;
+mod worn_course;
 
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
@@ -82,13 +83,14 @@ pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_heig
 pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
 pub use rows::{
-    BarLoadRow, ComparisonRow, ErrorRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow,
-    WearRow,
+    BarLoadRow, ComparisonRow, ErrorRow, FrictionDepthRow, FrictionRow, LifeRow, OperationRow,
+    ProfileRow, VolumeRow, WearRow,
 };
 pub use stall::Stall;
-pub use study::{PublishedPoint, StudyOutcome, run_study};
-pub use study_pictures::depth_over_speed;
+pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};
+pub use study_pictures::{depth_over_friction, depth_over_speed, life_over_friction};
 pub use study_rotor::oracle_load_slip;
 pub use wear_chart::WearChart;
 pub use wear_history::WearHistory;
 pub use world::{Outlines, Part, ThreshingError, ThreshingWorld};
+pub use worn_course::{WornCourse, WornPoint, distance, worn_course};

@@ -130,6 +130,20 @@ row! {
     }
 }
 
+row! {
+    /// Depth after the study's cycles at one friction and one torque, by the algebra, beside the published
+    /// range.
+    FrictionDepthRow in "friction-depth.csv" {
+        friction: f64,
+        torque_nm: f64,
+        omega_rad_s: f64,
+        computed_um: f64,
+        /// Over cells or torques, the study does not say which.
+        published_least_um: f64,
+        published_most_um: f64,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,11 +1,11 @@
 //! The published study, rebuilt: one rotor, 26 cells, a wear law.
 
-use super::blocks::{Reading, Study, Tooth, Wear};
+use super::blocks::{Reading, Study};
 use super::contact_time::contact_time;
 use super::machine::Setup;
-use super::rows::{ComparisonRow, FrictionRow};
+use super::rows::{ComparisonRow, FrictionDepthRow, FrictionRow};
 use super::stall::{Stall, exponent, single_cells};
-use super::study_friction::friction_rows;
+use super::study_friction::{friction_depths, friction_rows};
 use super::study_life::study_life;
 use super::study_rotor::{Cycle, deepest, load_cycle, new_tooth, oracle_load_slip, rotor};
 use super::wear_chart::WornCycle;
@@ -62,6 +62,8 @@ pub struct StudyOutcome {
     pub calibrated: bool,
     /// Depth and life by friction; none in the literal reading.
     pub frictions: Vec<FrictionRow>,
+    /// Depth by friction at the torques of the published ranges; none in the literal reading.
+    pub friction_depths: Vec<FrictionDepthRow>,
     /// Largest relative difference of a depth between the stepper and the algebra, of the
     /// comparison and of the life; `None` if the reading has no algebra.
     pub oracle_difference: Option<f64>,
@@ -144,12 +146,16 @@ pub fn run_study(
         }
     }
     let mut life = None;
-    let mut frictions = Vec::new();
+    let (mut frictions, mut friction_depths) = (Vec::new(), Vec::new());
     if balanced {
         let found = study_life(scene, study, tooth, wear, &mut totals)?;
         oracle_difference = oracle_difference.max(found.oracle_difference);
         let times = [contact_time, found.contact_time];
         frictions = friction_rows(scene, setup, times, &mut totals)?;
+        // a tooth that is worn through sooner has no depth to compare
+        if frictions.iter().all(|row| row.worn_through_cycles.is_nan()) {
+            friction_depths = self::friction_depths(setup, contact_time)?;
+        }
         life = Some(found);
     }
     let (torque, speed) = (study.calibrate.torque, study.calibrate.speed);
@@ -169,6 +175,7 @@ pub fn run_study(
         life_contact_time: life.as_ref().map(|l| l.contact_time),
         calibrated,
         frictions,
+        friction_depths,
         oracle_difference: balanced.then_some(oracle_difference),
         torque,
         speed,
@@ -333,21 +340,38 @@ fn window(scene: &Scene, setup: &Setup<Study>) -> Result<f64, RunError> {
     match (study.reading, study.contact_time) {
         (Reading::Literal, _) => Ok(scene.step.time),
         (Reading::TorqueBalanced, Some(time)) => Ok(time),
-        (Reading::TorqueBalanced, None) => calibrate(scene, study, &setup.tooth, &setup.wear),
+        (Reading::TorqueBalanced, None) => calibrate(scene, setup),
     }
 }
 
 /// The contact time with which the algebra of the comparison reaches the calibration depth.
-fn calibrate(scene: &Scene, study: &Study, tooth: &Tooth, wear: &Wear) -> Result<f64, RunError> {
-    let (target, update) = (&study.calibrate, study.update);
-    let cycles = target.cycles / f64::from(study.batches);
+fn calibrate(scene: &Scene, setup: &Setup<Study>) -> Result<f64, RunError> {
+    let target = &setup.parameters.calibrate;
     contact_time(scene, target, |time| {
-        let mut state = new_tooth(tooth, wear, target.speed, update)?;
-        for _ in 0..study.batches {
-            let (torque, speed) = (target.torque, target.speed);
-            let rates = oracle_load_slip(study, state.profile(), update, torque, speed, time)?;
-            advance(&mut state, &rates, cycles)?;
-        }
-        Ok(deepest(&state))
+        let mut at = setup.clone();
+        at.parameters.cycles = target.cycles;
+        depth_by_algebra(&at, [target.torque, target.speed], time)
     })
+}
+
+/// Depth \[m\] after the study's cycles at a torque \[N m\] and a speed \[rad/s\] by the algebra, in the study's
+/// batches alone: the tooth must not be worn through.
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn depth_by_algebra(
+    setup: &Setup<Study>,
+    [torque, speed]: [f64; 2],
+    contact_time: f64,
+) -> Result<f64, RunError> {
+    let study = &setup.parameters;
+    let update = study.update;
+    let cycles = study.cycles / f64::from(study.batches);
+    let mut state = new_tooth(&setup.tooth, &setup.wear, speed, update)?;
+    for _ in 0..study.batches {
+        let profile = state.profile();
+        let rates = oracle_load_slip(study, profile, update, torque, speed, contact_time)?;
+        advance(&mut state, &rates, cycles)?;
+    }
+    Ok(deepest(&state))
 }

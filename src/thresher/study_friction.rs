@@ -5,8 +5,8 @@
 
 use super::blocks::{Study, Wear};
 use super::machine::Setup;
-use super::rows::FrictionRow;
-use super::study::operating_point;
+use super::rows::{FrictionDepthRow, FrictionRow};
+use super::study::{depth_by_algebra, operating_point};
 use super::study_life::life_by_algebra;
 use crate::experiment::{RunError, Totals};
 use crate::scene::Scene;
@@ -21,6 +21,52 @@ pub(super) const PUBLISHED_LIVES: [(f64, f64); 5] = [
     (0.35, 14.0),
     (0.40, 20.0),
 ];
+
+/// What the study also says of a friction of 0.35 \[h\].
+pub(super) const ALSO: (f64, f64) = (0.35, 31.0);
+
+/// Published ranges of the depth \[µm\] after 4e6 cycles at two frictions, for torques from 20.87 to 54.37 N m:
+/// as [`PUBLISHED_LIVES`].
+const PUBLISHED_DEPTHS: [(f64, [f64; 2]); 2] = [(0.14, [492.0, 718.0]), (0.40, [2569.0, 2850.0])];
+/// The torques \[N m\] of those ranges.
+const THEIR_TORQUES: [f64; 2] = [20.87, 54.37];
+
+/// One row for each of the study's frictions and the two torques of the published ranges, by the algebra, at
+/// the calibration's speed and a contact time \[s\]; none where these torques are above that of the calibration,
+/// at which the tooth is known to last.
+///
+/// # Errors
+/// [`RunError`].
+pub(super) fn friction_depths(
+    setup: &Setup<Study>,
+    contact_time: f64,
+) -> Result<Vec<FrictionDepthRow>, RunError> {
+    let mut rows = Vec::new();
+    if setup.parameters.calibrate.torque < THEIR_TORQUES[1] {
+        return Ok(rows);
+    }
+    for torque in THEIR_TORQUES {
+        for &friction in &setup.parameters.frictions {
+            let mut at = setup.clone();
+            at.parameters.friction = friction;
+            let speed = at.parameters.calibrate.speed;
+            let depth = depth_by_algebra(&at, [torque, speed], contact_time)?;
+            let compared = at.parameters.cycles == 4e6;
+            let of = |row: &&(f64, [f64; 2])| row.0 == friction && compared;
+            let published = PUBLISHED_DEPTHS.iter().find(of);
+            let [least, most] = published.map_or([f64::NAN; 2], |(_, range)| *range);
+            rows.push(FrictionDepthRow {
+                friction,
+                torque_nm: torque,
+                omega_rad_s: speed,
+                computed_um: 1e6 * depth,
+                published_least_um: least,
+                published_most_um: most,
+            });
+        }
+    }
+    Ok(rows)
+}
 
 /// One row for each of the study's frictions, at the calibration's torque and speed: depth by the
 /// stepper, life by the algebra.

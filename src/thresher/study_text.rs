@@ -3,7 +3,7 @@
 use super::blocks::{Reading, Study, Tooth};
 use super::rows::ComparisonRow;
 use super::study::StudyOutcome;
-use super::study_pictures::depth_over_speed;
+use super::study_pictures::{depth_over_friction, depth_over_speed, life_over_friction};
 use crate::report::{Align, OutputFolder, ReportError, Table, number, quantity, write_rows};
 use serde_json::{Value, json};
 
@@ -35,6 +35,28 @@ impl StudyOutcome {
         folder.write("depth-over-speed.svg", chart.to_svg()?)?;
         if !self.frictions.is_empty() {
             write_rows(folder, &self.frictions)?;
+            let at = format!(
+                "{} N m, {} rad/s, reading {}, contact time {}, held",
+                self.torque,
+                self.speed,
+                reading(study),
+                quantity(self.life_contact_time.unwrap_or(f64::NAN), "s", 5)
+            );
+            let chart = life_over_friction(&self.frictions, &at);
+            // nothing to draw without a limit and without published hours
+            if chart
+                .series
+                .iter()
+                .any(|s| s.points.iter().any(|p| p.1.is_finite()))
+            {
+                folder.write("life-over-friction.svg", chart.to_svg()?)?;
+            }
+        }
+        if !self.friction_depths.is_empty() {
+            write_rows(folder, &self.friction_depths)?;
+            let at = format!("{} rad/s, {subtitle}, held", self.speed);
+            let chart = depth_over_friction(&self.friction_depths, &at);
+            folder.write("depth-over-friction.svg", chart.to_svg()?)?;
         }
         let Some(history) = &self.history else {
             return Ok(());
@@ -57,6 +79,7 @@ impl StudyOutcome {
             "contact_time_calibrated": self.calibrated,
             "comparison": self.comparison,
             "frictions": self.frictions,
+            "friction_depths": self.friction_depths,
             "stepper_against_algebra": self.oracle_difference,
             "life": self.history.as_ref().map(|h| h.life_json()),
         })

@@ -9,6 +9,7 @@ mod bench;
 mod box2d;
 #[cfg(not(feature = "box2d"))]
 mod box2d_missing;
+mod calibrate;
 mod catalogue;
 mod chart;
 mod cli;
@@ -26,5 +27,6 @@ mod run_page;
 mod shell;
 mod solve;
 mod sweep;
+mod uncertain;
 mod verdict;
 mod worn;

@@ -26,6 +26,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
+pub(super) use read::{leaves, toml};
 pub use sample::distributions;
 
 use super::catalogue;

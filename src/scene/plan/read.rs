@@ -10,7 +10,7 @@ use crate::scene::reader::in_words;
 const BLOCKS: [&str; 5] = ["scene", "set", "grid", "case", "sample"];
 
 /// A value below a block, with its key and its place.
-pub(super) struct Leaf<'a> {
+pub(in crate::scene) struct Leaf<'a> {
     pub key: String,
     pub at: At<'a>,
     pub node: &'a Node,
@@ -149,7 +149,7 @@ fn cases(at: &At<'_>, node: &Node) -> Result<Axis, SceneError> {
 
 impl Leaf<'_> {
     /// The key set to `value`, which stands at `at`.
-    pub fn setting(&self, value: &Node, at: &At<'_>) -> Result<Setting, SceneError> {
+    pub(super) fn setting(&self, value: &Node, at: &At<'_>) -> Result<Setting, SceneError> {
         let mut place = *at.place();
         place.path.clone_from(&self.key);
         Ok(Setting {
@@ -176,7 +176,7 @@ fn values<'a>(at: &At<'a>, node: &'a Node) -> Result<Vec<Leaf<'a>>, SceneError> 
 ///
 /// # Arguments
 /// - `expected`: what to say to a value that is neither accepted nor a table.
-pub(super) fn leaves<'a>(
+pub(in crate::scene) fn leaves<'a>(
     at: &At<'a>,
     node: &'a Node,
     ends: fn(&Node) -> bool,
@@ -235,7 +235,7 @@ fn line(origin: &Origin) -> (usize, usize) {
 }
 
 /// A value as TOML on one line.
-fn toml(node: &Node, at: &At<'_>) -> Result<String, SceneError> {
+pub(in crate::scene) fn toml(node: &Node, at: &At<'_>) -> Result<String, SceneError> {
     Ok(match &node.value {
         Value::String(text) => quoted(text),
         Value::Integer(number) => number.to_string(),
