@@ -1,6 +1,6 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
-use super::{Flags, Outcome, effect, summary};
+use super::{Flags, Outcome, chart_accuracy, effect, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
@@ -27,9 +27,9 @@ pub(super) struct ChartArgs {
     /// Scenes of the catalogue, or paths of TOML files [default: all scenes with a closed form, and
     /// some that test stability].
     #[arg(value_name = "SCENE")]
-    scenes: Vec<String>,
+    pub scenes: Vec<String>,
     #[command(flatten)]
-    flags: Flags,
+    pub flags: Flags,
     /// Run four scenes, three step lengths, one run of each point, and the peers' presets only.
     #[arg(long)]
     quick: bool,
@@ -49,6 +49,13 @@ pub(super) struct ChartArgs {
           conflicts_with_all = ["scenes", "quick", "repeats", "engine", "dt", "time", "steps", "set",
                                 "scheme", "events", "solver", "tolerance", "threads"])]
     from: Option<PathBuf>,
+    /// Run each scene with the setting that `run --accuracy R` chooses, for each R, and search for the
+    /// cheapest fixed setting with the help of the closed form; write accuracy.csv and accuracy.svg
+    /// [R: 1e-2,1e-3,1e-4; scenes: twelve with a closed form].
+    #[arg(long, value_name = "R,...", value_delimiter = ',', num_args = 0..=1, default_missing_value = "1e-2,1e-3,1e-4",
+          conflicts_with_all = ["from", "quick", "repeats", "engine", "dt", "time", "steps", "scheme", "events",
+                                "tolerance", "threads"])]
+    pub accuracy: Option<Vec<f64>>,
 }
 
 /// The peer's settings from `--soft`: frequency \[Hz\], substeps, and for rapier sweeps. Returns the
@@ -110,6 +117,9 @@ fn count(text: &str) -> Option<usize> {
 pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = args.flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
+    if let Some(asked) = &args.accuracy {
+        return chart_accuracy::chart(args, asked, OutputFolder::create(target)?);
+    }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());

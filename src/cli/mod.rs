@@ -6,6 +6,7 @@ mod bench;
 mod bench_scenes;
 mod bench_table;
 mod chart;
+mod chart_accuracy;
 mod chart_table;
 mod compare;
 mod compare_table;
