@@ -52,7 +52,8 @@ pub(super) struct ChartArgs {
     /// Run each scene with the setting that `run --accuracy R` chooses, for each R, and search for the
     /// cheapest fixed setting with the help of the closed form; write accuracy.csv and accuracy.svg
     /// [R: 1e-2,1e-3,1e-4; scenes: twelve with a closed form].
-    #[arg(long, value_name = "R,...", value_delimiter = ',', num_args = 0..=1, default_missing_value = "1e-2,1e-3,1e-4",
+    #[arg(long, value_name = "R,...", value_delimiter = ',', require_equals = true, num_args = 0..,
+          default_missing_values = ["1e-2", "1e-3", "1e-4"], value_parser = super::accuracy,
           conflicts_with_all = ["from", "quick", "repeats", "engine", "dt", "time", "steps", "scheme", "events",
                                 "tolerance", "threads"])]
     pub accuracy: Option<Vec<f64>>,

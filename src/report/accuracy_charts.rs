@@ -1,6 +1,6 @@
 //! Pictures of `chart --accuracy`: what was reached, and at which cost.
 
-use super::chart::{Chart, Dash, HLine, Series, Style};
+use super::chart::{Chart, HLine, Series, Style};
 use super::csv_rows::AccuracyRow;
 use super::{Axis, number};
 

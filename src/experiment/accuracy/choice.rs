@@ -17,6 +17,8 @@ const COARSEST: f64 = 4.0;
 const LEVELS: usize = 12;
 /// Trials in a row over which the error must become less than half.
 const PATIENCE: usize = 4;
+/// No error of a method here falls faster than this when the step is halved: pins keep energy to third order.
+const FASTEST: f64 = 8.0;
 /// The solver's tolerance as a share of the accuracy.
 const DIGITS: f64 = 1e-2;
 
@@ -47,6 +49,8 @@ struct Mode {
     events: bool,
     trials: Vec<Option<Trial>>,
     open: bool,
+    /// Whether another mode is better.
+    beaten: bool,
     /// The level that holds the accuracy.
     held: Option<usize>,
 }
@@ -92,12 +96,19 @@ pub fn choose(scene: &Scene, asked: f64, progress: &Progress) -> Result<Choice, 
             "--accuracy {asked}: must be {least:e} to {most}"
         )));
     }
+    if scene.step.time <= 0.0 {
+        return Err(RunError::Unfit(format!(
+            "--accuracy {asked}: scene {} takes no time: step.time is 0",
+            scene.name
+        )));
+    }
     let first = coarsest_steps(&scene.step);
     let mut modes = MODES.map(|(scheme, events)| Mode {
         scheme,
         events,
         trials: Vec::new(),
         open: true,
+        beaten: false,
         held: None,
     });
     for level in 0..LEVELS {
@@ -106,17 +117,16 @@ pub fn choose(scene: &Scene, asked: f64, progress: &Progress) -> Result<Choice, 
             let trial = Trial::run(&scene, first << level, progress)?;
             mode.trials.push(trial);
         }
-        // two runs agree by chance sooner than three
-        if level < 2 {
-            continue;
-        }
         let judge = Judge::of(&modes, asked);
-        for mode in modes.iter_mut().filter(|mode| mode.open) {
-            let from = if level == 2 { 0 } else { level - 1 };
-            mode.held = (from..level).find(|k| judge.needed(mode, *k).1 <= asked);
-            mode.open = mode.held.is_none() && judge.falls(mode, level - 1);
+        // two runs agree by chance sooner than three
+        match level {
+            0 => continue,
+            1 => judge.close_twins(&mut modes),
+            _ => {
+                judge.hold(&mut modes, level);
+                judge.close(&mut modes);
+            }
         }
-        judge.close(&mut modes);
         if modes.iter().all(|mode| !mode.open) {
             break;
         }
@@ -126,7 +136,8 @@ pub fn choose(scene: &Scene, asked: f64, progress: &Progress) -> Result<Choice, 
 
 /// Steps of the coarsest trial.
 pub(super) fn coarsest_steps(step: &Step) -> usize {
-    let steps = step.time / (COARSEST * step.dt) * (1.0 - 1e-12);
+    // a step of a scene is 1 s at most
+    let steps = step.time / (COARSEST * step.dt).min(1.0) * (1.0 - 1e-12);
     INSTANTS * ((steps / INSTANTS as f64).ceil() as usize).max(1)
 }
 
@@ -178,23 +189,94 @@ impl Judge {
         }
     }
 
-    /// Expected errors of trial `k`, see (1) and (2) of [the module](super).
+    /// Expected errors of trial `k`, see (1) of [the module](super).
     fn errors(&self, mode: &Mode, k: usize) -> Vec<Part> {
-        let next = self.doubled(mode, k);
-        let (one, two) = match k {
-            0 => (next.clone(), self.doubled(mode, 1)),
-            _ => (self.doubled(mode, k - 1), next.clone()),
+        let doubled: Vec<Vec<Part>> = (0..=k.max(1)).map(|j| self.doubled(mode, j)).collect();
+        let error = |m: usize| {
+            let (name, apart) = doubled[k][m];
+            if !apart.is_finite() {
+                return (name, apart);
+            }
+            let pair = k.max(1);
+            let order = (doubled[pair - 1][m].1 / doubled[pair][m].1).log2();
+            let order = if order.is_nan() {
+                0.5
+            } else {
+                order.clamp(0.5, 2.0)
+            };
+            let here = apart / (1.0 - (-order).exp2());
+            // a first difference that nothing precedes is not smaller than the next
+            let here = if k == 0 {
+                here.max(doubled[1][m].1)
+            } else {
+                here
+            };
+            // what was wrong by all of it counts as such
+            let before = (0..k).map(|j| doubled[j][m].1.min(1.0) / FASTEST.powi((k - j) as i32));
+            (name, before.fold(here, f64::max))
         };
-        let pairs = next.iter().zip(one.iter().zip(&two));
-        pairs
-            .map(|(&(name, apart), (&(_, one), &(_, two)))| {
-                let order = (one / two).log2().clamp(0.5, 2.0);
-                let order = if order.is_nan() { 0.5 } else { order };
-                let before = if k == 0 { two } else { one / 4.0 };
-                let error = (apart / (1.0 - (-order).exp2())).max(before);
-                (name, if apart.is_finite() { error } else { apart })
+        (0..doubled[k].len()).map(error).collect()
+    }
+
+    /// Whether trial `k` of a mode and the finest judged trial of another are farther apart than their
+    /// expected errors allow: one of them is wrong.
+    fn contradicted(&self, modes: &[Mode; 3], j: usize, k: usize) -> bool {
+        let Some(Some(mine)) = modes[j].trials.get(k) else {
+            return false;
+        };
+        let errors = self.errors(&modes[j], k);
+        let others = modes
+            .iter()
+            .enumerate()
+            .filter(|(i, other)| *i != j && !other.beaten);
+        others.into_iter().any(|(_, other)| {
+            let last = other.trials.len().saturating_sub(2);
+            let Some(Some(theirs)) = other.trials.get(last) else {
+                return false;
+            };
+            let apart = mine.differences(theirs, &self.names, self.motion);
+            let allowed = errors.iter().zip(self.errors(other, last));
+            let mut pairs = apart.iter().zip(allowed);
+            pairs.any(|((_, apart), ((_, a), (_, b)))| {
+                *apart > SAFETY * (a + b) + f64::from(f32::EPSILON)
             })
-            .collect()
+        })
+    }
+
+    /// Finds the coarsest trial of each open mode that holds the accuracy, and closes what no longer gets
+    /// better.
+    fn hold(&self, modes: &mut [Mode; 3], level: usize) {
+        for j in 0..modes.len() {
+            if modes[j].open {
+                let holds = |k: &usize| {
+                    self.needed(&modes[j], *k).1 <= self.asked && !self.contradicted(modes, j, *k)
+                };
+                modes[j].held = (0..level).find(holds);
+            }
+        }
+        for mode in modes.iter_mut().filter(|mode| mode.open) {
+            mode.open = mode.held.is_none() && self.falls(mode, level - 1);
+        }
+    }
+
+    /// Closes a mode whose first two trials are those of another: nothing sets them apart in this scene.
+    fn close_twins(&self, modes: &mut [Mode; 3]) {
+        for j in (1..modes.len()).rev() {
+            let same = |a: &Option<Trial>, b: &Option<Trial>| match (a, b) {
+                (Some(a), Some(b)) => {
+                    let apart = a.differences(b, &self.names, true);
+                    a.seen.work == b.seen.work && worst(apart.into_iter()).1 == 0.0
+                }
+                _ => false,
+            };
+            let twin = (0..j).any(|i| {
+                let pairs = modes[i].trials.iter().zip(&modes[j].trials);
+                pairs.into_iter().all(|(a, b)| same(a, b))
+            });
+            if twin {
+                (modes[j].open, modes[j].beaten) = (false, true);
+            }
+        }
     }
 
     /// All that trial `k` must keep below the accuracy: expected errors times [`SAFETY`], and what it
@@ -245,8 +327,10 @@ impl Judge {
                     }
                 })
             };
-            let others = (0..modes.len()).filter(|j| *j != k && modes[*j].open);
-            let dominated = others.into_iter().any(|j| beaten(&modes[j]));
+            let others = (0..modes.len()).filter(|j| *j != k && !modes[*j].beaten);
+            let dominated = others.into_iter().any(|j| beaten(&modes[j]))
+                && !self.contradicted(modes, k, last - 1);
+            modes[k].beaten = dominated;
             modes[k].open = work < cheapest && !dominated;
         }
     }
@@ -265,7 +349,7 @@ impl Judge {
                 let order = (coarse / fine).log2();
                 let order = match order {
                     // another regime: what a setting between them does is not known
-                    o if o > 3.0 && *coarse > self.asked => f64::INFINITY,
+                    o if o > 4.0 && *coarse > self.asked => f64::INFINITY,
                     o if o >= 1.0 => o,
                     _ => 2.0,
                 };
@@ -375,7 +459,7 @@ impl Judge {
             false => format!("{measure} never agrees between two trials"),
         };
         RunError::Unfit(format!(
-            "--accuracy {asked}: not reached on scene {name}: {near} ({setting}, dt {dt} s, the most accurate of \
+            "--accuracy {asked}: not reached on scene {name}: {near} ({setting}, dt {dt}, the most accurate of \
              {} trials); impacts in another order, or chaos, have no accuracy to hold",
             self.rows(modes).len()
         ))
@@ -397,7 +481,7 @@ impl Choice {
         } else if self.steps < self.level_steps {
             self.step.dt *= self.steps as f64 / self.level_steps as f64;
             self.steps = self.level_steps;
-            format!("dt {} s", step_length(self.step.dt))
+            format!("dt {}", step_length(self.step.dt))
         } else {
             return false;
         };
@@ -409,7 +493,7 @@ impl Choice {
     /// The choice and its reason in a sentence.
     pub fn sentence(&self) -> String {
         format!(
-            "accuracy {}: {}, dt {} s, tolerance {:e}: the cheapest of {} trials that holds it; expected error {} \
+            "accuracy {}: {}, dt {}, tolerance {:e}: the cheapest of {} trials that holds it; expected error {} \
              ({})",
             self.asked,
             words(self.step.scheme, self.step.events),
