@@ -7,6 +7,7 @@
 //! | [`own_scene`] | users who build a machine: outlines, motors, belts, soft surfaces, wear |
 //! | [`pin_on_disc`] | users whose bodies wear: from a scene file, from a program |
 //! | [`sweeps`] | users who need a scene over many values of its keys, on one machine or on a cluster |
+//! | [`accuracy`] | users who know the accuracy they need, not the step and scheme for it |
 //! | [`stopped_runs`] | users whose runs take hours: what is kept of one that was stopped |
 //! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
@@ -23,6 +24,7 @@
 //! moreau2d run pin-on-disc            # any body of a scene can wear; `guide::pin_on_disc`
 //! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
 //! moreau2d run bouncing-ball --events # impacts located in time inside the steps
+//! moreau2d run pendulum --accuracy 1e-3  # step, scheme and tolerance from trials; `guide::accuracy`
 //! moreau2d run drum --report          # report.html: a replay with impulses, and charts
 //! moreau2d run --resume out/drum      # a run that was stopped goes on; `guide::stopped_runs`
 //! moreau2d sweep scenes/sweeps/thresher-study.toml   # 144 lives, over torque, speed and friction
@@ -54,6 +56,7 @@
 //! | `f64` | rapier2d-f64 in place of rapier2d |
 //! | `box2d` | Box2D v3 as a peer in comparisons; needs Rust 1.95 and a C compiler |
 
+pub mod accuracy;
 pub mod data_flow;
 pub mod features;
 pub mod first_step;

@@ -16,7 +16,7 @@ const COARSEST: f64 = 4.0;
 /// Halvings of the coarsest step, with it: the finest is 1/512 of the scene's.
 const LEVELS: usize = 12;
 /// Trials in a row over which the error must become less than half.
-const PATIENCE: usize = 4;
+const PATIENCE: usize = 3;
 /// No error of a method here falls faster than this when the step is halved: pins keep energy to third order.
 const FASTEST: f64 = 8.0;
 /// The solver's tolerance as a share of the accuracy.
@@ -458,9 +458,13 @@ impl Judge {
             ),
             false => format!("{measure} never agrees between two trials"),
         };
+        let why = match k + 2 < LEVELS {
+            true => "shorter steps come no nearer: impacts in another order, or chaos",
+            false => "shorter steps are not tried",
+        };
         RunError::Unfit(format!(
             "--accuracy {asked}: not reached on scene {name}: {near} ({setting}, dt {dt}, the most accurate of \
-             {} trials); impacts in another order, or chaos, have no accuracy to hold",
+             {} trials); {why}",
             self.rows(modes).len()
         ))
     }
@@ -493,15 +497,23 @@ impl Choice {
     /// The choice and its reason in a sentence.
     pub fn sentence(&self) -> String {
         format!(
-            "accuracy {}: {}, dt {}, tolerance {:e}: the cheapest of {} trials that holds it; expected error {} \
-             ({})",
+            "accuracy {}: {}, dt {}, tolerance {:e}: the cheapest setting that holds it by {} trials; expected \
+             error {}{}",
             self.asked,
             words(self.step.scheme, self.step.events),
             step_length(self.step.dt),
             self.step.tolerance,
             self.trials.len(),
             number(self.expected, 2),
-            self.measure,
+            named(self.measure),
         )
+    }
+}
+
+/// A measure in brackets; nothing where all errors are 0.
+pub(super) fn named(measure: &str) -> String {
+    match measure {
+        "" => String::new(),
+        measure => format!(" ({measure})"),
     }
 }

@@ -259,7 +259,7 @@ impl Trial {
 /// The largest; NaN counts as infinite.
 pub(super) fn worst(parts: impl Iterator<Item = Part>) -> Part {
     let size = |e: f64| if e.is_nan() { f64::INFINITY } else { e };
-    parts.fold(("", 0.0), |most, part| match size(part.1) >= most.1 {
+    parts.fold(("", 0.0), |most, part| match size(part.1) > most.1 {
         true => (part.0, size(part.1)),
         false => most,
     })
