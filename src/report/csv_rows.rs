@@ -120,6 +120,8 @@ row! {
         best_events: bool,
         best_dt_s: f64,
         best_work: usize,
+        /// Least work of any setting of the search that holds, be it by luck.
+        lucky_work: usize,
         /// Work of the run over that of the best fixed setting; NaN if the search found none.
         ratio: f64,
     }

@@ -123,7 +123,7 @@ pub fn choose(scene: &Scene, asked: f64, progress: &Progress) -> Result<Choice, 
             0 => continue,
             1 => judge.close_twins(&mut modes),
             _ => {
-                judge.hold(&mut modes, level);
+                judge.hold(&mut modes, level, scene.step.scheme);
                 judge.close(&mut modes);
             }
         }
@@ -245,7 +245,8 @@ impl Judge {
 
     /// Finds the coarsest trial of each open mode that holds the accuracy, and closes what no longer gets
     /// better.
-    fn hold(&self, modes: &mut [Mode; 3], level: usize) {
+    fn hold(&self, modes: &mut [Mode; 3], level: usize, own: Scheme) {
+        self.settle(modes, level, own);
         for j in 0..modes.len() {
             if modes[j].open {
                 let holds = |k: &usize| {
@@ -256,6 +257,26 @@ impl Judge {
         }
         for mode in modes.iter_mut().filter(|mode| mode.open) {
             mode.open = mode.held.is_none() && self.falls(mode, level - 1);
+        }
+    }
+
+    /// Drops the other schemes where they contradict that of the scene although it holds the accuracy by
+    /// itself at [`PATIENCE`] levels: they converge to another motion.
+    fn settle(&self, modes: &mut [Mode; 3], level: usize, own: Scheme) {
+        let Some(first) = level.checked_sub(PATIENCE) else {
+            return;
+        };
+        let stands = |j: usize| {
+            let mode = &modes[j];
+            mode.scheme == own
+                && mode.trials.len() > level
+                && (first..level).all(|k| self.needed(mode, k).1 <= self.asked)
+                && self.contradicted(modes, j, level - 1)
+        };
+        if (0..modes.len()).any(stands) {
+            for mode in modes.iter_mut().filter(|mode| mode.scheme != own) {
+                (mode.open, mode.beaten, mode.held) = (false, true, None);
+            }
         }
     }
 
@@ -301,7 +322,9 @@ impl Judge {
         let Some(before) = k.checked_sub(PATIENCE) else {
             return true;
         };
-        self.needed(mode, k).1 < 0.5 * self.needed(mode, before).1
+        // what is good enough waits for what contradicts it
+        let now = self.needed(mode, k).1;
+        now <= self.asked || now < 0.5 * self.needed(mode, before).1
     }
 
     /// Closes what can no longer be the cheapest: a mode whose next setting costs more than one that
@@ -452,6 +475,13 @@ impl Judge {
         let dt = step_length(mode.trials[k].as_ref().map_or(scene.step.dt, |t| t.step.dt));
         let setting = words(mode.scheme, mode.events);
         let near = match needed.is_finite() {
+            true if needed <= asked => {
+                return RunError::Unfit(format!(
+                    "--accuracy {asked}: not reached on scene {name}: {setting} agrees with itself to {} at dt {dt}, \
+                     but another scheme converges to another motion",
+                    number(needed, 2)
+                ));
+            }
             true => format!(
                 "{measure} comes to {} at best, with a factor of {SAFETY} for safety",
                 number(needed, 2)

@@ -21,6 +21,14 @@ struct Best {
     work: usize,
 }
 
+/// What a search found.
+#[derive(Default)]
+struct Found {
+    best: Option<Best>,
+    /// Least work of any setting that holds, be it by luck.
+    least: Option<usize>,
+}
+
 /// Chooses a setting, runs it, judges it by the closed form of `scene`, and searches for the fixed setting
 /// that would have been cheapest.
 ///
@@ -37,7 +45,7 @@ pub fn against_search(
 ) -> Result<AccuracyRow, RunError> {
     let mut choice = choose(scene, asked, progress)?;
     let ended = choice.hold(scene, |scene, choice| run_held(scene, choice, progress))?;
-    let best = search(scene, asked, choice.step.tolerance, progress)?;
+    let Found { best, least } = search(scene, asked, choice.step.tolerance, progress)?;
     let (judge, error) = ended.judged;
     Ok(AccuracyRow {
         scene: scene.name.clone(),
@@ -56,6 +64,7 @@ pub fn against_search(
         best_events: best.as_ref().is_some_and(|b| b.step.events),
         best_dt_s: best.as_ref().map_or(f64::NAN, |b| b.step.dt),
         best_work: best.as_ref().map_or(0, |b| b.work),
+        lucky_work: least.unwrap_or(0),
         ratio: (best.as_ref()).map_or(f64::NAN, |b| ended.work as f64 / b.work as f64),
     })
 }
@@ -80,9 +89,9 @@ fn search(
     asked: f64,
     tolerance: f64,
     progress: &Progress,
-) -> Result<Option<Best>, RunError> {
+) -> Result<Found, RunError> {
     let first = coarsest_steps(&scene.step) as f64;
-    let mut best: Option<Best> = None;
+    let (mut best, mut least): (Option<Best>, Option<usize>) = (None, None);
     let mut tolerances = vec![scene.step.tolerance, tolerance];
     tolerances.dedup();
     for (scheme, events) in MODES {
@@ -106,10 +115,11 @@ fn search(
                 let trial = Trial::run(&scene, steps, progress)?;
                 let ok = |trial: &Trial| !trial.found.is_empty() && trial.error().1 <= asked;
                 match trial.filter(ok) {
-                    Some(trial) => held.push(Best {
-                        step,
-                        work: trial.seen.work,
-                    }),
+                    Some(trial) => {
+                        let work = trial.seen.work;
+                        least = Some(least.map_or(work, |least| least.min(work)));
+                        held.push(Best { step, work });
+                    }
                     None => held.clear(),
                 }
                 let dear = |w: usize| best.as_ref().is_some_and(|b| w >= b.work);
@@ -127,5 +137,5 @@ fn search(
             }
         }
     }
-    Ok(best)
+    Ok(Found { best, least })
 }
