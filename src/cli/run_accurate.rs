@@ -13,7 +13,7 @@ pub(super) struct Accurate<'a> {
     /// Expected error of the setting in its worst measure, from the trials.
     expected: f64,
     expected_measure: &'a str,
-    /// Bound of the error of the run: how far it is from the finest trial, and the expected error of that.
+    /// Estimated error of the run: how far it is from the finest trial, and the expected error of that.
     error: f64,
     measure: &'a str,
     reason: String,
@@ -48,7 +48,7 @@ impl<'a> Accurate<'a> {
         }
         let times = self.choice_work as f64 / self.work.max(1) as f64;
         out.push_str(&format!(
-            "held: off by at most {}{}; work {} (steps, events, sweeps, factorisations, pivots), the trials took {} \
+            "held: estimated error {}{}; work {} (steps, events, sweeps, factorisations, pivots), the trials took {} \
              times as much\n",
             number(self.error, 2),
             match self.measure {

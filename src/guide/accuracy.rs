@@ -7,7 +7,7 @@
 //! ```text
 //! accuracy 0.001: scheme staggered with events, dt 1/175 s, tolerance 1e-5: the cheapest setting that holds it by
 //! 19 trials; expected error 3.4e-4 (landing-time)
-//! held: off by at most 3.0e-4 (landing-time); work 384 (...), the trials took 25 times as much
+//! held: estimated error 3.0e-4 (landing-time); work 384 (...), the trials took 25 times as much
 //! ```
 //! The accuracy is relative, 1e-6 to 0.1. For a scene with a closed form it is that of the values that `compare`
 //! compares, each over its own size; for another it is that of the trajectories, over the way of the bodies and

@@ -95,7 +95,7 @@ fn the_chosen_setting_is_in_the_summary_and_gives_the_same_run() {
     // on the terminal
     let (_, out, _) = place.run(&["run", "rocking-block", "--accuracy", "1e-2"]);
     assert!(
-        out.contains("staggered with events") && out.contains("held: off by at most"),
+        out.contains("staggered with events") && out.contains("held: estimated error"),
         "{out}"
     );
 }

@@ -52,7 +52,7 @@ impl Held<'_> {
     /// Judges the whole run by what it `found`.
     ///
     /// # Returns
-    /// The worst measure and a bound of its error: the distance from the finest trial and the expected
+    /// The worst measure and its estimated error: the distance from the finest trial and the expected
     /// error of that.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ fn spare(choice: &Choice, name: &str) -> f64 {
 /// A run that was held.
 #[derive(Debug, Clone, Copy)]
 pub struct Ended {
-    /// The worst measure, and a bound of its error from the finest trial.
+    /// The worst measure, and its error estimated from the finest trial.
     pub measure: &'static str,
     pub error: f64,
     pub work: usize,
