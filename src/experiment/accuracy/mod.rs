@@ -28,8 +28,9 @@
 //! difference that does is chance. Two wrong runs that agree are met in two more ways. Three trials at least
 //! are run of each scheme. And where two schemes are farther apart than twice the sum of their expected errors,
 //! neither is believed until further trials say which is wrong; if the scheme of the scene holds (2) at three
-//! levels and the others still contradict it, they converge to another motion and are dropped. A scheme that another beats in error and work
-//! at two levels is dropped, and so is one whose error does not halve in three halvings of the step.
+//! levels and the others still contradict it, they converge to another motion and are dropped. A scheme
+//! that another beats in error and work at two levels is dropped, and so is one whose error does not halve in
+//! three halvings of the step.
 //!
 //! Between the coarsest trial k that fulfils (2) and the one before, the step is the longest with
 //!
