@@ -108,7 +108,8 @@ fn an_accuracy_out_of_reach_names_the_measure_and_how_near_it_came() {
     for words in [
         "not reached on scene rocking-block",
         "landing-time comes to",
-        "e-6 at best",
+        " at best, with a factor of 2 for safety",
+        "no longer halves",
     ] {
         assert!(err.contains(words), "{words}: {err}");
     }

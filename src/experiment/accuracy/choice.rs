@@ -489,7 +489,9 @@ impl Judge {
             false => format!("{measure} never agrees between two trials"),
         };
         let why = match k + 2 < LEVELS {
-            true => "shorter steps come no nearer: impacts in another order, or chaos",
+            true => {
+                "its error no longer halves in three halvings of the step, as with impacts in another order, or chaos"
+            }
             false => "shorter steps are not tried",
         };
         RunError::Unfit(format!(
