@@ -1,7 +1,7 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
 use super::compared_lead::of_points;
-use super::{Flags, Outcome, effect, run_page, summary};
+use super::{Flags, Outcome, chart_accuracy, effect, run_page, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
@@ -28,9 +28,9 @@ pub(super) struct ChartArgs {
     /// Scenes of the catalogue, paths of TOML files, or - for standard input [default: all scenes with a closed form, and
     /// some that test stability].
     #[arg(value_name = "SCENE")]
-    scenes: Vec<String>,
+    pub scenes: Vec<String>,
     #[command(flatten)]
-    flags: Flags,
+    pub flags: Flags,
     /// Run four scenes, three step lengths, one run of each point, and the peers' presets only.
     #[arg(long)]
     quick: bool,
@@ -54,6 +54,14 @@ pub(super) struct ChartArgs {
           conflicts_with_all = ["scenes", "quick", "repeats", "engine", "dt", "time", "steps", "set",
                                 "scheme", "events", "solver", "tolerance", "threads"])]
     from: Option<PathBuf>,
+    /// Run each scene with the setting that `run --accuracy R` chooses, for each R, and search for the
+    /// cheapest fixed setting with the help of the closed form; write accuracy.csv and accuracy.svg
+    /// [R: 1e-2,1e-3,1e-4; scenes: twelve with a closed form].
+    #[arg(long, value_name = "R,...", value_delimiter = ',', require_equals = true, num_args = 0..,
+          default_missing_values = ["1e-2", "1e-3", "1e-4"], value_parser = super::accuracy,
+          conflicts_with_all = ["from", "quick", "repeats", "engine", "dt", "time", "steps", "scheme", "events",
+                                "tolerance", "threads"])]
+    pub accuracy: Option<Vec<f64>>,
 }
 
 impl ChartArgs {
@@ -121,6 +129,9 @@ fn count(text: &str) -> Option<usize> {
 pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = args.flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
+    if let Some(asked) = &args.accuracy {
+        return chart_accuracy::chart(args, asked, OutputFolder::create(target)?);
+    }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
         return show(args, folder, &read_rows(file)?, Vec::new());

@@ -11,7 +11,7 @@ use crate::scene::{Scene, Scheme};
 use crate::thresher::{Machine, Reading, Shares};
 use Need::{
     Balanced, Bodies, Contacts, Fitted, Gravity, Islands, Judged, Landings, LongLife, Ours, Peer,
-    Redrawn, Restitution, Staggered, Tables, Time, Unworn, Wears, Winkler,
+    Redrawn, Restitution, Staggered, StartedOnce, Tables, Time, Unchosen, Unworn, Wears, Winkler,
 };
 
 /// What a key or flag needs to have an effect.
@@ -55,21 +55,26 @@ enum Need {
     Contacts,
     /// The command prints tables to the terminal.
     Tables,
+    /// `--accuracy` does not choose it.
+    Unchosen,
+    /// A run that is not started anew with a finer step, as one with `--accuracy` may be.
+    StartedOnce,
 }
 
 /// What each key of scene files and each flag needs to have an effect. A flag that sets a key is
 /// listed under the key. Keys and flags that always have an effect are not listed.
 const TABLE: &[(&str, &[Need])] = &[
     ("step.time", &[Time]),
-    ("step.scheme", &[Ours]),
-    ("step.events", &[Ours, Landings]),
+    ("step.dt", &[Unchosen]),
+    ("step.scheme", &[Ours, Unchosen]),
+    ("step.events", &[Ours, Landings, Unchosen]),
     ("step.impact_law", &[Ours, Landings, Restitution]),
     ("step.recovery", &[Ours, Landings, Staggered]),
     ("step.keep_rest", &[Ours]),
     ("step.shares", &[Ours]),
     ("step.effort", &[Ours]),
     ("step.solver", &[Ours]),
-    ("step.tolerance", &[Ours]),
+    ("step.tolerance", &[Ours, Unchosen]),
     ("gravity", &[Gravity]),
     ("material.stiffness", &[Ours]),
     ("material.damping", &[Ours]),
@@ -97,11 +102,12 @@ const TABLE: &[(&str, &[Need])] = &[
     ("wear.max_hours", &[Balanced]),
     ("wear.revolutions", &[LongLife]),
     ("wear.error", &[LongLife]),
-    ("--steps", &[Bodies]),
+    ("--accuracy", &[Ours, Bodies, Unworn]),
+    ("--steps", &[Bodies, Unchosen]),
     ("--threads", &[Ours, Islands]),
     ("--every", &[Redrawn]),
-    ("--dump-problems", &[Ours, Bodies, Unworn]),
-    ("--checkpoint-every", &[Ours, Bodies]),
+    ("--dump-problems", &[Ours, Bodies, Unworn, StartedOnce]),
+    ("--checkpoint-every", &[Ours, Bodies, StartedOnce]),
     ("--soft", &[Peer]),
     ("--no-sweep", &[Peer]),
     ("--shares", &[Contacts]),
@@ -137,6 +143,8 @@ pub(super) struct Run<'a> {
     pub one_scheme: bool,
     /// Whether the command prints tables or a progress bar without `--quiet`.
     pub tables: bool,
+    /// Whether `--accuracy` chooses the step.
+    pub chosen: bool,
 }
 
 impl<'a> Run<'a> {
@@ -155,6 +163,7 @@ impl<'a> Run<'a> {
             steps: flags.steps.is_some(),
             one_scheme: true,
             tables: true,
+            chosen: false,
         }
     }
 
@@ -168,6 +177,7 @@ impl<'a> Run<'a> {
             steps: false,
             one_scheme: true,
             tables: true,
+            chosen: false,
         }
     }
 
@@ -300,6 +310,11 @@ impl<'a> Run<'a> {
                 let why = "on an LCP, only on a contact problem";
                 (matches!(self.subject, Subject::Lcp), why.to_owned())
             }
+            Unchosen => (self.chosen, "with --accuracy, which chooses it".to_owned()),
+            StartedOnce => (
+                self.chosen,
+                "with --accuracy, whose run may start anew with a finer step".to_owned(),
+            ),
             Tables => (
                 !self.tables,
                 "with --json, which prints only JSON".to_owned(),

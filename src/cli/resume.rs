@@ -88,7 +88,11 @@ pub(super) fn folder(
     }
     let target = args.common.folder(scene);
     let study = matches!(machine, Some(Machine::Study(_)));
-    let resumes = args.engine == Engine::Moreau && args.dump_problems.is_none() && !study;
+    // a run that is held to an accuracy may start anew
+    let resumes = args.engine == Engine::Moreau
+        && args.dump_problems.is_none()
+        && args.accuracy.is_none()
+        && !study;
     if args.words.is_empty() || !resumes {
         return Ok(OutputFolder::create(target)?);
     }

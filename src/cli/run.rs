@@ -1,5 +1,6 @@
 use super::dump::Dump;
 use super::resume::{self, Stopped};
+use super::run_accurate::{self, Accurate};
 use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
@@ -7,7 +8,8 @@ use super::{Outcome, RunArgs, effect, run_inputs, run_machine, run_page, run_wea
 use crate::checkpoint::Writer;
 use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
-    Engine, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on, measures,
+    Choice, Engine, Held, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on,
+    measures,
 };
 use crate::report::{
     Align, Moving, OutputFolder, Progress, ReportError, Stage, Still, Table, number,
@@ -32,6 +34,8 @@ struct Found<'a> {
     /// Where the bodies that move are at the end, of a scene that has few.
     end: Vec<End<'a>>,
     measures: &'a [Measure],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy: Option<&'a Accurate<'a>>,
     warnings: &'a [String],
 }
 
@@ -116,13 +120,27 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
     if !scene.wear.is_empty() {
         return run_wear::run(args, &scene, stopped);
     }
-    let folder = resume::folder(args, &scene, None, stopped)?;
+    match args.accuracy {
+        None => once(args, &scene, stopped, None),
+        Some(asked) => run_accurate::run(args, &scene, asked),
+    }
+}
+
+/// Runs a scene once; held to the accuracy of a choice, if there is one.
+pub(super) fn once(
+    args: &RunArgs,
+    scene: &Scene,
+    stopped: Option<Stopped>,
+    choice: Option<&Choice>,
+) -> Result<Outcome, RunError> {
+    let folder = resume::folder(args, scene, None, stopped)?;
     let mut dump = Dump::create(args)?;
-    let steps = args.common.step_count(&scene);
+    let steps = args.common.step_count(scene);
     let mut built = scene.build()?;
     built.keep_problems(dump.is_some());
     let every = row_interval(args, steps * built.bodies());
-    let mut judge = Judge::new(&scene, &built);
+    let mut judge = Judge::new(scene, &built);
+    let mut held = choice.map(|choice| Held::start(choice, scene, &built));
     let (mut checkpoint, saved) = resume::checkpoint(args, &folder)?;
     let (mut samples, mut files, totals) = match saved {
         Some(mut saved) => {
@@ -152,6 +170,9 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
                 samples.add(record, built, args.engine);
             }
             judge.add(record, built, args.engine);
+            if let Some(held) = &mut held {
+                held.add(record, built)?;
+            }
             files.add(record, || states(built, args.engine))?;
             if let Some(dump) = &mut dump {
                 dump.add(built)?;
@@ -172,27 +193,34 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
         },
     )?;
     drop(progress);
+    let found = measures(scene, &samples);
+    let ended = held
+        .map(|held| held.end(scene, &found, &totals))
+        .transpose()?;
+    let accuracy = choice
+        .zip(ended)
+        .map(|(choice, ended)| Accurate::new(choice, &ended));
     let last = files.finish()?;
     if !args.summary_only {
-        write_still(&folder, &scene, &states(&built, args.engine), &last)?;
-        write_moving(args, &folder, &scene)?;
+        write_still(&folder, scene, &states(&built, args.engine), &last)?;
+        write_moving(args, &folder, scene)?;
     }
-    let found = measures(&scene, &samples);
     let verdict = judge.verdict(&totals, &built);
     let mut notes = summary::warnings(&totals);
-    notes.extend(nothing_compared(&scene, &found));
-    let head = head(&scene, args.engine, every);
+    notes.extend(nothing_compared(scene, &found));
+    let head = head(scene, args.engine, every);
     let states = states(&built, args.engine);
     let found_in_run = Found {
         totals: summary::totals(&totals),
         verdict: &verdict,
-        end: ends(&scene, &states),
+        end: ends(scene, &states),
         measures: &found,
+        accuracy: accuracy.as_ref(),
         warnings: &notes,
     };
     let text = summary::write(&folder, head, found_in_run)?;
     let lead = lead(
-        &scene,
+        scene,
         args.engine,
         &totals,
         &verdict,
@@ -200,7 +228,7 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
         &states,
         notes.len(),
     );
-    let stage = Stage::of(&scene);
+    let stage = Stage::of(scene);
     run_page::write(args, &folder, &text, lead, Some(&stage), None)?;
     let dumped = dump.map(Dump::finish).transpose()?;
     let say = args.common.flags.say();
@@ -208,6 +236,9 @@ pub(super) fn run(args: &RunArgs, stopped: Option<Stopped>) -> Result<Outcome, R
         let mut out = format!("{}: {}\n", scene.name, scene.title);
         out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
         out.push_str(&format!("{}\n", verdict.sentence));
+        if let Some(accuracy) = &accuracy {
+            out.push_str(&accuracy.text());
+        }
         out.push_str(&summary::noted(&notes));
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
@@ -257,6 +288,9 @@ fn nothing_compared(scene: &Scene, found: &[Measure]) -> Option<String> {
 fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Result<(), RunError> {
     let flags = &args.common.flags;
     let mut typed = flags.of_runs();
+    if let Some(asked) = args.accuracy {
+        typed.push(("--accuracy", asked.to_string()));
+    }
     if let Some(every) = args.every {
         typed.push(("--every", every.to_string()));
     }
@@ -270,6 +304,7 @@ fn refuse_idle(args: &RunArgs, scene: &Scene, machine: Option<&Machine>) -> Resu
     let engines = [args.engine];
     let run = effect::Run {
         engines: &engines,
+        chosen: args.accuracy.is_some(),
         ..effect::Run::new("run", scene, machine, flags)
     };
     run.refuse(flags, &typed)

@@ -136,6 +136,7 @@ pub(super) fn arguments(scene: &str, changes: Vec<String>, all_files: bool) -> R
             },
         },
         engine: Engine::Moreau,
+        accuracy: None,
         every: None,
         report: false,
         animate: false,

@@ -89,6 +89,7 @@
 //! curves may stay below 1. `auto` calls the other solvers, so that a win between it and the solver
 //! it calls is chance; the distance of its curve from the best is the cost of its choice.
 
+mod accuracy;
 mod assembly;
 mod atlas;
 mod baseline;
@@ -108,6 +109,7 @@ mod throughput;
 mod verdict;
 mod wear;
 
+pub use accuracy::{ACCURACIES, Choice, Ended, Held, TrialRow, against_search, choose};
 pub use assembly::{can_stand, limit};
 pub use atlas::{Atlas, AtlasResults, MachineFigures, MachineRun, Preset, ReadRung};
 pub use baseline::Baseline;
@@ -119,7 +121,7 @@ pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use explain::{Expected, Explanation, LeftOut, TimeScale, Trial, explain};
-pub use reference::{Measure, Samples, measures};
+pub use reference::{Measure, Samples, Size, measures};
 pub use results::{Results, run_settings};
 pub(crate) use results::{interleave, median_and_spread, row};
 pub use self_reference::SelfReference;

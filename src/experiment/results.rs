@@ -328,7 +328,7 @@ impl<'a> Shown<'a> {
 }
 
 /// Rise of the energy \[J\]; 0 if it is round-off of the energies of which it is the difference.
-fn energy_rise(totals: &Totals) -> f64 {
+pub(super) fn energy_rise(totals: &Totals) -> f64 {
     let size = totals.energy_start.abs().max(totals.energy_end.abs());
     match totals.energy_rise <= ROUND_OFF * size.max(totals.kinetic_most) {
         true => 0.0,
@@ -338,7 +338,7 @@ fn energy_rise(totals: &Totals) -> f64 {
 
 /// Whether something supplies energy, so that a rise is no error: a motor, a belt, or a body of
 /// prescribed motion.
-fn driven(scene: &Scene) -> bool {
+pub(super) fn driven(scene: &Scene) -> bool {
     let moves = |b: &crate::scene::Body| {
         let prescribed = b.kind == BodyKind::Kinematic
             && (b.oscillation.is_some() || b.velocity != [0.0; 2] || b.spin != 0.0);
@@ -383,6 +383,7 @@ pub(crate) fn median_and_spread(times: &mut [f64]) -> (Option<f64>, Option<f64>)
 
 #[cfg(test)]
 mod tests {
+    use super::super::reference::Size;
     use super::*;
 
     #[test]
@@ -408,6 +409,7 @@ mod tests {
             computed: 0.0,
             exact: 0.0,
             error,
+            size: Size::Value,
         });
         Some(Point::Measured(
             Box::new(totals),

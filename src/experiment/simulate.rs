@@ -200,6 +200,9 @@ pub enum RunError {
     /// A problem file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Problem { path: PathBuf, source: FileError },
+    /// A run under [`super::Held`] is not as accurate as asked, after this work.
+    #[error("{why}: the accuracy is not held")]
+    Strayed { why: String, work: usize },
     /// The scene or the arguments do not fit the command.
     #[error("{0}")]
     Unfit(String),

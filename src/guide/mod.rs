@@ -9,6 +9,7 @@
 //! | [`sweeps`] | users who need a scene over many values of its keys, on one machine or on a cluster |
 //! | [`uncertain_lives`] | users who sign a life: what the inputs do to it, and K from measured wear |
 //! | [`study_findings`] | readers of the published study: what agrees here, what cannot, and why |
+//! | [`accuracy`] | users who know the accuracy they need, not the step and scheme for it |
 //! | [`stopped_runs`] | users whose runs take hours: what is kept of one that was stopped |
 //! | [`own_solver`] | users who compare impulse solvers or write one |
 //! | [`data_flow`] | those who change the code: how a contact becomes an impulse, and an impulse wear |
@@ -25,6 +26,7 @@
 //! moreau2d run pin-on-disc            # any body of a scene can wear; `guide::pin_on_disc`
 //! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
 //! moreau2d run bouncing-ball --events # impacts located in time inside the steps
+//! moreau2d run pendulum --accuracy 1e-3  # step, scheme and tolerance from trials; `guide::accuracy`
 //! moreau2d run drum --report          # report.html: a replay with impulses, and charts
 //! moreau2d run hit-heap --animate     # scene-moving.svg: the motion as a picture for any page
 //! moreau2d run - < my-scene.toml      # a scene from standard input
@@ -67,6 +69,7 @@
 //! | `f64` | rapier2d-f64 in place of rapier2d |
 //! | `box2d` | Box2D v3 as a peer in comparisons; needs Rust 1.95 and a C compiler |
 
+pub mod accuracy;
 pub mod data_flow;
 pub mod features;
 pub mod first_step;

@@ -96,6 +96,38 @@ row! {
 }
 
 row! {
+    /// A setting that `--accuracy` chose for a scene, and the best fixed setting found by search.
+    AccuracyRow in "accuracy.csv" {
+        scene: String,
+        /// What was asked.
+        accuracy: f64,
+        scheme: String,
+        events: bool,
+        /// Step length \[s\].
+        dt_s: f64,
+        tolerance: f64,
+        /// How often the setting was made finer because a run was not held.
+        tightened: usize,
+        /// Error that the program states.
+        bound: f64,
+        /// Error against the closed form, and its measure.
+        error: f64,
+        measure: String,
+        /// Steps, events, sweeps, factorisations and pivots: of the run, and of all trials.
+        work: usize,
+        choice_work: usize,
+        best_scheme: String,
+        best_events: bool,
+        best_dt_s: f64,
+        best_work: usize,
+        /// Least work of any setting of the search that holds, be it by luck.
+        lucky_work: usize,
+        /// Work of the run over that of the best fixed setting; NaN if the search found none.
+        ratio: f64,
+    }
+}
+
+row! {
     /// A step of a solver's performance profile: see [`super::Performance`].
     PerformanceRow in "performance-profile.csv" {
         solver: String,

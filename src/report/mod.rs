@@ -3,6 +3,7 @@
 //! All output is made from records and rows alone. Files hold SI units at full precision;
 //! millimetres and hours appear in charts and tables only.
 
+mod accuracy_charts;
 mod arrows;
 mod atlas_matrix;
 mod axis;
@@ -43,14 +44,15 @@ mod throughput_chart;
 mod tornado;
 mod value_map;
 
+pub use accuracy_charts::accuracy_charts;
 pub use atlas_matrix::matrix;
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
 pub use csv_files::{CsvFile, Row, parse_rows, read_rows, write_rows, written_rows};
 pub use csv_rows::{
-    BodyRow, ContactRow, DominationRow, ImpactRow, PerformanceRow, PointRow, ResultRow, StepRow,
-    UndominatedRow,
+    AccuracyRow, BodyRow, ContactRow, DominationRow, ImpactRow, PerformanceRow, PointRow,
+    ResultRow, StepRow, UndominatedRow,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};

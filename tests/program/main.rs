@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod accuracy;
 mod atlas;
 mod bench;
 #[cfg(feature = "box2d")]

@@ -74,7 +74,7 @@ pub(super) fn riding_disc(scene: &Scene, s: &Samples) -> Vec<Measure> {
         })
         .max_by(|a, b| (a.0 - a.1).abs().total_cmp(&(b.0 - b.1).abs()));
     worst
-        .map(|(computed, exact)| Measure::absolute("height", "m", computed, exact))
+        .map(|(computed, exact)| Measure::absolute("height", "m", computed, exact).of_motion())
         .into_iter()
         .collect()
 }

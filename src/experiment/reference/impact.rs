@@ -65,14 +65,8 @@ pub(super) fn two_balls(scene: &Scene, s: &Samples) -> Vec<Measure> {
         return Vec::new();
     };
     let (v, e) = (scene.bodies[a].velocity[0], restitution(scene, a, b));
-    let speed = |k: usize, exact: f64, name| Measure {
-        name,
-        unit: "1",
-        computed: s.last()[k].1.x,
-        exact,
-        // against the striker's speed: one of the two may come to rest
-        error: (s.last()[k].1.x - exact).abs() / v.abs(),
-    };
+    // against the striker's speed: one of the two may come to rest
+    let speed = |k: usize, exact: f64, name| Measure::over(name, s.last()[k].1.x, exact, v.abs());
     vec![
         speed(a, (m1 - e * m2) * v / (m1 + m2), "striker-speed"),
         speed(b, (1.0 + e) * m1 * v / (m1 + m2), "target-speed"),
@@ -98,13 +92,7 @@ pub(super) fn cradle(scene: &Scene, s: &Samples) -> Vec<Measure> {
         .fold(0.0, f64::max);
     vec![
         Measure::relative("last-speed", s.last()[last].1.x, v),
-        Measure {
-            name: "others-at-rest",
-            unit: "1",
-            computed: others,
-            exact: 0.0,
-            error: others / v.abs(),
-        },
+        Measure::over("others-at-rest", others, 0.0, v.abs()),
     ]
 }
 
@@ -127,20 +115,15 @@ pub(super) fn touching_balls(scene: &Scene, s: &Samples) -> Vec<Measure> {
     let speed = |k: usize| s.last()[k].1.x;
     let off = |k: &usize| (speed(*k) - together).abs();
     let worst = others.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
-    let measure = |name, computed: f64, exact: f64| Measure {
-        name,
-        unit: "1",
-        computed,
-        exact,
-        error: (computed - exact).abs() / v.abs(),
-    };
+    let measure = |name, computed: f64, exact: f64| Measure::over(name, computed, exact, v.abs());
     vec![
         measure("striker-speed", speed(striker), together - e * v),
         measure(
             "others-speed",
             worst.map_or(f64::NAN, |&k| speed(k)),
             together,
-        ),
+        )
+        .of_motion(),
     ]
 }
 

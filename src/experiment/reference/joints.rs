@@ -25,7 +25,7 @@ pub(super) fn pendulum(scene: &Scene, s: &Samples) -> Vec<Measure> {
     });
     let worst = off.fold(0.0, f64::max);
     let mut out = vec![
-        Measure::absolute("position", "1", worst / chain.reach(), 0.0),
+        Measure::absolute("position", "1", worst / chain.reach(), 0.0).of_motion(),
         Measure::absolute(
             "energy-drift",
             "1",

@@ -20,6 +20,19 @@ pub use samples::Samples;
 
 use crate::scene::{ClosedForm, Scene};
 
+/// What the difference of two runs in a measure is divided by. It never depends on the closed form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// The value itself.
+    Value,
+    /// A value that the scene gives, in the unit of `computed`, such as the speed of a striker.
+    Given(f64),
+    /// A length, an energy or 1 rad, by the unit of the measure.
+    Unit,
+    /// The measure is a distance from the exact motion: two runs are compared by their trajectories.
+    Motion,
+}
+
 /// One value of a run compared with the exact one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Measure {
@@ -30,6 +43,8 @@ pub struct Measure {
     pub exact: f64,
     /// `|computed/exact − 1|` of a relative error, else `|computed − exact|`.
     pub error: f64,
+    #[serde(skip)]
+    pub size: Size,
 }
 
 impl Measure {
@@ -40,6 +55,27 @@ impl Measure {
             computed,
             exact,
             error: (computed / exact - 1.0).abs(),
+            size: Size::Value,
+        }
+    }
+
+    /// An error relative to `size`, which is not the exact value: that may be 0.
+    pub(super) fn over(name: &'static str, computed: f64, exact: f64, size: f64) -> Measure {
+        Measure {
+            name,
+            unit: "1",
+            computed,
+            exact,
+            error: (computed - exact).abs() / size,
+            size: Size::Given(size),
+        }
+    }
+
+    /// The same error where `computed` is found with the help of the exact motion.
+    pub(super) fn of_motion(self) -> Measure {
+        Measure {
+            size: Size::Motion,
+            ..self
         }
     }
 
@@ -55,6 +91,7 @@ impl Measure {
             computed,
             exact,
             error: (computed - exact).abs(),
+            size: Size::Unit,
         }
     }
 
@@ -80,6 +117,7 @@ impl Measure {
             } else {
                 (least - motion).max(0.0)
             },
+            size: Size::Unit,
         }
     }
 }
