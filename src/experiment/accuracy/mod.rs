@@ -56,6 +56,7 @@
 
 mod choice;
 mod held;
+mod judge;
 mod search;
 mod trial;
 
