@@ -5,7 +5,7 @@ use super::run_files::{BodyState, RunFiles};
 use super::run_lead::lead;
 use super::summary::{Head, OfRun, Ours};
 use super::{Outcome, RunArgs, effect, run_inputs, run_machine, run_page, run_wear, summary};
-use crate::checkpoint::Writer;
+use crate::checkpoint::{Reader, Writer};
 use crate::dynamics::record::ContactRecord;
 use crate::experiment::{
     Choice, Engine, Held, Judge, Measure, RunError, Samples, Setting, Totals, Verdict, go_on,
@@ -18,6 +18,7 @@ use crate::scene::{BodyKind, Built, Scene};
 use crate::thresher::Machine;
 use serde::Serialize;
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 
 /// Most rows of `bodies.csv` that a run writes without `--every`.
 pub(super) const BODY_ROWS: usize = 100_000;
@@ -142,22 +143,8 @@ pub(super) fn once(
     let mut judge = Judge::new(scene, &built);
     let mut held = choice.map(|choice| Held::start(choice, scene, &built));
     let (mut checkpoint, saved) = resume::checkpoint(args, &folder)?;
-    let (mut samples, mut files, totals) = match saved {
-        Some(mut saved) => {
-            built.load(&mut saved)?;
-            judge.load(&mut saved)?;
-            let samples = saved.take()?;
-            let totals = Totals::load(&mut saved)?;
-            (samples, RunFiles::load(&folder, every, &mut saved)?, totals)
-        }
-        None => {
-            let files = start_files(args, &folder, every, &built)?;
-            let samples = Samples::start(&built, args.engine);
-            args.engine.prepare(&mut built)?;
-            let totals = Totals::start(&mut built, args.engine);
-            (samples, files, totals)
-        }
-    };
+    let (mut samples, mut files, totals) =
+        begin(args, &folder, every, &mut built, &mut judge, saved)?;
     let progress = Progress::new(&scene.name, steps as u64, args.common.flags.quiet);
     progress.set(totals.steps as u64);
     let totals = go_on(
@@ -181,13 +168,7 @@ pub(super) fn once(
             if let Some(checkpoint) = &mut checkpoint
                 && checkpoint.is_due(totals.steps)
             {
-                let mut to = Writer::default();
-                built.save(&mut to)?;
-                judge.save(&mut to)?;
-                to.put(&samples)?;
-                totals.save(&mut to)?;
-                files.save(&mut to)?;
-                checkpoint.save(&to)?;
+                checkpoint.save(&saved_state(built, &judge, &samples, totals, &mut files)?)?;
             }
             Ok(())
         },
@@ -233,24 +214,12 @@ pub(super) fn once(
     let dumped = dump.map(Dump::finish).transpose()?;
     let say = args.common.flags.say();
     summary::finish(folder, &text, say, |target| {
-        let mut out = format!("{}: {}\n", scene.name, scene.title);
-        out.push_str(&summary::describe(&totals, args.engine, scene.step.events));
-        out.push_str(&format!("{}\n", verdict.sentence));
-        if let Some(accuracy) = &accuracy {
-            out.push_str(&accuracy.text());
-        }
+        let mut out = told(args, scene, &totals, &verdict, accuracy.as_ref());
         out.push_str(&summary::noted(&notes));
         if !found.is_empty() {
             out.push_str(&measure_table(&found));
         }
-        if every > 1 {
-            out.push_str(&format!("the CSV files hold one step in {every}\n"));
-        }
-        if let Some((count, folder)) = dumped {
-            let folder = folder.display();
-            out.push_str(&format!("{count} contact problems in {folder}\n"));
-        }
-        out.push_str(&format!("results in {}\n", target.display()));
+        out.push_str(&written(every, dumped, target));
         out
     })?;
     // what a peer did is told, and is no failure of the command
@@ -258,6 +227,80 @@ pub(super) fn once(
         true => Outcome::Done,
         false => Outcome::Failed,
     })
+}
+
+/// Samples, files and totals at the start of a run, or as they were `saved`.
+fn begin(
+    args: &RunArgs,
+    folder: &OutputFolder,
+    every: usize,
+    built: &mut Built,
+    judge: &mut Judge,
+    saved: Option<Reader>,
+) -> Result<(Samples, RunFiles, Totals), RunError> {
+    match saved {
+        Some(mut saved) => {
+            built.load(&mut saved)?;
+            judge.load(&mut saved)?;
+            let samples = saved.take()?;
+            let totals = Totals::load(&mut saved)?;
+            let files = RunFiles::load(folder, every, &mut saved)?;
+            Ok((samples, files, totals))
+        }
+        None => {
+            let files = start_files(args, folder, every, built)?;
+            let samples = Samples::start(built, args.engine);
+            args.engine.prepare(built)?;
+            Ok((samples, files, Totals::start(built, args.engine)))
+        }
+    }
+}
+
+/// All that [`begin`] needs to go on.
+fn saved_state(
+    built: &Built,
+    judge: &Judge,
+    samples: &Samples,
+    totals: &Totals,
+    files: &mut RunFiles,
+) -> Result<Writer, RunError> {
+    let mut to = Writer::default();
+    built.save(&mut to)?;
+    judge.save(&mut to)?;
+    to.put(samples)?;
+    totals.save(&mut to)?;
+    files.save(&mut to)?;
+    Ok(to)
+}
+
+/// What came out of a run, in words.
+fn told(
+    args: &RunArgs,
+    scene: &Scene,
+    totals: &Totals,
+    verdict: &Verdict,
+    accuracy: Option<&Accurate>,
+) -> String {
+    let mut out = format!("{}: {}\n", scene.name, scene.title);
+    out.push_str(&summary::describe(totals, args.engine, scene.step.events));
+    out.push_str(&format!("{}\n", verdict.sentence));
+    if let Some(accuracy) = accuracy {
+        out.push_str(&accuracy.text());
+    }
+    out
+}
+
+/// What was written, in words.
+fn written(every: usize, dumped: Option<(usize, PathBuf)>, target: &Path) -> String {
+    let mut out = String::new();
+    if every > 1 {
+        out.push_str(&format!("the CSV files hold one step in {every}\n"));
+    }
+    if let Some((count, folder)) = dumped {
+        let folder = folder.display();
+        out.push_str(&format!("{count} contact problems in {folder}\n"));
+    }
+    out + &format!("results in {}\n", target.display())
 }
 
 /// Steps between two rows of the CSV files, for a run that makes so many `rows` of bodies.
