@@ -14,7 +14,7 @@
 //! their size. [`crate::experiment::choose`] has all sizes and the method. The closed form itself has no part in
 //! the choice: the same figures come out of a scene that nobody has solved.
 //!
-//! The trials run over the whole time of the scene, so that the choice costs some ten to thirty times the run.
+//! The trials run over the whole time of the scene, so that the choice costs 4 to 155 times the run.
 //! It pays where many runs follow. `settings` in `summary.json` has what was chosen; with it a run without trials
 //! gives the same bodies:
 //! ```sh

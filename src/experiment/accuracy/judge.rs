@@ -48,7 +48,7 @@ impl Judge {
         }
     }
 
-    /// Expected errors of trial `k`, see (1) of [the module](super).
+    /// Expected errors of trial `k`, see (1) of [`choose`](super::choose).
     pub fn errors(&self, mode: &Mode, k: usize) -> Vec<Part> {
         let doubled: Vec<Vec<Part>> = (0..=k.max(1)).map(|j| self.doubled(mode, j)).collect();
         let error = |m: usize| {
@@ -218,7 +218,7 @@ impl Judge {
     }
 
     /// The fewest steps expected to hold, between the level that does and the one before, and their
-    /// work; see (3) of [the module](super).
+    /// work; see (3) of [`choose`](super::choose).
     pub fn refined(&self, mode: &Mode) -> Option<(usize, usize)> {
         let k = mode.held?;
         let trial = mode.trials[k].as_ref()?;
