@@ -2,7 +2,7 @@
 
 use super::super::reference::Size;
 use super::choice::{Mode, PATIENCE, SAFETY};
-use super::trial::{INSTANTS, Part, Trial, worst};
+use super::trial::{INSTANTS, Part, ROUND_OFF, Trial, worst};
 use crate::scene::Scheme;
 
 /// No error of a method here falls faster than this when the step is halved: pins keep energy to third order.
@@ -96,9 +96,7 @@ impl Judge {
             let apart = mine.differences(theirs, &self.names, self.motion);
             let allowed = errors.iter().zip(self.errors(other, last));
             let mut pairs = apart.iter().zip(allowed);
-            pairs.any(|((_, apart), ((_, a), (_, b)))| {
-                *apart > SAFETY * (a + b) + f64::from(f32::EPSILON)
-            })
+            pairs.any(|((_, apart), ((_, a), (_, b)))| *apart > SAFETY * (a + b) + ROUND_OFF)
         })
     }
 

@@ -12,7 +12,7 @@ use crate::scene::{BodyKind, Built, Scene, Step};
 /// Instants of a run at which two runs are compared: the number of steps is a multiple of it.
 pub(super) const INSTANTS: usize = 10;
 /// Differences below this share are round-off of single precision, in which contacts are found.
-const ROUND_OFF: f64 = 1e-7;
+pub(super) const ROUND_OFF: f64 = 1e-7;
 
 /// A figure of a run that is relative and should be 0, by the name of its measure.
 pub(super) type Part = (&'static str, f64);
