@@ -333,26 +333,20 @@ fn what_is_wrong_with_the_block_is_refused_before_anything_runs() {
         &["run", "study.toml", "--set", block],
         &["tooth.cells", "unknown key"],
     );
-    let cells = [
-        "run",
-        "study.toml",
-        "--set",
-        "tooth.cells=26",
-        "--set",
-        block,
-    ];
+    let cells = |block| {
+        [
+            "run",
+            "study.toml",
+            "--set",
+            "tooth.cells=26",
+            "--set",
+            block,
+        ]
+    };
     place.refused(
-        &cells,
+        &cells(block),
         &["`tooth.cells` is a whole number: use from and to"],
     );
     let block = "uncertain={ \"tooth.cells\" = { from = 13.5, to = 30 } }";
-    let cells = [
-        "run",
-        "study.toml",
-        "--set",
-        "tooth.cells=26",
-        "--set",
-        block,
-    ];
-    place.refused(&cells, &["from = 13.5: allowed is a whole number"]);
+    place.refused(&cells(block), &["from = 13.5: allowed is a whole number"]);
 }
