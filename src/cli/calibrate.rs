@@ -5,6 +5,7 @@ use super::{Common, Outcome, effect, summary};
 use crate::experiment::{CalibrationError, Course, Fit, Measured, RunError, Second};
 use crate::report::{OutputFolder, row, write_rows};
 use crate::scene::Scene;
+use crate::scene::keys::COEFFICIENTS;
 use crate::thresher::{self, Machine, WornCourse, worn_course};
 use clap::{ArgGroup, Args};
 use std::path::PathBuf;
@@ -56,7 +57,7 @@ pub(super) struct CalibrateArgs {
         allow_hyphen_values = true
     )]
     pub level: f64,
-    /// Density of the part [kg/m³], for --mass-loss [default: 7850, steel].
+    /// Density of the part [kg/m³], for --mass-loss [default: that of the body in the scene, or 7850, steel].
     #[arg(long, value_name = "RHO", allow_hyphen_values = true)]
     pub density: Option<f64>,
     /// Width of the part across the scene [m], for --mass-loss [default: the machine's, or 1].
@@ -117,6 +118,15 @@ pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Outcome, RunError> {
     let course = data.course(&worn, args);
     let fit = course.fit(&measured);
     let fit = fit.map_err(|error| no_fit(error, &scene, &worn, &data, &course, args))?;
+    let (coefficient, [least, most]) = (fit.ratio * worn.coefficient, COEFFICIENTS);
+    if !(least..=most).contains(&coefficient) {
+        return Err(RunError::Unfit(format!(
+            "--hours: these and the {} give {} = {coefficient:e} m2/N; allowed is {least:e} to {most}: look at the \
+             units",
+            data.kind.word(),
+            worn.key
+        )));
+    }
     let mut against = Vec::new();
     for (key, value) in seconds {
         let second = slope(args, &worn, &data, &measured, &fit, (&key, value))?;

@@ -110,7 +110,7 @@ impl Data {
 
     /// What a run gives for each datum: the course of [`Measured`].
     pub fn course(&self, worn: &WornCourse, args: &CalibrateArgs) -> Course {
-        let mass = self.density(args).0 * self.width(worn, args).0;
+        let mass = self.density(worn, args).0 * self.width(worn, args).0;
         let n = self.hours.len();
         let row = |point: &WornPoint| match &self.kind {
             Kind::Mass(_) => vec![mass * point.volume; n],
@@ -140,10 +140,12 @@ impl Data {
     }
 
     /// Density [kg/m³] and where it is from.
-    pub fn density(&self, args: &CalibrateArgs) -> (f64, &'static str) {
-        match args.density {
-            Some(given) => (given, "given"),
-            None => (STEEL, "assumed: steel; --density gives another"),
+    pub fn density(&self, worn: &WornCourse, args: &CalibrateArgs) -> (f64, &'static str) {
+        match (args.density, worn.density) {
+            (Some(given), _) => (given, "given"),
+            // a part that presses by its weight and is weighed has one density
+            (None, Some(of_scene)) => (of_scene, "the scene's, that of the body that wears"),
+            (None, None) => (STEEL, "assumed: steel; --density gives another"),
         }
     }
 
@@ -247,6 +249,7 @@ fn points(path: &Path) -> Result<Vec<([f64; 2], u64)>, RunError> {
             [one] => Ok(one),
             [] => {
                 let all = header.iter().collect::<Vec<_>>().join(", ");
+                let all = if all.is_empty() { "none" } else { &all };
                 unfit(format!(
                     "{place}:1: column {name} is missing; there are {all}"
                 ))

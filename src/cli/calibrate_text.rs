@@ -37,7 +37,7 @@ impl Found {
             "deviation_given": self.data.deviation.is_some(),
             "scatter": self.fit.scatter,
             "freedom": self.fit.freedom,
-            "density_kg_m3": self.data.density(args).0,
+            "density_kg_m3": self.data.density(&self.worn, args).0,
             "width_m": self.data.width(&self.worn, args).0,
             "against": against.collect::<Vec<_>>(),
         })
@@ -47,11 +47,14 @@ impl Found {
         let (data, fit, kind) = (&self.data, &self.fit, &self.data.kind);
         let k = |value: f64| number(value, 4);
         let interval = match self.interval() {
-            [Some(low), Some(high)] => format!("{} to {}", k(low), k(high)),
-            [low, _] => format!("{} and more: the run ends before", k(low.unwrap_or(0.0))),
+            [Some(low), Some(high)] => format!("{} to {} m2/N", k(low), k(high)),
+            [low, _] => format!(
+                "at least {} m2/N (the run ends before the upper end)",
+                k(low.unwrap_or(0.0))
+            ),
         };
         let mut out = format!(
-            "{} = {} m2/N, {} m2/N with {} %\n{} of {}, {} measured after {} h\n",
+            "{} = {} m2/N, {} with {} %\n{} of {}, {} measured after {} h\n",
             self.worn.key,
             k(self.coefficient()),
             interval,
@@ -74,7 +77,7 @@ impl Found {
             kind.show(fit.deviation)
         ));
         if let Kind::Mass(_) = kind {
-            let (density, whence) = data.density(args);
+            let (density, whence) = data.density(&self.worn, args);
             out.push_str(&format!("density {density} kg/m3, {whence}\n"));
             let (width, whence) = data.width(&self.worn, args);
             out.push_str(&format!("width {width} m, {whence}\n"));

@@ -64,7 +64,8 @@
 //!
 //! A traced profile is a CSV file with the columns `x_m` and `y_m` in the frame of the part, as `profile.csv`
 //! of a run has them for one time. Its points must lie on the surface of the scene: not outside of the new
-//! surface, not deeper than the run wears. Density (7850 kg/m³) and width are said aloud where they are assumed.
+//! surface, not deeper than the run wears. Density and width are
+//! those of the scene, or 7850 kg/m³ and 1 m; the text says which.
 //!
 //! What the data cannot tell: K and the hours, or a factor on all loads, never; they act as a product. For
 //! other parameters `--against KEY` compares what K and the key do to the data, by two more runs. One number,

@@ -62,6 +62,9 @@ fn shown(x: f64) -> String {
     }
 }
 
+/// Wear coefficients that can be given \[m²/N\].
+pub const COEFFICIENTS: [f64; 2] = [1e-30, 1.0];
+
 const fn key(
     path: &'static str,
     allowed: Allowed,
@@ -176,7 +179,7 @@ pub const KEYS: &[Key] = &[
     key("joint.motor.max_force", TORQUE, "N", "Largest force at a prismatic or pin-slot joint; required with a speed, else default none"),
 
     key("wear.body", Text, "", "Name of a body that wears by Archard's law where it is touched: a disc, box, polygon, sector or one-sided polyline, without surface_velocity; the stiffness of its contacts counts per metre of its surface"),
-    key("wear.coefficient", Real(1e-30, 1.0), "m²/N", "Wear coefficient K of its material: worn volume per load and slip"),
+    key("wear.coefficient", Real(COEFFICIENTS[0], COEFFICIENTS[1]), "m²/N", "Wear coefficient K of its material: worn volume per load and slip"),
     key("wear.edges", Whole(0, 1_000_000), "", "[first, last] of the edges that wear, from 0: of a box the lower one is 0, of a polygon or polyline the one from its first point; may go round a closed outline; default all"),
     key("wear.cell", Real(1e-9, 1e3), "m", "Length of a cell, at most twice the shortest edge that wears, and at least a 10 000th of all that wear; default that edge; a disc becomes a polygon of such edges, default 64"),
     key("wear.mass", Flag, "", "Whether the body loses the mass and inertia of what is worn; default false"),

@@ -8,7 +8,7 @@ use super::study::run_study;
 use super::wear_history::WearHistory;
 use crate::experiment::{RunError, WearOutcome};
 use crate::report::Progress;
-use crate::scene::Scene;
+use crate::scene::{Mass, Scene};
 
 /// What a wearing part is after so much wear.
 #[derive(Debug, Clone)]
@@ -32,6 +32,8 @@ pub struct WornCourse {
     pub coefficient: f64,
     /// Width of the machine \[m\], where the scene has one.
     pub width: Option<f64>,
+    /// Density with which the scene loads the part \[kg/m³\], where it has one.
+    pub density: Option<f64>,
     /// +1 where the solid is on the left of the outline, -1 where it is on the right.
     pub solid: f64,
     pub points: Vec<WornPoint>,
@@ -97,6 +99,7 @@ fn of_machine(scene: &Scene, machine: &Machine, quiet: bool) -> Result<WornCours
                 key,
                 coefficient: setup.wear.coefficient,
                 width: None,
+                density: None,
                 solid: -1.0,
                 points: points(&history),
                 with: format!(
@@ -114,6 +117,7 @@ fn of_machine(scene: &Scene, machine: &Machine, quiet: bool) -> Result<WornCours
                 key,
                 coefficient: setup.wear.coefficient,
                 width: Some(setup.parameters.machine_width),
+                density: None,
                 solid: -1.0,
                 points: points(&found.history),
                 with: format!(
@@ -190,11 +194,16 @@ fn of_bodies(
             .map(|row| [row.x_m, row.y_m])
             .collect(),
     });
+    let density = match scene.bodies[scene.wear[part].body].mass {
+        Some(Mass::Density(density)) => Some(density),
+        _ => None,
+    };
     Ok(WornCourse {
         part: name.clone(),
         key: format!("wear.{name}.coefficient"),
         coefficient: scene.wear[part].coefficient,
         width: None,
+        density,
         solid: 1.0,
         points: points.collect(),
         with: match names.len() {

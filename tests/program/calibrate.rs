@@ -93,10 +93,11 @@ fn a_mass_needs_density_and_width_and_says_what_it_assumed() {
         "0.5",
         "--mass-loss",
     ];
-    let own = mass(7850.0, 1.0);
+    // the pin presses by its weight: what is weighed has that density too, not that of steel
+    let own = mass(1000.0, 1.0);
     let (out, found) = calibrate(&place, &[&args[..], &[&own]].concat());
     assert!((number(&found["coefficient_m2_n"]) / 1e-12 - 1.0).abs() < 1e-5);
-    assert!(out.contains("density 7850 kg/m3, assumed: steel"), "{out}");
+    assert!(out.contains("density 1000 kg/m3, the scene's"), "{out}");
     assert!(out.contains("width 1 m, assumed"), "{out}");
     let own = mass(2700.0, 0.02);
     let more = ["--density", "2700", "--width", "0.02"];
@@ -210,7 +211,7 @@ fn what_is_wrong_with_measurements_is_refused_and_nothing_is_written() {
     ];
     let depth = ["--depth", "0.005"];
     let known = ["--uncertainty", "1e-4"];
-    let cases: [(&[&str], &[&str]); 22] = [
+    let cases: [(&[&str], &[&str]); 23] = [
         (
             &["--mass-loss", "0", "--hours", "60"],
             &["--mass-loss 0: allowed is a number above 0"],
@@ -230,6 +231,10 @@ fn what_is_wrong_with_measurements_is_refused_and_nothing_is_written() {
         (
             &["--depth", "0.005", "--hours", "0"],
             &["--hours 0: allowed"],
+        ),
+        (
+            &["--depth", "0.005,0.006", "--hours", "1e30"],
+            &["wear.coefficient =", "allowed is 1e-30 to 1"],
         ),
         (&depth, &["--hours"]),
         (&["--hours", "60"], &["--mass-loss", "--depth", "--profile"]),
