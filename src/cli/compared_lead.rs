@@ -47,7 +47,11 @@ pub(super) fn of_points(rows: &[ResultRow], repeats: usize, notes: usize) -> Lea
         1 => "Times are of a single run on this computer, and single times scatter".to_owned(),
         n => format!("Times are medians of {n} runs on this computer"),
     };
-    let yes = if failed == 0 { "Yes" } else { "Not everywhere" };
+    let yes = match (failed, repeats) {
+        (0, 1) => "The errors, yes; the times, no",
+        (0, _) => "Yes",
+        _ => "Not everywhere",
+    };
     Lead {
         good: failed == 0,
         what_came_out,
