@@ -102,8 +102,10 @@ impl Interval {
             left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,
-            unseen: cached.is_none() && crowd <= LOCATED_CROWD,
+            unseen: cached.is_none(),
+            few: crowd <= LOCATED_CROWD,
             crowded: crowd > 0,
+            sought: self.sought == Some(contact.surfaces),
             rates: [0.0; 2],
         }
     }

@@ -79,6 +79,8 @@ pub(super) struct Interval {
     pub known_overlaps: BTreeSet<u64>,
     /// For each body, the number of bodies of its crowd, 0 outside crowds: see [`super::events::find_crowds`].
     pub crowded: Vec<u32>,
+    /// The pair of surfaces whose landing is located: no crowd keeps it from closing.
+    pub sought: Option<[u32; 2]>,
 }
 
 impl Interval {

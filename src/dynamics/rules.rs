@@ -151,8 +151,12 @@ pub(super) struct Situation {
     pub located: bool,
     /// Whether it belongs to a crowd, see [`super::events::find_crowds`].
     pub crowded: bool,
+    /// Whether that crowd is small enough to locate landings in it.
+    pub few: bool,
     /// Whether it took no part in the last step.
     pub unseen: bool,
+    /// Whether the interval ends at its landing.
+    pub sought: bool,
     /// `Σk G_NN` [1/s²] and `Σc G_NN` [1/s] of a visco-elastic contact, see [`visco_elastic`].
     pub rates: [f64; 2],
 }
@@ -300,7 +304,9 @@ fn rigid(contact: &ContactPoint) -> Law {
 ///
 /// With event location, new contacts that close fast are deferred: those that rebound, and outside
 /// crowds those that land faster than `v_r/2`. In a crowd the step before keeps a contact from
-/// closing; one that took no part in it, and is closed at the midpoint, is deferred too.
+/// closing; one that took no part in it, and is closed at the midpoint, is deferred too. So is one that is
+/// deeper than `g_r`: an impact inside the step drove it in. And so it is in the intervals that are tried
+/// up to its landing, whose own midpoints lie before that.
 fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situation) -> Choice {
     let (dt, closing) = (now.span.horizon, -now.gamma_a.x);
     let v_r = rest_velocity(now.applied, now.span.step);
@@ -308,7 +314,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     // a contact that has just rebounded and closes fast again rebounds again
     let again = now.rebounded && e * closing > v_r;
     let persists = now.pressed && g < g_r && !again;
-    let alone = !now.crowded || now.unseen && g < 0.0;
+    let late = now.few && g < if now.unseen { 0.0 } else { -g_r };
+    let alone = !now.crowded || now.sought || late;
     let fast = e * closing > v_r || alone && closing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;

@@ -17,12 +17,6 @@ const GIVEN: f64 = 1e-9;
 /// over several counts, of the logarithms where a figure is a length or an energy.
 const CHAOS: [f64; 4] = [0.9, 0.95, 1.05, 1.1];
 
-/// Scene, step length in parts of that of the scene, figure, and its value as it was measured. An entry
-/// that is no longer needed fails the test, as does one that is exceeded by a tenth.
-///
-/// The chain's pins open where its light links turn fast.
-const KNOWN: &[(&str, u32, &str, f64)] = &[("chain", 1, "joint gap", 3.682e-3)];
-
 /// What is compared: its name, its value, and by how much it may grow.
 fn figures(run: &Run) -> [(&'static str, f64, f64); 4] {
     let sizes = (0..run.built.bodies()).filter_map(|k| run.built.size(k));
@@ -82,20 +76,14 @@ fn worse(name: &str, parts: u32) -> Vec<(&'static str, f64, f64)> {
 }
 
 fn compare(names: &[String], parts: u32) {
-    let mut known: Vec<_> = KNOWN.iter().filter(|k| k.1 == parts).collect();
-    known.retain(|k| names.iter().any(|n| n == k.0));
-    let mut new = Vec::new();
+    let mut found = Vec::new();
     for name in names {
         for (figure, plain, located) in worse(name, parts) {
             println!("{name}, dt/{parts}: {figure} {plain:.3e} -> {located:.3e}");
-            match known.iter().position(|k| (k.0, k.2) == (name, figure)) {
-                Some(at) if located <= 1.1 * known[at].3 => drop(known.remove(at)),
-                _ => new.push((name, figure, plain, located)),
-            }
+            found.push((name, figure, plain, located));
         }
     }
-    assert!(new.is_empty(), "worse with events: {new:?}");
-    assert!(known.is_empty(), "no longer worse: {known:?}");
+    assert!(found.is_empty(), "worse with events: {found:?}");
 }
 
 /// The catalogue without its wear, and the atlas of complaints.
@@ -140,5 +128,31 @@ fn nor_at_shorter_steps() {
     names.retain(|name| load(name, &[]).step.dt == 1.0 / 60.0 && !LARGE.contains(&name.as_str()));
     for parts in [2, 4, 8] {
         compare(&names, parts);
+    }
+}
+
+/// A thin arch falls. Its stones meet corner to corner in flight, and an impact inside a step drives them
+/// on. One fall is a draw: the mean of the logarithms over several thicknesses counts. Single logarithms
+/// scatter by some 0.8, so that the mean of eight is known to about 0.3.
+#[test]
+fn falling_arches_overlap_less_with_events() {
+    for parts in [1, 2, 4, 8] {
+        let dt = format!("step.dt={:?}", 1.0 / f64::from(60 * parts));
+        let [plain, located] = ["step.events=false", "step.events=true"].map(|events| {
+            let depth = |k: u32| {
+                let thickness = 0.1046 * (1.0 - 0.0025 * f64::from(k));
+                let sector =
+                    format!("body.voussoir.sector=[1, {thickness:?}, 0.11635528346628864]");
+                let totals = run(&load("arch", &[&sector, &dt, events])).totals;
+                totals.penetration.max(totals.penetration_impact).ln()
+            };
+            ((0..8).map(depth).sum::<f64>() / 8.0).exp()
+        });
+        println!("1/{}: {plain:.2e} -> {located:.2e} m", 60 * parts);
+        assert!(
+            located < 1.5 * plain,
+            "1/{}: {plain} -> {located}",
+            60 * parts
+        );
     }
 }

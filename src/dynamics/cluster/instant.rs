@@ -76,6 +76,7 @@ impl Runner {
             self.cache_landed(&participants.in_force, &contacts);
         }
         self.cache_instant(&contacts);
+        self.release_absent();
         [participants.lone, solved]
     }
 
@@ -157,6 +158,25 @@ impl Runner {
                     ..*hit
                 };
                 own.insert(contact.key, landed);
+            }
+        }
+    }
+
+    /// Forgets the load of contacts that the instant does not show: what turned to another corner or face
+    /// took no part in the impact, and may close fast after it.
+    fn release_absent(&mut self) {
+        let Some(own) = &mut self.own_contacts else {
+            return;
+        };
+        let shown = &self.instant.detection.contacts;
+        for contact in &self.interval.detection.contacts {
+            let absent = shown.iter().all(|c| c.key != contact.key);
+            if let Some(known) = own.get(&contact.key).filter(|_| absent) {
+                let open = CachedContact {
+                    impulse: Vec2::zeros(),
+                    ..*known
+                };
+                own.insert(contact.key, open);
             }
         }
     }

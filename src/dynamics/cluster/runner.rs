@@ -1,6 +1,7 @@
 //! Steps one cluster of bodies from event to event.
 
 use super::bounce::Bounce;
+use super::search::Sought;
 use super::slides::Slide;
 use super::watched::{Kept, Pair, kept};
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
@@ -187,36 +188,45 @@ impl Runner {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
             };
-            let pair = match next {
-                Next::Closes(pair) => pair,
+            let (pair, time) = match next {
+                Next::Closes(pair) => (pair, time),
                 next => {
-                    elapsed += match next {
+                    match next {
                         Next::Stops(slide) => {
                             stops += 1;
-                            self.stop(model, solver, context, &rules, (slide, time), rest)?
+                            self.stop(model, solver, context, &rules, (slide, time), rest)?;
                         }
                         _ => {
                             turns += 1;
-                            self.part(model, solver, context, &rules, time, rest)?
+                            self.part(model, solver, context, &rules, time, rest)?;
                         }
-                    };
-                    self.go_on(model, context, elapsed, &mut cluster);
-                    continue;
+                    }
+                    // the midpoint of a shorter interval may defer what that of the rest kept open
+                    match self.closes(model, context, &rules)? {
+                        Some(closes) => closes,
+                        None => {
+                            self.finish_interval(model);
+                            elapsed += self.interval.length;
+                            self.go_on(model, context, elapsed, &mut cluster);
+                            continue;
+                        }
+                    }
                 }
             };
-            let found = self.seek(model, solver, context, &rules, &pair, time, rest)?;
-            let Some((key, time)) = found else {
-                // bodies that have flown there may find with their velocities of then that they slide past
-                if time > 0.0 && self.idle() && turns < TURNS {
+            let (key, time) = match self.seek(model, solver, context, &rules, &pair, time, rest)? {
+                Sought::Impact(key, time) => (key, time),
+                Sought::Open(time) if turns < TURNS => {
                     turns += 1;
                     elapsed += time;
                     self.go_on(model, context, elapsed, &mut cluster);
                     continue;
                 }
                 // no contact closes in fact: step the rest by the plain rule
-                plain = true;
-                self.restore(model);
-                continue;
+                _ => {
+                    plain = true;
+                    self.restore(model);
+                    continue;
+                }
             };
             elapsed += time;
             if time > 0.0 {
@@ -297,12 +307,7 @@ impl Runner {
         } else {
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
-        // the search leaves the bodies at the last configuration it tried
-        let middle = places(model, &self.moved);
-        let closes = match rules.locates() {
-            true => self.next(model, context)?,
-            false => None,
-        };
+        let closes = self.closes(model, context, rules)?;
         let stops = match slides {
             true => self.first_stop(context, known),
             false => None,
@@ -325,11 +330,27 @@ impl Runner {
         if known {
             self.restore(model);
             self.advance(model, solver, context, rules, span, rest.at)?;
-        } else {
-            self.place_all(model, &middle);
         }
         self.finish_interval(model);
         Ok(None)
+    }
+
+    /// The first pair to close in the interval solved last, and the time until then. The bodies stay where
+    /// they are.
+    fn closes<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        context: &Context,
+        rules: &Rules,
+    ) -> Result<Option<(Pair, f64)>, StepError> {
+        if !rules.locates() {
+            return Ok(None);
+        }
+        // the search leaves the bodies at the last configuration it tried
+        let middle = places(model, &self.moved);
+        let closes = self.next(model, context);
+        self.place_all(model, &middle);
+        closes
     }
 
     /// Finds the bodies of the cluster, the adjacent ones with prescribed motion, and the surface

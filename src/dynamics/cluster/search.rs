@@ -18,7 +18,7 @@ const STRIDE: f64 = 1.0 / 64.0;
 const SEARCHES: usize = 128;
 
 /// Most lengths of the interval up to an instant that are tried.
-const LENGTHS: usize = 8;
+const LENGTHS: usize = 16;
 
 /// Share of a step at its end in which no event is located; such a contact closes at the start of
 /// the next step instead. An interval of zero length has no rates.
@@ -48,6 +48,78 @@ impl Closing {
 
     fn overlaps(&self) -> bool {
         self.gap < -self.resolution
+    }
+}
+
+/// What the search for a landing finds, and the time from the start of the rest.
+pub(super) enum Sought {
+    /// A contact that closes.
+    Impact(ContactKey, f64),
+    /// An interval at whose end the pair is still open, and which no landing follows at once: bodies in
+    /// flight find with their velocities of then that they slide past, or others reach them.
+    Open(f64),
+    /// No contact that closes.
+    Nothing,
+}
+
+/// The search for the length of an interval that ends at a landing: Newton's method between the longest
+/// length that is known to be too short and the shortest that is too long, bisection where it leaves them.
+///
+/// The path jumps where another contact begins to take part in a longer interval: then no length may fit,
+/// and the one with the least gap is taken.
+struct Lengths {
+    /// Bounds of the length \[s\], and whether it is known that the landing lies between them.
+    between: [f64; 2],
+    known: bool,
+    /// The length with the least gap, and that gap \[m\].
+    best: Option<(f64, f64)>,
+    tried: usize,
+}
+
+impl Lengths {
+    fn up_to(most: f64) -> Lengths {
+        Lengths {
+            between: [0.0, most],
+            known: false,
+            best: None,
+            tried: 0,
+        }
+    }
+
+    /// The length to try after `time`, where `near` closes; `None` to stay with `time`.
+    fn next(&mut self, time: f64, near: Option<&Closing>) -> Option<f64> {
+        self.tried += 1;
+        let Some(near) = near.filter(|_| self.tried <= LENGTHS) else {
+            // stay with the best one, after it is stepped again
+            self.tried = LENGTHS;
+            let best = self.best.take();
+            return best.map(|best| best.0).filter(|best| *best != time);
+        };
+        if near.gap.abs() <= near.touch {
+            return None;
+        }
+        let gap = near.gap.abs();
+        if self.best.is_none_or(|(_, least)| gap < least) {
+            self.best = Some((time, gap));
+        }
+        self.known |= near.gap < 0.0;
+        self.between[usize::from(near.gap < 0.0)] = time;
+        let [short, long] = self.between;
+        let better = time + near.gap / near.closing;
+        if better > short && better < long {
+            return Some(better);
+        }
+        // an open contact that does not get there in this step is no impact
+        self.known.then_some(0.5 * (short + long))
+    }
+
+    /// What the contact that is `near` at the last `time` makes of it.
+    fn end(&self, time: f64, near: Option<Closing>) -> Sought {
+        match near {
+            Some(near) if near.gap <= near.touch => Sought::Impact(near.key, time),
+            Some(_) if self.known => Sought::Open(time),
+            _ => Sought::Nothing,
+        }
     }
 }
 
@@ -214,8 +286,7 @@ impl Runner {
         self.kept.iter().any(|k| k.touches && k.key == *key)
     }
 
-    /// Moves to the instant at which a pair closes and detects the contacts there. Returns the
-    /// contact that closes, and the time from the start of the rest.
+    /// Moves to the instant at which a pair closes and detects the contacts there.
     ///
     /// `time` is that on the path of the whole rest. The shorter interval up to it has another
     /// path, unless the bodies fly: Newton's method corrects the time until the surfaces touch.
@@ -229,7 +300,7 @@ impl Runner {
         pair: &Pair,
         time: f64,
         rest: Rest,
-    ) -> Result<Option<(ContactKey, f64)>, StepError> {
+    ) -> Result<Sought, StepError> {
         if time == 0.0 || self.idle() {
             self.restore(model);
             if time > 0.0 {
@@ -239,12 +310,15 @@ impl Runner {
                 self.instant.start.clone_from(&self.interval.start);
             }
             let found = self.closing(model, context, pair)?;
-            let found = found.filter(|near| near.gap <= near.touch);
-            return Ok(found.map(|near| (near.key, time)));
+            return Ok(match found.filter(|near| near.gap <= near.touch) {
+                Some(near) => Sought::Impact(near.key, time),
+                None if time > 0.0 => Sought::Open(time),
+                None => Sought::Nothing,
+            });
         }
-        let (mut time, mut before, mut tried) = (time, None, 0);
+        let mut search = Lengths::up_to(rest.length - LAST * context.dt);
+        let mut time = time;
         loop {
-            tried += 1;
             self.restore(model);
             let span = Span {
                 step: context.dt,
@@ -252,25 +326,17 @@ impl Runner {
                 horizon: 0.5 * rest.length,
                 strikes: true,
             };
-            self.advance(model, solver, context, rules, span, rest.at)?;
+            self.interval.sought = Some(pair.surfaces);
+            let advanced = self.advance(model, solver, context, rules, span, rest.at);
+            self.interval.sought = None;
+            advanced?;
             self.finish_interval(model);
             self.instant.start.clone_from(&self.solution.end);
-            let Some(near) = self.closing(model, context, pair)? else {
-                // the time before was as near as possible
-                match before.filter(|_| tried <= LENGTHS) {
-                    Some(before) => (time, tried) = (before, LENGTHS),
-                    None => return Ok(None),
-                }
-                continue;
-            };
-            let better = time + near.gap / near.closing;
-            let inside = better > 0.0 && better < rest.length - LAST * context.dt;
-            if near.gap.abs() <= near.touch || !inside || tried >= LENGTHS {
-                // an open contact that does not get there in this step is no impact
-                let reached = inside || near.gap <= near.touch;
-                return Ok(reached.then_some((near.key, time)));
+            let near = self.closing(model, context, pair)?;
+            match search.next(time, near.as_ref()) {
+                Some(length) => time = length,
+                None => return Ok(search.end(time, near)),
             }
-            (before, time) = (Some(time), better);
         }
     }
 

@@ -27,8 +27,8 @@ impl Runner {
         all.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Steps the bodies from `here` to the end of a slide, first to the `time` of its guess. Returns
-    /// the length of that interval.
+    /// Steps the bodies from `here` to the end of a slide, first to the time of its `guess`; leaves them at
+    /// the midpoint of that interval.
     #[allow(clippy::too_many_arguments)] // the state of one search
     pub(super) fn stop<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -38,7 +38,7 @@ impl Runner {
         rules: &Rules,
         (slide, guess): (Slide, f64),
         rest: Rest,
-    ) -> Result<f64, StepError> {
+    ) -> Result<(), StepError> {
         let mut time = guess;
         let mut last = slide.early(rest.length).map(|early| (rest.length, early));
         for _ in 0..LENGTHS {
@@ -64,7 +64,6 @@ impl Runner {
             let between = secant.filter(|t| *t > 0.0 && *t < time);
             time = between.unwrap_or_else(|| found.time(time));
         }
-        self.finish_interval(model);
-        Ok(self.interval.length)
+        Ok(())
     }
 }

@@ -91,7 +91,7 @@ impl Runner {
         }
     }
 
-    /// Steps the bodies from `here` by a part of the rest. Returns its length.
+    /// Steps the bodies from `here` by a part of the rest; leaves them at its midpoint.
     pub(super) fn part<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
@@ -100,7 +100,7 @@ impl Runner {
         rules: &Rules,
         time: f64,
         rest: Rest,
-    ) -> Result<f64, StepError> {
+    ) -> Result<(), StepError> {
         self.restore(model);
         let span = Span {
             step: context.dt,
@@ -108,8 +108,6 @@ impl Runner {
             horizon: time,
             strikes: false,
         };
-        self.advance(model, solver, context, rules, span, rest.at)?;
-        self.finish_interval(model);
-        Ok(time)
+        self.advance(model, solver, context, rules, span, rest.at)
     }
 }

@@ -115,7 +115,13 @@ impl Finder<'_> {
         let flush = noise.max(FLUSH * sides[0].surface.size.min(sides[1].surface.size));
         let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
             let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * dt;
-            best_axis(axes, [&start, &now, &next], present, [noise, flush, slide])
+            // an impact is located at the instant of touching: what lies deeper then was crossed before
+            let least = match self.midpoint {
+                true => f64::NEG_INFINITY,
+                false => axes.separation(&now, present).min(0.0) - flush,
+            };
+            let sizes = [noise, flush, slide, least];
+            best_axis(axes, [&start, &now, &next], present, sizes)
         });
         if let Some(Some(touches)) = better {
             found.clear();
@@ -240,13 +246,14 @@ fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>>
 /// along which they touch at the start; of all that separate them at the start if the present one
 /// does not. `None` if the `present` direction is that one, or if the corner that touches lies
 /// farther beyond the face than the parts `slide` \[m\]: nearly parallel faces then meet elsewhere.
-/// No contact if a neighbour of a segment has it. Poses of the start, now, and of the time
+/// No contact if a neighbour of a segment has it. Directions with a separation below `least` \[m\] now do
+/// not count. Poses of the start, now, and of the time
 /// to come. The contacts are at most two.
 fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
     present: crate::contact::Vec2,
-    [noise, flush, slide]: [f64; 3],
+    [noise, flush, slide, least]: [f64; 4],
 ) -> Option<[Option<Touch>; 2]> {
     let (mut own, highest) = match axes.separation(start, present) >= -noise {
         true => (axes.separation(next, present), flush),
@@ -255,6 +262,9 @@ fn best_axis(
     let mut best: Option<(f64, Axis)> = None;
     for axis in axes.all() {
         if !(-noise..=highest).contains(&axes.separation(start, axes.direction(start, axis))) {
+            continue;
+        }
+        if axes.separation(now, axes.direction(now, axis)) < least {
             continue;
         }
         let later = axes.separation(next, axes.direction(next, axis));
