@@ -3,7 +3,7 @@
 use super::setting::step_count;
 use super::simulate::{Engine, RunError, Totals, go_on};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::{ContactStatus, StepRecord};
+use crate::dynamics::record::ContactStatus;
 use crate::scene::{BodyKind, JointKind, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -14,15 +14,9 @@ const SHARE: f64 = 0.1;
 const TRIALS: f64 = 7.0;
 /// Why no accuracy is stated.
 const AT_REST: &str = "the scene is at rest at the end of the trial, and nothing moves any more";
-const DEAR: &str =
-    "trials with shorter steps would cost more than a tenth of a run that comes to rest";
-pub(crate) const NO_ORDER: &str =
+const SHORT: &str = "the run has too few steps for trials with shorter ones in a tenth of it";
+const NO_ORDER: &str =
     "three trials with shorter and shorter steps do not converge: impacts or chaos";
-/// Cost of a step in that of handling a contact, some 0.4 µs: of the step itself, of a factorisation for
-/// each unknown, and of a sweep for each unknown.
-const STEP_COST: f64 = 10.0;
-const FACTOR_COST: f64 = 2.0;
-const SWEEP_COST: f64 = 0.05;
 /// Most steps of the coarsest trial.
 const MOST_STEPS: usize = 500;
 /// Angle \[rad\] that a body may turn in a step for the second order of joints and faces.
@@ -119,19 +113,13 @@ struct Tried {
     solved: usize,
     /// Whether all islands rest at its end and no body moves.
     at_rest: bool,
-    /// Counted as handled contacts: of its steps, and a tenth of a run whose every step only handles
-    /// contacts.
-    cost: f64,
-    budget: f64,
     fastest_turn: f64,
     turning: usize,
     fastest: f64,
 }
 
-/// Explains `scene` by trials of its start, with its step, half and a quarter of it. They take a tenth of the
-/// steps of a run, and of its work: where the start is dear and the rest of the run may be at rest, the
-/// trials are shorter. One step is always tried. Counts alone decide, so that the same scene has the same
-/// trials on every machine.
+/// Explains `scene` by trials of its start, with its step, half and a quarter of it, a tenth of the steps of a
+/// run in all. A trial that has come to rest ends there, and a run of too few steps has one trial.
 ///
 /// # Errors
 /// [`RunError`] if the scene cannot be built or a step fails.
@@ -143,8 +131,8 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     let steps = first.trial.steps;
     let (accuracy, unknown) = if first.at_rest {
         (Vec::new(), Some(AT_REST))
-    } else if TRIALS * first.cost > first.budget {
-        (Vec::new(), Some(DEAR))
+    } else if TRIALS > SHARE * run_steps as f64 {
+        (Vec::new(), Some(SHORT))
     } else {
         let half = tried(scene, 2, steps, run_steps)?;
         let quarter = tried(scene, 4, steps, run_steps)?;
@@ -222,7 +210,6 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
     Engine::Moreau.prepare(&mut built)?;
     let mut totals = Totals::start(&mut built, Engine::Moreau);
     let (mut rows, mut solved, mut at_rest) = (0, 0, false);
-    let (mut cost, mut budget) = (0.0, f64::INFINITY);
     for step in 1..=finer * steps {
         totals = go_on(
             &mut built,
@@ -230,11 +217,6 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
             totals,
             step,
             |record, built, _| {
-                let handled = STEP_COST + (built.bodies() + record.contacts.len()) as f64;
-                if step == 1 {
-                    budget = SHARE * run_steps as f64 * handled;
-                }
-                cost += handled + solve_cost(record);
                 islands += record.islands;
                 trial.most_islands = trial.most_islands.max(record.islands);
                 trial.most_unknowns = trial.most_unknowns.max(record.unknowns);
@@ -266,7 +248,7 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
             },
         )?;
         // what a trial finds at rest, it finds in all later steps
-        if finer == 1 && (at_rest || TRIALS * cost > budget) {
+        if finer == 1 && at_rest {
             break;
         }
     }
@@ -285,20 +267,10 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
         rows,
         solved,
         at_rest,
-        cost,
-        budget,
         fastest_turn,
         turning,
         fastest,
     })
-}
-
-/// Cost of the solves of a step, in handled contacts.
-fn solve_cost(record: &StepRecord) -> f64 {
-    let solved = (record.islands - record.resting).max(1) as f64;
-    let (factors, sweeps) = (record.factorisations + record.pivots, record.sweeps);
-    let passes = FACTOR_COST * factors as f64 + SWEEP_COST * sweeps as f64;
-    passes * record.unknowns as f64 / solved
 }
 
 /// The command that chooses a setting for an accuracy.
@@ -433,7 +405,7 @@ fn accuracy(first: &Tried, half: &Tried, quarter: &Tried) -> Vec<Expected> {
 
 /// The error of a measure of this `size` from the differences of three trials; `None` where they do not
 /// shrink.
-pub(crate) fn expected(
+fn expected(
     [measure, unit]: [&'static str; 2],
     [d1, d2]: [f64; 2],
     size: f64,

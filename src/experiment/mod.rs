@@ -122,7 +122,6 @@ pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
 pub use explain::{Expected, Explanation, LeftOut, TimeScale, Trial, explain};
-pub(crate) use explain::{NO_ORDER, expected};
 pub use reductions::{REDUCTIONS, Reduction, against_full};
 pub use reference::{Measure, Samples, Size, measures};
 pub use results::{Results, run_settings};
