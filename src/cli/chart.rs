@@ -1,7 +1,7 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
 use super::compared_lead::of_points;
-use super::{Flags, Outcome, chart_accuracy, effect, run_page, summary};
+use super::{Flags, Outcome, chart_accuracy, chart_models, effect, run_page, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
 };
@@ -37,7 +37,7 @@ pub(super) struct ChartArgs {
     /// Number of runs of each point; the runs are interleaved and times are their medians
     /// [default: 3, with --quick 1].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
-    repeats: Option<u32>,
+    pub repeats: Option<u32>,
     /// Run a single point of each scene: moreau, rapier, rapier-stiff, or box2d if it is built in,
     /// with the step length, scheme, solver and tolerance of the other flags.
     #[arg(long, value_name = "NAME", value_parser = Engine::named)]
@@ -62,6 +62,11 @@ pub(super) struct ChartArgs {
           conflicts_with_all = ["from", "quick", "repeats", "engine", "dt", "time", "steps", "scheme", "events",
                                 "tolerance", "threads"])]
     pub accuracy: Option<Vec<f64>>,
+    /// Step each scene with every reduction of the model and without it, and set unknowns, time and
+    /// difference side by side; write models.csv and models.svg [scenes: ten of all kinds; steps: 240 at
+    /// most].
+    #[arg(long, conflicts_with_all = ["from", "quick", "engine", "accuracy"])]
+    models: bool,
 }
 
 impl ChartArgs {
@@ -131,6 +136,9 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("chart"));
     if let Some(asked) = &args.accuracy {
         return chart_accuracy::chart(args, asked, OutputFolder::create(target)?);
+    }
+    if args.models {
+        return chart_models::chart(args, OutputFolder::create(target)?);
     }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;

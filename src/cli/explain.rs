@@ -3,7 +3,8 @@
 use super::{Common, Outcome, print_out, summary};
 use crate::experiment::{Explanation, RunError, explain as of_scene};
 use crate::report::{Align, Table, counted, number, quantity};
-use crate::thresher::Machine;
+use crate::scene::Scene;
+use crate::thresher::{Machine, explain_threshing};
 use clap::Args;
 use serde_json::json;
 
@@ -22,11 +23,19 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     if flags.out.is_some() {
         return refused("--out: no file is written");
     }
-    match machine {
-        Some(Machine::Thresher(_)) => {
-            return refused(
-                "a thresher has no trial: `run thresher` prints what it calibrates and assumes",
-            );
+    match &machine {
+        Some(Machine::Thresher(setup)) => {
+            let flag = match (&flags.steps, &flags.time) {
+                (Some(_), _) => Some("--steps"),
+                (_, Some(_)) => Some("--time"),
+                _ => None,
+            };
+            if let Some(flag) = flag {
+                return refused(&format!(
+                    "{flag}: the trial of a machine is its first load cycle"
+                ));
+            }
+            return show(args, &scene, &explain_threshing(&scene, setup)?);
         }
         Some(Machine::Study(_)) => {
             let model =
@@ -50,10 +59,13 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Outcome, RunError> {
     if let Some(steps) = flags.steps {
         scene.step.time = f64::from(steps) * scene.step.dt;
     }
-    let found = of_scene(&scene)?;
-    print_out(&match flags.json {
-        true => format!("{:#}\n", summary::json(&found)),
-        false => format!("{}: {}\n{}", scene.name, scene.title, text(&found)),
+    show(args, &scene, &of_scene(&scene)?)
+}
+
+fn show(args: &ExplainArgs, scene: &Scene, found: &Explanation) -> Result<Outcome, RunError> {
+    print_out(&match args.common.flags.json {
+        true => format!("{:#}\n", summary::json(found)),
+        false => format!("{}: {}\n{}", scene.name, scene.title, text(found)),
     })?;
     Ok(Outcome::Done)
 }
@@ -81,13 +93,15 @@ fn text(e: &Explanation) -> String {
     };
     let mut out = format!(
         "degrees of freedom: {} (model {}); {of}\n\
-         trial: {} of {} steps, {}, scheme {}, solver {}\n\
+         trial: {}, {}, scheme {}, solver {}\n\
          at most in a step: {}, {}, {}\n\
          in all: {} times a contact sticks, {} slides; {}, {}, {}\n",
         e.degrees_of_freedom,
         e.model,
-        t.steps,
-        t.run_steps,
+        match t.run_steps {
+            0 => counted(t.steps, "step"),
+            all => format!("{} of {all} steps", t.steps),
+        },
         quantity(t.time_s, "s", 3),
         e.scheme,
         e.solver,
@@ -113,11 +127,9 @@ fn text(e: &Explanation) -> String {
             number(scale.steps, 3)
         ));
     }
-    match e.accuracy.is_empty() {
-        true => out.push_str(
-            "accuracy: three trials with shorter and shorter steps do not converge: impacts or chaos\n",
-        ),
-        false => {
+    match e.accuracy_unknown {
+        Some(why) => out.push_str(&format!("accuracy: not known: {why}\n")),
+        None => {
             let mut table = Table::new([
                 ("expected after the trial", Align::Left),
                 ("error", Align::Right),
@@ -138,6 +150,7 @@ fn text(e: &Explanation) -> String {
             out.push_str(&format!("{table}"));
         }
     }
+    out.push_str(&format!("to choose: {}\n", e.to_choose));
     for warning in &e.warnings {
         out.push_str(&format!("warning: {warning}\n"));
     }

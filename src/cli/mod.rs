@@ -11,6 +11,7 @@ mod calibrate_data;
 mod calibrate_text;
 mod chart;
 mod chart_accuracy;
+mod chart_models;
 mod chart_table;
 mod compare;
 mod compare_table;

@@ -13,7 +13,7 @@ use super::phases::PhaseClock;
 use super::redundancy::redundant;
 use super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
-use crate::contact::{ContactProblem, Residual, Vec2, Vec3, natural_map};
+use crate::contact::{ContactProblem, Law, Residual, Vec2, Vec3, natural_map};
 use crate::solver::{Crowd, FactorCache, ImpulseSolver, Shares, Sharing, SolveReport, SolveStatus};
 
 /// A solver with the buffers for one island after the other.
@@ -410,6 +410,7 @@ impl Worker {
         let (problem, impulses) = (&island.problem, &mut answer.impulses);
         let mut outcome = IslandOutcome {
             report: answer.report,
+            unknowns: problem.laws.iter().map(Law::rows).sum(),
             contacts_bounded: answer.contacts_bounded,
             joints_bounded: answer.joints_bounded,
             relaxed: answer.relaxed,

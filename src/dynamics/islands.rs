@@ -13,6 +13,8 @@ pub(crate) struct Islands {
     /// part.
     pairs: Vec<[u32; 2]>,
     some: Vec<u32>,
+    /// Whether all blocks are one island.
+    merged: bool,
 }
 
 impl Islands {
@@ -22,6 +24,14 @@ impl Islands {
         if !self.is_current(bodies, &[], rows.clone()) {
             self.find_all(bodies, rows);
             self.some.clear();
+        }
+    }
+
+    /// Whether all blocks are one island from the next build on.
+    pub fn merge_all(&mut self, merged: bool) {
+        if self.merged != merged {
+            self.merged = merged;
+            self.start.clear();
         }
     }
 
@@ -55,7 +65,10 @@ impl Islands {
         let mut count: Vec<u32> = Vec::new();
         let mut of_block = Vec::with_capacity(count_of_blocks);
         for [a, b] in rows {
-            let root = self.find(if a != NO_BODY { a } else { b }) as usize;
+            let root = match self.merged {
+                true => 0,
+                false => self.find(if a != NO_BODY { a } else { b }) as usize,
+            };
             if number[root] == u32::MAX {
                 number[root] = count.len() as u32;
                 count.push(0);

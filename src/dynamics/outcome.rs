@@ -9,6 +9,8 @@ use crate::solver::SolveReport;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandOutcome {
     pub report: SolveReport,
+    /// Rows of its problem.
+    pub unknowns: usize,
     /// Whether the energy of its contacts, and of its joints, was bounded.
     pub contacts_bounded: bool,
     pub joints_bounded: bool,
@@ -37,6 +39,7 @@ impl IslandOutcome {
 
     /// Adds the work of the solve, even if the result is not used.
     pub fn count_work(&self, record: &mut StepRecord) {
+        record.unknowns += self.unknowns;
         record.sweeps += self.report.sweeps;
         record.factorisations += self.report.factorisations;
         record.pivots += self.report.pivots;

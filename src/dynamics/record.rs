@@ -208,6 +208,10 @@ pub struct StepRecord {
     /// residual velocity a bound from it and the speed that it left. Their contacts come first in
     /// the record.
     pub resting: usize,
+    /// Unknown impulses of the problems that were solved: two for each contact with friction and each
+    /// pin, one for every other row. Islands at rest and contacts that stay open without a solve have
+    /// none.
+    pub unknowns: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,

@@ -88,7 +88,17 @@ pub(super) struct Rules {
     /// Whether fast contacts of swept bodies are, see [`super::Sweep`].
     pub sweeps: bool,
     pub effort: Effort,
+    /// Whether all islands are one problem, see
+    /// [`StepperSettings::split_islands`](super::settings::StepperSettings::split_islands).
+    pub one_problem: bool,
+    /// Whether distant contacts are solved too, see [`super::working_set`].
+    pub distant: bool,
+    /// Whether contacts without friction have a second row.
+    pub tangents: bool,
 }
+
+/// Friction of a contact without friction that has a second row: its impulse is below all round-off.
+const LEAST_FRICTION: f64 = 1e-12;
 
 impl Rules {
     /// Whether gaps and joint distances are closed; the published rule leaves them.
@@ -189,7 +199,7 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
             Scheme::Moreau if contact.gap > 0.0 => Choice::Inactive,
             Scheme::Moreau => Choice::Active(Rule {
                 free: rebound(rules, restitution, now.gamma_a),
-                law: rigid(contact),
+                law: rigid(rules, contact),
                 impact: restitution > 0.0 && now.gamma_a.x < 0.0,
             }),
             Scheme::Staggered => staggered(rules, contact, restitution, g, now),
@@ -202,7 +212,7 @@ pub(super) fn rule(rules: &Rules, contact: &ContactPoint, now: &Situation) -> Ch
                 Some((free, compliance)) => Choice::Active(Rule {
                     free: Vec2::new(free, 0.0),
                     law: Law::Contact {
-                        friction: contact.friction,
+                        friction: friction(rules, contact),
                         compliance,
                     },
                     impact: false,
@@ -241,7 +251,7 @@ pub(super) fn impact_rule(
     let closing = gamma.x < 0.0;
     Rule {
         free: rebound(rules, if closing { in_force } else { own }, gamma),
-        law: rigid(contact),
+        law: rigid(rules, contact),
         impact: closing && in_force > 0.0,
     }
 }
@@ -270,10 +280,26 @@ pub(super) fn resting_speed(contact: &ContactPoint, acceleration: f64, step: f64
     1e-3 * (1.0 - e) * rest_velocity(acceleration, step)
 }
 
-fn rigid(contact: &ContactPoint) -> Law {
+fn rigid(rules: &Rules, contact: &ContactPoint) -> Law {
     Law::Contact {
-        friction: contact.friction,
+        friction: friction(rules, contact),
         compliance: 0.0,
+    }
+}
+
+/// The friction of the contact's law.
+fn friction(rules: &Rules, contact: &ContactPoint) -> f64 {
+    // a row of zeros, as hand-written models may have without friction, moves nothing
+    let turns = || {
+        contact
+            .rows
+            .jacobian
+            .iter()
+            .any(|[_, t]| *t != Vec3::zeros())
+    };
+    match rules.tangents && contact.friction == 0.0 && turns() {
+        true => LEAST_FRICTION,
+        false => contact.friction,
     }
 }
 
@@ -334,7 +360,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         }
         return Choice::Active(Rule {
             free,
-            law: rigid(contact),
+            law: rigid(rules, contact),
             impact: false,
         });
     }
@@ -367,7 +393,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     }
     Choice::Active(Rule {
         free,
-        law: rigid(contact),
+        law: rigid(rules, contact),
         impact: !smooth,
     })
 }

@@ -32,6 +32,18 @@ pub struct StepperSettings {
     /// changes, instead of being solved in every step: see [`StepRecord::resting`](super::record::StepRecord::resting).
     #[serde(default = "yes")]
     pub keep_rest: bool,
+    /// Whether bodies that contacts and joints connect are solved by themselves, instead of all blocks
+    /// in one problem. With event location, swept bodies or dominance they always are.
+    #[serde(default = "yes")]
+    pub split_islands: bool,
+    /// Whether contacts that the impulses of the others do not close are left out of the solve, see
+    /// the working set in the crate's glossary.
+    #[serde(default = "yes")]
+    pub skip_distant: bool,
+    /// Whether contacts without friction have one row. The second row is otherwise solved with a
+    /// friction of 1e-12.
+    #[serde(default = "yes")]
+    pub skip_tangents: bool,
     /// How redundant contacts share a load.
     pub shares: Shares,
     /// A name of [`crate::solver::SOLVERS`].
@@ -66,6 +78,9 @@ impl Default for StepperSettings {
             impact_law: ImpactLaw::Capped,
             recovery: true,
             keep_rest: true,
+            split_islands: true,
+            skip_distant: true,
+            skip_tangents: true,
             shares: Shares::Found,
             solver: "auto".to_owned(),
             tolerance: 1e-8,
@@ -84,6 +99,9 @@ impl StepperSettings {
             events: self.events,
             sweeps: false,
             effort: self.effort,
+            one_problem: !self.split_islands,
+            distant: !self.skip_distant,
+            tangents: !self.skip_tangents,
         }
     }
 

@@ -60,9 +60,14 @@ impl IslandSolver {
     ) {
         solution.begin(interval);
         let sides = interval.sides.iter().copied();
+        let plain = interval.roles.dominance.is_empty() && !rules.locates();
+        solution.islands.merge_all(rules.one_problem && plain);
         (solution.islands).build(inverse_mass.len(), sides);
         if interval.roles.dominance.is_empty() {
-            let mut set = WorkingSet::near(interval, &solution.islands);
+            let mut set = match rules.distant {
+                true => WorkingSet::all(interval.blocks.len()),
+                false => WorkingSet::near(interval, &solution.islands),
+            };
             while !self.solve_set(&mut set, interval, solution, inverse_mass, rules) {}
             solution.finish(set.into_results());
         } else {

@@ -34,6 +34,16 @@ pub(super) struct WorkingSet {
 const ROUNDS: usize = 4;
 
 impl WorkingSet {
+    /// All blocks of an interval.
+    pub fn all(count: usize) -> WorkingSet {
+        WorkingSet {
+            included: vec![true; count],
+            round: 0,
+            added: Vec::new(),
+            solved: BTreeMap::new(),
+        }
+    }
+
     /// The blocks that (1) leaves in, with `islands` of all blocks.
     pub fn near(interval: &Interval, islands: &Islands) -> WorkingSet {
         let count = interval.blocks.len();

@@ -1,8 +1,8 @@
 //! What a scene models and how well its step resolves it, measured on a short trial.
 
 use super::setting::step_count;
-use super::simulate::{Engine, RunError, Totals, simulate};
-use crate::contact::Vec2;
+use super::simulate::{Engine, RunError, Totals, go_on};
+use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::ContactStatus;
 use crate::scene::{BodyKind, JointKind, Scene};
 use serde::Serialize;
@@ -12,6 +12,11 @@ use std::f64::consts::TAU;
 const SHARE: f64 = 0.1;
 /// Steps of the three trials for one step of the coarsest: 1 + 2 + 4.
 const TRIALS: f64 = 7.0;
+/// Why no accuracy is stated.
+const AT_REST: &str = "the scene is at rest at the end of the trial, and nothing moves any more";
+const SHORT: &str = "the run has too few steps for trials with shorter ones in a tenth of it";
+const NO_ORDER: &str =
+    "three trials with shorter and shorter steps do not converge: impacts or chaos";
 /// Most steps of the coarsest trial.
 const MOST_STEPS: usize = 500;
 /// Angle \[rad\] that a body may turn in a step for the second order of joints and faces.
@@ -38,8 +43,11 @@ pub struct Explanation {
     pub trial: Trial,
     pub left_out: Vec<LeftOut>,
     pub time_scales: Vec<TimeScale>,
-    /// Empty where the trials do not converge.
+    /// Empty where it is not known, for the reason that follows.
     pub accuracy: Vec<Expected>,
+    pub accuracy_unknown: Option<&'static str>,
+    /// How to have an accuracy held.
+    pub to_choose: String,
     pub warnings: Vec<String>,
 }
 
@@ -48,10 +56,10 @@ pub struct Explanation {
 pub struct Trial {
     pub steps: usize,
     pub time_s: f64,
-    /// Of all steps that a run takes.
+    /// Of all steps that a run takes; 0 for a machine, whose wear decides.
     pub run_steps: usize,
     pub most_contacts: usize,
-    /// Unknown impulses of a step at most: two for each contact, and the rows of the joints.
+    /// Unknown impulses that a step solved at most.
     pub most_unknowns: usize,
     pub most_islands: usize,
     /// Contacts, summed over the steps, by what they did.
@@ -100,23 +108,38 @@ struct Tried {
     places: Vec<Vec2>,
     trial: Trial,
     islands: usize,
+    /// Rows of all contacts and joints, and those that were solved, of the steps without an island at rest.
+    rows: usize,
+    solved: usize,
+    /// Whether all islands rest at its end and no body moves.
+    at_rest: bool,
     fastest_turn: f64,
     turning: usize,
     fastest: f64,
 }
 
-/// Explains `scene` by three trials of its start, with its step, half and a quarter of it. Together they
-/// take a tenth of the steps of a run, four steps of the scene's length at least.
+/// Explains `scene` by trials of its start, with its step, half and a quarter of it, a tenth of the steps of a
+/// run in all. A trial that has come to rest ends there, and a run of too few steps has one trial.
 ///
 /// # Errors
 /// [`RunError`] if the scene cannot be built or a step fails.
 pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     let run_steps = step_count(&scene.step);
-    let steps = (SHARE * run_steps as f64 / TRIALS) as usize;
-    let steps = steps.clamp(4, MOST_STEPS).min(run_steps.max(1));
-    let first = tried(scene, 1, steps, run_steps)?;
-    let half = tried(scene, 2, steps, run_steps)?;
-    let quarter = tried(scene, 4, steps, run_steps)?;
+    let most = (SHARE * run_steps as f64 / TRIALS) as usize;
+    let most = most.clamp(1, MOST_STEPS).min(run_steps.max(1));
+    let first = tried(scene, 1, most, run_steps)?;
+    let steps = first.trial.steps;
+    let (accuracy, unknown) = if first.at_rest {
+        (Vec::new(), Some(AT_REST))
+    } else if TRIALS > SHARE * run_steps as f64 {
+        (Vec::new(), Some(SHORT))
+    } else {
+        let half = tried(scene, 2, steps, run_steps)?;
+        let quarter = tried(scene, 4, steps, run_steps)?;
+        let found = accuracy(&first, &half, &quarter);
+        let none = found.is_empty().then_some(NO_ORDER);
+        (found, none)
+    };
     let count = |kind| scene.bodies.iter().filter(|b| b.kind == kind).count();
     let dynamic = count(BodyKind::Dynamic);
     let rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
@@ -137,7 +160,9 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
         solver: scene.step.solver.clone(),
         left_out: left_out(scene, &first),
         time_scales: time_scales(scene, &first),
-        accuracy: accuracy(&first, &half, &quarter),
+        accuracy,
+        accuracy_unknown: unknown,
+        to_choose: to_choose(&scene.name),
         warnings: warnings(scene, &first),
         trial: first.trial,
     })
@@ -163,7 +188,7 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
         time_s: 0.0,
         run_steps,
         most_contacts: 0,
-        most_unknowns: joint_rows,
+        most_unknowns: 0,
         most_islands: 0,
         sticking: 0,
         sliding: 0,
@@ -182,35 +207,52 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
                 .is_none_or(|b| b.kind == BodyKind::Dynamic)
         })
         .collect();
-    let totals = simulate(
-        &mut built,
-        Engine::Moreau,
-        finer * steps,
-        |record, built| {
-            islands += record.islands;
-            trial.most_islands = trial.most_islands.max(record.islands);
-            trial.most_unknowns = trial
-                .most_unknowns
-                .max(2 * record.contacts.len() + joint_rows);
-            trial.impacts += record.impacts.len();
-            for contact in &record.contacts {
-                match contact.status {
-                    ContactStatus::Stick => trial.sticking += 1,
-                    ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
-                    ContactStatus::Open | ContactStatus::Impact => {}
+    Engine::Moreau.prepare(&mut built)?;
+    let mut totals = Totals::start(&mut built, Engine::Moreau);
+    let (mut rows, mut solved, mut at_rest) = (0, 0, false);
+    for step in 1..=finer * steps {
+        totals = go_on(
+            &mut built,
+            Engine::Moreau,
+            totals,
+            step,
+            |record, built, _| {
+                islands += record.islands;
+                trial.most_islands = trial.most_islands.max(record.islands);
+                trial.most_unknowns = trial.most_unknowns.max(record.unknowns);
+                trial.impacts += record.impacts.len();
+                // contacts at rest are in the record too
+                if record.resting == 0 {
+                    rows += 2 * record.contacts.len() + joint_rows;
+                    solved += record.unknowns;
                 }
-            }
-            for k in &dynamic {
-                if let Some((_, u)) = built.state(*k) {
-                    if u.z.abs() > fastest_turn && scene.linear.is_none() {
-                        (fastest_turn, turning) = (u.z.abs(), *k);
+                for contact in &record.contacts {
+                    match contact.status {
+                        ContactStatus::Stick => trial.sticking += 1,
+                        ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
+                        ContactStatus::Open | ContactStatus::Impact => {}
                     }
-                    fastest = u.x.hypot(u.y).max(fastest);
                 }
-            }
-            Ok(())
-        },
-    )?;
+                let mut moves = false;
+                for k in &dynamic {
+                    if let Some((_, u)) = built.state(*k) {
+                        if u.z.abs() > fastest_turn && scene.linear.is_none() {
+                            (fastest_turn, turning) = (u.z.abs(), *k);
+                        }
+                        fastest = u.x.hypot(u.y).max(fastest);
+                        moves |= u != Vec3::zeros();
+                    }
+                }
+                at_rest = record.resting > 0 && record.resting == record.islands && !moves;
+                Ok(())
+            },
+        )?;
+        // what a trial finds at rest, it finds in all later steps
+        if finer == 1 && at_rest {
+            break;
+        }
+    }
+    trial.steps = totals.steps / finer;
     trial.time_s = totals.time;
     trial.most_contacts = totals.most_contacts;
     trial.sweeps = totals.sweeps;
@@ -222,10 +264,21 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
         totals,
         trial,
         islands,
+        rows,
+        solved,
+        at_rest,
         fastest_turn,
         turning,
         fastest,
     })
+}
+
+/// The command that chooses a setting for an accuracy.
+fn to_choose(scene: &str) -> String {
+    format!(
+        "`moreau2d run {scene} --accuracy 1e-3` chooses scheme and step for an accuracy and holds the run to it; \
+         its trials take some five times the steps of a run, too many for a tenth"
+    )
 }
 
 fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
@@ -245,6 +298,20 @@ fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
             format!("{} of {} islands", tried.totals.resting, tried.islands),
             "at rest with nothing changed since their last solve: they keep its impulses",
             Some("step.keep_rest"),
+        );
+    }
+    if tried.trial.most_islands > 1 {
+        add(
+            format!("the coupling of {} islands", tried.trial.most_islands),
+            "no contact or joint connects them: each is solved by itself",
+            Some("step.split_islands"),
+        );
+    }
+    if tried.solved < tried.rows {
+        add(
+            format!("{} of {} rows", tried.rows - tried.solved, tried.rows),
+            "contacts that the others do not close have no impulse, nor has a row without friction",
+            Some("step.skip_distant, step.skip_tangents"),
         );
     }
     let kept = scene.bodies.iter().filter(|b| b.touches.is_some()).count();
@@ -331,31 +398,39 @@ fn accuracy(first: &Tried, half: &Tried, quarter: &Tried) -> Vec<Expected> {
             first.totals.kinetic_most.abs() + first.totals.energy_end.abs(),
         ),
     ];
-    let expected = |(measure, unit, d1, d2, size): (_, _, f64, f64, f64)| {
-        let (error, order) = match d1 <= 1e-12 * size {
-            true => (0.0, f64::NAN),
-            false => {
-                let order = (d1 / d2).log2().clamp(0.5, 4.0);
-                // the differences do not shrink: impacts, or chaos
-                if d2 >= 0.8 * d1 {
-                    return None;
-                }
-                (d1 / (1.0 - (-order).exp2()), order)
-            }
-        };
-        Some(Expected {
-            measure,
-            unit,
-            error,
-            error_of_half: match error > 0.0 {
-                true => error * (-order).exp2(),
-                false => 0.0,
-            },
-            order,
-            cost_of_half: work(half) / work(first),
-        })
+    let cost = work(half) / work(first);
+    let one = |(measure, unit, d1, d2, size)| expected([measure, unit], [d1, d2], size, cost);
+    measures.into_iter().filter_map(one).collect()
+}
+
+/// The error of a measure of this `size` from the differences of three trials; `None` where they do not
+/// shrink.
+fn expected(
+    [measure, unit]: [&'static str; 2],
+    [d1, d2]: [f64; 2],
+    size: f64,
+    cost_of_half: f64,
+) -> Option<Expected> {
+    let (error, order) = match d1 <= 1e-12 * size {
+        true => (0.0, f64::NAN),
+        // impacts, or chaos
+        false if d2 >= 0.8 * d1 => return None,
+        false => {
+            let order = (d1 / d2).log2().clamp(0.5, 4.0);
+            (d1 / (1.0 - (-order).exp2()), order)
+        }
     };
-    measures.into_iter().filter_map(expected).collect()
+    Some(Expected {
+        measure,
+        unit,
+        error,
+        error_of_half: match error > 0.0 {
+            true => error * (-order).exp2(),
+            false => 0.0,
+        },
+        order,
+        cost_of_half,
+    })
 }
 
 fn warnings(scene: &Scene, tried: &Tried) -> Vec<String> {

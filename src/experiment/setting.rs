@@ -1,4 +1,5 @@
 use super::baseline::Baseline;
+use super::reductions::REDUCTIONS;
 use super::simulate::Engine;
 use crate::dynamics::Effort;
 use crate::scene::{ImpactLaw, Step};
@@ -63,6 +64,9 @@ impl Setting {
         if !self.step.keep_rest {
             label.push_str(", ");
             label.push_str(REST_SOLVED);
+        }
+        for reduction in REDUCTIONS.iter().skip(1).filter(|r| !(r.is_on)(&self.step)) {
+            label.push_str(&format!(", {} = false", reduction.key));
         }
         if self.step.shares != Shares::default() {
             label.push_str(&format!(", {} shares", self.step.shares.name()));

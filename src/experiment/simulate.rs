@@ -226,6 +226,8 @@ pub struct Totals {
     /// Islands at rest that kept their impulses, summed over steps.
     #[serde(rename = "resting_islands")]
     pub resting: usize,
+    /// Unknown impulses of all problems that were solved, see [`StepRecord::unknowns`].
+    pub unknowns: usize,
     pub sweeps: usize,
     pub factorisations: usize,
     pub pivots: usize,
@@ -359,6 +361,7 @@ impl Totals {
         self.most_contacts = self.most_contacts.max(contacts);
         self.unread += record.unread;
         self.resting += record.resting;
+        self.unknowns += record.unknowns;
         self.sweeps += record.sweeps;
         self.factorisations += record.factorisations;
         self.pivots += record.pivots;

@@ -96,6 +96,30 @@ row! {
 }
 
 row! {
+    /// A scene stepped with one reduction and without it, both with all others.
+    ModelRow in "models.csv" {
+        reduction: String,
+        key: String,
+        scene: String,
+        steps: usize,
+        /// Unknown impulses of all problems that were solved.
+        unknowns_full: usize,
+        unknowns: usize,
+        /// Sweeps, factorisations and pivots.
+        work_full: usize,
+        work: usize,
+        /// Wall time of the steps, each the least of its repeats \[s\].
+        time_full_s: f64,
+        time_s: f64,
+        /// Time with the reduction over that of the full model.
+        time_ratio: f64,
+        /// Largest distance of a body's places in the two runs \[m\], and of its directions \[rad\],
+        /// over all steps.
+        difference: f64,
+    }
+}
+
+row! {
     /// A setting that `--accuracy` chose for a scene, and the best fixed setting found by search.
     AccuracyRow in "accuracy.csv" {
         scene: String,

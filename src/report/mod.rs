@@ -20,6 +20,7 @@ mod labels;
 mod layout;
 mod legend;
 mod markup;
+mod model_charts;
 mod moving;
 mod moving_frames;
 mod order;
@@ -51,13 +52,14 @@ pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
 pub use csv_files::{CsvFile, Row, parse_rows, read_rows, write_rows, written_rows};
 pub use csv_rows::{
-    AccuracyRow, BodyRow, ContactRow, DominationRow, ImpactRow, PerformanceRow, PointRow,
+    AccuracyRow, BodyRow, ContactRow, DominationRow, ImpactRow, ModelRow, PerformanceRow, PointRow,
     ResultRow, StepRow, UndominatedRow,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};
 pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
 pub use kept::{Checkpoint, KEPT, RunRecord};
+pub use model_charts::model_charts;
 pub use moving::Moving;
 pub use order::observed_order;
 pub use page::{Lead, Page, Section};

@@ -111,6 +111,13 @@ pub struct Step {
     /// Whether islands at rest keep their impulses until something about them changes, default yes;
     /// otherwise every step solves them.
     pub keep_rest: bool,
+    /// Whether islands are solved by themselves, default yes; otherwise all of them in one problem.
+    pub split_islands: bool,
+    /// Whether contacts that the impulses of the others do not close are left out of the solve, default
+    /// yes.
+    pub skip_distant: bool,
+    /// Whether contacts without friction have one row, default yes.
+    pub skip_tangents: bool,
     /// Impulse distribution among redundant contacts, default `found`: the one that the solver finds.
     pub shares: Shares,
     /// How hard the impulses of large islands in motion are looked for.
@@ -134,6 +141,9 @@ impl Default for Step {
             impact_law: ImpactLaw::default(),
             recovery: true,
             keep_rest: true,
+            split_islands: true,
+            skip_distant: true,
+            skip_tangents: true,
             shares: Shares::default(),
             effort: Effort::default(),
             solver: SOLVERS[0].to_owned(),

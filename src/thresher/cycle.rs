@@ -201,7 +201,8 @@ fn sampling_error(parts: &[LoadSlip]) -> f64 {
 }
 
 /// Wear of a new tooth in the first revolution after the machine is filled, at the stiffness of the
-/// file: the start of a run, without its calibration.
+/// file: the start of a run, without its calibration. `observe` is called after every step of that
+/// revolution.
 ///
 /// # Errors
 /// [`RunError`].
@@ -209,13 +210,13 @@ pub(super) fn first_cycle(
     scene: &Scene,
     setup: &Setup<Thresher>,
     progress: &Progress,
+    observe: Observer,
 ) -> Result<WornCycle, RunError> {
     let (parameters, tooth, wear) = (&setup.parameters, &setup.tooth, &setup.wear);
     let mut state = new_tooth(tooth, wear, parameters)?;
     let mut machine = Threshing::new(scene, parameters, tooth, state.profile())?;
     machine.run(FILLING, progress)?;
-    let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
-    let cycle = machine.measure(state.profile(), 1, progress, &mut ignore)?;
+    let cycle = machine.measure(state.profile(), 1, progress, observe)?;
     state.advance(cycle.load.sums(), 1.0, 0.0)?;
     Ok(WornCycle {
         depth: state.depth().to_vec(),

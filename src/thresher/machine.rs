@@ -83,6 +83,12 @@ impl Machine {
     /// Warnings about motions that are too fast for steps of `dt` \[s\]: see
     /// [`Scene::step_warnings`].
     pub fn step_warnings(&self, dt: f64) -> Vec<String> {
+        let motions = self.motions();
+        motions.iter().filter_map(|m| m.warning(dt)).collect()
+    }
+
+    /// Motions that its step must resolve; none of the study, which has no step.
+    pub(super) fn motions(&self) -> Vec<Motion> {
         let Machine::Thresher(Setup { parameters: p, .. }) = self else {
             return Vec::new();
         };
@@ -101,11 +107,7 @@ impl Machine {
             period: TAU / (p.speed * f64::from(p.bars)),
         };
         let motions = [Some(contact), bending, Some(passage)];
-        motions
-            .into_iter()
-            .flatten()
-            .filter_map(|m| m.warning(dt))
-            .collect()
+        motions.into_iter().flatten().collect()
     }
 }
 

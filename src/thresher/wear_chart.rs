@@ -256,7 +256,7 @@ impl WearChart<'_> {
             ..self.scene.clone()
         };
         match self.machine {
-            Machine::Thresher(setup) => first_cycle(&scene, setup, progress),
+            Machine::Thresher(setup) => first_cycle(&scene, setup, progress, &mut |_, _| Ok(())),
             Machine::Study(setup) => {
                 progress.advance();
                 study_cycle(&scene, setup)

@@ -17,6 +17,7 @@ mod late_overlap;
 mod meetings;
 mod momentum;
 mod own_solver;
+mod reductions;
 mod slides;
 mod sticking;
 mod threads;

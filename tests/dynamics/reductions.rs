@@ -1,0 +1,55 @@
+//! What the model leaves out changes no motion and adds no unknown.
+
+use crate::common::load;
+use moreau2d::experiment::{REDUCTIONS, against_full};
+use moreau2d::report::Progress;
+
+/// Scene, steps, and which reductions leave unknowns out of it: islands at rest, islands, distant
+/// contacts, friction rows. Without impacts that part chaotic ways.
+const SCENES: [(&str, usize, [bool; 4]); 5] = [
+    ("tower", 60, [true, false, false, false]),
+    ("wall", 30, [true, false, false, false]),
+    ("bowl", 120, [false, false, false, true]),
+    ("chain", 60, [false; 4]),
+    ("double-pendulum", 120, [false; 4]),
+];
+
+#[test]
+fn reductions_change_nothing() {
+    for (name, steps, fewer) in SCENES {
+        // solved as well as round-off allows, so that differences are not those of the tolerance
+        let mut scene = load(name, &["step.tolerance=1e-12"]);
+        scene.step.time = steps as f64 * scene.step.dt;
+        for (reduction, fewer) in REDUCTIONS.iter().zip(fewer) {
+            let hidden = Progress::new("", 0, true);
+            let row = against_full(&scene, reduction, 1, &hidden).unwrap();
+            println!(
+                "{name} {}: {} of {} unknowns, work {} of {}, {:e}",
+                row.reduction,
+                row.unknowns,
+                row.unknowns_full,
+                row.work,
+                row.work_full,
+                row.difference
+            );
+            // bodies of some metres: 1e-9 relative
+            assert!(
+                row.difference <= 1e-9,
+                "{name} {}: {:e}",
+                row.reduction,
+                row.difference
+            );
+            assert!(
+                row.unknowns <= row.unknowns_full,
+                "{name} {}",
+                row.reduction
+            );
+            assert_eq!(
+                row.unknowns < row.unknowns_full,
+                fewer,
+                "{name} {}",
+                row.reduction
+            );
+        }
+    }
+}
