@@ -41,7 +41,14 @@ mod blocks;
 mod calibrate;
 mod check;
 mod contact_time;
+mod crop;
+mod crop_run;
+mod crop_text;
 mod cycle;
+mod flow;
+mod governor;
+mod grain_parameters;
+mod grains;
 mod life;
 mod life_error;
 mod life_text;
@@ -72,6 +79,9 @@ mod worn_course;
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use calibrate::Calibrated;
+pub use crop_run::{CropComparison, CropRun, run_crops};
+pub use flow::Flow;
+pub use grain_parameters::Grains;
 pub use life::{Kept, Observer, ThreshingOutcome, run_threshing};
 pub use life_error::{LimitError, Size, SourceError};
 pub use lives::{Lives, run_lives};
@@ -83,8 +93,8 @@ pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_heig
 pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
 pub use rows::{
-    BarLoadRow, ComparisonRow, ErrorRow, FrictionDepthRow, FrictionRow, LifeRow, OperationRow,
-    ProfileRow, VolumeRow, WearRow,
+    BarLoadRow, ComparisonRow, CropRow, CropWearRow, ErrorRow, FrictionDepthRow, FrictionRow,
+    LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
 };
 pub use stall::Stall;
 pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};

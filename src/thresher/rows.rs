@@ -101,6 +101,26 @@ row! {
 }
 
 row! {
+    /// One figure of the machine with grains and with the strip, machine totals.
+    CropRow in "crops.csv" {
+        figure: String,
+        unit: String,
+        grains: f64,
+        strip: f64,
+    }
+}
+
+row! {
+    /// Wear of one cell of a new tooth in a revolution, mean over the bars.
+    CropWearRow in "wear-by-crop.csv" {
+        crop: String,
+        cell: u32,
+        x_m: f64,
+        depth_m_per_revolution: f64,
+    }
+}
+
+row! {
     /// A published wear depth beside the computed one.
     ComparisonRow in "comparison.csv" {
         torque_nm: f64,
