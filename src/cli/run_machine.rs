@@ -164,11 +164,12 @@ fn grains(
         setup,
         |label, total| Progress::new(label, total, quiet),
         &mut |record, world| Ok(files.add(record, || world.bodies())?),
+        &|name| folder.checkpoint(name, None),
     )?;
     files.finish()?;
     let p = &setup.parameters;
     if !args.summary_only {
-        crops.write(folder, p)?;
+        crops.write(folder, p, &setup.tooth)?;
     }
     let (totals, wrong) = (crops.grains.totals, crops.wrong());
     let mut warnings = summary::warnings(&totals);

@@ -3,7 +3,7 @@
 use super::Blocks;
 use super::blocks::{Calibration, Study, Tooth, Wear};
 use super::grain_parameters::{FULLEST, Grains};
-use super::parameters::Thresher;
+use super::parameters::{Hold, Thresher};
 use crate::scene::{At, Range, SceneError, distinct, range};
 use crate::wear::MOST_JUMPS;
 use std::f64::consts::TAU;
@@ -38,6 +38,8 @@ pub(super) fn check(blocks: &Blocks, top: &At<'_>) -> Result<(), SceneError> {
     }
     if let Some(block) = &blocks.thresher {
         thresher(&top.key("thresher"), block)?;
+        let tooth = blocks.tooth.unwrap_or_default();
+        parts(top, block, &tooth, blocks.wear.as_ref())?;
     }
     Ok(())
 }
@@ -63,6 +65,9 @@ fn wear(at: &At<'_>, wear: &Wear, tooth: &Tooth) -> Result<(), SceneError> {
             value: format!("{:?}", wear.jump),
             allowed: format!("{least:.2e} to 1 m, from {MOST_JUMPS} jumps for a tooth on its base"),
         });
+    }
+    if let Some(concave) = wear.concave {
+        at.within("concave", concave, coefficient)?;
     }
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     at.within(
@@ -201,6 +206,59 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
         Some(block) => grains(at, block, thresher),
         None => Ok(()),
     }
+}
+
+/// Coefficients per part belong to a run with grains, and bars of their own to one without a life.
+fn parts(top: &At<'_>, p: &Thresher, tooth: &Tooth, wear: Option<&Wear>) -> Result<(), SceneError> {
+    let conflict = |at: At<'_>, problem: &str| {
+        let (at, problem) = (at.place(), problem.to_owned());
+        Err(SceneError::Conflict { at, problem })
+    };
+    let at = top.key("thresher");
+    let lives = wear.is_some_and(|wear| !wear.limits.is_empty());
+    if p.grains.is_none() && wear.is_some_and(|wear| wear.concave.is_some()) {
+        let why = "the concave wears only in a run with [thresher.grains]";
+        return conflict(top.key("wear").key("concave"), why);
+    }
+    if p.grains.is_some() && lives && p.hold == Hold::Torque {
+        let why =
+            "grains have no stiffness by which the torque could be held; `feed` gives their life";
+        return conflict(at.key("hold"), why);
+    }
+    if p.bar.is_empty() {
+        return Ok(());
+    }
+    let at = at.key("bar");
+    if p.grains.is_none() || lives {
+        let why = "bars of their own need [thresher.grains] and no [wear] limits: a life is that of equal bars";
+        return conflict(at, why);
+    }
+    if p.bar.len() != p.bars as usize {
+        return Err(SceneError::OutOfRange {
+            at: at.place(),
+            value: format!("{} bars", p.bar.len()),
+            allowed: format!("{}, as thresher.bars says", p.bars),
+        });
+    }
+    for (k, bar) in p.bar.iter().enumerate() {
+        let at = at.index(k);
+        if let Some(height) = bar.height.filter(|h| !(1e-6..=tooth.gamma).contains(h)) {
+            return Err(SceneError::OutOfRange {
+                at: at.key("height").place(),
+                value: format!("{height:?}"),
+                allowed: format!("1e-6 to {} m, the new tooth", tooth.gamma),
+            });
+        }
+        at.within("friction", bar.friction.unwrap_or(0.0), FRICTION)?;
+        if let Some(coefficient) = bar.coefficient {
+            at.within(
+                "coefficient",
+                coefficient,
+                range(1e-30, 1.0, "1e-30 to 1 m2/N"),
+            )?;
+        }
+    }
+    Ok(())
 }
 
 /// The torque of a governor is a function of the speed that does not rise.

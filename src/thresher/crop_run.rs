@@ -3,9 +3,10 @@
 use super::bar_load::BarLoad;
 use super::cycle::{Cycle, Threshing, grains_fill, new_tooth};
 use super::flow::Flow;
-use super::life::Observer;
+use super::life::{Kept, Observer, ThreshingOutcome, run_threshing};
 use super::machine::Setup;
 use super::parameters::Thresher;
+use super::part_wear::{BarWear, ConcaveWear, PartLoads};
 use super::power::PowerBudget;
 use super::world::{Outlines, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
@@ -29,6 +30,9 @@ pub struct CropRun {
     pub depths: Vec<f64>,
     /// Worn volume of a bar in a revolution \[m³\] per metre of width.
     pub worn: f64,
+    /// The same of each bar, and of the concave from the table to the outlet.
+    pub bars: Vec<BarWear>,
+    pub concave: Vec<ConcaveWear>,
     /// Relative standard error of the depth of the deepest cell, from the halves of the revolutions.
     pub sampling: f64,
     /// Of the measured revolutions alone.
@@ -41,14 +45,17 @@ pub struct CropRun {
 pub struct CropComparison {
     pub grains: CropRun,
     pub strip: CropRun,
+    /// Of the teeth with grains, if the scene has limits of wear.
+    pub life: Option<ThreshingOutcome>,
 }
 
 /// Fills the machine of a scene with grains and measures its revolutions, and on a second thread the
 /// same machine with the strip, whose stiffness is scaled to the operating torque. Nothing of the grains
-/// is calibrated.
+/// is calibrated. With limits of wear in the scene it then computes the life of the teeth with grains.
 ///
 /// # Arguments
-/// - `observe`: called after every measured step with grains.
+/// - `observe`: called after every step of the first measured revolution with grains.
+/// - `kept`: the checkpoint of the life by its name.
 ///
 /// # Errors
 /// [`RunError`]; [`RunError::Unfit`] for a machine without grains.
@@ -57,6 +64,7 @@ pub fn run_crops(
     setup: &Setup<Thresher>,
     progress: impl Fn(&str, u64) -> Progress,
     observe: Observer,
+    kept: Kept,
 ) -> Result<CropComparison, RunError> {
     if setup.parameters.grains.is_none() {
         let why = format!("scene {}: its crop is a strip", scene.name);
@@ -83,9 +91,18 @@ pub fn run_crops(
             strip.join().unwrap_or_else(|panic| resume_unwind(panic)),
         )
     });
+    let (grains, strip) = (grains?, strip?);
+    let life = match setup.wear.limits.is_empty() {
+        true => None,
+        false => {
+            let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+            Some(run_threshing(scene, setup, progress, &mut ignore, kept)?)
+        }
+    };
     Ok(CropComparison {
-        grains: grains?,
-        strip: strip?,
+        grains,
+        strip,
+        life,
     })
 }
 
@@ -101,7 +118,18 @@ fn measured(
     let mut machine = Threshing::new(scene, p, &setup.tooth, &profile)?;
     machine.fill(&profile, true, progress)?;
     machine.totals = Totals::default();
-    let cycle = machine.measure(&profile, revolutions, progress, observe)?;
+    let first = machine.steps(1.0);
+    let mut loads = PartLoads::new(p, &profile, &machine.world);
+    let mut steps = 0;
+    let mut each = |record: &StepRecord, world: &ThreshingWorld| {
+        loads.add(record, world, &profile)?;
+        steps += 1;
+        match steps <= first {
+            true => observe(record, world),
+            false => Ok(()),
+        }
+    };
+    let cycle = machine.measure(&profile, revolutions, progress, &mut each)?;
     let Cycle {
         load,
         sampling,
@@ -121,6 +149,8 @@ fn measured(
         places: profile.nodes().iter().map(|node| node.x).collect(),
         depths: state.depth().to_vec(),
         worn: law * load.sums().iter().sum::<f64>(),
+        bars: loads.bars(p, &setup.wear, &profile, f64::from(revolutions))?,
+        concave: loads.concave(&setup.wear, &machine.world, f64::from(revolutions))?,
         sampling,
         totals: machine.totals,
         picture: machine.world.outlines()?,

@@ -1,10 +1,12 @@
 //! Output of a run with grains: files, pictures and text.
 
+use super::blocks::Tooth;
 use super::crop_run::{CropComparison, CropRun};
 use super::life_text::picture;
 use super::machine_pictures::load_over_angle;
 use super::parameters::Thresher;
-use super::rows::{CropRow, CropWearRow};
+use super::part_wear::most;
+use super::rows::{BarRow, ConcaveRow, CropRow, CropWearRow};
 use crate::report::{
     Align, Axis, Chart, OutputFolder, ReportError, Series, Style, Table, number, quantity,
     write_rows,
@@ -17,11 +19,7 @@ const MILLION: f64 = 1e6;
 impl CropRun {
     /// The deepest cell, from 1, and its depth of a revolution \[m\].
     pub fn deepest(&self) -> (usize, f64) {
-        let all = self.depths.iter().copied().enumerate();
-        let (cell, depth) = all.fold(
-            (0, 0.0),
-            |most, one| if one.1 > most.1 { one } else { most },
-        );
+        let (cell, depth) = most(&self.depths);
         (cell + 1, depth)
     }
 
@@ -93,6 +91,16 @@ impl CropRun {
             ("that cell".to_owned(), "", cell as f64),
             ("its sampling error".to_owned(), "%", 100.0 * self.sampling),
             (
+                "worn volume of the concave, 1e6 revolutions, per metre".to_owned(),
+                "mm3/m",
+                1e9 * MILLION * self.concave.iter().map(|n| n.width * n.depth).sum::<f64>(),
+            ),
+            (
+                "its deepest place, 1e6 revolutions".to_owned(),
+                "mm",
+                1e3 * MILLION * most(&self.concave.iter().map(|n| n.depth).collect::<Vec<_>>()).1,
+            ),
+            (
                 "crop in the machine".to_owned(),
                 "kg",
                 self.flow.inside_mean,
@@ -107,7 +115,12 @@ impl CropComparison {
     ///
     /// # Errors
     /// [`ReportError`].
-    pub fn write(&self, folder: &OutputFolder, p: &Thresher) -> Result<(), ReportError> {
+    pub fn write(
+        &self,
+        folder: &OutputFolder,
+        p: &Thresher,
+        tooth: &Tooth,
+    ) -> Result<(), ReportError> {
         let rows: Vec<CropRow> = (self.grains.figures().into_iter())
             .zip(self.strip.figures())
             .map(|((figure, unit, grains), (_, _, strip))| CropRow {
@@ -132,6 +145,7 @@ impl CropComparison {
         }
         write_rows(folder, &wear)?;
         write_rows(folder, &loads)?;
+        self.write_parts(folder)?;
         let subtitle = format!("feed {} kg/s, {} rad/s, new teeth", p.feed_rate, p.speed);
         folder.write("wear-by-crop.svg", wear_by_crop(&wear, &subtitle).to_svg()?)?;
         let arc = [p.concave_start_deg, p.concave_end_deg];
@@ -143,7 +157,75 @@ impl CropComparison {
         grains.notes.clear();
         folder.write("machine-grains.svg", grains.to_svg()?)?;
         let strip = picture("The machine with the strip", &self.strip.picture);
-        folder.write("machine-strip.svg", strip.to_svg()?)
+        folder.write("machine-strip.svg", strip.to_svg()?)?;
+        match &self.life {
+            Some(life) => life.history.write(folder, &subtitle, tooth.base),
+            None => Ok(()),
+        }
+    }
+
+    /// Wear of the bars and of the concave.
+    fn write_parts(&self, folder: &OutputFolder) -> Result<(), ReportError> {
+        let (mut bars, mut concave) = (Vec::new(), Vec::new());
+        for (crop, run) in self.both() {
+            bars.extend((run.bars.iter().enumerate()).map(|(bar, of)| BarRow {
+                crop: crop.to_owned(),
+                bar: bar as u32 + 1,
+                height_m: of.height,
+                torque_nm: of.torque,
+                worn_m3_per_m_revolution: of.worn,
+                deepest_cell: of.cell as u32,
+                deepest_m_per_revolution: of.deepest,
+            }));
+            concave.extend(run.concave.iter().map(|node| ConcaveRow {
+                crop: crop.to_owned(),
+                angle_deg: node.angle_deg,
+                width_m: node.width,
+                depth_m_per_revolution: node.depth,
+            }));
+        }
+        write_rows(folder, &bars)?;
+        write_rows(folder, &concave)?;
+        let mut chart = Chart::new(
+            "Wear along the concave",
+            Axis::linear("angle about the axle, from the inlet to the outlet [degrees]"),
+            Axis::linear("depth of 1e6 revolutions [mm]"),
+        );
+        for own in concave.chunk_by(|a, b| a.crop == b.crop) {
+            let points = own
+                .iter()
+                .map(|r| (r.angle_deg, 1e3 * MILLION * r.depth_m_per_revolution));
+            let series = Series::new(own[0].crop.as_str(), Style::LinePoints, points.collect());
+            chart.series.push(series);
+        }
+        folder.write("wear-of-concave.svg", chart.to_svg()?)
+    }
+
+    /// Bars of their own as a table; empty for equal ones.
+    fn describe_bars(&self, p: &Thresher) -> String {
+        if p.bar.is_empty() {
+            return String::new();
+        }
+        let mut table = Table::new([
+            ("bar", Align::Right),
+            ("height [mm]", Align::Right),
+            ("torque, grains [N m]", Align::Right),
+            ("strip [N m]", Align::Right),
+            ("worn in 1e6 revolutions, grains [mm3/m]", Align::Right),
+            ("strip [mm3/m]", Align::Right),
+        ]);
+        for (bar, (g, s)) in self.grains.bars.iter().zip(&self.strip.bars).enumerate() {
+            let volume = |worn: f64| number(1e9 * MILLION * worn, 3);
+            table.push([
+                (bar + 1).to_string(),
+                number(1e3 * g.height, 4),
+                number(g.torque, 3),
+                number(s.torque, 3),
+                volume(g.worn),
+                volume(s.worn),
+            ]);
+        }
+        format!("{table}\n")
     }
 
     fn both(&self) -> [(&'static str, &CropRun); 2] {
@@ -156,6 +238,7 @@ impl CropComparison {
             "machine_width_m": p.machine_width,
             "grains": self.grains.json(),
             "strip": self.strip.json(),
+            "life": self.life.as_ref().map(|life| life.history.life_json()),
         })
     }
 
@@ -182,7 +265,7 @@ impl CropComparison {
         let share = 100.0 * g.torque / p.operating_torque;
         let kg = |mass: f64| quantity(mass, "kg", 4);
         format!(
-            "{table}\n\
+            "{table}\n{}\
              the strip is calibrated to the operating torque of {} N m; of the grains nothing is: they take {} % \
              of it\n\
              grains at once: {} in the mean, {} at most\n\
@@ -190,7 +273,8 @@ impl CropComparison {
              before and {} after; imbalance {}; waiting for room {}; {} behind steel\n\
              contact problems with grains: of {} steps {certified} certified, {bounded} bounded, {failed} failed; \
              worst closing velocity {}, worst overlap {}; {} contacts a step, {} per step\n\
-             the powers add up to {} of the drive with grains, to {} with the strip\n",
+             the powers add up to {} of the drive with grains, to {} with the strip\n{}",
+            self.describe_bars(p),
             number(p.operating_torque, 4),
             number(share, 3),
             number(f.bodies_mean, 4),
@@ -211,6 +295,24 @@ impl CropComparison {
             quantity(g.totals.wall / g.totals.steps.max(1) as f64, "s", 3),
             number(g.closure(), 2),
             number(self.strip.closure(), 2),
+            self.describe_life(),
+        )
+    }
+
+    /// The life with grains as text, if there is one.
+    fn describe_life(&self) -> String {
+        let Some(life) = &self.life else {
+            return String::new();
+        };
+        format!(
+            "\nhours to each limit with grains, all bars equal:\n{}{} jumps, {} revolutions; torque {} N m with \
+             new teeth, {} N m with the last; sampling error of a cycle {} %\n",
+            life.history.describe(),
+            life.jumps,
+            number(life.revolutions, 4),
+            number(life.torque_new, 3),
+            number(life.torque_worn, 3),
+            number(100.0 * life.sampling, 3)
         )
     }
 
@@ -223,8 +325,13 @@ impl CropComparison {
                 f.through_steel
             ));
         }
-        if t.failed_islands > 0 {
-            return Some(format!("{} contact problems failed", t.failed_islands));
+        let of_life = self
+            .life
+            .as_ref()
+            .map_or(0, |life| life.totals.failed_islands);
+        let failed = t.failed_islands + of_life;
+        if failed > 0 {
+            return Some(format!("{failed} contact problems failed"));
         }
         // the feed holds up to a grain
         let late = f.waiting > 0.01 * f.due;

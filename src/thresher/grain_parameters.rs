@@ -32,6 +32,19 @@ pub struct Grains {
     pub restitution: f64,
 }
 
+/// `[[thresher.bar]]`: a bar of its own. All bars are listed, bar 0 first; what a bar does not say is that of
+/// the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Bar {
+    /// Height of its tooth \[m\]: the profile of `[tooth]`, scaled to it. A lower one is a worn one.
+    pub height: Option<f64>,
+    /// Of the crop on it; default `friction_steel`.
+    pub friction: Option<f64>,
+    /// Its `K` [m²/N]; default that of `[wear]`.
+    pub coefficient: Option<f64>,
+}
+
 impl Default for Grains {
     fn default() -> Self {
         Grains {

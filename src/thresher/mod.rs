@@ -58,6 +58,7 @@ mod machine_pictures;
 mod machine_stage;
 mod operation;
 mod parameters;
+mod part_wear;
 mod pictures;
 mod power;
 mod rotor_rungs;
@@ -81,7 +82,7 @@ pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, 
 pub use calibrate::Calibrated;
 pub use crop_run::{CropComparison, CropRun, run_crops};
 pub use flow::Flow;
-pub use grain_parameters::Grains;
+pub use grain_parameters::{Bar, Grains};
 pub use life::{Kept, Observer, ThreshingOutcome, run_threshing};
 pub use life_error::{LimitError, Size, SourceError};
 pub use lives::{Lives, run_lives};
@@ -89,12 +90,13 @@ pub use machine::{Blocks, Machine, Setup, load, parse};
 pub use machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
 pub use machine_stage::machine_stage;
 pub use parameters::{ConcaveSetting, Hold, Thresher};
+pub use part_wear::{BarWear, ConcaveWear};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
 pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
 pub use rows::{
-    BarLoadRow, ComparisonRow, CropRow, CropWearRow, ErrorRow, FrictionDepthRow, FrictionRow,
-    LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
+    BarLoadRow, BarRow, ComparisonRow, ConcaveRow, CropRow, CropWearRow, ErrorRow,
+    FrictionDepthRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
 };
 pub use stall::Stall;
 pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};

@@ -7,7 +7,7 @@
 //! straw on steel: Agriculture 15:1686 (2025); the rest assumed or from combine manuals.
 
 use super::blocks::Calibration;
-use super::grain_parameters::Grains;
+use super::grain_parameters::{Bar, Grains};
 use serde::{Deserialize, Serialize};
 
 /// `[thresher]`
@@ -77,6 +77,8 @@ pub struct Thresher {
     pub concave: ConcaveSetting,
     /// A crop of grains in place of the strip; default none.
     pub grains: Option<Grains>,
+    /// Bars of their own, with grains; default none: all are equal.
+    pub bar: Vec<Bar>,
     /// The published depth to which `K` is fitted; without it, `[wear]` applies unchanged.
     pub calibrate: Option<Calibration>,
 }
@@ -152,6 +154,7 @@ impl Default for Thresher {
             clearance_outlet: 0.008,
             concave: ConcaveSetting::Follows,
             grains: None,
+            bar: Vec::new(),
             calibrate: None,
         }
     }

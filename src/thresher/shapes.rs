@@ -77,7 +77,17 @@ pub(super) fn tooth_chain(
 ) -> Result<ShapeSpec, WearError> {
     let (out, along) = bar_axes(p, bar);
     let l = base_radius(p, tooth);
-    let mut points: Vec<Vec2> = profile
+    let scaled = match p.bar.get(bar).and_then(|own| own.height) {
+        Some(height) => {
+            let share = height / tooth.gamma;
+            let nodes = profile.nodes().iter();
+            Some(Profile::new(
+                nodes.map(|q| Vec2::new(q.x, q.y * share)).collect(),
+            )?)
+        }
+        None => None,
+    };
+    let mut points: Vec<Vec2> = (scaled.as_ref().unwrap_or(profile))
         .outline(tooth.base)?
         .iter()
         .map(|q| out * (l + q.y) + along * q.x)
@@ -168,8 +178,10 @@ pub(super) fn parting(p: &Thresher) -> JointDrive {
     }
 }
 
-pub(super) fn teeth_surface(p: &Thresher, stiffness: f64) -> Surface {
-    steel(p, p.friction_steel, TEETH, stiffness)
+/// Of a bar, and of the core for a number that no bar has.
+pub(super) fn teeth_surface(p: &Thresher, stiffness: f64, bar: usize) -> Surface {
+    let own = p.bar.get(bar).and_then(|own| own.friction);
+    steel(p, own.unwrap_or(p.friction_steel), TEETH, stiffness)
 }
 
 pub(super) fn concave_surface(p: &Thresher, stiffness: f64) -> Surface {

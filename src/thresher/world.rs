@@ -98,14 +98,13 @@ impl ThreshingWorld {
         let mut simulation = Simulation::new(scene.step.stepper(), gravity, scene.step.dt)?;
         let p = parameters;
         let inertia = p.per_metre(p.inertia);
-        let steel = teeth_surface(p, stiffness);
         let outline = tooth_chain(p, tooth, profile, 0)?;
         let (cylinder, first) = simulation.add_body(
             Motion::Dynamic,
             Pose64::new(Vec2::zeros(), 0.0),
             Vec3::new(0.0, 0.0, p.speed),
             &outline,
-            &steel,
+            &teeth_surface(p, stiffness, 0),
             Some(MassSpec::Given {
                 mass: inertia / (AXLE_RADIUS * AXLE_RADIUS),
                 inertia,
@@ -114,11 +113,15 @@ impl ThreshingWorld {
         let mut bars = vec![first];
         for k in 1..p.bars as usize {
             let chain = tooth_chain(p, tooth, profile, k)?;
-            bars.push(simulation.add_collider(cylinder, &chain, &steel)?);
+            let surface = teeth_surface(p, stiffness, k);
+            bars.push(simulation.add_collider(cylinder, &chain, &surface)?);
         }
         // a strip bridges the bars and never meets it
         let hub = match &p.grains {
-            Some(_) => Some(simulation.add_collider(cylinder, &hub(p, tooth), &steel)?),
+            Some(_) => {
+                let surface = teeth_surface(p, stiffness, usize::MAX);
+                Some(simulation.add_collider(cylinder, &hub(p, tooth), &surface)?)
+            }
             None => None,
         };
         simulation.add_joint(&JointSpec {
@@ -198,8 +201,8 @@ impl ThreshingWorld {
     /// As [`ThreshingWorld::new`]; the old teeth then remain.
     pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
         let p = &self.parameters;
-        let surface = teeth_surface(p, self.stiffness);
         for k in 0..self.bars.len() {
+            let surface = teeth_surface(p, self.stiffness, k);
             let chain = tooth_chain(p, &self.tooth, profile, k)?;
             self.bars[k] =
                 self.simulation
@@ -261,6 +264,24 @@ impl ThreshingWorld {
         let (bar, place) = bars.find_map(|(bar, b)| Some((bar, contact.place_on(b.number())?)))?;
         // the outline of a bar starts with its profile, see `tooth_chain`
         ((place.edge as usize) + 1 < profile.node_count()).then_some((bar, place))
+    }
+
+    /// The place on the concave and its table that a contact is on, edge 0 at the outlet.
+    pub(super) fn concave_place(&self, contact: &ContactRecord) -> Option<SurfacePoint> {
+        contact.place_on(self.concave.number())
+    }
+
+    /// Angular impulse of a contact on the cylinder [N m s]; 0 for one that is not on it.
+    pub(super) fn moment(&self, contact: &ContactRecord) -> f64 {
+        let cylinder = self.simulation.number(self.cylinder);
+        let side = contact.bodies.iter().position(|b| Some(*b) == cylinder);
+        side.and_then(|side| contact.moments[side]).unwrap_or(0.0)
+    }
+
+    /// The corners of the concave and its table \[m\], from the outlet on.
+    pub(super) fn concave_nodes(&self) -> Vec<Vec2> {
+        let still = Pose64::new(Vec2::zeros(), 0.0);
+        placed(concave_chain(&self.parameters, self.tips), still)
     }
 
     /// Work \[J\] of the drive in a step, without the work of the strip's springs.
@@ -362,11 +383,10 @@ impl ThreshingWorld {
                 Ok(placed(chain, self.cylinder_pose()))
             })
             .collect::<Result<_, WearError>>()?;
-        let still = Pose64::new(Vec2::zeros(), 0.0);
         Ok(Outlines {
             teeth,
             crop: self.crop.outlines(&self.simulation, p),
-            concave: placed(concave_chain(p, self.tips), still),
+            concave: self.concave_nodes(),
         })
     }
 
