@@ -66,8 +66,8 @@ fn wear(at: &At<'_>, wear: &Wear, tooth: &Tooth) -> Result<(), SceneError> {
             allowed: format!("{least:.2e} to 1 m, from {MOST_JUMPS} jumps for a tooth on its base"),
         });
     }
-    if let Some(concave) = wear.concave {
-        at.within("concave", concave, coefficient)?;
+    if let Some(concave) = wear.concave_coefficient {
+        at.within("concave_coefficient", concave, coefficient)?;
     }
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     at.within(
@@ -216,9 +216,9 @@ fn parts(top: &At<'_>, p: &Thresher, tooth: &Tooth, wear: Option<&Wear>) -> Resu
     };
     let at = top.key("thresher");
     let lives = wear.is_some_and(|wear| !wear.limits.is_empty());
-    if p.grains.is_none() && wear.is_some_and(|wear| wear.concave.is_some()) {
+    if p.grains.is_none() && wear.is_some_and(|wear| wear.concave_coefficient.is_some()) {
         let why = "the concave wears only in a run with [thresher.grains]";
-        return conflict(top.key("wear").key("concave"), why);
+        return conflict(top.key("wear").key("concave_coefficient"), why);
     }
     if p.grains.is_some() && lives && p.hold == Hold::Torque {
         let why =

@@ -10,6 +10,20 @@
 //! wears the tooth by the wear of many revolutions, and starts again with the worn tooth.
 //! [`WearHistory`] makes its rows and pictures.
 //!
+//! # A crop of grains
+//! With `[thresher.grains]` the crop is rigid discs of a stated size, fed at the same mass flow
+//! ([`Grains`]); [`run_crops`] measures torque, power, mass and wear of bars and concave beside the same
+//! machine with the strip. `[[thresher.bar]]` has bars of their own ([`Bar`]), `[wear]
+//! concave_coefficient` the K of the concave, whose outline does not change. With limits of wear the run
+//! computes the life of the teeth with grains as well. `thresher.governor` has the torque of the drive over
+//! its speed in place of the ideal motor.
+//!
+//! `run thresher-grains`, two revolutions with 917 grains at once in the mean: every contact problem is
+//! certified. New teeth take 20 N m, a seventh of the measured 146 N m to which the strip is calibrated: the
+//! layer of grains slides along the concave, and the tips meet it only where it has piled up before them. The
+//! deepest cell wears by 0.3 mm in 1e6 revolutions (sampling error 50 %), with the strip by 1.8 mm at the same
+//! K. Both wear cell 1 most. Grains predict no torque of this machine.
+//!
 //! # What the hours depend on
 //! The catalogue's machine with one assumed input changed, one revolution a jump (`run thresher --set
 //! thresher.crop_strength=10 --set wear.revolutions=1`). K belongs to the published depth, so that each

@@ -107,7 +107,7 @@ impl PartLoads {
         revolutions: f64,
     ) -> Result<Vec<ConcaveWear>, WearError> {
         let law = Archard {
-            coefficient: wear.concave.unwrap_or(wear.coefficient),
+            coefficient: wear.concave_coefficient.unwrap_or(wear.coefficient),
         };
         let nodes: Vec<[f64; 2]> = world.concave_nodes().iter().map(|q| [q.x, q.y]).collect();
         let widths = widths(&nodes);

@@ -24,6 +24,9 @@ pub struct PowerBudget {
     pub normal_hub: f64,
     pub friction_crop: f64,
     pub normal_crop: f64,
+    /// Taken by friction in contacts that stick: their slip counts as 0 in the friction above and in the wear,
+    /// while the point of contact of a body that rolls changes its velocity within a step.
+    pub sticking: f64,
     /// Kinetic energy that the crop carries away beyond what it brought.
     pub crop: f64,
     /// Bending of the crop: dissipated and stored.
@@ -48,6 +51,7 @@ impl PowerBudget {
         self.feeder += strip.feeder;
         self.bending += strip.bending;
         self.parting += strip.parting;
+        self.sticking -= record.energy.contact_t;
         for contact in &record.contacts {
             let (friction, normal) = match world.part(contact) {
                 Some(Part::Tooth(_)) => (&mut self.friction_teeth, &mut self.normal_teeth),
@@ -56,6 +60,7 @@ impl PowerBudget {
                 None => (&mut self.friction_crop, &mut self.normal_crop),
             };
             *friction += contact.friction_work;
+            self.sticking -= contact.friction_work;
             *normal -= contact.normal_work;
         }
     }
@@ -74,6 +79,7 @@ impl PowerBudget {
             normal_hub: scale * self.normal_hub,
             friction_crop: scale * self.friction_crop,
             normal_crop: scale * self.normal_crop,
+            sticking: scale * self.sticking,
             crop: scale * self.crop,
             bending: scale * self.bending,
             parting: scale * self.parting,
@@ -82,7 +88,7 @@ impl PowerBudget {
     }
 
     /// Every term with its name and the sign it has in the sum.
-    pub(super) fn terms(&self) -> [(&'static str, f64); 15] {
+    pub(super) fn terms(&self) -> [(&'static str, f64); 16] {
         [
             ("drive", self.drive),
             ("feeder", self.feeder),
@@ -95,6 +101,7 @@ impl PowerBudget {
             ("normal losses on the core", -self.normal_hub),
             ("friction of grains on grains", -self.friction_crop),
             ("normal losses of grains on grains", -self.normal_crop),
+            ("contacts that stick", -self.sticking),
             ("carried away by the crop", -self.crop),
             ("bending of the crop", -self.bending),
             ("parting of the crop", -self.parting),
