@@ -263,7 +263,7 @@ impl CropComparison {
         let (g, f) = (&self.grains, &self.grains.flow);
         let [certified, bounded, failed] = g.labels();
         let share = 100.0 * g.torque / p.operating_torque;
-        let kg = |mass: f64| quantity(mass, "kg", 4);
+        let kg = |mass: f64| format!("{} kg", number(mass, 4));
         format!(
             "{table}\n{}\
              the strip is calibrated to the operating torque of {} N m; of the grains nothing is: they take {} % \

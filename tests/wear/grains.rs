@@ -84,7 +84,8 @@ fn no_grain_passes_through_steel() {
             }
         }
     }
-    assert!(met > 500, "teeth meet grains: {met}");
+    // of every fifth step: the test looks at teeth in grains
+    assert!(met > 50, "teeth meet grains: {met}");
     // impacts are noticed up to a step late; grains are thrown at each other at the speed of the tips
     assert!(most < tip * 8e-5, "{most}");
     let mean = sum / f64::from(count);
