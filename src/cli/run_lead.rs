@@ -178,6 +178,39 @@ fn advice(scene: &Scene, engine: Engine, verdict: &Verdict) -> String {
     )
 }
 
+/// The words for a machine with grains beside the strip.
+fn grains_lead(found: &Value, totals: &Totals, notes: usize, wrong: Option<&str>) -> Lead {
+    let of = |crop: &str, figure: &str| found[crop][figure].as_f64().unwrap_or(f64::NAN);
+    let worn = |crop: &str| of(crop, "worn_m3_per_m_bar_revolution");
+    let bounded = totals.unsolved_steps;
+    Lead {
+        good: wrong.is_none(),
+        what_came_out: format!(
+            "With grains the drive takes {} N m, with the strip {} N m. Grains wear a bar by {} times what the \
+             strip does.",
+            number(of("grains", "torque_nm"), 3),
+            number(of("strip", "torque_nm"), 4),
+            number(worn("grains") / worn("strip"), 2)
+        ),
+        can_it_be_trusted: match wrong {
+            Some(why) => format!("No: {why}."),
+            None => format!(
+                "The computation is sound: of its {} steps {} are certified and {bounded} bounded, within a \
+                 closing velocity of {}. No grain passed through the steel. Torque and wear of the strip are \
+                 calibrated; those of the grains are no better than the size and density assumed.",
+                totals.steps,
+                totals.steps - bounded,
+                quantity(totals.residual_velocity, "m/s", 2)
+            ),
+        },
+        what_to_do: match notes {
+            0 => "Run other seeds (--set seed=2) to see the scatter of the torque.",
+            _ => "Read the notes below before the figures.",
+        }
+        .to_owned(),
+    }
+}
+
 /// The words for a machine, from what its run adds to the summary.
 ///
 /// # Arguments
@@ -188,6 +221,9 @@ pub(super) fn machine_lead(
     notes: usize,
     wrong: Option<&str>,
 ) -> Lead {
+    if found.get("grains").is_some() {
+        return grains_lead(found, totals, notes, wrong);
+    }
     let solved = totals.unsolved_islands == 0;
     let lives = found["life"].as_array().into_iter().flatten();
     let hours = |life: &Value| {

@@ -5,7 +5,9 @@ use super::{Outcome, RunArgs, run_inputs, run_page, summary};
 use crate::experiment::{RunError, Totals};
 use crate::report::{BodyRow, OutputFolder, Progress, Stage, written_rows};
 use crate::scene::Scene;
-use crate::thresher::{Machine, Setup, Study, Thresher, machine_stage, run_lives, run_study};
+use crate::thresher::{
+    Machine, Setup, Study, Thresher, machine_stage, run_crops, run_lives, run_study,
+};
 use serde_json::{Value, json};
 
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
@@ -25,6 +27,9 @@ pub(super) fn run(
     let folder = resume::folder(args, scene, Some(machine), stopped)?;
     let (mut found, mut text, totals, wrong) = match machine {
         Machine::Study(setup) => study(args, scene, setup, &folder)?,
+        Machine::Thresher(setup) if setup.parameters.grains.is_some() => {
+            grains(args, scene, setup, &folder)?
+        }
         Machine::Thresher(setup) => thresher(args, scene, setup, &folder)?,
     };
     if let Some(inputs) = run_inputs::run(args, scene, Some(machine), &folder, &found)? {
@@ -143,4 +148,32 @@ fn thresher(
     warnings.extend(wrong.clone());
     text.push_str(&summary::noted(&warnings));
     Ok((found, text, totals, wrong))
+}
+
+fn grains(
+    args: &RunArgs,
+    scene: &Scene,
+    setup: &Setup<Thresher>,
+    folder: &OutputFolder,
+) -> Result<Found, RunError> {
+    let quiet = args.common.flags.quiet;
+    let every = args.every.map_or(EVERY, |n| n as usize);
+    let mut files = RunFiles::create(folder, every, args.summary_only)?;
+    let crops = run_crops(
+        scene,
+        setup,
+        |label, total| Progress::new(label, total, quiet),
+        &mut |record, world| Ok(files.add(record, || world.bodies())?),
+        &|name| folder.checkpoint(name, None),
+    )?;
+    files.finish()?;
+    let p = &setup.parameters;
+    if !args.summary_only {
+        crops.write(folder, p, &setup.tooth)?;
+    }
+    let (totals, wrong) = (crops.grains.totals, crops.wrong());
+    let mut warnings = summary::warnings(&totals);
+    warnings.extend(wrong.clone());
+    let text = crops.describe(p) + &summary::noted(&warnings);
+    Ok((crops.json(p), text, totals, wrong))
 }

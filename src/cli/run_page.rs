@@ -25,6 +25,15 @@ const MACHINE: [&str; 4] = [
      turns the depth into a pressure, and this is no failure of the solver.",
     "A segment that has left the machine is removed, and its number passes to one that enters.",
 ];
+/// The same for one with grains.
+const GRAINS: [&str; 3] = [
+    "It shows the first measured revolution with grains and new teeth: written steps.",
+    "The cylinder turns counter-clockwise, as the arrow at its axle says. The cells of a tooth are numbered from 1 \
+     at its tall end, which trails, to the toe, which leads.",
+    "A grain that has left the machine is removed, and its number passes to one that enters. All are drawn with \
+     the mean radius, so that drawn grains may overlap or keep apart where the real ones touch; \
+     machine-grains.svg has their own radii.",
+];
 /// Keys of the summary that the page shows elsewhere.
 const SHOWN: [&str; 10] = [
     "program",
@@ -70,7 +79,9 @@ pub(super) fn write(
         ));
         let rows: Vec<StepRow> = written_rows(folder)?;
         if stage.bodies.iter().any(|b| b.kind == "driven") {
-            let items = MACHINE.map(str::to_owned).to_vec();
+            let grains = summary.get("grains").is_some();
+            let words = if grains { &GRAINS[..] } else { &MACHINE[..] };
+            let items = words.iter().map(|word| (*word).to_owned()).collect();
             let title = "How to read the replay".to_owned();
             sections.push(Section::List { title, items });
         }

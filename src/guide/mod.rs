@@ -23,6 +23,7 @@
 //! moreau2d scenes                     # the catalogue
 //! moreau2d run thresher-study         # the published study of a worn tooth, rebuilt
 //! moreau2d run thresher --set wear.error=measured  # the error of the life, by source
+//! moreau2d run thresher-grains        # a crop of grains beside the strip; `thresher`
 //! moreau2d run pin-on-disc            # any body of a scene can wear; `guide::pin_on_disc`
 //! moreau2d run tower --set 'repeat.box.count=[1,50]' --dt 0.01
 //! moreau2d run bouncing-ball --events # impacts located in time inside the steps

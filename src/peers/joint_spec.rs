@@ -33,6 +33,12 @@ pub enum JointShape {
 pub enum JointDrive {
     /// Keeps `speed` with at most `max_force`.
     Motor { speed: f64, max_force: f64 },
+    /// Drives with `damping` times what the speed lacks of `speed`, and at most `max_force`.
+    Droop {
+        speed: f64,
+        damping: f64,
+        max_force: f64,
+    },
     /// Pulls to `target` with `stiffness` and `damping`, and at most `max_force`.
     Spring {
         target: f64,
@@ -106,6 +112,20 @@ impl Simulation {
             .impulse_joints
             .insert(handles[0], handles[1], generic(spec), true))
     }
+
+    /// Replaces the drive of the angle of all revolute joints of a body.
+    pub fn set_drive(&mut self, body: BodyId, drive: JointDrive) {
+        let of_body: Vec<ImpulseJointHandle> = (self.world.impulse_joints)
+            .attached_joints(body.0)
+            .map(|(_, _, handle, _)| handle)
+            .collect();
+        for handle in of_body {
+            let joint = self.world.impulse_joints.get_mut(handle, false);
+            if let Some(joint) = joint.filter(|j| j.data.as_revolute().is_some()) {
+                driven(&mut joint.data, JointAxis::AngX, drive);
+            }
+        }
+    }
 }
 
 fn generic(spec: &JointSpec) -> GenericJoint {
@@ -155,6 +175,15 @@ fn driven(joint: &mut GenericJoint, axis: JointAxis, drive: JointDrive) {
     let bound = match drive {
         JointDrive::Motor { speed, max_force } => {
             joint.set_motor_velocity(axis, speed as Real, EXACT as Real);
+            max_force
+        }
+        JointDrive::Droop {
+            speed,
+            damping,
+            max_force,
+        } => {
+            joint.set_motor_model(axis, MotorModel::ForceBased);
+            joint.set_motor_velocity(axis, speed as Real, damping as Real);
             max_force
         }
         JointDrive::Spring {

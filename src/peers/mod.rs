@@ -17,5 +17,5 @@ pub use box2d::{BOX2D_MISSING, Box2d, Box2dSettings};
 pub use clock::seconds;
 pub use joint_spec::{JointDrive, JointShape, JointSpec};
 pub use simulation::{
-    BodyId, ColliderId, FrictionRule, MassSpec, Motion, ShapeSpec, Simulation, Surface,
+    BodyId, ColliderId, MassSpec, Motion, PairRule, ShapeSpec, Simulation, Surface,
 };

@@ -63,21 +63,44 @@ pub struct Surface {
     pub law: SurfaceLaw,
     /// Collision groups as bits: the memberships, and the filter.
     pub groups: (u32, u32),
-    /// How its friction combines with the other surface's: the mean, or the larger of the two.
-    pub friction_rule: FrictionRule,
+    /// How its friction combines with the other surface's.
+    pub friction_rule: PairRule,
+    /// How its restitution combines with the other surface's.
+    pub restitution_rule: PairRule,
     /// Direction in the body's frame in which the surface pushes, within 0.1 rad, bodies that did
     /// not come through it; `None` pushes in all directions.
     pub one_way: Option<Vec2>,
 }
 
-/// How two friction coefficients make one.
+/// How the coefficients of two surfaces make that of the pair. A rule further down prevails over one
+/// above it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum FrictionRule {
+pub enum PairRule {
     /// The mean, rapier's default.
     #[default]
     Mean,
-    /// The larger one: for a surface that has the coefficient of the pair.
+    /// The smaller one, and the larger one: for a surface that has the coefficient of the pair.
+    Smaller,
     Larger,
+}
+
+impl PairRule {
+    /// The rule by which a surface with the coefficient `own` has it towards surfaces with `other` and
+    /// [`PairRule::Mean`], whichever is larger.
+    pub fn prevails(own: f64, other: f64) -> PairRule {
+        match own < other {
+            true => PairRule::Smaller,
+            false => PairRule::Larger,
+        }
+    }
+
+    fn to_rapier(self) -> CoefficientCombineRule {
+        match self {
+            PairRule::Mean => CoefficientCombineRule::Average,
+            PairRule::Smaller => CoefficientCombineRule::Min,
+            PairRule::Larger => CoefficientCombineRule::Max,
+        }
+    }
 }
 
 impl Default for Surface {
@@ -87,7 +110,8 @@ impl Default for Surface {
             restitution: 0.0,
             law: SurfaceLaw::default(),
             groups: (u32::MAX, u32::MAX),
-            friction_rule: FrictionRule::Mean,
+            friction_rule: PairRule::Mean,
+            restitution_rule: PairRule::Mean,
             one_way: None,
         }
     }
@@ -258,11 +282,9 @@ impl Simulation {
             .position(place.to_rapier())
             .density(0.0)
             .friction(surface.friction as Real)
-            .friction_combine_rule(match surface.friction_rule {
-                FrictionRule::Mean => CoefficientCombineRule::Average,
-                FrictionRule::Larger => CoefficientCombineRule::Max,
-            })
+            .friction_combine_rule(surface.friction_rule.to_rapier())
             .restitution(surface.restitution as Real)
+            .restitution_combine_rule(surface.restitution_rule.to_rapier())
             .collision_groups(groups)
             .active_hooks(match surface.one_way {
                 Some(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,

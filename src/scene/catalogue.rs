@@ -118,6 +118,10 @@ const EMBEDDED: &[(&str, &str)] = &[
         include_str!("../../scenes/thresher-study.toml"),
     ),
     ("thresher", include_str!("../../scenes/thresher.toml")),
+    (
+        "thresher-grains",
+        include_str!("../../scenes/thresher-grains.toml"),
+    ),
 ];
 
 /// One line of the catalogue.

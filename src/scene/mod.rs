@@ -54,7 +54,7 @@ mod overrides;
 mod passing;
 pub mod plan;
 mod planar;
-mod random;
+pub(crate) mod random;
 mod reader;
 mod slabs;
 mod time_scales;

@@ -1,7 +1,7 @@
 //! Random numbers that depend on a seed alone.
 
 /// Steele, Lea & Flood (2014): a 64-bit counter through a mixing function.
-pub(super) struct SplitMix64(pub u64);
+pub(crate) struct SplitMix64(pub u64);
 
 impl SplitMix64 {
     fn next(&mut self) -> u64 {

@@ -62,6 +62,8 @@ pub struct Wear {
     /// 3.33e-12: the study's 5e-17 m²/N over 3e-8 m², on its cells of 2 mm by 1 m. Depth data
     /// cannot separate the two numbers of the study.
     pub coefficient: f64,
+    /// `K` of the concave, with grains; default `coefficient`.
+    pub concave_coefficient: Option<f64>,
     /// Heights whose crossing is reported; default none.
     pub limits: Vec<Limit>,
     /// Largest depth of one cycle jump \[m\], default 2e-4. A jump is shortened further where the
@@ -94,6 +96,7 @@ impl Default for Wear {
     fn default() -> Self {
         Wear {
             coefficient: 5e-17 / 3e-8 * 2e-3,
+            concave_coefficient: None,
             limits: Vec::new(),
             jump: 2e-4,
             revolutions: 1,

@@ -2,7 +2,8 @@
 
 use super::Blocks;
 use super::blocks::{Calibration, Study, Tooth, Wear};
-use super::parameters::Thresher;
+use super::grain_parameters::{FULLEST, Grains};
+use super::parameters::{Hold, Thresher};
 use crate::scene::{At, Range, SceneError, distinct, range};
 use crate::wear::MOST_JUMPS;
 use std::f64::consts::TAU;
@@ -37,6 +38,8 @@ pub(super) fn check(blocks: &Blocks, top: &At<'_>) -> Result<(), SceneError> {
     }
     if let Some(block) = &blocks.thresher {
         thresher(&top.key("thresher"), block)?;
+        let tooth = blocks.tooth.unwrap_or_default();
+        parts(top, block, &tooth, blocks.wear.as_ref())?;
     }
     Ok(())
 }
@@ -62,6 +65,9 @@ fn wear(at: &At<'_>, wear: &Wear, tooth: &Tooth) -> Result<(), SceneError> {
             value: format!("{:?}", wear.jump),
             allowed: format!("{least:.2e} to 1 m, from {MOST_JUMPS} jumps for a tooth on its base"),
         });
+    }
+    if let Some(concave) = wear.concave_coefficient {
+        at.within("concave_coefficient", concave, coefficient)?;
     }
     at.count("revolutions", wear.revolutions, 1, 10_000)?;
     at.within(
@@ -190,8 +196,140 @@ fn thresher(at: &At<'_>, thresher: &Thresher) -> Result<(), SceneError> {
             allowed: "1 to 350 degrees past concave_start_deg".to_owned(),
         });
     }
+    if let Some(points) = &thresher.governor {
+        governor(&at.key("governor"), points)?;
+    }
     if let Some(point) = &thresher.calibrate {
         calibration(&at.key("calibrate"), point)?;
+    }
+    match &thresher.grains {
+        Some(block) => grains(at, block, thresher),
+        None => Ok(()),
+    }
+}
+
+/// Coefficients per part belong to a run with grains, and bars of their own to one without a life.
+fn parts(top: &At<'_>, p: &Thresher, tooth: &Tooth, wear: Option<&Wear>) -> Result<(), SceneError> {
+    let conflict = |at: At<'_>, problem: &str| {
+        let (at, problem) = (at.place(), problem.to_owned());
+        Err(SceneError::Conflict { at, problem })
+    };
+    let at = top.key("thresher");
+    let lives = wear.is_some_and(|wear| !wear.limits.is_empty());
+    if p.grains.is_none() && wear.is_some_and(|wear| wear.concave_coefficient.is_some()) {
+        let why = "the concave wears only in a run with [thresher.grains]";
+        return conflict(top.key("wear").key("concave_coefficient"), why);
+    }
+    if p.grains.is_some() && lives && p.hold == Hold::Torque {
+        let why =
+            "grains have no stiffness by which the torque could be held; `feed` gives their life";
+        return conflict(at.key("hold"), why);
+    }
+    if p.bar.is_empty() {
+        return Ok(());
+    }
+    let at = at.key("bar");
+    if p.grains.is_none() || lives {
+        let why = "bars of their own need [thresher.grains] and no [wear] limits: a life is that of equal bars";
+        return conflict(at, why);
+    }
+    if p.bar.len() != p.bars as usize {
+        return Err(SceneError::OutOfRange {
+            at: at.place(),
+            value: format!("{} bars", p.bar.len()),
+            allowed: format!("{}, as thresher.bars says", p.bars),
+        });
+    }
+    for (k, bar) in p.bar.iter().enumerate() {
+        let at = at.index(k);
+        if let Some(height) = bar.height.filter(|h| !(1e-6..=tooth.gamma).contains(h)) {
+            return Err(SceneError::OutOfRange {
+                at: at.key("height").place(),
+                value: format!("{height:?}"),
+                allowed: format!("1e-6 to {} m, the new tooth", tooth.gamma),
+            });
+        }
+        at.within("friction", bar.friction.unwrap_or(0.0), FRICTION)?;
+        if let Some(coefficient) = bar.coefficient {
+            at.within(
+                "coefficient",
+                coefficient,
+                range(1e-30, 1.0, "1e-30 to 1 m2/N"),
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// The torque of a governor is a function of the speed that does not rise.
+fn governor(at: &At<'_>, points: &[[f64; 2]]) -> Result<(), SceneError> {
+    let refused = |at: &At<'_>, value: String, allowed: &str| {
+        let (at, allowed) = (at.place(), allowed.to_owned());
+        Err(SceneError::OutOfRange { at, value, allowed })
+    };
+    if !(2..=1000).contains(&points.len()) {
+        let value = format!("{} points", points.len());
+        return refused(at, value, "2 to 1000 points [rad/s, N m]");
+    }
+    for (k, [speed, torque]) in points.iter().enumerate() {
+        let own = at.index(k);
+        if !(1e-6..=1e6).contains(speed) || !(0.0..=1e12).contains(torque) {
+            let value = format!("[{speed:?}, {torque:?}]");
+            return refused(&own, value, "[1e-6 to 1e6 rad/s, 0 to 1e12 N m]");
+        }
+        let before = k.checked_sub(1).map(|before| points[before]);
+        if before.is_some_and(|[at, most]| *speed <= at || *torque > most) {
+            let value = format!("[{speed:?}, {torque:?}]");
+            return refused(
+                &own,
+                value,
+                "a higher speed than the point before, and no higher torque",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Grains must fit through the machine, and the feed of them through the inlet.
+fn grains(at: &At<'_>, grains: &Grains, p: &Thresher) -> Result<(), SceneError> {
+    let of = at.key("grains");
+    let refused = |at: At<'_>, value: f64, allowed: String| {
+        let (at, value) = (at.place(), format!("{value:?}"));
+        Err(SceneError::OutOfRange { at, value, allowed })
+    };
+    of.within("spread", grains.spread, range(0.0, 0.9, "0 to 0.9"))?;
+    // two of the largest through the narrowest place, one of them through the layer
+    let narrow = p
+        .clearance_inlet
+        .min(p.clearance_outlet)
+        .min(p.crop_thickness);
+    let most = 0.25 * narrow / (1.0 + grains.spread);
+    if !(1e-5..=most).contains(&grains.radius) {
+        let allowed = format!(
+            "1e-5 to {most:.3e} m: two of the largest grains pass the narrowest clearance side by side"
+        );
+        return refused(of.key("radius"), grains.radius, allowed);
+    }
+    of.within(
+        "density",
+        grains.density,
+        range(1e-3, 1e6, "1e-3 to 1e6 kg/m3"),
+    )?;
+    let least = p.crop_density() / FULLEST;
+    if grains.density < least {
+        let allowed = format!(
+            "at least {least:.4}: lighter grains fill more than {FULLEST} of the inlet at this feed and entry speed"
+        );
+        return refused(of.key("density"), grains.density, allowed);
+    }
+    of.within("friction", grains.friction, FRICTION)?;
+    of.within("restitution", grains.restitution, range(0.0, 1.0, "0 to 1"))?;
+    if p.crop_thickness > p.clearance_inlet {
+        let allowed = format!(
+            "at most clearance_inlet, {:?}: grains enter between the tips and the table",
+            p.clearance_inlet
+        );
+        return refused(at.key("crop_thickness"), p.crop_thickness, allowed);
     }
     Ok(())
 }

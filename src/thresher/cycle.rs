@@ -2,11 +2,13 @@
 
 use super::bar_load::BarLoad;
 use super::blocks::{Tooth, Wear};
+use super::flow::Flow;
 use super::life::Observer;
 use super::machine::Setup;
 use super::operation::{self, HeldTorque, Operation};
 use super::parameters::Thresher;
 use super::power::PowerBudget;
+use super::shapes::{SPAWN, arc_length};
 use super::wear_chart::WornCycle;
 use super::world::ThreshingWorld;
 use crate::checkpoint::{CheckpointError, Reader, Writer};
@@ -20,6 +22,9 @@ use std::f64::consts::TAU;
 
 /// Revolutions that fill the machine before anything is measured.
 const FILLING: f64 = 2.0;
+/// Grains start with an empty machine, and fill it for this many times what one takes through it at the
+/// entry speed.
+const PASSAGES: f64 = 1.5;
 /// Revolutions between a new profile and its measurement.
 pub(super) const SETTLING: f64 = 0.25;
 /// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
@@ -36,6 +41,7 @@ pub(super) struct Cycle {
     pub sampling: f64,
     pub operation: Operation,
     pub power: PowerBudget,
+    pub flow: Flow,
     pub bar_load: BarLoad,
 }
 
@@ -115,6 +121,8 @@ impl<'a> Threshing<'a> {
         let (mut angle, mut filled) = (0.0, 0.0);
         let first = self.world.speed();
         let mut last = first;
+        let kinetic = self.world.kinetic_energy();
+        let mut flow = Flow::start(&self.world);
         self.world.take_passed();
         let mut hold = HeldTorque::new(self, steps, revolutions);
         for step in 0..steps {
@@ -129,12 +137,13 @@ impl<'a> Threshing<'a> {
             angle += 0.5 * (self.world.speed() + last) * self.dt;
             last = self.world.speed();
             filled += self.world.filled();
+            flow.count(&self.world);
             hold.steer(&mut self.world, step, power.drive / angle);
         }
         // kinetic energy that the crop gained leaves with it, or is still in the machine
         let passed = self.world.take_passed();
         power.crop = passed.energy_out - passed.energy_in;
-        power.stored -= power.crop;
+        power.stored = self.world.kinetic_energy() - kinetic;
         let time = steps as f64 * self.dt;
         let inertia = self.parameters.per_metre(self.parameters.inertia);
         let gained = 0.5 * inertia * (last * last - first * first);
@@ -149,7 +158,7 @@ impl<'a> Threshing<'a> {
             feeder: power.feeder,
             stiffness: hold.close(&mut self.world),
             filled,
-            out: passed.segments_out as f64 / time * self.parameters.segment_total(),
+            out: passed.mass_out / time * self.parameters.machine_width,
             conveys: operation::conveys(filled, speed / self.parameters.speed),
         };
         let mut load = LoadSlip::new(profile.node_count());
@@ -161,12 +170,13 @@ impl<'a> Threshing<'a> {
             load,
             operation,
             power,
+            flow: flow.close(&self.world, &passed, steps, time),
             bar_load,
         })
     }
 
     /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
-    /// with `profile` is the operating torque, if it `calibrates`.
+    /// with `profile` is the operating torque, if it `calibrates`. Grains have no stiffness to scale.
     pub fn fill(
         &mut self,
         profile: &Profile,
@@ -174,6 +184,9 @@ impl<'a> Threshing<'a> {
         progress: &Progress,
     ) -> Result<(), RunError> {
         let mut ignore = |_: &StepRecord, _: &ThreshingWorld| Ok(());
+        if self.parameters.grains.is_some() {
+            return self.run(grains_fill(self.parameters), progress);
+        }
         self.run(FILLING, progress)?;
         let cycle = self.measure(profile, 1, progress, &mut ignore)?;
         if calibrates {
@@ -181,6 +194,12 @@ impl<'a> Threshing<'a> {
         }
         Ok(())
     }
+}
+
+/// Revolutions that fill a machine with grains.
+pub(super) fn grains_fill(p: &Thresher) -> f64 {
+    let way = SPAWN + arc_length(p) + p.exit_distance;
+    PASSAGES * way / p.entry_speed * p.speed / TAU
 }
 
 /// Relative standard error of the mean of the most loaded node over equal `parts` of a measured time,

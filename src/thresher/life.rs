@@ -136,7 +136,11 @@ impl Threshing<'_> {
             }
             let load_slip = worn.last.load.sums();
             worn.sampling += worn.last.sampling.powi(2);
-            let feedback = state.feedback(worn.last.load.stiffness())?;
+            // grains are rigid and meet every place by chance: no depth acts on its own load
+            let feedback = match self.parameters.grains {
+                Some(_) => 0.0,
+                None => state.feedback(worn.last.load.stiffness())?,
+            };
             let jump = state.next_jump(&rule, load_slip, feedback)?;
             let left = (wear.max_hours - now.hours) * 3600.0 / self.revolution;
             let cycles = jump.cycles.min(left);

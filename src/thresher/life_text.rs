@@ -207,7 +207,7 @@ impl ThreshingOutcome {
 }
 
 /// Teeth, crop and concave, to scale.
-fn picture(title: &str, outlines: &Outlines) -> Chart {
+pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
     let mut chart = Chart::new(title, Axis::linear("x [mm]"), Axis::linear("y [mm]"));
     chart.equal_aspect = true;
     let points = |outline: &[Vec2], closed: bool| {

@@ -29,18 +29,23 @@ pub fn machine_stage(
 
 impl ThreshingWorld {
     /// Outlines of the first `count` bodies of the record, with new teeth: the cylinder, the concave, and
-    /// segments of crop under all other numbers, which pass from one that has left to one that enters.
+    /// segments of crop, or grains of the mean radius, under all other numbers, which pass from one that has left to one that enters.
     ///
     /// # Errors
     /// [`WearError`]: none for a profile that makes teeth.
     fn stage(&self, tooth: &Tooth, profile: &Profile, count: usize) -> Result<Stage, WearError> {
         let p: &Thresher = self.parameters();
         let [cylinder, concave] = self.steel();
+        let crop = match &p.grains {
+            // a number passes from grain to grain
+            Some(grains) => Piece::Disc([0.0, 0.0, grains.radius, 0.0]),
+            None => Piece::Area(outline(segment_shape(p))),
+        };
         let mut bodies: Vec<Actor> = (0..count)
             .map(|_| Actor {
-                name: "crop".to_owned(),
+                name: if p.grains.is_some() { "grain" } else { "crop" }.to_owned(),
                 kind: "dynamic",
-                pieces: vec![Piece::Area(outline(segment_shape(p)))],
+                pieces: vec![crop.clone()],
             })
             .collect();
         let hub = base_radius(p, tooth);

@@ -10,6 +10,20 @@
 //! wears the tooth by the wear of many revolutions, and starts again with the worn tooth.
 //! [`WearHistory`] makes its rows and pictures.
 //!
+//! # A crop of grains
+//! With `[thresher.grains]` the crop is rigid discs of a stated size, fed at the same mass flow
+//! ([`Grains`]); [`run_crops`] measures torque, power, mass and wear of bars and concave beside the same
+//! machine with the strip. `[[thresher.bar]]` has bars of their own ([`Bar`]), `[wear]
+//! concave_coefficient` the K of the concave, whose outline does not change. With limits of wear the run
+//! computes the life of the teeth with grains as well. `thresher.governor` has the torque of the drive over
+//! its speed in place of the ideal motor.
+//!
+//! `run thresher-grains`, two revolutions with 917 grains at once in the mean: every contact problem is
+//! certified. New teeth take 20 N m, a seventh of the measured 146 N m to which the strip is calibrated: the
+//! layer of grains slides along the concave, and the tips meet it only where it has piled up before them. The
+//! deepest cell wears by 0.3 mm in 1e6 revolutions (sampling error 50 %), with the strip by 1.8 mm at the same
+//! K. Both wear cell 1 most. Grains predict no torque of this machine.
+//!
 //! # What the hours depend on
 //! The catalogue's machine with one assumed input changed, one revolution a jump (`run thresher --set
 //! thresher.crop_strength=10 --set wear.revolutions=1`). K belongs to the published depth, so that each
@@ -41,8 +55,15 @@ mod blocks;
 mod calibrate;
 mod check;
 mod contact_time;
+mod crop;
+mod crop_run;
+mod crop_text;
 mod cycle;
 mod explained;
+mod flow;
+mod governor;
+mod grain_parameters;
+mod grains;
 mod life;
 mod life_error;
 mod life_text;
@@ -52,6 +73,7 @@ mod machine_pictures;
 mod machine_stage;
 mod operation;
 mod parameters;
+mod part_wear;
 mod pictures;
 mod power;
 mod rotor_rungs;
@@ -73,7 +95,10 @@ mod worn_course;
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use calibrate::Calibrated;
+pub use crop_run::{CropComparison, CropRun, run_crops};
 pub use explained::explain_threshing;
+pub use flow::Flow;
+pub use grain_parameters::{Bar, Grains};
 pub use life::{Kept, Observer, ThreshingOutcome, run_threshing};
 pub use life_error::{LimitError, Size, SourceError};
 pub use lives::{Lives, run_lives};
@@ -81,12 +106,13 @@ pub use machine::{Blocks, Machine, Setup, load, parse};
 pub use machine_pictures::{load_over_angle, power_over_hours, torque_over_hours};
 pub use machine_stage::machine_stage;
 pub use parameters::{ConcaveSetting, Hold, Thresher};
+pub use part_wear::{BarWear, ConcaveWear};
 pub use pictures::{HeightLimit, HeightPoint, depth_per_cell, heights, tooth_height, worn_profile};
 pub use power::PowerBudget;
 pub use rotor_rungs::read_rung;
 pub use rows::{
-    BarLoadRow, ComparisonRow, ErrorRow, FrictionDepthRow, FrictionRow, LifeRow, OperationRow,
-    ProfileRow, VolumeRow, WearRow,
+    BarLoadRow, BarRow, ComparisonRow, ConcaveRow, CropRow, CropWearRow, ErrorRow,
+    FrictionDepthRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
 };
 pub use stall::Stall;
 pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};

@@ -173,7 +173,8 @@ impl Threshing<'_> {
     ) -> Result<Cycle, RunError> {
         for _ in 0..ATTEMPTS {
             let ratio = cycle.operation.torque / self.parameters.operating_torque;
-            let held = (ratio - 1.0).abs() <= TORQUE_TOLERANCE;
+            // grains have no stiffness to scale
+            let held = (ratio - 1.0).abs() <= TORQUE_TOLERANCE || self.parameters.grains.is_some();
             if held || !cycle.operation.conveys {
                 break;
             }

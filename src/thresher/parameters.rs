@@ -7,6 +7,7 @@
 //! straw on steel: Agriculture 15:1686 (2025); the rest assumed or from combine manuals.
 
 use super::blocks::Calibration;
+use super::grain_parameters::{Bar, Grains};
 use serde::{Deserialize, Serialize};
 
 /// `[thresher]`
@@ -29,6 +30,10 @@ pub struct Thresher {
     pub operating_torque: f64,
     /// Torque limit of the drive over the operating torque, default 2 (assumed).
     pub drive_torque_factor: f64,
+    /// Torque of the drive over the speed of the cylinder: pairs \[speed in rad/s, torque in N m\] with rising
+    /// speed and torque that does not rise, the torque a machine total. Straight between the points, constant
+    /// beyond them. In place of the ideal motor, which keeps `speed` up to its torque limit; default none.
+    pub governor: Option<Vec<[f64; 2]>>,
     /// What is held as the teeth wear, default `feed`.
     pub hold: Hold,
     /// Crop fed [kg/s], machine total, default 5.2.
@@ -70,6 +75,10 @@ pub struct Thresher {
     pub clearance_outlet: f64,
     /// Whether the concave follows the worn teeth, default `follows`.
     pub concave: ConcaveSetting,
+    /// A crop of grains in place of the strip; default none.
+    pub grains: Option<Grains>,
+    /// Bars of their own, with grains; default none: all are equal.
+    pub bar: Vec<Bar>,
     /// The published depth to which `K` is fitted; without it, `[wear]` applies unchanged.
     pub calibrate: Option<Calibration>,
 }
@@ -125,6 +134,7 @@ impl Default for Thresher {
             speed: 70.0,
             operating_torque: 146.39,
             drive_torque_factor: 2.0,
+            governor: None,
             hold: Hold::Feed,
             feed_rate: 5.2,
             entry_speed: 4.0,
@@ -143,6 +153,8 @@ impl Default for Thresher {
             clearance_inlet: 0.016,
             clearance_outlet: 0.008,
             concave: ConcaveSetting::Follows,
+            grains: None,
+            bar: Vec::new(),
             calibrate: None,
         }
     }
@@ -153,11 +165,6 @@ impl Thresher {
     /// (width · speed · thickness)`. The defaults give 62.5.
     pub fn crop_density(&self) -> f64 {
         self.feed_rate / (self.machine_width * self.entry_speed * self.crop_thickness)
-    }
-
-    /// Mass of one segment of the strip \[kg\], machine total.
-    pub(super) fn segment_total(&self) -> f64 {
-        self.feed_rate * self.segment_length / self.entry_speed
     }
 
     /// A machine total (torque, inertia, feed) per metre of width.

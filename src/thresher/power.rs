@@ -19,6 +19,14 @@ pub struct PowerBudget {
     /// Dissipated by the damping of the crop, and stored in its compression.
     pub normal_teeth: f64,
     pub normal_concave: f64,
+    /// The same on the core of the cylinder, and of grains on grains.
+    pub friction_hub: f64,
+    pub normal_hub: f64,
+    pub friction_crop: f64,
+    pub normal_crop: f64,
+    /// Taken by friction in contacts that stick: their slip counts as 0 in the friction above and in the wear,
+    /// while the point of contact of a body that rolls changes its velocity within a step.
+    pub sticking: f64,
     /// Kinetic energy that the crop carries away beyond what it brought.
     pub crop: f64,
     /// Bending of the crop: dissipated and stored.
@@ -43,15 +51,18 @@ impl PowerBudget {
         self.feeder += strip.feeder;
         self.bending += strip.bending;
         self.parting += strip.parting;
+        self.sticking -= record.energy.contact_t;
         for contact in &record.contacts {
             let (friction, normal) = match world.part(contact) {
                 Some(Part::Tooth(_)) => (&mut self.friction_teeth, &mut self.normal_teeth),
-                _ => (&mut self.friction_concave, &mut self.normal_concave),
+                Some(Part::Concave) => (&mut self.friction_concave, &mut self.normal_concave),
+                Some(Part::Hub) => (&mut self.friction_hub, &mut self.normal_hub),
+                None => (&mut self.friction_crop, &mut self.normal_crop),
             };
             *friction += contact.friction_work;
+            self.sticking -= contact.friction_work;
             *normal -= contact.normal_work;
         }
-        self.stored += record.energy.kinetic_end - record.energy.kinetic_start;
     }
 
     /// Divides all sums by a time, and multiplies them by the machine's width.
@@ -64,6 +75,11 @@ impl PowerBudget {
             friction_concave: scale * self.friction_concave,
             normal_teeth: scale * self.normal_teeth,
             normal_concave: scale * self.normal_concave,
+            friction_hub: scale * self.friction_hub,
+            normal_hub: scale * self.normal_hub,
+            friction_crop: scale * self.friction_crop,
+            normal_crop: scale * self.normal_crop,
+            sticking: scale * self.sticking,
             crop: scale * self.crop,
             bending: scale * self.bending,
             parting: scale * self.parting,
@@ -72,7 +88,7 @@ impl PowerBudget {
     }
 
     /// Every term with its name and the sign it has in the sum.
-    fn terms(&self) -> [(&'static str, f64); 11] {
+    pub(super) fn terms(&self) -> [(&'static str, f64); 16] {
         [
             ("drive", self.drive),
             ("feeder", self.feeder),
@@ -81,6 +97,11 @@ impl PowerBudget {
             ("friction on the concave", -self.friction_concave),
             ("normal losses on the teeth", -self.normal_teeth),
             ("normal losses on the concave", -self.normal_concave),
+            ("friction on the core", -self.friction_hub),
+            ("normal losses on the core", -self.normal_hub),
+            ("friction of grains on grains", -self.friction_crop),
+            ("normal losses of grains on grains", -self.normal_crop),
+            ("contacts that stick", -self.sticking),
             ("carried away by the crop", -self.crop),
             ("bending of the crop", -self.bending),
             ("parting of the crop", -self.parting),
@@ -107,6 +128,10 @@ pub(super) fn table(new: &PowerBudget, worn: &PowerBudget) -> String {
         ("worn teeth [W]", Align::Right),
     ]);
     for ((name, a), (_, b)) in new.terms().into_iter().zip(worn.terms()) {
+        // what this crop does not have
+        if a == 0.0 && b == 0.0 {
+            continue;
+        }
         table.push([name.to_owned(), format!("{a:.0}"), format!("{b:.0}")]);
     }
     table.push([

@@ -101,6 +101,49 @@ row! {
 }
 
 row! {
+    /// One figure of the machine with grains and with the strip, machine totals.
+    CropRow in "crops.csv" {
+        figure: String,
+        unit: String,
+        grains: f64,
+        strip: f64,
+    }
+}
+
+row! {
+    /// What a revolution does to one bar; the torque is a machine total.
+    BarRow in "bars.csv" {
+        crop: String,
+        bar: u32,
+        height_m: f64,
+        torque_nm: f64,
+        worn_m3_per_m_revolution: f64,
+        deepest_cell: u32,
+        deepest_m_per_revolution: f64,
+    }
+}
+
+row! {
+    /// What a revolution does to one node of the concave and its table.
+    ConcaveRow in "concave-wear.csv" {
+        crop: String,
+        angle_deg: f64,
+        width_m: f64,
+        depth_m_per_revolution: f64,
+    }
+}
+
+row! {
+    /// Wear of one cell of a new tooth in a revolution, mean over the bars.
+    CropWearRow in "wear-by-crop.csv" {
+        crop: String,
+        cell: u32,
+        x_m: f64,
+        depth_m_per_revolution: f64,
+    }
+}
+
+row! {
     /// A published wear depth beside the computed one.
     ComparisonRow in "comparison.csv" {
         torque_nm: f64,

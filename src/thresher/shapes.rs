@@ -1,10 +1,11 @@
 //! Shapes, masses and laws of the threshing machine, computed from its parameters.
 
 use super::blocks::Tooth;
+use super::grain_parameters::Grains;
 use super::parameters::Thresher;
 use crate::contact::Vec2;
 use crate::models::damping_for_restitution;
-use crate::peers::{FrictionRule, JointDrive, ShapeSpec, Surface};
+use crate::peers::{JointDrive, PairRule, ShapeSpec, Surface};
 use crate::rapier::SurfaceLaw;
 use crate::wear::{Profile, WearError};
 use std::f64::consts::TAU;
@@ -13,6 +14,12 @@ use std::f64::consts::TAU;
 const TEETH: (u32, u32) = (1, 4);
 const CONCAVE: (u32, u32) = (2, 8);
 const CROP: [(u32, u32); 2] = [(4, 1), (8, 2)];
+/// Grains meet all steel and each other.
+const GRAINS: (u32, u32) = (4 | 8 | 16, 1 | 2 | 16);
+/// New crop appears this far before the inlet \[m\].
+pub(super) const SPAWN: f64 = 0.06;
+/// Corners of a disc in a picture.
+const CORNERS: usize = 12;
 /// Length of one segment of the concave \[m\]: its chord is 5e-5 m off the arc, 0.6 % of the least
 /// clearance.
 pub(super) const CONCAVE_SEGMENT: f64 = 0.01;
@@ -38,6 +45,11 @@ pub(super) fn bar_axes(p: &Thresher, bar: usize) -> (Vec2, Vec2) {
     (Vec2::new(cos, sin), Vec2::new(-sin, cos))
 }
 
+/// Clearance \[m\] after a share of the arc of the concave.
+pub(super) fn clearance(p: &Thresher, share: f64) -> f64 {
+    p.clearance_inlet + share * (p.clearance_outlet - p.clearance_inlet)
+}
+
 /// Length \[m\] of the strip's middle line along the concave.
 pub(super) fn arc_length(p: &Thresher) -> f64 {
     let middle = p.tip_radius + 0.5 * (p.clearance_inlet + p.clearance_outlet - p.crop_thickness);
@@ -48,8 +60,7 @@ pub(super) fn arc_length(p: &Thresher) -> f64 {
 pub(super) fn strip_pose(p: &Thresher, s: f64) -> (Vec2, Vec2) {
     let share = (s / arc_length(p)).clamp(0.0, 1.0);
     let angle = p.concave_start_deg + share * (p.concave_end_deg - p.concave_start_deg);
-    let clearance = p.clearance_inlet + share * (p.clearance_outlet - p.clearance_inlet);
-    let radius = p.tip_radius + clearance - 0.5 * p.crop_thickness;
+    let radius = p.tip_radius + clearance(p, share) - 0.5 * p.crop_thickness;
     let along = turned(unit(angle));
     // straight on along the tangent before the inlet and behind the outlet
     let beyond = s - share * arc_length(p);
@@ -66,7 +77,17 @@ pub(super) fn tooth_chain(
 ) -> Result<ShapeSpec, WearError> {
     let (out, along) = bar_axes(p, bar);
     let l = base_radius(p, tooth);
-    let mut points: Vec<Vec2> = profile
+    let scaled = match p.bar.get(bar).and_then(|own| own.height) {
+        Some(height) => {
+            let share = height / tooth.gamma;
+            let nodes = profile.nodes().iter();
+            Some(Profile::new(
+                nodes.map(|q| Vec2::new(q.x, q.y * share)).collect(),
+            )?)
+        }
+        None => None,
+    };
+    let mut points: Vec<Vec2> = (scaled.as_ref().unwrap_or(profile))
         .outline(tooth.base)?
         .iter()
         .map(|q| out * (l + q.y) + along * q.x)
@@ -87,8 +108,7 @@ pub(super) fn concave_chain(p: &Thresher, tips: f64) -> ShapeSpec {
     let mut points: Vec<Vec2> = (0..=n)
         .map(|i| {
             let s = i as f64 / n as f64;
-            let clearance = p.clearance_inlet + s * (p.clearance_outlet - p.clearance_inlet);
-            unit(from + s * (to - from)) * (tips + clearance)
+            unit(from + s * (to - from)) * (tips + clearance(p, s))
         })
         .collect();
     points.insert(0, points[0] - turned(unit(from)) * TABLE);
@@ -122,7 +142,7 @@ pub(super) fn segment_faces(p: &Thresher) -> [(ShapeSpec, Surface); 2] {
         let surface = Surface {
             // the friction of the pair is set on the steel
             friction: 0.0,
-            friction_rule: FrictionRule::Larger,
+            friction_rule: PairRule::Larger,
             groups,
             ..Surface::default()
         };
@@ -158,27 +178,66 @@ pub(super) fn parting(p: &Thresher) -> JointDrive {
     }
 }
 
-pub(super) fn teeth_surface(p: &Thresher, stiffness: f64) -> Surface {
-    steel(p.friction_steel, TEETH, steel_law(p, stiffness))
+/// Of a bar, and of the core for a number that no bar has.
+pub(super) fn teeth_surface(p: &Thresher, stiffness: f64, bar: usize) -> Surface {
+    let own = p.bar.get(bar).and_then(|own| own.friction);
+    steel(p, own.unwrap_or(p.friction_steel), TEETH, stiffness)
 }
 
 pub(super) fn concave_surface(p: &Thresher, stiffness: f64) -> Surface {
-    steel(p.friction_concave, CONCAVE, steel_law(p, stiffness))
+    steel(p, p.friction_concave, CONCAVE, stiffness)
 }
 
-fn steel(friction: f64, groups: (u32, u32), law: SurfaceLaw) -> Surface {
-    Surface {
+/// Steel has the coefficients of its pair with the crop, and gives way to a strip.
+fn steel(p: &Thresher, friction: f64, groups: (u32, u32), stiffness: f64) -> Surface {
+    let law = steel_law(p, stiffness);
+    let surface = Surface {
         friction,
-        friction_rule: FrictionRule::Larger,
+        friction_rule: PairRule::Larger,
         groups,
         law,
+        ..Surface::default()
+    };
+    match &p.grains {
+        None => surface,
+        Some(grains) => Surface {
+            friction_rule: PairRule::prevails(friction, grains.friction),
+            restitution: p.crop_restitution,
+            restitution_rule: PairRule::prevails(p.crop_restitution, grains.restitution),
+            ..surface
+        },
+    }
+}
+
+/// The surface of a grain, with the coefficients of two grains.
+pub(super) fn grain_surface(grains: &Grains) -> Surface {
+    Surface {
+        friction: grains.friction,
+        restitution: grains.restitution,
+        groups: GRAINS,
         ..Surface::default()
     }
 }
 
+/// The core of the cylinder, on which the bars sit: grains do not get behind the bars.
+pub(super) fn hub(p: &Thresher, tooth: &Tooth) -> ShapeSpec {
+    ShapeSpec::Ball {
+        radius: base_radius(p, tooth),
+    }
+}
+
+/// A disc as a polygon \[m\], for pictures.
+pub(super) fn disc_outline(at: Vec2, radius: f64) -> Vec<Vec2> {
+    let corner = |k: usize| at + radius * unit(360.0 * k as f64 / CORNERS as f64);
+    (0..CORNERS).map(corner).collect()
+}
+
 /// The crop's Kelvin-Voigt law per metre of contact length, set on the steel: its damping gives one
-/// segment that lands flat the requested restitution.
+/// segment that lands flat the requested restitution. Grains meet rigid steel.
 pub(super) fn steel_law(p: &Thresher, stiffness: f64) -> SurfaceLaw {
+    if p.grains.is_some() {
+        return SurfaceLaw::default();
+    }
     let segment = stiffness * p.segment_length;
     let (mass, _) = segment_mass(p);
     let damping = damping_for_restitution(p.crop_restitution, segment, mass) / p.segment_length;

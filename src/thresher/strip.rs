@@ -2,7 +2,7 @@
 
 use super::parameters::Thresher;
 use super::shapes::{
-    arc_length, bending, parting, segment_faces, segment_mass, strip_pose, turned, unit,
+    SPAWN, arc_length, bending, parting, segment_faces, segment_mass, strip_pose, turned, unit,
 };
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{JointRecord, StepRecord};
@@ -11,9 +11,6 @@ use crate::peers::{BodyId, JointShape, JointSpec, MassSpec, Motion, Simulation};
 use crate::rapier::Pose64;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-
-/// New segments appear this far before the inlet \[m\].
-const SPAWN: f64 = 0.06;
 
 /// The segments in the machine, and the feeder's present one.
 ///
@@ -32,12 +29,15 @@ pub(super) struct Strip {
 /// What passed the ends of the machine since the last reading, of the slice.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Passed {
-    /// Kinetic energy \[J\] that segments brought in and took away.
+    /// Kinetic energy \[J\] that crop brought in and took away.
     pub energy_in: f64,
     pub energy_out: f64,
-    /// Number of segments.
-    pub segments_in: usize,
-    pub segments_out: usize,
+    /// Mass \[kg\] that came in, left behind the outlet, and was thrown back at the inlet.
+    pub mass_in: f64,
+    pub mass_out: f64,
+    pub mass_back: f64,
+    /// Grains that were behind steel: 0, unless the contacts failed.
+    pub through_steel: usize,
 }
 
 /// Work in the strip in one step \[J\], of the slice.
@@ -65,17 +65,23 @@ impl Strip {
     }
 
     /// Number of segments of a strip laid end to end.
-    pub fn full(p: &Thresher) -> usize {
+    fn full(p: &Thresher) -> usize {
         let covered = arc_length(p) + SPAWN + 0.5 * p.exit_distance;
         (covered / p.segment_length).ceil() as usize
+    }
+
+    /// Mass \[kg\] of a strip laid end to end.
+    pub fn full_mass(p: &Thresher) -> f64 {
+        Strip::full(p) as f64 * segment_mass(p).0
     }
 
     pub fn segments(&self) -> impl Iterator<Item = BodyId> + '_ {
         self.segments.iter().copied()
     }
 
-    pub fn len(&self) -> usize {
-        self.segments.len()
+    /// Mass in the machine \[kg\], with the feeder's segment.
+    pub fn mass(&self, p: &Thresher) -> f64 {
+        self.segments.len() as f64 * segment_mass(p).0
     }
 
     pub fn take_passed(&mut self) -> Passed {
@@ -131,7 +137,7 @@ impl Strip {
                 break;
             }
             self.passed.energy_out += kinetic(simulation, p, tip);
-            self.passed.segments_out += 1;
+            self.passed.mass_out += segment_mass(p).0;
             simulation.remove_body(tip);
             self.segments.pop_back();
         }
@@ -196,7 +202,7 @@ impl Strip {
             let (mass, inertia) = segment_mass(p);
             simulation.release(newest, &above, MassSpec::Given { mass, inertia })?;
             self.passed.energy_in += kinetic(simulation, p, newest);
-            self.passed.segments_in += 1;
+            self.passed.mass_in += mass;
             let half = Vec2::new(0.5 * p.segment_length, 0.0);
             simulation.add_joint(&JointSpec {
                 shape: JointShape::PinSlot,

@@ -6,19 +6,18 @@
 //! (toe, large x) leads.
 
 use super::blocks::Tooth;
+use super::crop::{Crop, placed};
+use super::governor;
 use super::parameters::{ConcaveSetting, Thresher};
 use super::shapes::{
-    base_radius, concave_chain, concave_surface, segment_shape, steel_law, teeth_surface,
-    tooth_chain, unit,
+    base_radius, concave_chain, concave_surface, hub, steel_law, teeth_surface, tooth_chain,
 };
 use super::strip::{Passed, Strip, StripWork};
 use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::{ContactRecord, JointRecord, StepRecord, SurfacePoint};
 use crate::dynamics::{JointPart, ModelError, StepError};
-use crate::peers::{
-    BodyId, ColliderId, JointDrive, JointSpec, MassSpec, Motion, ShapeSpec, Simulation,
-};
+use crate::peers::{BodyId, ColliderId, JointSpec, MassSpec, Motion, Simulation};
 use crate::rapier::Pose64;
 use crate::scene::Scene;
 use crate::wear::{Profile, WearError};
@@ -57,7 +56,10 @@ pub struct ThreshingWorld {
     bars: Vec<ColliderId>,
     concave: ColliderId,
     concave_body: BodyId,
-    strip: Strip,
+    /// Between the bars, with a crop of grains.
+    hub: Option<ColliderId>,
+    crop: Crop,
+    dt: f64,
 }
 
 /// Outlines for a picture of the machine \[m\].
@@ -74,6 +76,8 @@ pub enum Part {
     /// The tooth of this bar, from 0.
     Tooth(usize),
     Concave,
+    /// The core of the cylinder between its bars.
+    Hub,
 }
 
 impl ThreshingWorld {
@@ -94,14 +98,13 @@ impl ThreshingWorld {
         let mut simulation = Simulation::new(scene.step.stepper(), gravity, scene.step.dt)?;
         let p = parameters;
         let inertia = p.per_metre(p.inertia);
-        let steel = teeth_surface(p, stiffness);
         let outline = tooth_chain(p, tooth, profile, 0)?;
         let (cylinder, first) = simulation.add_body(
             Motion::Dynamic,
             Pose64::new(Vec2::zeros(), 0.0),
             Vec3::new(0.0, 0.0, p.speed),
             &outline,
-            &steel,
+            &teeth_surface(p, stiffness, 0),
             Some(MassSpec::Given {
                 mass: inertia / (AXLE_RADIUS * AXLE_RADIUS),
                 inertia,
@@ -110,13 +113,19 @@ impl ThreshingWorld {
         let mut bars = vec![first];
         for k in 1..p.bars as usize {
             let chain = tooth_chain(p, tooth, profile, k)?;
-            bars.push(simulation.add_collider(cylinder, &chain, &steel)?);
+            let surface = teeth_surface(p, stiffness, k);
+            bars.push(simulation.add_collider(cylinder, &chain, &surface)?);
         }
+        // a strip bridges the bars and never meets it
+        let hub = match &p.grains {
+            Some(_) => {
+                let surface = teeth_surface(p, stiffness, usize::MAX);
+                Some(simulation.add_collider(cylinder, &hub(p, tooth), &surface)?)
+            }
+            None => None,
+        };
         simulation.add_joint(&JointSpec {
-            drive: Some(JointDrive::Motor {
-                speed: p.speed,
-                max_force: p.drive_torque_factor * p.per_metre(p.operating_torque),
-            }),
+            drive: Some(governor::drive(p, p.speed)),
             ..JointSpec::revolute([None, Some(cylinder)], [Vec2::zeros(); 2])
         })?;
         let (concave_body, concave) = simulation.add_body(
@@ -127,7 +136,7 @@ impl ThreshingWorld {
             &concave_surface(p, stiffness),
             None,
         )?;
-        let strip = Strip::lay(&mut simulation, p)?;
+        let crop = Crop::new(&mut simulation, p)?;
         Ok(ThreshingWorld {
             simulation,
             parameters: p.clone(),
@@ -139,7 +148,9 @@ impl ThreshingWorld {
             bars,
             concave,
             concave_body,
-            strip,
+            hub,
+            crop,
+            dt: scene.step.dt,
         })
     }
 
@@ -151,7 +162,7 @@ impl ThreshingWorld {
         self.simulation.save(to)?;
         to.put(&(&self.profile, self.stiffness, self.tips))?;
         to.put(&(self.cylinder, &self.bars, self.concave, self.concave_body))?;
-        to.put(&self.strip)
+        to.put(&(self.hub, &self.crop))
     }
 
     /// Goes on from what [`ThreshingWorld::save`] saved of the same scene, bit for bit.
@@ -162,20 +173,24 @@ impl ThreshingWorld {
         self.simulation.load(from)?;
         (self.profile, self.stiffness, self.tips) = from.take()?;
         (self.cylinder, self.bars, self.concave, self.concave_body) = from.take()?;
-        self.strip = from.take()?;
+        (self.hub, self.crop) = from.take()?;
         Ok(())
     }
 
-    /// One step: feeds the strip, steps the machine, removes the segments that have left.
+    /// One step: feeds the crop, steps the machine, removes the crop that has left.
     ///
     /// # Errors
     /// [`StepError`].
     pub fn step(&mut self) -> Result<StepRecord, StepError> {
-        let inlet = self.inlet();
         let p = &self.parameters;
-        self.strip.feed(&mut self.simulation, p, inlet)?;
+        if p.governor.is_some() {
+            let drive = governor::drive(p, self.speed());
+            self.simulation.set_drive(self.cylinder, drive);
+        }
+        self.crop
+            .feed(&mut self.simulation, p, self.tips, self.dt)?;
         let record = self.simulation.step()?;
-        self.strip
+        self.crop
             .remove_what_left(&mut self.simulation, p, self.tips);
         Ok(record)
     }
@@ -186,8 +201,8 @@ impl ThreshingWorld {
     /// As [`ThreshingWorld::new`]; the old teeth then remain.
     pub fn set_profile(&mut self, profile: &Profile) -> Result<(), ThreshingError> {
         let p = &self.parameters;
-        let surface = teeth_surface(p, self.stiffness);
         for k in 0..self.bars.len() {
+            let surface = teeth_surface(p, self.stiffness, k);
             let chain = tooth_chain(p, &self.tooth, profile, k)?;
             self.bars[k] =
                 self.simulation
@@ -230,6 +245,9 @@ impl ThreshingWorld {
             if surface == self.concave.number() {
                 return Some(Part::Concave);
             }
+            if self.hub.is_some_and(|hub| surface == hub.number()) {
+                return Some(Part::Hub);
+            }
             let bar = self.bars.iter().position(|b| b.number() == surface)?;
             Some(Part::Tooth(bar))
         })
@@ -246,6 +264,24 @@ impl ThreshingWorld {
         let (bar, place) = bars.find_map(|(bar, b)| Some((bar, contact.place_on(b.number())?)))?;
         // the outline of a bar starts with its profile, see `tooth_chain`
         ((place.edge as usize) + 1 < profile.node_count()).then_some((bar, place))
+    }
+
+    /// The place on the concave and its table that a contact is on, edge 0 at the outlet.
+    pub(super) fn concave_place(&self, contact: &ContactRecord) -> Option<SurfacePoint> {
+        contact.place_on(self.concave.number())
+    }
+
+    /// Angular impulse of a contact on the cylinder [N m s]; 0 for one that is not on it.
+    pub(super) fn moment(&self, contact: &ContactRecord) -> f64 {
+        let cylinder = self.simulation.number(self.cylinder);
+        let side = contact.bodies.iter().position(|b| Some(*b) == cylinder);
+        side.and_then(|side| contact.moments[side]).unwrap_or(0.0)
+    }
+
+    /// The corners of the concave and its table \[m\], from the outlet on.
+    pub(super) fn concave_nodes(&self) -> Vec<Vec2> {
+        let still = Pose64::new(Vec2::zeros(), 0.0);
+        placed(concave_chain(&self.parameters, self.tips), still)
     }
 
     /// Work \[J\] of the drive in a step, without the work of the strip's springs.
@@ -268,30 +304,51 @@ impl ThreshingWorld {
         [self.cylinder, self.concave_body].map(|body| self.simulation.number(body))
     }
 
-    /// Number of segments in the machine.
-    pub fn segments(&self) -> usize {
-        self.strip.len()
+    /// Number of segments or grains in the machine.
+    pub fn crop_bodies(&self) -> usize {
+        self.crop.bodies().len()
+    }
+
+    /// Centre and radius of every grain \[m\]; empty for a strip.
+    pub fn grains(&self) -> Vec<(Vec2, f64)> {
+        self.crop.discs(&self.simulation)
+    }
+
+    /// Mass of crop in the machine \[kg\], of the slice.
+    pub fn crop_mass(&self) -> f64 {
+        self.crop.mass(&self.parameters)
+    }
+
+    /// Mass of grains that are due at the inlet and found no room \[kg\], of the slice.
+    pub fn waiting(&self) -> f64 {
+        self.crop.waiting(&self.parameters, self.dt)
     }
 
     /// Crop in the machine over that of a strip laid end to end.
     pub fn filled(&self) -> f64 {
-        self.strip.len() as f64 / Strip::full(&self.parameters) as f64
+        self.crop_mass() / Strip::full_mass(&self.parameters)
+    }
+
+    /// Kinetic energy of the cylinder and of the free crop \[J\], of the slice.
+    pub fn kinetic_energy(&self) -> f64 {
+        let inertia = self.parameters.per_metre(self.parameters.inertia);
+        0.5 * inertia * self.speed().powi(2) + self.crop_energy()
     }
 
     /// Kinetic energy of the crop in the machine \[J\], of the slice.
     pub fn crop_energy(&self) -> f64 {
-        self.strip.energy(&self.simulation, &self.parameters)
+        self.crop.energy(&self.simulation, &self.parameters)
     }
 
     /// What passed the ends of the machine since the last call.
     pub(super) fn take_passed(&mut self) -> Passed {
-        self.strip.take_passed()
+        self.crop.take_passed()
     }
 
     /// Work in the strip in a step.
     pub(super) fn strip_work(&self, record: &StepRecord) -> StripWork {
         let (s, p) = (&self.simulation, &self.parameters);
-        self.strip.work(s, p, self.cylinder, record)
+        self.crop.work(s, p, self.cylinder, record)
     }
 
     /// Angle of the cylinder, and so of bar 0, from +x \[rad\].
@@ -304,44 +361,32 @@ impl ThreshingWorld {
         self.simulation.velocity(self.cylinder).map_or(0.0, |u| u.z)
     }
 
-    /// The cylinder and all segments, newest first: their numbers in the record, poses and
+    /// The cylinder and all crop: their numbers in the record, poses and
     /// velocities.
     pub fn bodies(&self) -> Vec<(u32, Pose64, Vec3)> {
         let s = &self.simulation;
         std::iter::once(self.cylinder)
-            .chain(self.strip.segments())
+            .chain(self.crop.bodies())
             .filter_map(|b| Some((s.number(b)?, s.pose(b)?, s.velocity(b)?)))
             .collect()
     }
 
-    /// Outlines for a picture \[m\]: teeth, crop segments, and the concave's line.
+    /// Outlines for a picture \[m\]: teeth, crop, and the concave's line.
     ///
     /// # Errors
     /// [`WearError`]: none for the teeth that the machine has.
     pub fn outlines(&self) -> Result<Outlines, WearError> {
-        let place = |shape: ShapeSpec, pose: Pose64| match shape {
-            ShapeSpec::Chain { points, .. } => points.iter().map(|&p| pose.apply(p)).collect(),
-            ShapeSpec::Box { half } => [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-                .map(|(x, y)| pose.apply(half.component_mul(&Vec2::new(x, y))))
-                .to_vec(),
-            _ => Vec::new(),
-        };
         let p = &self.parameters;
         let teeth = (0..self.bars.len())
             .map(|k| {
                 let chain = tooth_chain(p, &self.tooth, &self.profile, k)?;
-                Ok(place(chain, self.cylinder_pose()))
+                Ok(placed(chain, self.cylinder_pose()))
             })
             .collect::<Result<_, WearError>>()?;
-        let still = Pose64::new(Vec2::zeros(), 0.0);
         Ok(Outlines {
             teeth,
-            crop: self
-                .strip
-                .segments()
-                .filter_map(|s| Some(place(segment_shape(p), self.simulation.pose(s)?)))
-                .collect(),
-            concave: place(concave_chain(p, self.tips), still),
+            crop: self.crop.outlines(&self.simulation, p),
+            concave: self.concave_nodes(),
         })
     }
 
@@ -349,12 +394,5 @@ impl ThreshingWorld {
         self.simulation
             .pose(self.cylinder)
             .unwrap_or(Pose64::new(Vec2::zeros(), 0.0))
-    }
-
-    /// Middle of the strip at the inlet.
-    fn inlet(&self) -> Vec2 {
-        let p = &self.parameters;
-        let r = self.tips + p.clearance_inlet - 0.5 * p.crop_thickness;
-        r * unit(p.concave_start_deg)
     }
 }

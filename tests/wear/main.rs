@@ -2,6 +2,7 @@
 
 mod calibration;
 mod closed_forms;
+mod grains;
 mod machine_life;
 mod operation;
 mod rig;
