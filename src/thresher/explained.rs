@@ -18,7 +18,7 @@ struct Seen {
     sticking: usize,
     sliding: usize,
     impacts: usize,
-    segments: usize,
+    crop: usize,
 }
 
 impl Seen {
@@ -27,7 +27,7 @@ impl Seen {
         self.unknowns = self.unknowns.max(record.unknowns);
         self.islands = self.islands.max(record.islands);
         self.impacts += record.impacts.len();
-        self.segments = self.segments.max(world.segments());
+        self.crop = self.crop.max(world.crop_bodies());
         for contact in &record.contacts {
             match contact.status {
                 ContactStatus::Stick => self.sticking += 1,
@@ -57,19 +57,23 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
     })?;
     let totals = &cycle.totals;
     let steps = first_cycle_steps(p, scene.step.dt);
-    // the feeder moves the newest segment; each of the others ends in a slot of the one behind it
-    let free = seen.segments.saturating_sub(1);
+    // grains are free; of the strip the feeder moves the newest segment, and each of the others ends in a
+    // slot of the one behind it
+    let (free, each, slots) = match p.grains {
+        Some(_) => (seen.crop, 3, 0),
+        None => (seen.crop.saturating_sub(1), 2, seen.crop.saturating_sub(1)),
+    };
     let machine = Machine::Thresher(setup.clone());
     let dt = scene.step.dt;
     Ok(Explanation {
         scene: scene.name.clone(),
         model: scene.model().word(),
-        degrees_of_freedom: 1 + 2 * free,
+        degrees_of_freedom: 1 + each * free,
         dynamic_bodies: 1 + free,
         fixed_bodies: 1,
         kinematic_bodies: 1,
-        joints: 1 + free,
-        joint_rows: 2 + free,
+        joints: 1 + slots,
+        joint_rows: 2 + slots,
         scheme: scene.step.scheme.name(),
         solver: scene.step.solver.clone(),
         trial: Trial {
