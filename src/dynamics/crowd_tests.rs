@@ -105,6 +105,9 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
 }
 
 const RULES: Rules = Rules {
+    distant: false,
+    one_problem: false,
+    tangents: false,
     scheme: Scheme::Staggered,
     law: ImpactLaw::Capped,
     shares: Shares::Found,

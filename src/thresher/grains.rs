@@ -234,8 +234,10 @@ mod tests {
         assert_eq!(at(270.0, 0.2621), Some(WayOut::Steel));
         assert_eq!(at(0.0, 0.32), None);
         assert_eq!(at(0.0, 0.33), Some(WayOut::Outlet));
-        assert_eq!(at(180.0, 0.32), None);
-        assert_eq!(at(180.0, 0.34), Some(WayOut::Inlet));
+        // at 160 degrees above the table of the inlet, at 180 behind it
+        assert_eq!(at(160.0, 0.32), None);
+        assert_eq!(at(160.0, 0.34), Some(WayOut::Inlet));
+        assert_eq!(at(180.0, 0.34), Some(WayOut::Steel));
         let table = |height: f64| {
             let out = unit(p.concave_start_deg);
             way_out(

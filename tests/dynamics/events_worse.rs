@@ -88,7 +88,12 @@ fn compare(names: &[String], parts: u32) {
 
 /// The catalogue without its wear, and the atlas of complaints.
 fn all() -> Vec<String> {
-    let wear = ["pin-on-disc", "thresher", "thresher-study"];
+    let wear = [
+        "pin-on-disc",
+        "thresher",
+        "thresher-grains",
+        "thresher-study",
+    ];
     let own = scenes().unwrap().into_iter().map(|s| s.name.to_owned());
     let own = own.filter(|name| !wear.contains(&name.as_str()));
     let issues = issue_entries().unwrap().into_iter();

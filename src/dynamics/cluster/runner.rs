@@ -1,9 +1,8 @@
 //! Steps one cluster of bodies from event to event.
 
 use super::bounce::Bounce;
-use super::search::Sought;
 use super::slides::Slide;
-use super::watched::{Kept, Pair, kept};
+use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, NO_BODY, Vec2, Vec3};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::contact_cache::Landing;

@@ -1,7 +1,7 @@
 //! Finds when and where the next pair of a cluster closes.
 
 use super::runner::{Context, Rest, Runner, start_of};
-use super::watched::Pair;
+use super::watched::{Pair, Sought};
 use crate::contact::NO_BODY;
 use crate::dynamics::events::{crossing, touch_tolerance};
 use crate::dynamics::model::{ContactKey, ContactPoint, MultibodyModel};
@@ -49,17 +49,6 @@ impl Closing {
     fn overlaps(&self) -> bool {
         self.gap < -self.resolution
     }
-}
-
-/// What the search for a landing finds, and the time from the start of the rest.
-pub(super) enum Sought {
-    /// A contact that closes.
-    Impact(ContactKey, f64),
-    /// An interval at whose end the pair is still open, and which no landing follows at once: bodies in
-    /// flight find with their velocities of then that they slide past, or others reach them.
-    Open(f64),
-    /// No contact that closes.
-    Nothing,
 }
 
 /// The search for the length of an interval that ends at a landing: Newton's method between the longest

@@ -36,6 +36,17 @@ pub(super) struct Kept {
     pub touches: bool,
 }
 
+/// What the search for a landing finds, and the time from the start of the rest.
+pub(super) enum Sought {
+    /// A contact that closes.
+    Impact(ContactKey, f64),
+    /// An interval at whose end the pair is still open, and which no landing follows at once: bodies in
+    /// flight find with their velocities of then that they slide past, or others reach them.
+    Open(f64),
+    /// No contact that closes.
+    Nothing,
+}
+
 impl Pair {
     pub fn of(contact: &ContactPoint, guess: f64) -> Pair {
         Pair {
