@@ -25,7 +25,11 @@ pub fn model_charts(rows: &[ModelRow]) -> Vec<Chart> {
     let names: Vec<String> = (scenes.iter().enumerate())
         .map(|(k, name)| format!("{} {name}", k + 1))
         .collect();
-    let unknowns = |row: &ModelRow| row.unknowns as f64 / row.unknowns_full as f64;
+    // a scene without contacts has no unknown: nothing is left out of it
+    let unknowns = |row: &ModelRow| match row.unknowns_full {
+        0 => 1.0,
+        full => row.unknowns as f64 / full as f64,
+    };
     let chart = |title: &str, y: Axis, value: &dyn Fn(&ModelRow) -> f64| {
         let mut chart = Chart::new(title, Axis::linear("scene"), y);
         for name in &reductions {
