@@ -1,6 +1,7 @@
 //! Which bodies form clusters, and which clusters run into other bodies.
 
-use super::runner::{Cluster, Context, Runner};
+use super::context::{Cluster, Context};
+use super::runner::Runner;
 use super::slides::ended_slides;
 use super::turns::wide_turns;
 use super::watched::{is_crowded, near_enough, way};

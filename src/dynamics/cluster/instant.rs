@@ -1,7 +1,8 @@
 //! An impact of zero duration at the current configuration of a cluster.
 
 use super::bounce::Bounce;
-use super::runner::{Context, Rest, Runner};
+use super::context::{Context, Rest};
+use super::runner::Runner;
 use crate::contact::Vec2;
 use crate::dynamics::contact_cache::{CachedContact, CachedContacts, Left};
 use crate::dynamics::events::touch_tolerance;

@@ -2,6 +2,8 @@
 
 mod all;
 mod bounce;
+mod context;
+mod counts;
 mod held;
 mod instant;
 mod runner;
@@ -13,4 +15,4 @@ mod watch;
 mod watched;
 
 pub(super) use all::locate_impacts;
-pub(super) use runner::{Cluster, Context};
+pub(super) use context::{Cluster, Context};

@@ -1,11 +1,12 @@
 //! Steps one cluster of bodies from event to event.
 
 use super::bounce::Bounce;
+use super::context::{Cluster, Context, Rest};
+use super::counts::Counts;
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
-use crate::contact::{Law, NO_BODY, Vec2, Vec3};
+use crate::contact::{Law, NO_BODY, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
-use crate::dynamics::contact_cache::Landing;
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::{Interval, belongs};
@@ -18,23 +19,6 @@ use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
 
-/// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
-/// pairs may have as many for each, up to [`LANDINGS`].
-const EVENTS: usize = 4;
-/// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
-/// end by themselves; the plain rule would leave an overlap where one closes in the first half of
-/// what is left of the step.
-const LANDINGS: usize = 16;
-/// The same for two bodies that touch nothing else, whose events cost one small solve each, and for
-/// further impacts of the pair that hit last. A body that chatters between two corners hits ever
-/// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
-/// one before.
-const CHATTER: usize = 64;
-/// Most ends of slides of a cluster in a step.
-const STOPS: usize = 8;
-/// Most parts of curved paths of a cluster in a step.
-const TURNS: usize = 16;
-
 /// What ends an interval.
 pub(super) enum Next {
     /// A pair closes.
@@ -43,39 +27,6 @@ pub(super) enum Next {
     Stops(Slide),
     /// A part of an interval with a path too curved for it.
     Turns,
-}
-
-/// Data that all clusters of a step share.
-pub(in crate::dynamics) struct Context<'a> {
-    /// The whole step, and its solution without located impacts.
-    pub main: &'a Interval,
-    pub trial: &'a Solution,
-    pub cache: &'a CachedContacts,
-    pub rules: Rules,
-    pub inverse_mass: &'a [Vec3],
-    /// Configurations of all bodies at the start of the step.
-    pub origin: &'a [Configuration],
-    /// Start and length of the step \[s\].
-    pub time: f64,
-    pub dt: f64,
-}
-
-/// The result of a cluster in a step.
-pub(in crate::dynamics) struct Cluster {
-    /// Movable bodies, ascending.
-    pub bodies: Vec<u32>,
-    /// One per body: velocity and configuration at the end, and `∫ u dt`.
-    pub end: Vec<Vec3>,
-    pub configuration: Vec<Configuration>,
-    pub displacement: Vec<Vec3>,
-    pub record: StepRecord,
-    pub contacts: CachedContacts,
-    /// Landings that take another step.
-    pub landings: Vec<Landing>,
-    /// Joints of the detection whose gaps the last interval left to be closed by position.
-    pub unclosed: Vec<usize>,
-    /// Problems, if they are stored.
-    pub problems: Vec<SolvedProblem>,
 }
 
 /// Steps clusters; reuses its buffers.
@@ -109,40 +60,6 @@ pub(super) struct Runner {
     pub record: StepRecord,
 }
 
-/// The rest of a step.
-#[derive(Clone, Copy)]
-pub(super) struct Rest {
-    /// Its start and length \[s\].
-    pub at: f64,
-    pub length: f64,
-}
-
-impl Rest {
-    fn of(context: &Context, elapsed: f64) -> Rest {
-        Rest {
-            at: context.time + elapsed,
-            length: context.dt - elapsed,
-        }
-    }
-}
-
-impl Cluster {
-    /// A cluster of these bodies, before it is stepped.
-    fn of(bodies: Vec<u32>) -> Cluster {
-        Cluster {
-            end: Vec::new(),
-            configuration: Vec::new(),
-            displacement: vec![Vec3::zeros(); bodies.len()],
-            bodies,
-            record: StepRecord::default(),
-            contacts: CachedContacts::default(),
-            landings: Vec::new(),
-            unclosed: Vec::new(),
-            problems: Vec::new(),
-        }
-    }
-}
-
 /// Configurations of some bodies.
 pub(super) fn places<M: MultibodyModel + ?Sized>(model: &M, bodies: &[u32]) -> Vec<Configuration> {
     let of = |b: &u32| model.configuration(*b as usize);
@@ -168,9 +85,8 @@ impl Runner {
         self.start(context);
         self.restore(model);
         let mut cluster = Cluster::of(bodies);
-        let (mut elapsed, mut limit, mut stops, mut turns) = (0.0, CHATTER, 0, 0);
-        let (mut rebounds, mut landings, mut again) = (0, 0, 0);
-        let (mut last, mut plain) = (None, false);
+        let mut counts = Counts::new();
+        let (mut elapsed, mut plain) = (0.0, false);
         loop {
             let rest = Rest::of(context, elapsed);
             let rules = Rules {
@@ -180,8 +96,12 @@ impl Runner {
             };
             // the trial of the whole step already gives the path from the start
             let known = elapsed == 0.0 && !plain;
-            let [slides, cuts] = [stops < STOPS, turns < TURNS].map(|b| b && context.rules.events);
-            let wanted = [known, slides, cuts];
+            let located = context.rules.events;
+            let wanted = [
+                known,
+                located && counts.may_stop(),
+                located && counts.may_turn(),
+            ];
             let next = self.try_rest(model, solver, context, &rules, rest, wanted)?;
             let Some((next, time)) = next else {
                 self.record_last(context, context.time + context.dt, &mut cluster);
@@ -192,11 +112,11 @@ impl Runner {
                 next => {
                     match next {
                         Next::Stops(slide) => {
-                            stops += 1;
+                            counts.stops += 1;
                             self.stop(model, solver, context, &rules, (slide, time), rest)?;
                         }
                         _ => {
-                            turns += 1;
+                            counts.turns += 1;
                             self.part(model, solver, context, &rules, time, rest)?;
                         }
                     }
@@ -212,44 +132,28 @@ impl Runner {
                     }
                 }
             };
-            let (key, time) = match self.seek(model, solver, context, &rules, &pair, time, rest)? {
-                Sought::Impact(key, time) => (key, time),
-                Sought::Open(time) if turns < TURNS => {
-                    turns += 1;
+            match self.seek(model, solver, context, &rules, &pair, time, rest)? {
+                Sought::Impact(key, time) => {
+                    elapsed += time;
+                    if time > 0.0 {
+                        self.record_last(context, context.time + elapsed, &mut cluster);
+                        self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
+                    }
+                    let rest = Rest::of(context, elapsed);
+                    let hit = (key, pair.surfaces);
+                    plain = self.strike(model, solver, context, hit, rest, &cluster, &mut counts);
+                }
+                Sought::Open(time) if counts.may_turn() => {
+                    counts.turns += 1;
                     elapsed += time;
                     self.go_on(model, context, elapsed, &mut cluster);
-                    continue;
                 }
                 // no contact closes in fact: step the rest by the plain rule
                 _ => {
                     plain = true;
                     self.restore(model);
-                    continue;
                 }
-            };
-            elapsed += time;
-            if time > 0.0 {
-                self.record_last(context, context.time + elapsed, &mut cluster);
-                self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
             }
-            self.forget_sticking(context);
-            let rest = Rest::of(context, elapsed);
-            let [lone, solved] = self.impact(solver, context, key, rest, cluster.bodies.len());
-            if !lone {
-                limit = (EVENTS * cluster.bodies.len() / 2).clamp(EVENTS, LANDINGS);
-            }
-            match self.instant.blocks.iter().any(|b| b.impact) {
-                _ if last == Some(pair.surfaces) => again += 1,
-                true => rebounds += 1,
-                false => landings += 1,
-            }
-            last = Some(pair.surfaces);
-            // what no impulses solve closes all the same, and would do so for ever
-            let many = rebounds >= limit || landings >= LANDINGS.max(limit) || again >= CHATTER;
-            plain = many || !solved;
-            self.hold_landed();
-            self.here = places(model, &self.moved);
-            std::mem::swap(&mut self.interval.start, &mut self.hit.end);
         }
         cluster.record = std::mem::take(&mut self.record);
         cluster.unclosed.clone_from(&self.solution.unclosed);
@@ -261,6 +165,31 @@ impl Runner {
             model.set_configuration(b as usize, place);
         }
         Ok(cluster)
+    }
+
+    /// Solves the impact of a contact, named by its key and surfaces, where the bodies are, and makes its
+    /// result the start of the next interval. Returns whether the plain rule is to step the rest.
+    #[allow(clippy::too_many_arguments)] // the state of one step
+    fn strike<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        solver: &mut IslandSolver,
+        context: &Context,
+        (key, surfaces): (ContactKey, [u32; 2]),
+        rest: Rest,
+        cluster: &Cluster,
+        counts: &mut Counts,
+    ) -> bool {
+        self.forget_sticking(context);
+        let bodies = cluster.bodies.len();
+        let [lone, solved] = self.impact(solver, context, key, rest, bodies);
+        let rebounds = self.instant.blocks.iter().any(|b| b.impact);
+        // what no impulses solve closes all the same, and would do so for ever
+        let many = counts.impact(surfaces, bodies, [lone, rebounds]);
+        self.hold_landed();
+        self.here = places(model, &self.moved);
+        std::mem::swap(&mut self.interval.start, &mut self.hit.end);
+        many || !solved
     }
 
     /// Begins a step of the bodies that are gathered.

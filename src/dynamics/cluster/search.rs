@@ -1,6 +1,7 @@
 //! Finds when and where the next pair of a cluster closes.
 
-use super::runner::{Context, Rest, Runner, start_of};
+use super::context::{Context, Rest};
+use super::runner::{Runner, start_of};
 use super::watched::{Pair, Sought};
 use crate::contact::NO_BODY;
 use crate::dynamics::events::{crossing, touch_tolerance};

@@ -1,6 +1,7 @@
 //! Steps a cluster to the end of a slide.
 
-use super::runner::{Context, Rest, Runner};
+use super::context::{Context, Rest};
+use super::runner::Runner;
 use super::slides::{Slide, ended_slides};
 use crate::dynamics::interval::belongs;
 use crate::dynamics::model::MultibodyModel;

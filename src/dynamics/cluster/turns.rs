@@ -6,7 +6,8 @@
 //! the smaller body is therefore stepped in equal parts: the overlap falls with the square of their
 //! number.
 
-use super::runner::{Context, Rest, Runner};
+use super::context::{Context, Rest};
+use super::runner::Runner;
 use crate::contact::Vec3;
 use crate::dynamics::interval::{Interval, Source, belongs};
 use crate::dynamics::midpoint_gaps::least_size;

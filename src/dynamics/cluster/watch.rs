@@ -1,7 +1,8 @@
 //! Finds the pairs of a cluster that may meet although no contact of theirs is deferred, see
 //! [`super::watched`].
 
-use super::runner::{Context, Runner, places};
+use super::context::Context;
+use super::runner::{Runner, places};
 use super::watched::{Pair, is_crowded, speeds};
 use crate::contact::NO_BODY;
 use crate::dynamics::interval::belongs;

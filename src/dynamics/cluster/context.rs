@@ -1,0 +1,77 @@
+//! What the clusters of a step share, and what one of them results in.
+
+use crate::contact::Vec3;
+use crate::dynamics::contact_cache::{CachedContacts, Landing};
+use crate::dynamics::interval::Interval;
+use crate::dynamics::model::Configuration;
+use crate::dynamics::outcome::SolvedProblem;
+use crate::dynamics::record::StepRecord;
+use crate::dynamics::rules::Rules;
+use crate::dynamics::solution::Solution;
+
+/// Data that all clusters of a step share.
+pub(in crate::dynamics) struct Context<'a> {
+    /// The whole step, and its solution without located impacts.
+    pub main: &'a Interval,
+    pub trial: &'a Solution,
+    pub cache: &'a CachedContacts,
+    pub rules: Rules,
+    pub inverse_mass: &'a [Vec3],
+    /// Configurations of all bodies at the start of the step.
+    pub origin: &'a [Configuration],
+    /// Start and length of the step \[s\].
+    pub time: f64,
+    pub dt: f64,
+}
+
+/// The result of a cluster in a step.
+pub(in crate::dynamics) struct Cluster {
+    /// Movable bodies, ascending.
+    pub bodies: Vec<u32>,
+    /// One per body: velocity and configuration at the end, and `∫ u dt`.
+    pub end: Vec<Vec3>,
+    pub configuration: Vec<Configuration>,
+    pub displacement: Vec<Vec3>,
+    pub record: StepRecord,
+    pub contacts: CachedContacts,
+    /// Landings that take another step.
+    pub landings: Vec<Landing>,
+    /// Joints of the detection whose gaps the last interval left to be closed by position.
+    pub unclosed: Vec<usize>,
+    /// Problems, if they are stored.
+    pub problems: Vec<SolvedProblem>,
+}
+
+/// The rest of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Rest {
+    /// Its start and length \[s\].
+    pub at: f64,
+    pub length: f64,
+}
+
+impl Rest {
+    pub fn of(context: &Context, elapsed: f64) -> Rest {
+        Rest {
+            at: context.time + elapsed,
+            length: context.dt - elapsed,
+        }
+    }
+}
+
+impl Cluster {
+    /// A cluster of these bodies, before it is stepped.
+    pub fn of(bodies: Vec<u32>) -> Cluster {
+        Cluster {
+            end: Vec::new(),
+            configuration: Vec::new(),
+            displacement: vec![Vec3::zeros(); bodies.len()],
+            bodies,
+            record: StepRecord::default(),
+            contacts: CachedContacts::default(),
+            landings: Vec::new(),
+            unclosed: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! How often a cluster is stopped in a step, and when that is often enough.
+
+/// Most rebounds of a pair in a cluster in a step; then the plain rule steps the rest. A cluster of several
+/// pairs may have as many for each, up to [`LANDINGS`].
+const EVENTS: usize = 4;
+/// Most impacts without rebound. After one of them the contact stays closed, so that they come to an
+/// end by themselves; the plain rule would leave an overlap where one closes in the first half of
+/// what is left of the step.
+const LANDINGS: usize = 16;
+/// The same for two bodies that touch nothing else, whose events cost one small solve each, and for
+/// further impacts of the pair that hit last. A body that chatters between two corners hits ever
+/// faster, until both touch and the impact is that of both: after 20 where an interval is 0.4 of the
+/// one before.
+const CHATTER: usize = 64;
+/// Most ends of slides of a cluster in a step.
+const STOPS: usize = 8;
+/// Most parts of curved paths of a cluster in a step.
+const TURNS: usize = 16;
+
+/// What has happened to a cluster in a step.
+pub(super) struct Counts {
+    pub stops: usize,
+    pub turns: usize,
+    rebounds: usize,
+    landings: usize,
+    again: usize,
+    /// Most rebounds.
+    limit: usize,
+    /// The surfaces that hit last.
+    last: Option<[u32; 2]>,
+}
+
+impl Counts {
+    pub fn new() -> Counts {
+        Counts {
+            stops: 0,
+            turns: 0,
+            rebounds: 0,
+            landings: 0,
+            again: 0,
+            limit: CHATTER,
+            last: None,
+        }
+    }
+
+    /// Whether a slide may end an interval.
+    pub fn may_stop(&self) -> bool {
+        self.stops < STOPS
+    }
+
+    /// Whether an interval may be cut.
+    pub fn may_turn(&self) -> bool {
+        self.turns < TURNS
+    }
+
+    /// Counts an impact of these `surfaces` in a cluster of so many `bodies`; `lone` if two of them touch
+    /// nothing else. Returns whether it was one too many.
+    pub fn impact(
+        &mut self,
+        surfaces: [u32; 2],
+        bodies: usize,
+        [lone, rebounds]: [bool; 2],
+    ) -> bool {
+        if !lone {
+            self.limit = (EVENTS * bodies / 2).clamp(EVENTS, LANDINGS);
+        }
+        match rebounds {
+            _ if self.last == Some(surfaces) => self.again += 1,
+            true => self.rebounds += 1,
+            false => self.landings += 1,
+        }
+        self.last = Some(surfaces);
+        self.rebounds >= self.limit
+            || self.landings >= LANDINGS.max(self.limit)
+            || self.again >= CHATTER
+    }
+}
