@@ -171,7 +171,7 @@ fn grains(
     if !args.summary_only {
         crops.write(folder, p, &setup.tooth)?;
     }
-    let (totals, wrong) = (crops.grains.totals, crops.wrong());
+    let (totals, wrong) = (crops.grains.totals, crops.wrong(p));
     let mut warnings = summary::warnings(&totals);
     warnings.extend(wrong.clone());
     let text = crops.describe(p) + &summary::noted(&warnings);

@@ -220,10 +220,15 @@ fn parts(top: &At<'_>, p: &Thresher, tooth: &Tooth, wear: Option<&Wear>) -> Resu
         let why = "the concave wears only in a run with [thresher.grains]";
         return conflict(top.key("wear").key("concave_coefficient"), why);
     }
-    if p.grains.is_some() && lives && p.hold == Hold::Torque {
+    if p.grains.is_some() && p.hold == Hold::Torque {
         let why =
             "grains have no stiffness by which the torque could be held; `feed` gives their life";
         return conflict(at.key("hold"), why);
+    }
+    if p.grains.is_some() && p.calibrate.is_some() {
+        let why =
+            "nothing of grains is calibrated: calibrate K with the strip, and set wear.coefficient";
+        return conflict(at.key("calibrate"), why);
     }
     if p.bar.is_empty() {
         return Ok(());

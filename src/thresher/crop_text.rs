@@ -7,11 +7,16 @@ use super::machine_pictures::load_over_angle;
 use super::parameters::Thresher;
 use super::part_wear::most;
 use super::rows::{BarRow, ConcaveRow, CropRow, CropWearRow};
+use crate::experiment::Totals;
 use crate::report::{
     Align, Axis, Chart, OutputFolder, ReportError, Series, Style, Table, number, quantity,
     write_rows,
 };
 use serde_json::{Value, json};
+
+/// Overlap, as a share of the mean radius, beyond which grains do not hold each other apart. An impact that is
+/// seen late is as deep as grains close in a step.
+const DEEPEST: f64 = 0.5;
 
 /// Revolutions for which depths and volumes are told.
 const MILLION: f64 = 1e6;
@@ -58,7 +63,7 @@ impl CropRun {
             "bounded_steps": bounded,
             "failed_steps": failed,
             "worst_residual_velocity_m_s": self.totals.residual_velocity,
-            "worst_penetration_m": self.totals.penetration,
+            "worst_penetration_m": overlap(&self.totals),
         })
     }
 
@@ -273,7 +278,8 @@ impl CropComparison {
              before and {} after; imbalance {}; waiting for room {}; {} behind steel\n\
              contact problems with grains: of {} steps {certified} certified, {bounded} bounded, {failed} failed; \
              worst closing velocity {}, worst overlap {}; {} contacts a step, {} per step\n\
-             the powers add up to {} of the drive with grains, to {} with the strip\n{}",
+             the powers add up to {} of the drive with grains, to {} with the strip\n\
+             {}",
             self.describe_bars(p),
             number(p.operating_torque, 4),
             number(share, 3),
@@ -290,7 +296,7 @@ impl CropComparison {
             f.through_steel,
             g.totals.steps,
             quantity(g.totals.residual_velocity, "m/s", 2),
-            quantity(g.totals.penetration.max(0.0), "m", 2),
+            quantity(overlap(&g.totals).max(0.0), "m", 2),
             number(g.totals.contacts as f64 / g.totals.steps.max(1) as f64, 4),
             quantity(g.totals.wall / g.totals.steps.max(1) as f64, "s", 3),
             number(g.closure(), 2),
@@ -302,7 +308,7 @@ impl CropComparison {
     /// The life with grains as text, if there is one.
     fn describe_life(&self) -> String {
         let Some(life) = &self.life else {
-            return String::new();
+            return "wear is that of new teeth: `limits` in [wear] give a life, to which wear.jump belongs\n".to_owned();
         };
         format!(
             "\nhours to each limit with grains, all bars equal:\n{}{} jumps, {} revolutions; torque {} N m with \
@@ -317,8 +323,18 @@ impl CropComparison {
     }
 
     /// What makes the results those of another machine.
-    pub fn wrong(&self) -> Option<String> {
+    pub fn wrong(&self, p: &Thresher) -> Option<String> {
         let (f, t) = (&self.grains.flow, &self.grains.totals);
+        let radius = p.grains.as_ref().map_or(0.0, |grains| grains.radius);
+        let of_life = self.life.as_ref().map_or(0.0, |life| overlap(&life.totals));
+        let deepest = overlap(t).max(of_life);
+        if deepest > DEEPEST * radius {
+            return Some(format!(
+                "grains overlapped by {}, over {} % of their mean radius: take a shorter step.dt",
+                quantity(deepest, "m", 2),
+                number(100.0 * DEEPEST, 2)
+            ));
+        }
         if f.through_steel > 0 {
             return Some(format!(
                 "{} grains passed through the steel",
@@ -342,6 +358,11 @@ impl CropComparison {
             )
         })
     }
+}
+
+/// The worst overlap \[m\], of impacts too.
+fn overlap(totals: &Totals) -> f64 {
+    totals.penetration.max(totals.penetration_impact)
 }
 
 /// Depth of a revolution along the tooth, by crop.
