@@ -50,6 +50,9 @@ pub(super) fn check(
             first.place
         )));
     }
+    if let (Some(first), Some(machine)) = (scene.uncertain.first(), machine) {
+        machine.needs_strip(&first.place.to_string())?;
+    }
     let fixed = fixed(scene, machine, ANY_TIME);
     for input in &scene.uncertain {
         for variant in &input.others {

@@ -7,7 +7,7 @@ use super::world::ThreshingWorld;
 use crate::dynamics::record::{ContactStatus, StepRecord};
 use crate::experiment::{Explanation, LeftOut, RunError, TimeScale, Trial};
 use crate::report::Progress;
-use crate::scene::Scene;
+use crate::scene::{Motion, Scene};
 
 /// What a cycle shows besides its wear.
 #[derive(Default)]
@@ -65,6 +65,11 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
     };
     let machine = Machine::Thresher(setup.clone());
     let dt = scene.step.dt;
+    let mut motions = machine.motions();
+    motions.extend(p.grains.as_ref().map(|grains| Motion {
+        what: "the tip of a tooth past the radius of a grain".to_owned(),
+        period: grains.radius / (p.speed * p.tip_radius),
+    }));
     Ok(Explanation {
         scene: scene.name.clone(),
         model: scene.model().word(),
@@ -91,7 +96,7 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
             unsolved_islands: totals.unsolved_islands,
         },
         left_out: left_out(setup),
-        time_scales: (machine.motions().into_iter())
+        time_scales: (motions.into_iter())
             .map(|motion| TimeScale {
                 what: motion.what,
                 period_s: motion.period,
@@ -100,11 +105,16 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
             .collect(),
         accuracy: Vec::new(),
         accuracy_unknown: Some(SCATTER),
-        to_choose: format!(
-            "`moreau2d chart {}` compares the wear of a cycle over step lengths; --accuracy does not apply to a \
-             machine, whose `run` states the error of its hours",
-            scene.name
-        ),
+        to_choose: match p.grains {
+            Some(_) => "runs with other seeds of thresher.grains and a shorter step.dt tell the error of grains; \
+                        --accuracy does not apply to a machine"
+                .to_owned(),
+            None => format!(
+                "`moreau2d chart {}` compares the wear of a cycle over step lengths; --accuracy does not apply to \
+                 a machine, whose `run` states the error of its hours",
+                scene.name
+            ),
+        },
         warnings: machine.step_warnings(dt),
     })
 }
@@ -112,12 +122,24 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
 fn left_out(setup: &Setup<Thresher>) -> Vec<LeftOut> {
     let (p, wear) = (&setup.parameters, &setup.wear);
     let left = |what: String, why, key| LeftOut { what, why, key };
-    vec![
-        left(
-            format!("the machine's width of {} m", p.machine_width),
-            "a slice one metre deep: torque, inertia and feed are divided by it",
-            Some("thresher.machine_width"),
-        ),
+    let mut all = vec![left(
+        format!("the machine's width of {} m", p.machine_width),
+        "a slice one metre deep: torque, inertia and feed are divided by it",
+        Some("thresher.machine_width"),
+    )];
+    let driven = match p.grains {
+        Some(_) => "velocities of the concave",
+        None => "velocities of the concave and of the feeder's segment",
+    };
+    all.push(left(
+        driven.to_owned(),
+        "their motion is given: they have no unknowns",
+        None,
+    ));
+    if p.grains.is_some() && wear.limits.is_empty() {
+        return all; // no tooth wears
+    }
+    all.extend([
         left(
             format!("{} of {} shapes of a worn tooth", p.bars - 1, p.bars),
             "all bars are simulated and share the mean wear: bars that started alike stay alike",
@@ -131,10 +153,6 @@ fn left_out(setup: &Setup<Thresher>) -> Vec<LeftOut> {
             "their wear is that of the measured ones; the run states the error of the jumps",
             Some("wear.jump, wear.revolutions"),
         ),
-        left(
-            "velocities of the concave and of the feeder's segment".to_owned(),
-            "their motion is given: they have no unknowns",
-            None,
-        ),
-    ]
+    ]);
+    all
 }

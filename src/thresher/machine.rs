@@ -2,6 +2,7 @@ use super::blocks::{Study, Tooth, Wear};
 use super::check::check;
 use super::parameters::Thresher;
 use super::shapes::segment_mass;
+use crate::experiment::RunError;
 use crate::scene::{self, Motion, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -87,18 +88,36 @@ impl Machine {
         motions.iter().filter_map(|m| m.warning(dt)).collect()
     }
 
+    /// Refuses a crop of grains for `what` is computed with the strip alone.
+    ///
+    /// # Errors
+    /// [`RunError::Unfit`].
+    pub fn needs_strip(&self, what: &str) -> Result<(), RunError> {
+        match self {
+            Machine::Thresher(setup) if setup.parameters.grains.is_some() => {
+                Err(RunError::Unfit(format!(
+                    "{what}: the crop is of grains, whose wear scatters too much from one revolution to the next; \
+                     it is computed with the strip alone, without [thresher.grains]"
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Motions that its step must resolve; none of the study, which has no step.
     pub(super) fn motions(&self) -> Vec<Motion> {
         let Machine::Thresher(Setup { parameters: p, .. }) = self else {
             return Vec::new();
         };
         let (mass, inertia) = segment_mass(p);
+        // beside grains, a run has the strip too
+        let crop = if p.grains.is_some() { "strip" } else { "crop" };
         let contact = Motion {
-            what: "the crop's contacts".to_owned(),
+            what: format!("the {crop}'s contacts"),
             period: PI * (mass / (p.crop_stiffness * p.segment_length)).sqrt(),
         };
         let bending = (p.crop_bending_stiffness > 0.0).then(|| Motion {
-            what: "the bending of the crop".to_owned(),
+            what: format!("the bending of the {crop}"),
             // two equal segments against each other
             period: TAU * (0.5 * inertia / p.crop_bending_stiffness).sqrt(),
         });

@@ -134,6 +134,7 @@ impl WearChart<'_> {
     /// # Errors
     /// [`RunError`] if the scene or its reference cannot be run; a point that fails is a row.
     pub fn run(&self, progress: &Progress) -> Result<Results, RunError> {
+        self.machine.needs_strip("chart")?;
         let settings = &self.settings;
         progress.message("reference");
         let (against, notes) = self.against(progress)?;

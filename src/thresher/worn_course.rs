@@ -110,6 +110,7 @@ fn of_machine(scene: &Scene, machine: &Machine, quiet: bool) -> Result<WornCours
             })
         }
         Machine::Thresher(setup) => {
+            machine.needs_strip("calibrate")?;
             let progress = |label: &str, total| Progress::new(label, total, quiet);
             let found = run_threshing(scene, setup, progress, &mut |_, _| Ok(()), &|_| None)?;
             Ok(WornCourse {

@@ -206,3 +206,29 @@ fn a_governor_draws_the_cylinder_to_its_speed() {
     assert!(off < 5.0 * 0.5 * 1e-4 * rate * 0.02 * rate * 1.1, "{off}");
     assert!(world.speed() > 70.5);
 }
+
+/// What does nothing with grains is refused, by its place and with what to do.
+#[test]
+fn keys_and_commands_of_the_strip_are_refused() {
+    let point = "thresher.calibrate={ torque = 146.39, speed = 70, depth = 7.62e-3, cycles = 4e6 }";
+    let cases = [
+        ("thresher.hold=\"torque\"", "thresher.hold: grains"),
+        (point, "set wear.coefficient"),
+        ("thresher.grains.radius=0.0025", "allowed is 1e-5 to"),
+        (
+            "thresher.governor=[[60, 300], [75, 400]]",
+            "no higher torque",
+        ),
+        ("thresher.bar=[{ height = 0.012 }]", "as thresher.bars says"),
+    ];
+    for (flag, said) in cases {
+        let error = thresher::load("thresher-grains", &[flag.to_owned()]).unwrap_err();
+        assert!(error.to_string().contains(said), "{flag}: {error}");
+    }
+    let (_, setup) = scene(&[]);
+    let error = Machine::Thresher(setup).needs_strip("chart").unwrap_err();
+    assert!(
+        error.to_string().contains("with the strip alone"),
+        "{error}"
+    );
+}
