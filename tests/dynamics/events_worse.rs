@@ -125,9 +125,14 @@ fn events_are_never_worse_over_the_catalogue() {
 
 /// `cargo test --release --test dynamics -- --ignored events_worse --nocapture`
 #[test]
+#[ignore = "ten minutes"]
+fn nor_in_large_scenes() {
+    compare(&LARGE.map(str::to_owned), 1);
+}
+
+#[test]
 #[ignore = "minutes"]
 fn nor_at_shorter_steps() {
-    compare(&LARGE.map(str::to_owned), 1);
     // other steps than a sixtieth were chosen for their scenes
     let mut names = all();
     names.retain(|name| load(name, &[]).step.dt == 1.0 / 60.0 && !LARGE.contains(&name.as_str()));
