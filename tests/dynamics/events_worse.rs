@@ -174,7 +174,8 @@ fn nor_at_shorter_steps() {
 /// scatter by some 0.8, so that the mean of eight is known to about 0.3.
 #[test]
 fn falling_arches_overlap_less_with_events() {
-    for parts in [1, 2, 4, 8] {
+    // at a longer step events are better by ten times and more
+    for (parts, limit) in [(1, 1.0), (2, 1.0), (4, 1.5), (8, 1.5)] {
         let dt = format!("step.dt={:?}", 1.0 / f64::from(60 * parts));
         let [plain, located] = ["step.events=false", "step.events=true"].map(|events| {
             let depth = |k: u32| {
@@ -188,7 +189,7 @@ fn falling_arches_overlap_less_with_events() {
         });
         println!("1/{}: {plain:.2e} -> {located:.2e} m", 60 * parts);
         assert!(
-            located < 1.5 * plain,
+            located < limit * plain,
             "1/{}: {plain} -> {located}",
             60 * parts
         );

@@ -271,22 +271,3 @@ fn events_are_no_worse_than_the_plain_step() {
         assert!(located.totals.unsolved_islands <= plain.totals.unsolved_islands);
     }
 }
-
-/// An arch that falls is chaos: the mean over several of them counts, of the logarithms.
-#[test]
-fn falling_arches_overlap_less_with_events() {
-    let mut depths = [0.0, 0.0];
-    for k in 0..5 {
-        let thickness = 0.1046 * (1.0 - 0.003 * f64::from(k));
-        let sector = format!("body.voussoir.sector=[1, {thickness}, 0.11635528346628864]");
-        for (events, sum) in [false, true].into_iter().zip(&mut depths) {
-            let events = format!("step.events={events}");
-            let run = run(&load(
-                "arch",
-                &[&sector, &events, "step.dt=0.008333333333333333"],
-            ));
-            *sum += run.totals.penetration.ln();
-        }
-    }
-    assert!(depths[1] < depths[0], "{depths:?}");
-}
