@@ -8,7 +8,7 @@ use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 
 const SPEED: f64 = 8.0;
 const TILE: f64 = 0.37;
-/// From 5.5 m behind a slider's first place to past the last: 8 m, and 1.5 m more down the incline.
+/// From 3 m behind the first place of a slider to 2 m past the last: 8 m, and 1.5 m more down the incline.
 const TILES: std::ops::Range<i32> = -15..32;
 
 const SLIDERS: [&str; 5] = ["box", "polygon", "capsule", "disc", "outline"];
