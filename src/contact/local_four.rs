@@ -55,19 +55,8 @@ pub(crate) fn solve_four<S: Simd>(
     let first_solves = (first.valid & first.violation.simd_le(zero)) | !rough;
     let mut slip = first.impulse;
     if !(open | sticks | first_solves).all_true() {
-        // the smaller violation wins against round-off
         let second = Slip::of(system, free, -side, zero);
-        let never = f64x4::splat(simd, f64::INFINITY);
-        let counts = first.valid & first.violation.simd_lt(never);
-        let least = counts.select(first.violation, never);
-        let less = second.violation.simd_le(zero) | second.violation.simd_lt(least);
-        let takes_second = second.valid & less & !first_solves;
-        let takes_first = first_solves | counts;
-        let [p, q] = [first.impulse, second.impulse];
-        slip = [
-            takes_second.select(q[0], takes_first.select(p[0], zero)),
-            takes_second.select(q[1], takes_first.select(p[1], zero)),
-        ];
+        slip = first.or(second, first_solves, zero);
     }
     let slip = [slip[0], rough.select(slip[1], zero)];
     [
@@ -77,12 +66,12 @@ pub(crate) fn solve_four<S: Simd>(
 }
 
 /// Slip towards one side of the cone, for each contact.
-struct Slip<S: Simd> {
-    impulse: [f64x4<S>; 2],
+pub(crate) struct Slip<S: Simd> {
+    pub impulse: [f64x4<S>; 2],
     /// Whether the impulse exists.
-    valid: mask64x4<S>,
+    pub valid: mask64x4<S>,
     /// `s ξ_T`, at most 0 if it obeys the law.
-    violation: f64x4<S>,
+    pub violation: f64x4<S>,
 }
 
 impl<S: Simd> Slip<S> {
@@ -102,6 +91,23 @@ impl<S: Simd> Slip<S> {
             valid: denominator.simd_gt(zero),
             violation: side * slip,
         }
+    }
+
+    /// The impulse of this slip where `solves`, else that of the side with the smaller violation, which
+    /// wins against round-off; 0 where neither exists.
+    #[inline(always)]
+    pub fn or(self, second: Self, solves: mask64x4<S>, zero: f64x4<S>) -> [f64x4<S>; 2] {
+        let never = f64x4::splat(zero.simd, f64::INFINITY);
+        let counts = self.valid & self.violation.simd_lt(never);
+        let least = counts.select(self.violation, never);
+        let less = second.violation.simd_le(zero) | second.violation.simd_lt(least);
+        let takes_second = second.valid & less & !solves;
+        let takes_first = solves | counts;
+        let [p, q] = [self.impulse, second.impulse];
+        [
+            takes_second.select(q[0], takes_first.select(p[0], zero)),
+            takes_second.select(q[1], takes_first.select(p[1], zero)),
+        ]
     }
 }
 

@@ -40,7 +40,7 @@ pub use law::Law;
 pub use local::solve_local;
 #[cfg(test)]
 pub(crate) use local_four::levels;
-pub(crate) use local_four::{Four, FourContacts, load_four, solve_four};
+pub(crate) use local_four::{Four, FourContacts, Slip, load_four, solve_four};
 pub use operator::{BodyOperator, Delassus, NO_BODY, Rows, SweepState};
 pub use problem::{ContactError, ContactProblem};
 pub(crate) use residual::feasibility;

@@ -79,11 +79,6 @@ impl ContactRecord {
         Some(self.places[side])
     }
 
-    /// The cell on `surface`, [`SurfacePoint::edge`].
-    pub fn cell_on(&self, surface: u32) -> Option<u32> {
-        Some(self.place_on(surface)?.edge)
-    }
-
     /// The cell on each surface.
     pub fn cells(&self) -> [u32; 2] {
         self.places.map(|place| place.edge)

@@ -88,11 +88,6 @@ impl Rotor {
         self.velocity[0].z
     }
 
-    /// Sets `u` \[rad/s\].
-    pub fn set_speed(&mut self, speed: f64) {
-        self.velocity[0].z = speed;
-    }
-
     fn rows(lever: Vec2) -> Rows {
         let zero = [Vec3::zeros(); 2];
         Rows {

@@ -1,8 +1,8 @@
-use super::four_sweep::{Body, is_alone, larger, load_pair, read, solve_alone, write};
+use super::four_sides::{Body, FourSides, is_alone, larger, load_pair, solve_alone};
 use super::groups::{Groups, NOTHING};
 use super::momentum::share;
 use crate::contact::{
-    BodyOperator, ContactProblem, Four, Law, Mat2, NO_BODY, Rows, Vec2, Vec3, load_four,
+    BodyOperator, ContactProblem, Four, Law, Mat2, Rows, Slip, Vec2, Vec3, load_four,
 };
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
 
@@ -41,13 +41,8 @@ struct FourRows {
     alone: bool,
     /// Whether all impulses are 0, now and before the last step of momentum.
     idle: bool,
-    bodies: [[u32; 4]; 2],
-    /// `n` on side 2; `t` is `n` turned by 90 degrees. Side 1 has the opposite sign.
-    normal: [Four; 2],
-    /// Angular parts of the rows n and t, for each side.
-    arms: [[Four; 2]; 2],
+    sides: FourSides,
     free: [Four; 2],
-    inverse_inertia: [Four; 2],
     impulses: [Four; 2],
     before: [Four; 2],
     /// `G_ii`: nn, nt, tt [1/kg].
@@ -108,12 +103,12 @@ impl CrowdSweep {
         self.fours.extend(groups.iter().map(|blocks| {
             let mut four = FourRows {
                 alone: is_general(problem, op, diagonal, blocks[0] as usize),
-                bodies: [[still; 4]; 2],
+                sides: FourSides::of(still),
                 ..FourRows::default()
             };
             for (lane, &block) in blocks.iter().enumerate().filter(|(_, b)| **b != NOTHING) {
                 let i = block as usize;
-                four.put(lane, &op.rows[i], &op.inverse_mass);
+                four.sides.put(lane, &op.rows[i], &op.inverse_mass);
                 four.set(lane, &diagonal[i], &problem.laws[i]);
                 for (k, to) in four.free.iter_mut().enumerate() {
                     to[lane] = problem.free[i][k];
@@ -197,22 +192,6 @@ impl CrowdSweep {
 }
 
 impl FourRows {
-    fn put(&mut self, lane: usize, rows: &Rows, inverse_mass: &[Vec3]) {
-        for (side, &body) in rows.bodies.iter().enumerate() {
-            if body == NO_BODY {
-                continue;
-            }
-            self.bodies[side][lane] = body;
-            let [n, t] = &rows.jacobian[side];
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            self.normal[0][lane] = sign * n.x;
-            self.normal[1][lane] = sign * n.y;
-            self.arms[side][0][lane] = n.z;
-            self.arms[side][1][lane] = t.z;
-            self.inverse_inertia[side][lane] = inverse_mass[body as usize].z;
-        }
-    }
-
     fn set(&mut self, lane: usize, block: &Mat2, law: &Law) {
         let Law::Contact {
             friction,
@@ -295,10 +274,9 @@ fn step<S: Simd>(
     largest: &mut [f64x4<S>; 2],
 ) {
     let zero = f64x4::splat(simd, 0.0);
-    let [first, second] = &four.bodies;
-    let (u1, u2) = (read(simd, bodies, first), read(simd, bodies, second));
-    let n = load_pair(simd, &four.normal);
-    let [a1, a2] = [&four.arms[0], &four.arms[1]];
+    let [u1, u2] = four.sides.velocities(simd, bodies);
+    let n = load_pair(simd, &four.sides.normal);
+    let [a1, a2] = [&four.sides.arms[0], &four.sides.arms[1]];
     let free_n = load_four(simd, &four.free[0]);
     let normal = n[0] * (u2[0] - u1[0])
         + n[1] * (u2[1] - u1[1])
@@ -340,35 +318,7 @@ fn step<S: Simd>(
     let trace = block[0] + block[2];
     largest[1] = larger(larger(new[0].abs(), new[1].abs()) * trace, largest[1]);
     largest[0] = larger(larger(delta[0].abs(), delta[1].abs()) * trace, largest[0]);
-    // velocity changes of side 2; side 1 gets the opposite sign
-    let linear = [
-        n[0] * delta[0] + t[0] * delta[1],
-        n[1] * delta[0] + t[1] * delta[1],
-    ];
-    let [a1, a2] = [load_pair(simd, a1), load_pair(simd, a2)];
-    let inertia = load_pair(simd, &four.inverse_inertia);
-    let spins = [
-        u1[2] + (a1[0] * delta[0] + a1[1] * delta[1]) * inertia[0],
-        u2[2] + (a2[0] * delta[0] + a2[1] * delta[1]) * inertia[1],
-    ];
-    let after = [
-        u1[0] - linear[0] * u1[3],
-        u1[1] - linear[1] * u1[3],
-        spins[0],
-        u1[3],
-    ];
-    write(bodies, &four.bodies[0], after);
-    let after = [
-        u2[0] + linear[0] * u2[3],
-        u2[1] + linear[1] * u2[3],
-        spins[1],
-        u2[3],
-    ];
-    write(bodies, &four.bodies[1], after);
-    // the body that does not move stays at zero, whatever overflows
-    if let Some(still) = bodies.last_mut() {
-        *still = [0.0; 4];
-    }
+    four.sides.push(simd, bodies, [u1, u2], delta);
 }
 
 /// [`solve_local`](crate::contact::solve_local) of four contacts with `b_i` in `free`, by the stored
@@ -396,24 +346,13 @@ fn solve<S: Simd>(
     let one = f64x4::splat(simd, 1.0);
     let side = up.select(one, -one);
     let inverse = up.select(plus, minus);
-    let (p, violation) = slide([x, y], [nt, tt, friction], side, inverse);
-    let valid = inverse.simd_gt(zero);
-    let first_solves = (valid & violation.simd_le(zero)) | !rough;
-    let mut slip = p;
+    let first = slide([x, y], [nt, tt, friction], side, inverse);
+    let first_solves = (first.valid & first.violation.simd_le(zero)) | !rough;
+    let mut slip = first.impulse;
     if !(open | sticks | first_solves).all_true() {
-        // the smaller violation wins against round-off
         let inverse = up.select(minus, plus);
-        let (q, second) = slide([x, y], [nt, tt, friction], -side, inverse);
-        let other = inverse.simd_gt(zero);
-        let never = f64x4::splat(simd, f64::INFINITY);
-        let counts = valid & violation.simd_lt(never);
-        let least = counts.select(violation, never);
-        let takes_second = other & (second.simd_le(zero) | second.simd_lt(least)) & !first_solves;
-        let takes_first = first_solves | counts;
-        slip = [
-            takes_second.select(q[0], takes_first.select(p[0], zero)),
-            takes_second.select(q[1], takes_first.select(p[1], zero)),
-        ];
+        let second = slide([x, y], [nt, tt, friction], -side, inverse);
+        slip = first.or(second, first_solves, zero);
     }
     let slip = [slip[0], rough.select(slip[1], zero)];
     [
@@ -422,18 +361,21 @@ fn solve<S: Simd>(
     ]
 }
 
-/// The impulse of contacts that slip to one side, and their `s ξ_T`, at most 0 if it obeys the law.
+/// The slip of contacts to one side, with the stored inverse of the rows that slip.
 #[inline(always)]
 fn slide<S: Simd>(
     [x, y]: [f64x4<S>; 2],
     [nt, tt, friction]: [f64x4<S>; 3],
     side: f64x4<S>,
     inverse: f64x4<S>,
-) -> ([f64x4<S>; 2], f64x4<S>) {
+) -> Slip<S> {
     let share = side * friction;
     let normal = -x * inverse;
-    let violation = side * (y + (nt + share * tt) * normal);
-    ([normal, share * normal], violation)
+    Slip {
+        impulse: [normal, share * normal],
+        valid: inverse.simd_gt(f64x4::splat(x.simd, 0.0)),
+        violation: side * (y + (nt + share * tt) * normal),
+    }
 }
 
 #[inline(always)]

@@ -1,7 +1,8 @@
+use super::four_sides::{Body, FourSides, is_alone, larger, load_pair, solve_alone};
 use super::groups::{Groups, NOTHING};
 use crate::contact::{
-    BodyOperator, ContactProblem, Four, FourContacts, Law, Mat2, NO_BODY, Rows, Vec2, Vec3,
-    load_four, solve_four, solve_local,
+    BodyOperator, ContactProblem, Four, FourContacts, Law, Mat2, Rows, Vec2, Vec3, load_four,
+    solve_four,
 };
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
 
@@ -27,43 +28,16 @@ pub(super) struct FourState {
     bodies: Vec<Body>,
 }
 
-/// (v_x, v_y, ω) and the inverse of the mass.
-pub(super) type Body = [f64; 4];
-
 /// Four blocks that share no body. Groups with fewer blocks are filled up with open contacts of the
 /// body that does not move.
 #[derive(Debug, Clone, Default)]
 struct FourRows {
     /// Whether the group has only its first block, which is not a contact between points.
     alone: bool,
-    bodies: [[u32; 4]; 2],
-    /// `n` on side 2; `t` is `n` turned by 90 degrees. Side 1 has the opposite sign.
-    normal: [Four; 2],
-    /// Angular parts of the rows (n, t), for each side.
-    arms: [[Four; 2]; 2],
-    inverse_inertia: [Four; 2],
+    sides: FourSides,
     contacts: FourContacts,
     free: [Four; 2],
     impulses: [Four; 2],
-}
-
-/// Whether a block is not a contact between points in the plane, or one of its bodies has different
-/// masses along x and y.
-pub(super) fn is_alone(problem: &ContactProblem, op: &BodyOperator, i: usize) -> bool {
-    let rows = &op.rows[i];
-    let [[n1, t1], [n2, t2]] = &rows.jacobian;
-    let [a, b] = rows.bodies;
-    let (n, t) = if b == NO_BODY { (-n1, -t1) } else { (*n2, *t2) };
-    let opposite = a == NO_BODY || (n1.xy(), t1.xy()) == (-n.xy(), -t.xy());
-    let heavy = |&body: &u32| {
-        op.inverse_mass
-            .get(body as usize)
-            .is_none_or(|m| m.x == m.y)
-    };
-    let between_points = a != b && opposite && (t.x, t.y) == (-n.y, n.x);
-    !(matches!(problem.laws[i], Law::Contact { .. })
-        && between_points
-        && rows.bodies.iter().all(heavy))
 }
 
 impl FourSweep {
@@ -94,7 +68,7 @@ impl FourSweep {
         self.fours.extend(groups.iter().map(|&blocks| {
             let mut four = FourRows {
                 alone: is_alone(problem, op, blocks[0] as usize),
-                bodies: [[still; 4]; 2],
+                sides: FourSides::of(still),
                 ..FourRows::default()
             };
             for (lane, &block) in blocks.iter().enumerate() {
@@ -103,7 +77,7 @@ impl FourSweep {
                     four.contacts.tt[lane] = 1.0;
                 } else {
                     let i = block as usize;
-                    four.put(lane, &op.rows[i], &op.inverse_mass);
+                    four.sides.put(lane, &op.rows[i], &op.inverse_mass);
                     four.set(lane, &diagonal[i], &problem.laws[i], problem.free[i]);
                     four.impulses[0][lane] = impulses[i].x;
                     four.impulses[1][lane] = impulses[i].y;
@@ -202,22 +176,6 @@ impl FourSweep {
 }
 
 impl FourRows {
-    fn put(&mut self, lane: usize, rows: &Rows, inverse_mass: &[Vec3]) {
-        for (side, &body) in rows.bodies.iter().enumerate() {
-            if body == NO_BODY {
-                continue;
-            }
-            self.bodies[side][lane] = body;
-            let [n, t] = &rows.jacobian[side];
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            self.normal[0][lane] = sign * n.x;
-            self.normal[1][lane] = sign * n.y;
-            self.arms[side][0][lane] = n.z;
-            self.arms[side][1][lane] = t.z;
-            self.inverse_inertia[side][lane] = inverse_mass[body as usize].z;
-        }
-    }
-
     fn set(&mut self, lane: usize, block: &Mat2, law: &Law, free: Vec2) {
         let contacts = &mut self.contacts;
         contacts.nn[lane] = block[(0, 0)];
@@ -256,30 +214,17 @@ fn pass<'a, S: Simd>(
     [of(largest[0], apart[0]), of(largest[1], apart[1])]
 }
 
-/// The larger of two numbers; the second if either is NaN. Gives the same result on every machine.
-#[inline(always)]
-pub(super) fn larger<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
-    a.simd_gt(b).select(a, b)
-}
-
-/// Two rows of four numbers, as vectors.
-#[inline(always)]
-pub(super) fn load_pair<S: Simd>(simd: S, [n, t]: &[Four; 2]) -> [f64x4<S>; 2] {
-    [load_four(simd, n), load_four(simd, t)]
-}
-
 /// Solves four contacts: reads velocities, solves, writes velocities.
 #[inline(always)]
 fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mut [f64x4<S>; 2]) {
     let zero = f64x4::splat(simd, 0.0);
-    let [first, second] = &four.bodies;
-    let (u1, u2) = (read(simd, bodies, first), read(simd, bodies, second));
+    let [u1, u2] = four.sides.velocities(simd, bodies);
     let contacts = &four.contacts;
-    let n = load_pair(simd, &four.normal);
+    let n = load_pair(simd, &four.sides.normal);
     let t = [-n[1], n[0]];
     let [a1, a2] = [
-        load_pair(simd, &four.arms[0]),
-        load_pair(simd, &four.arms[1]),
+        load_pair(simd, &four.sides.arms[0]),
+        load_pair(simd, &four.sides.arms[1]),
     ];
 
     // sums in the order of `Rows::velocity`, starting from 0, not −0
@@ -314,62 +259,7 @@ fn step<S: Simd>(simd: S, four: &mut FourRows, bodies: &mut [Body], largest: &mu
     moved
         .select(new[1], old[1])
         .store_slice(&mut four.impulses[1]);
-    // velocity changes of side 2; side 1 gets the opposite sign
-    let linear = [
-        n[0] * delta[0] + t[0] * delta[1],
-        n[1] * delta[0] + t[1] * delta[1],
-    ];
-    let [inertia1, inertia2] = &four.inverse_inertia;
-    let after = [
-        u1[0] - linear[0] * u1[3],
-        u1[1] - linear[1] * u1[3],
-        u1[2] + (a1[0] * delta[0] + a1[1] * delta[1]) * load_four(simd, inertia1),
-        u1[3],
-    ];
-    write(bodies, &four.bodies[0], after);
-    let after = [
-        u2[0] + linear[0] * u2[3],
-        u2[1] + linear[1] * u2[3],
-        u2[2] + (a2[0] * delta[0] + a2[1] * delta[1]) * load_four(simd, inertia2),
-        u2[3],
-    ];
-    write(bodies, &four.bodies[1], after);
-    // the body that does not move stays at zero, whatever overflows
-    if let Some(still) = bodies.last_mut() {
-        *still = [0.0; 4];
-    }
-}
-
-/// Loads four bodies, component by component.
-#[inline(always)]
-pub(super) fn read<S: Simd>(simd: S, bodies: &[Body], own: &[u32; 4]) -> [f64x4<S>; 4] {
-    let a = load_four(simd, &bodies[own[0] as usize]);
-    let b = load_four(simd, &bodies[own[1] as usize]);
-    let c = load_four(simd, &bodies[own[2] as usize]);
-    let d = load_four(simd, &bodies[own[3] as usize]);
-    transposed([a, b, c, d])
-}
-
-/// Stores four bodies.
-#[inline(always)]
-pub(super) fn write<S: Simd>(bodies: &mut [Body], own: &[u32; 4], numbers: [f64x4<S>; 4]) {
-    let [a, b, c, d] = transposed(numbers);
-    a.store_slice(&mut bodies[own[0] as usize]);
-    b.store_slice(&mut bodies[own[1] as usize]);
-    c.store_slice(&mut bodies[own[2] as usize]);
-    d.store_slice(&mut bodies[own[3] as usize]);
-}
-
-/// The transpose of a matrix of 4 × 4.
-#[inline(always)]
-fn transposed<S: Simd>([a, b, c, d]: [f64x4<S>; 4]) -> [f64x4<S>; 4] {
-    let (low, high) = ((a.zip_low(c), b.zip_low(d)), (a.zip_high(c), b.zip_high(d)));
-    [
-        low.0.zip_low(low.1),
-        low.0.zip_high(low.1),
-        high.0.zip_low(high.1),
-        high.0.zip_high(high.1),
-    ]
+    four.sides.push(simd, bodies, [u1, u2], delta);
 }
 
 impl FourRows {
@@ -385,44 +275,4 @@ impl FourRows {
         (self.impulses[0][0], self.impulses[1][0]) = (new.x, new.y);
         found
     }
-}
-
-/// Solves a block, with its `old` impulse and `b_i`, by the general rule. Returns its new impulse, and
-/// change and scale of its velocity \[m/s\].
-pub(super) fn solve_alone(
-    (old, free): (Vec2, Vec2),
-    (rows, block, law): (&Rows, &Mat2, &Law),
-    inverse_mass: &[Vec3],
-    bodies: &mut [Body],
-) -> (Vec2, [f64; 2]) {
-    // a system of its own bodies, of one if both sides are the same
-    let [a, b] = rows.bodies;
-    let number = |body: u32, own: u32| if body == NO_BODY { body } else { own };
-    let own = Rows {
-        bodies: [number(a, 0), number(b, u32::from(a != b))],
-        ..*rows
-    };
-    let mut u = [Vec3::zeros(); 2];
-    let mut m = [Vec3::zeros(); 2];
-    for (from, to) in rows.bodies.into_iter().zip(own.bodies) {
-        if from != NO_BODY {
-            let [x, y, spin, _] = bodies[from as usize];
-            u[to as usize] = Vec3::new(x, y, spin);
-            m[to as usize] = inverse_mass[from as usize];
-        }
-    }
-    let new = solve_local(block, own.velocity(&u) + free - block * old, law);
-    let delta = new - old;
-    let scale = new.amax() * block.trace();
-    if delta == Vec2::zeros() {
-        return (old, [0.0, scale]);
-    }
-    own.push(delta, &m, &mut u);
-    for (to, from) in rows.bodies.into_iter().zip(own.bodies) {
-        if to != NO_BODY {
-            let (u, body) = (u[from as usize], &mut bodies[to as usize]);
-            (body[0], body[1], body[2]) = (u.x, u.y, u.z);
-        }
-    }
-    (new, [delta.amax() * block.trace(), scale])
 }

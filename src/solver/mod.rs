@@ -44,6 +44,7 @@ mod crowd_sweep;
 mod direct;
 mod enumeration;
 mod factor_cache;
+mod four_sides;
 mod four_sweep;
 mod groups;
 mod impulse_solver;

@@ -8,6 +8,8 @@ use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 
 const SPEED: f64 = 8.0;
 const TILE: f64 = 0.37;
+/// From 3 m behind the first place of a slider to 2 m past the last: 8 m, and 1.5 m more down the incline.
+const TILES: std::ops::Range<i32> = -15..32;
 
 const SLIDERS: [&str; 5] = ["box", "polygon", "capsule", "disc", "outline"];
 
@@ -70,7 +72,7 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
             }
         }
         "compound" => {
-            let parts = (-30..60).map(|k| {
+            let parts = TILES.map(|k| {
                 let at = Pose::from_translation(at(TILE * f64::from(k), -0.25));
                 (at, SharedShape::cuboid((0.5 * TILE) as Real, 0.25))
             });
@@ -95,13 +97,13 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
         }
         "bed" => {
             world.insert(fixed(0.0, -1.0), smooth(ColliderBuilder::cuboid(30.0, 0.5)));
-            for k in -30..60 {
+            for k in TILES {
                 let body = RigidBodyBuilder::dynamic().pose(place(TILE * f64::from(k), -0.25));
                 world.insert(body, tile().density(50.0));
             }
         }
         "voxels" => {
-            let cells: Vec<_> = (-40..80)
+            let cells: Vec<_> = (-20..50)
                 .flat_map(|i| [-1, -2].map(|j| IVector::new(i, j)))
                 .collect();
             world.insert(
@@ -110,7 +112,7 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
             );
         }
         "polygons" => {
-            for k in -30..60 {
+            for k in TILES {
                 let x = TILE * f64::from(k);
                 let h = 0.5 * TILE;
                 let points = vec![
@@ -125,14 +127,14 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
         }
         "chains" => {
             // of two segments each, the solid below
-            for k in -30..60 {
+            for k in TILES {
                 let points = [0.5, 0.1, -0.5].map(|x| at(TILE * x, 0.0)).to_vec();
                 let chain = ColliderBuilder::oriented_polyline(points, None);
                 world.insert(fixed(TILE * f64::from(k), 0.0), smooth(chain));
             }
         }
         "outlines" => {
-            for k in -30..60 {
+            for k in TILES {
                 let h = 0.5 * TILE;
                 let points = vec![at(h, 0.0), at(-h, 0.0), at(-h, -0.5), at(h, -0.5)];
                 let ring = vec![[0, 1], [1, 2], [2, 3], [3, 0]];
@@ -141,7 +143,7 @@ fn floor(kind: &str) -> (PhysicsWorld, f64) {
             }
         }
         _ => {
-            for k in -30..60 {
+            for k in TILES {
                 world.insert(fixed(TILE * f64::from(k), -0.25), tile());
             }
             if kind == "wall" {

@@ -14,7 +14,7 @@ use moreau2d::thresher::{
 
 /// The catalogue's machine at twice its step and with longer jumps.
 fn coarse(flags: &[&str]) -> (Scene, Setup<Thresher>) {
-    let coarse = ["step.dt=4e-5", "wear.jump=1e-3"];
+    let coarse = ["step.dt=8e-5", "wear.jump=1e-3"];
     let flags: Vec<String> = coarse
         .iter()
         .chain(flags)
