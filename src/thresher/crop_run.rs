@@ -8,6 +8,7 @@ use super::machine::Setup;
 use super::parameters::Thresher;
 use super::part_wear::{BarWear, ConcaveWear, PartLoads};
 use super::power::PowerBudget;
+use super::spin::SpinBudget;
 use super::world::{Outlines, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
@@ -23,6 +24,7 @@ pub struct CropRun {
     pub torque: f64,
     pub speed: f64,
     pub power: PowerBudget,
+    pub spin: SpinBudget,
     pub flow: Flow,
     pub bar_load: BarLoad,
     /// Place of every cell along the tooth \[m\], and its depth of a revolution \[m\], mean over the bars.
@@ -135,6 +137,7 @@ fn measured(
         sampling,
         operation,
         power,
+        spin,
         flow,
         bar_load,
     } = cycle;
@@ -144,6 +147,7 @@ fn measured(
         torque: operation.torque,
         speed: operation.speed,
         power,
+        spin,
         flow,
         bar_load,
         places: profile.nodes().iter().map(|node| node.x).collect(),

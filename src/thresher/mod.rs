@@ -79,6 +79,7 @@ mod power;
 mod rotor_rungs;
 mod rows;
 mod shapes;
+mod spin;
 mod stall;
 mod strip;
 mod study;
@@ -114,6 +115,7 @@ pub use rows::{
     BarLoadRow, BarRow, ComparisonRow, ConcaveRow, CropRow, CropWearRow, ErrorRow,
     FrictionDepthRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
 };
+pub use spin::SpinBudget;
 pub use stall::Stall;
 pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};
 pub use study_pictures::{depth_over_friction, depth_over_speed, life_over_friction};
