@@ -58,7 +58,7 @@ impl CropRun {
             "worn_m3_per_m_bar_revolution": self.worn,
             "deepest_cell": cell,
             "deepest_m_per_revolution": depth,
-            "sampling_error": self.sampling,
+            "interval_95": self.interval,
             "steps": self.totals.steps,
             "certified_steps": certified,
             "bounded_steps": bounded,
@@ -115,7 +115,7 @@ impl CropRun {
             (
                 "half of its 95 % interval, this seed".to_owned(),
                 "%",
-                100.0 * self.sampling,
+                100.0 * self.interval,
             ),
             (
                 "worn volume of the concave, 1e6 revolutions, per metre".to_owned(),

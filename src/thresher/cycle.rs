@@ -31,7 +31,7 @@ pub(super) const SETTLING: f64 = 0.25;
 /// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
 /// the crop in every phase of its segments within half a revolution; the bars by themselves do not, and
 /// differ by three times the scatter of their mean.
-const PARTS: usize = 2;
+pub(super) const PARTS: usize = 2;
 
 /// One measured cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -89,7 +89,7 @@ impl<'a> Threshing<'a> {
         (revolutions * self.revolution / self.dt).ceil() as usize
     }
 
-    fn step(&mut self) -> Result<StepRecord, RunError> {
+    pub fn step(&mut self) -> Result<StepRecord, RunError> {
         let start = std::time::Instant::now();
         let record = self.world.step()?;
         self.totals.wall += start.elapsed().as_secs_f64();
@@ -189,6 +189,10 @@ impl Measure {
             kinetic: machine.world.kinetic_energy(),
             turning: machine.world.spin(),
         }
+    }
+
+    pub fn steps_taken(&self) -> usize {
+        self.step
     }
 
     /// Takes a step.

@@ -96,7 +96,7 @@ mod worn_course;
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use calibrate::Calibrated;
-pub use crop_run::{CropComparison, CropRun, run_crops};
+pub use crop_run::{CropComparison, CropRun, CropWatch, run_crops};
 pub use explained::explain_threshing;
 pub use flow::Flow;
 pub use grain_parameters::{Bar, Grains};

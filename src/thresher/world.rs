@@ -330,6 +330,12 @@ impl ThreshingWorld {
         [self.cylinder, self.concave_body].map(|body| self.simulation.number(body))
     }
 
+    /// Whether one of two bodies, by their numbers in the record, is the cylinder or the concave.
+    pub fn is_on_steel(&self, bodies: [u32; 2]) -> bool {
+        let steel = self.steel();
+        bodies.iter().any(|body| steel.contains(&Some(*body)))
+    }
+
     /// Number of segments or grains in the machine.
     pub fn crop_bodies(&self) -> usize {
         self.crop.bodies().len()
