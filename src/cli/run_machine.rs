@@ -186,7 +186,9 @@ fn grains(
     warnings.extend(wrong.clone());
     let mut text = crops.describe(p) + &summary::noted(&warnings);
     if !args.summary_only {
-        text.push_str("impacts.csv has the impacts on steel alone, not those of grains on grains\n");
+        text.push_str(
+            "impacts.csv has the impacts on steel alone, not those of grains on grains\n",
+        );
     }
     Ok((crops.json(p), text, totals, wrong))
 }

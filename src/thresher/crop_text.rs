@@ -313,7 +313,10 @@ impl CropComparison {
             number(p.operating_torque, 4),
             number(share, 3),
             number(loose_torque(p), 3),
-            quantity(squeeze(p), "Pa", 2),
+            match p.friction_concave > 0.0 {
+                true => quantity(squeeze(p), "Pa", 2),
+                false => "no pressure, for want of friction,".to_owned(),
+            },
             quantity(f.solid_depth, "m", 2),
             quantity(p.clearance_inlet, "m", 2),
             quantity(p.clearance_outlet, "m", 2),
@@ -396,7 +399,8 @@ impl CropComparison {
     }
 }
 
-/// Torque \[N m\] that a loose crop takes at most unless it outruns the tips, a machine total.
+/// Estimate of the torque \[N m\] that a loose crop takes, a machine total; impacts and grains that outrun the
+/// tips may add to it.
 ///
 /// ```text
 /// T = ṁ R [v (1 + μ Θ) − v_0],    v = ω R                                            (1)
