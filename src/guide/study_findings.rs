@@ -51,7 +51,7 @@
 //!
 //! # The published torque is not that of a loose crop
 //! `moreau2d run thresher-grains` feeds 5.2 kg/s of grains through the machine of `thresher` at 70 rad/s. They take
-//! 21 N m of the published 146. The balance of angular momentum about the axle says why (`angular_momentum` of
+//! 20 N m of the published 146. The balance of angular momentum about the axle says why (`angular_momentum` of
 //! `summary.json`): a loose crop takes about what its mass flow and its own centrifugal force ask for,
 //!
 //! ```text
@@ -62,20 +62,19 @@
 //! concave. The other 117 N m need a crop that is squeezed: 2.5 kPa on the concave. The strip is squeezed by
 //! construction, as it neither thins nor outruns its feeder.
 //!
-//! | one crop, N m | grains, enter at 8 m/s | strip |
+//! | N m | grains | strip |
 //! |---|---|---|
-//! | drive | 18.7 | 146.2 |
-//! | held back by the concave | 15.0 | 130.6 |
-//! | carried away by the crop | 4.2 | 8.2 |
-//! | gravity, feeder, stored | -0.5 | 7.4 |
+//! | drive | 20.0 | 147.9 |
+//! | held back by the concave | 14.5 | 126.3 |
+//! | carried away by the crop | 5.3 | 14.6 |
+//! | gravity, feeder, stored | 0.3 | 6.9 |
 //! | left over | 0.00 | by difference |
 //!
-//! The layer does lie below the tips: as a solid it would be 4.7 mm deep in a gap of 16 to 8 mm, 7 % of the grains
-//! above the concave reach within the circle of the tips, and a third of those that leave have met a tooth
-//! (`run thresher-grains --set thresher.entry_speed=8 --set thresher.grains.radius=0.0014 --set
-//! wear.revolutions=1`). Grains pack denser than they enter, and they speed up. The
-//! estimate is no bound: impacts press on the concave as well. A radius
-//! of 1.1 in place of 1.2 mm takes 18.5 N m, a density of 135 in place of 150 kg/m3 18.1 N m. So no loose crop has
+//! The layer does lie below the tips: as a solid it would be 6.7 mm deep in a gap of 16 to 8 mm, 12 % of the grains
+//! above the concave reach within the circle of the tips, and 42 % of those that leave have met a tooth.
+//! At half the feed none does, and the torque is 0 (`sweep scenes/sweeps/thresher-grains.toml`, its coarse grains). Grains pack denser than they enter, and they speed up. The
+//! estimate is no bound: impacts press on the concave as well. Grains of
+//! 1.1 mm take 18.5 N m, of 1.2 mm 18.1 N m, at 150 kg/m3 21.1 N m. So no loose crop has
 //! the published torque at this feed and speed: it tells of compression, cohesion or losses elsewhere.
 //!
 //! # What nobody can compare
