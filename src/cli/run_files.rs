@@ -130,12 +130,22 @@ impl RunFiles {
         record: &StepRecord,
         states: impl FnOnce() -> I,
     ) -> Result<(), ReportError> {
+        self.add_where(record, |_| true, states)
+    }
+
+    /// As [`RunFiles::add`], with those impacts alone whose two bodies `keeps` takes.
+    pub fn add_where<I: IntoIterator<Item = BodyState>>(
+        &mut self,
+        record: &StepRecord,
+        keeps: impl Fn([u32; 2]) -> bool,
+        states: impl FnOnce() -> I,
+    ) -> Result<(), ReportError> {
         let Some(rows) = &mut self.rows else {
             return Ok(());
         };
         self.last.clone_from(&record.contacts);
         self.time = record.time;
-        for impact in &record.impacts {
+        for impact in record.impacts.iter().filter(|i| keeps(i.bodies)) {
             rows.impacts.write(&ImpactRow::from(impact))?;
         }
         self.count += 1;

@@ -187,11 +187,11 @@ fn grains_lead(found: &Value, totals: &Totals, notes: usize, wrong: Option<&str>
         good: wrong.is_none(),
         what_came_out: format!(
             "With grains the drive takes {} N m, with the strip {} N m. Grains wear a bar by {} times what the \
-             strip does; the sampling error at the deepest cell is {} %.",
+             strip does; at the deepest cell known to ± {} % (95 %, this seed).",
             number(of("grains", "torque_nm"), 3),
             number(of("strip", "torque_nm"), 4),
             number(worn("grains") / worn("strip"), 2),
-            number(100.0 * of("grains", "sampling_error"), 2)
+            number(100.0 * of("grains", "interval_95"), 2)
         ),
         can_it_be_trusted: match wrong {
             Some(why) => format!("No: {why}."),

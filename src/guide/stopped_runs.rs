@@ -27,6 +27,7 @@
 //! |---|---|---|
 //! | scene of bodies, with or without `[[wear]]` | once a second, or 50 times as rarely as it takes to write; `--checkpoint-every N`: every N-th step | what was computed since |
 //! | `[thresher]` | before each jump of each of its lives | a jump, or the filling of the machine before the first one |
+//! | `[thresher.grains]` | once a second, or 50 times as rarely as it takes to write; then as `[thresher]` for a life | what was computed since, and what the strip beside it took, half a minute at most in the catalogue |
 //! | `sweep` | each case that is done, see [`super::sweeps`] | a case for each job |
 //!
 //! When a checkpoint is written has no effect on the results.

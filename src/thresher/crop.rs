@@ -3,7 +3,7 @@
 use super::grain_parameters::Grains;
 use super::grains::GrainCrop;
 use super::parameters::Thresher;
-use super::shapes::{disc_outline, segment_shape, unit};
+use super::shapes::{disc_outline, segment_mass, segment_shape, unit};
 use super::strip::{Passed, Strip, StripWork};
 use crate::contact::Vec2;
 use crate::dynamics::StepError;
@@ -11,6 +11,7 @@ use crate::dynamics::record::StepRecord;
 use crate::peers::{BodyId, ShapeSpec, Simulation};
 use crate::rapier::Pose64;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
 
 /// What is fed through the machine.
 #[derive(Serialize, Deserialize)]
@@ -88,6 +89,39 @@ impl Crop {
         }
     }
 
+    /// Angular momentum of the free crop about the axle [N m s].
+    pub fn spin(&self, simulation: &Simulation, p: &Thresher) -> f64 {
+        match self {
+            Crop::Strip(strip) => strip.spin(simulation, p),
+            Crop::Grains { grains, crop } => crop.spin(simulation, grains),
+        }
+    }
+
+    /// Sum of mass times place of the free crop [kg m].
+    pub fn mass_moment(&self, simulation: &Simulation, p: &Thresher) -> Vec2 {
+        let at = |body| {
+            simulation
+                .pose(body)
+                .map_or(Vec2::zeros(), |pose| pose.translation)
+        };
+        match self {
+            Crop::Strip(strip) => {
+                let free = strip.segments().skip(1);
+                free.map(|s| segment_mass(p).0 * at(s)).sum()
+            }
+            Crop::Grains { grains, crop } => (crop.inside().iter())
+                .map(|g| grains.mass(g.radius).0 * at(g.body))
+                .sum(),
+        }
+    }
+
+    /// Notes the grains with these numbers as met by a tooth.
+    pub fn note_met(&mut self, simulation: &Simulation, met: &[u32]) {
+        if let Crop::Grains { crop, .. } = self {
+            crop.note_met(simulation, met);
+        }
+    }
+
     pub fn take_passed(&mut self) -> Passed {
         match self {
             Crop::Strip(strip) => strip.take_passed(),
@@ -107,6 +141,21 @@ impl Crop {
             Crop::Strip(strip) => strip.work(simulation, p, cylinder, record),
             Crop::Grains { .. } => StripWork::default(),
         }
+    }
+
+    /// Of the grains above the concave: how many they are, how many reach within the circle of the tips, and
+    /// the sum of the areas \[m²\].
+    pub fn layer(&self, simulation: &Simulation, p: &Thresher, tips: f64) -> (usize, usize, f64) {
+        let [start, end] = [p.concave_start_deg, p.concave_end_deg].map(f64::to_radians);
+        let mut found = (0, 0, 0.0);
+        for (at, radius) in self.discs(simulation) {
+            if (at.y.atan2(at.x) - start).rem_euclid(TAU) < end - start {
+                found.0 += 1;
+                found.1 += usize::from(at.norm() - radius < tips);
+                found.2 += PI * radius * radius;
+            }
+        }
+        found
     }
 
     /// The outline of every body \[m\].

@@ -53,11 +53,12 @@ impl CropRun {
             "speed_rad_s": self.speed,
             "power_w": self.power.json(),
             "power_closure": self.closure(),
+            "angular_momentum": self.spin.json(),
             "mass": self.flow.json(),
             "worn_m3_per_m_bar_revolution": self.worn,
             "deepest_cell": cell,
             "deepest_m_per_revolution": depth,
-            "sampling_error": self.sampling,
+            "interval_95": self.interval,
             "steps": self.totals.steps,
             "certified_steps": certified,
             "bounded_steps": bounded,
@@ -80,6 +81,23 @@ impl CropRun {
             };
             all.push((word, "W", watts));
         }
+        all.extend([
+            (
+                "torque of the concave on the crop".to_owned(),
+                "N m",
+                self.spin.concave,
+            ),
+            (
+                "torque that turns the crop".to_owned(),
+                "N m",
+                self.spin.crop,
+            ),
+            (
+                "rest of the torque".to_owned(),
+                "N m",
+                self.spin.rest() - self.spin.gravity + self.spin.stored,
+            ),
+        ]);
         let (cell, depth) = self.deepest();
         all.extend([
             ("sum of the powers".to_owned(), "W", self.power.imbalance()),
@@ -94,7 +112,11 @@ impl CropRun {
                 1e3 * MILLION * depth,
             ),
             ("that cell".to_owned(), "", cell as f64),
-            ("its sampling error".to_owned(), "%", 100.0 * self.sampling),
+            (
+                "half of its 95 % interval, this seed".to_owned(),
+                "%",
+                100.0 * self.interval,
+            ),
             (
                 "worn volume of the concave, 1e6 revolutions, per metre".to_owned(),
                 "mm3/m",
@@ -241,6 +263,8 @@ impl CropComparison {
     pub fn json(&self, p: &Thresher) -> Value {
         json!({
             "machine_width_m": p.machine_width,
+            "loose_torque_nm": loose_torque(p),
+            "squeeze_pa": squeeze(p),
             "grains": self.grains.json(),
             "strip": self.strip.json(),
             "life": self.life.as_ref().map(|life| life.history.life_json()),
@@ -273,6 +297,11 @@ impl CropComparison {
             "{table}\n{}\
              the strip is calibrated to the operating torque of {} N m; of the grains nothing is: they take {} % \
              of it\n\
+             a loose crop at the speed of the tips, which its own centrifugal force alone presses on the concave, \
+             takes {} N m; the rest of the operating torque asks for a crop that is squeezed, by {} on the \
+             concave\n\
+             grains above the concave: as a solid layer {} deep, clearance {} to {}; {} % reach within the circle \
+             of the tips, {} % of those that left had met a tooth\n\
              grains at once: {} in the mean, {} at most\n\
              mass over the measured revolutions: due {}, entered {}, left {}, thrown back {}, in the machine {} \
              before and {} after; imbalance {}; waiting for room {}; {} behind steel\n\
@@ -283,6 +312,16 @@ impl CropComparison {
             self.describe_bars(p),
             number(p.operating_torque, 4),
             number(share, 3),
+            number(loose_torque(p), 3),
+            match p.friction_concave > 0.0 {
+                true => quantity(squeeze(p), "Pa", 2),
+                false => "no pressure, for want of friction,".to_owned(),
+            },
+            quantity(f.solid_depth, "m", 2),
+            quantity(p.clearance_inlet, "m", 2),
+            quantity(p.clearance_outlet, "m", 2),
+            number(100.0 * f.reach_tips, 2),
+            number(100.0 * f.met_share, 2),
             number(f.bodies_mean, 4),
             f.bodies_most,
             kg(f.due),
@@ -358,6 +397,30 @@ impl CropComparison {
             )
         })
     }
+}
+
+/// Estimate of the torque \[N m\] that a loose crop takes, a machine total; impacts and grains that outrun the
+/// tips may add to it.
+///
+/// ```text
+/// T = ṁ R [v (1 + μ Θ) − v_0],    v = ω R                                            (1)
+/// ```
+///
+/// It enters at `v_0` and leaves at the speed of the tips `v`. On its way through the arc `Θ` its own
+/// centrifugal force, `ṁ v` a radian, presses it on the concave, whose friction is `μ`.
+fn loose_torque(p: &Thresher) -> f64 {
+    let arc = (p.concave_end_deg - p.concave_start_deg).to_radians();
+    let tip = p.speed * p.tip_radius;
+    p.feed_rate * p.tip_radius * (tip * (1.0 + p.friction_concave * arc) - p.entry_speed)
+}
+
+/// Mean pressure on the concave \[Pa\] whose friction takes what [`loose_torque`] leaves of the operating
+/// torque; 0 if it leaves nothing.
+fn squeeze(p: &Thresher) -> f64 {
+    let arc = (p.concave_end_deg - p.concave_start_deg).to_radians();
+    let radius = p.tip_radius + 0.5 * (p.clearance_inlet + p.clearance_outlet);
+    let left = (p.operating_torque - loose_torque(p)).max(0.0);
+    left / (p.friction_concave * radius * radius * arc * p.machine_width)
 }
 
 /// The worst overlap \[m\], of impacts too.

@@ -9,6 +9,7 @@ use super::operation::{self, HeldTorque, Operation};
 use super::parameters::Thresher;
 use super::power::PowerBudget;
 use super::shapes::{SPAWN, arc_length};
+use super::spin::SpinBudget;
 use super::wear_chart::WornCycle;
 use super::world::ThreshingWorld;
 use crate::checkpoint::{CheckpointError, Reader, Writer};
@@ -30,7 +31,7 @@ pub(super) const SETTLING: f64 = 0.25;
 /// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
 /// the crop in every phase of its segments within half a revolution; the bars by themselves do not, and
 /// differ by three times the scatter of their mean.
-const PARTS: usize = 2;
+pub(super) const PARTS: usize = 2;
 
 /// One measured cycle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -41,6 +42,7 @@ pub(super) struct Cycle {
     pub sampling: f64,
     pub operation: Operation,
     pub power: PowerBudget,
+    pub spin: SpinBudget,
     pub flow: Flow,
     pub bar_load: BarLoad,
 }
@@ -87,7 +89,7 @@ impl<'a> Threshing<'a> {
         (revolutions * self.revolution / self.dt).ceil() as usize
     }
 
-    fn step(&mut self) -> Result<StepRecord, RunError> {
+    pub fn step(&mut self) -> Result<StepRecord, RunError> {
         let start = std::time::Instant::now();
         let record = self.world.step()?;
         self.totals.wall += start.elapsed().as_secs_f64();
@@ -113,66 +115,9 @@ impl<'a> Threshing<'a> {
         progress: &Progress,
         observe: Observer,
     ) -> Result<Cycle, RunError> {
-        let steps = self.steps(f64::from(revolutions));
-        let parts = PARTS * revolutions as usize;
-        let mut sums: Vec<LoadSlip> = vec![LoadSlip::new(profile.node_count()); parts];
-        let mut power = PowerBudget::default();
-        let mut bar_load = BarLoad::default();
-        let (mut angle, mut filled) = (0.0, 0.0);
-        let first = self.world.speed();
-        let mut last = first;
-        let kinetic = self.world.kinetic_energy();
-        let mut flow = Flow::start(&self.world);
-        self.world.take_passed();
-        let mut hold = HeldTorque::new(self, steps, revolutions);
-        for step in 0..steps {
-            let record = self.step()?;
-            progress.advance();
-            sums[step * parts / steps].add(&record.contacts, |contact| {
-                Some(self.world.worn_place(contact, profile)?.1)
-            })?;
-            power.add(&record, &self.world);
-            bar_load.add(&record, &self.world, self.parameters.bars, self.dt);
-            observe(&record, &self.world)?;
-            angle += 0.5 * (self.world.speed() + last) * self.dt;
-            last = self.world.speed();
-            filled += self.world.filled();
-            flow.count(&self.world);
-            hold.steer(&mut self.world, step, power.drive / angle);
-        }
-        // kinetic energy that the crop gained leaves with it, or is still in the machine
-        let passed = self.world.take_passed();
-        power.crop = passed.energy_out - passed.energy_in;
-        power.stored = self.world.kinetic_energy() - kinetic;
-        let time = steps as f64 * self.dt;
-        let inertia = self.parameters.per_metre(self.parameters.inertia);
-        let gained = 0.5 * inertia * (last * last - first * first);
-        let demand = self.parameters.machine_width * (power.drive - gained) / angle;
-        let power = power.scaled(self.parameters.machine_width / time);
-        let (filled, speed) = (filled / steps as f64, angle / time);
-        let operation = Operation {
-            torque: power.drive / speed,
-            demand,
-            speed,
-            drive: power.drive,
-            feeder: power.feeder,
-            stiffness: hold.close(&mut self.world),
-            filled,
-            out: passed.mass_out / time * self.parameters.machine_width,
-            conveys: operation::conveys(filled, speed / self.parameters.speed),
-        };
-        let mut load = LoadSlip::new(profile.node_count());
-        for sum in &sums {
-            load.add_share(sum, 1.0 / f64::from(self.parameters.bars * revolutions))?;
-        }
-        Ok(Cycle {
-            sampling: sampling_error(&sums),
-            load,
-            operation,
-            power,
-            flow: flow.close(&self.world, &passed, steps, time),
-            bar_load,
-        })
+        let mut measure = Measure::start(self, profile, revolutions);
+        while measure.step(self, profile, progress, observe)? {}
+        measure.close(self)
     }
 
     /// Fills the machine with crop and scales the crop's stiffness until the mean torque of teeth
@@ -193,6 +138,137 @@ impl<'a> Threshing<'a> {
             self.hold_torque(cycle, profile, 1, progress)?;
         }
         Ok(())
+    }
+}
+
+/// A measurement of revolutions on its way: plain data, so that one that was stopped goes on.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Measure {
+    revolutions: u32,
+    /// Steps in all, and taken.
+    steps: usize,
+    step: usize,
+    /// Load and slip of each of equal parts of the time.
+    sums: Vec<LoadSlip>,
+    power: PowerBudget,
+    spin: SpinBudget,
+    flow: Flow,
+    bar_load: BarLoad,
+    hold: HeldTorque,
+    /// Angle that the cylinder has turned \[rad\], and sum of [`ThreshingWorld::filled`].
+    angle: f64,
+    filled: f64,
+    /// Speeds of the cylinder at the start and now [rad/s].
+    first: f64,
+    last: f64,
+    /// Kinetic energy \[J\] and spin [N m s] at the start.
+    kinetic: f64,
+    turning: f64,
+}
+
+impl Measure {
+    pub fn start(machine: &mut Threshing, profile: &Profile, revolutions: u32) -> Measure {
+        let steps = machine.steps(f64::from(revolutions));
+        let parts = PARTS * revolutions as usize;
+        let speed = machine.world.speed();
+        machine.world.take_passed();
+        Measure {
+            revolutions,
+            steps,
+            step: 0,
+            sums: vec![LoadSlip::new(profile.node_count()); parts],
+            power: PowerBudget::default(),
+            spin: SpinBudget::default(),
+            flow: Flow::start(&machine.world),
+            bar_load: BarLoad::default(),
+            hold: HeldTorque::new(machine, steps, revolutions),
+            angle: 0.0,
+            filled: 0.0,
+            first: speed,
+            last: speed,
+            kinetic: machine.world.kinetic_energy(),
+            turning: machine.world.spin(),
+        }
+    }
+
+    pub fn steps_taken(&self) -> usize {
+        self.step
+    }
+
+    /// Takes a step.
+    ///
+    /// # Returns
+    /// Whether there was one left to take.
+    pub fn step(
+        &mut self,
+        machine: &mut Threshing,
+        profile: &Profile,
+        progress: &Progress,
+        observe: Observer,
+    ) -> Result<bool, RunError> {
+        if self.step == self.steps {
+            return Ok(false);
+        }
+        let record = machine.step()?;
+        progress.advance();
+        let (world, dt, parts) = (&mut machine.world, machine.dt, self.sums.len());
+        self.sums[self.step * parts / self.steps].add(&record.contacts, |contact| {
+            Some(world.worn_place(contact, profile)?.1)
+        })?;
+        self.power.add(&record, world);
+        self.spin.add(&record, world);
+        (self.bar_load).add(&record, world, machine.parameters.bars, dt);
+        observe(&record, world)?;
+        self.angle += 0.5 * (world.speed() + self.last) * dt;
+        self.last = world.speed();
+        self.filled += world.filled();
+        self.flow.count(world);
+        let torque = self.power.drive / self.angle;
+        self.hold.steer(world, self.step, torque);
+        self.step += 1;
+        Ok(true)
+    }
+
+    /// What was measured, after the last step.
+    pub fn close(self, machine: &mut Threshing) -> Result<Cycle, RunError> {
+        let (world, p) = (&mut machine.world, machine.parameters);
+        // kinetic energy that the crop gained leaves with it, or is still in the machine
+        let passed = world.take_passed();
+        let (mut power, mut spin) = (self.power, self.spin);
+        power.crop = passed.energy_out - passed.energy_in;
+        power.stored = world.kinetic_energy() - self.kinetic;
+        spin.crop = passed.spin_out - passed.spin_in;
+        spin.stored = world.spin() - self.turning;
+        let time = self.steps as f64 * machine.dt;
+        let inertia = p.per_metre(p.inertia);
+        let gained = 0.5 * inertia * (self.last * self.last - self.first * self.first);
+        let demand = p.machine_width * (power.drive - gained) / self.angle;
+        let power = power.scaled(p.machine_width / time);
+        let (filled, speed) = (self.filled / self.steps as f64, self.angle / time);
+        let operation = Operation {
+            torque: power.drive / speed,
+            demand,
+            speed,
+            drive: power.drive,
+            feeder: power.feeder,
+            stiffness: self.hold.close(world),
+            filled,
+            out: passed.mass_out / time * p.machine_width,
+            conveys: operation::conveys(filled, speed / p.speed),
+        };
+        let mut load = LoadSlip::new(self.sums[0].sums().len());
+        for sum in &self.sums {
+            load.add_share(sum, 1.0 / f64::from(p.bars * self.revolutions))?;
+        }
+        Ok(Cycle {
+            sampling: sampling_error(&self.sums),
+            load,
+            operation,
+            power,
+            spin: spin.scaled(p.machine_width / time),
+            flow: self.flow.close(world, &passed, self.steps, time),
+            bar_load: self.bar_load,
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The book of the crop's mass.
 
+use super::shapes::arc_length;
 use super::strip::Passed;
 use super::world::ThreshingWorld;
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,12 @@ pub struct Flow {
     /// Bodies of crop at once: the most, and the mean of the steps.
     pub bodies_most: usize,
     pub bodies_mean: f64,
+    /// Share of the grains above the concave that reach within the circle of the tips, mean of the steps.
+    pub reach_tips: f64,
+    /// Share of the grains that left whom a tooth has met at least once.
+    pub met_share: f64,
+    /// Mean depth \[m\] that the grains above the concave would have as a solid layer.
+    pub solid_depth: f64,
     /// Bodies found behind the steel, which must be 0.
     pub through_steel: usize,
 }
@@ -42,6 +49,9 @@ impl Flow {
         self.bodies_most = self.bodies_most.max(bodies);
         self.bodies_mean += bodies as f64;
         self.inside_mean += world.crop_mass();
+        let (all, reach, area) = world.layer();
+        self.reach_tips += reach as f64 / all.max(1) as f64;
+        self.solid_depth += area;
     }
 
     /// At the end of `steps` steps that took `time` \[s\].
@@ -64,6 +74,9 @@ impl Flow {
             inside_mean: width * self.inside_mean / steps as f64,
             waiting: width * world.waiting(),
             bodies_mean: self.bodies_mean / steps as f64,
+            reach_tips: self.reach_tips / steps as f64,
+            met_share: passed.met_out as f64 / passed.grains_out.max(1) as f64,
+            solid_depth: self.solid_depth / (steps as f64 * arc_length(p)),
             through_steel: passed.through_steel,
             ..self
         }
@@ -88,6 +101,9 @@ impl Flow {
             "waiting_kg": self.waiting,
             "bodies_most": self.bodies_most,
             "bodies_mean": self.bodies_mean,
+            "reach_tips_share": self.reach_tips,
+            "met_a_tooth_share": self.met_share,
+            "solid_depth_m": self.solid_depth,
             "through_steel": self.through_steel,
             "imbalance_kg": self.imbalance(),
         })

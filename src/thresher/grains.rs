@@ -3,7 +3,7 @@
 use super::grain_parameters::Grains;
 use super::parameters::Thresher;
 use super::shapes::{SPAWN, TABLE, clearance, grain_surface, turned, unit};
-use super::strip::Passed;
+use super::strip::{Passed, spin_of};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::StepError;
 use crate::peers::{BodyId, MassSpec, Motion, ShapeSpec, Simulation};
@@ -23,6 +23,8 @@ pub(super) struct Grain {
     pub body: BodyId,
     /// \[m\]
     pub radius: f64,
+    /// Whether a tooth has met it.
+    pub met: bool,
 }
 
 /// The grains in the machine, and the feeder.
@@ -90,6 +92,23 @@ impl GrainCrop {
         each.map(|g| kinetic(simulation, grains, g)).sum()
     }
 
+    /// Angular momentum of the grains in the machine about the axle [N m s].
+    pub fn spin(&self, simulation: &Simulation, grains: &Grains) -> f64 {
+        let each = self.inside.iter();
+        each.map(|g| spin(simulation, grains, g)).sum()
+    }
+
+    /// Notes the grains whose numbers are in `met`.
+    pub fn note_met(&mut self, simulation: &Simulation, met: &[u32]) {
+        if met.is_empty() {
+            return;
+        }
+        for grain in self.inside.iter_mut().filter(|g| !g.met) {
+            let number = simulation.number(grain.body);
+            grain.met = number.is_some_and(|number| met.contains(&number));
+        }
+    }
+
     /// Mass that is due and has not entered \[kg\].
     pub fn waiting(&self, p: &Thresher, dt: f64) -> f64 {
         self.steps as f64 * dt * p.per_metre(p.feed_rate) - self.fed
@@ -143,12 +162,17 @@ impl GrainCrop {
                 &grain_surface(grains),
                 Some(MassSpec::Given { mass, inertia }),
             )?;
-            let grain = Grain { body, radius };
+            let grain = Grain {
+                body,
+                radius,
+                met: false,
+            };
             near.push((at, radius));
             self.inside.push(grain);
             self.fed += mass;
             self.passed.mass_in += mass;
             self.passed.energy_in += kinetic(simulation, grains, &grain);
+            self.passed.spin_in += spin(simulation, grains, &grain);
             self.next = self.draw_radius(grains);
         }
     }
@@ -176,7 +200,10 @@ impl GrainCrop {
                 WayOut::Inlet => passed.mass_back += mass,
                 WayOut::Steel => passed.through_steel += 1,
             }
+            passed.grains_out += 1;
+            passed.met_out += usize::from(grain.met);
             passed.energy_out += kinetic(simulation, grains, grain);
+            passed.spin_out += spin(simulation, grains, grain);
             simulation.remove_body(grain.body);
             false
         });
@@ -219,6 +246,11 @@ fn kinetic(simulation: &Simulation, grains: &Grains, grain: &Grain) -> f64 {
     simulation.velocity(grain.body).map_or(0.0, |u| {
         0.5 * (mass * u.xy().norm_squared() + inertia * u.z * u.z)
     })
+}
+
+fn spin(simulation: &Simulation, grains: &Grains, grain: &Grain) -> f64 {
+    let (mass, inertia) = grains.mass(grain.radius);
+    spin_of(simulation, grain.body, mass, inertia)
 }
 
 #[cfg(test)]

@@ -79,6 +79,7 @@ mod power;
 mod rotor_rungs;
 mod rows;
 mod shapes;
+mod spin;
 mod stall;
 mod strip;
 mod study;
@@ -95,7 +96,7 @@ mod worn_course;
 pub use bar_load::BarLoad;
 pub use blocks::{Calibration, LifeErrors, Limit, Reading, Shares, Study, Tooth, Update, Wear};
 pub use calibrate::Calibrated;
-pub use crop_run::{CropComparison, CropRun, run_crops};
+pub use crop_run::{CropComparison, CropRun, CropWatch, run_crops};
 pub use explained::explain_threshing;
 pub use flow::Flow;
 pub use grain_parameters::{Bar, Grains};
@@ -114,6 +115,7 @@ pub use rows::{
     BarLoadRow, BarRow, ComparisonRow, ConcaveRow, CropRow, CropWearRow, ErrorRow,
     FrictionDepthRow, FrictionRow, LifeRow, OperationRow, ProfileRow, VolumeRow, WearRow,
 };
+pub use spin::SpinBudget;
 pub use stall::Stall;
 pub use study::{PUBLISHED, PublishedPoint, StudyOutcome, run_study};
 pub use study_pictures::{depth_over_friction, depth_over_speed, life_over_friction};

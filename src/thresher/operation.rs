@@ -86,6 +86,7 @@ pub(super) fn conveys(filled: f64, speed: f64) -> bool {
 ///
 /// where `T` is the mean torque of the part `f` that has passed. What is left is the scatter of the
 /// last passage, an eighth of a revolution.
+#[derive(Serialize, Deserialize)]
 pub(super) struct HeldTorque {
     /// Operating torque of the slice \[N m\]; `None` with [`Hold::Feed`].
     target: Option<f64>,

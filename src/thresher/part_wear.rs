@@ -5,8 +5,10 @@ use super::parameters::Thresher;
 use super::world::{Part, ThreshingWorld};
 use crate::dynamics::record::StepRecord;
 use crate::wear::{Archard, LoadSlip, Profile, WearError};
+use serde::{Deserialize, Serialize};
 
 /// Load and slip of all parts over measured steps, of the slice.
+#[derive(Serialize, Deserialize)]
 pub(super) struct PartLoads {
     bars: Vec<LoadSlip>,
     /// Angular impulse of the crop on each bar [N m s].

@@ -32,10 +32,16 @@ pub(super) struct Passed {
     /// Kinetic energy \[J\] that crop brought in and took away.
     pub energy_in: f64,
     pub energy_out: f64,
+    /// Angular momentum about the axle [N m s] that it brought in and took away.
+    pub spin_in: f64,
+    pub spin_out: f64,
     /// Mass \[kg\] that came in, left behind the outlet, and was thrown back at the inlet.
     pub mass_in: f64,
     pub mass_out: f64,
     pub mass_back: f64,
+    /// Grains that left, and those of them that had met a tooth.
+    pub grains_out: usize,
+    pub met_out: usize,
     /// Grains that were behind steel: 0, unless the contacts failed.
     pub through_steel: usize,
 }
@@ -94,6 +100,12 @@ impl Strip {
         free.map(|&s| kinetic(simulation, p, s)).sum()
     }
 
+    /// Angular momentum of the free segments about the axle [N m s].
+    pub fn spin(&self, simulation: &Simulation, p: &Thresher) -> f64 {
+        let free = self.segments.iter().skip(1);
+        free.map(|&s| spin(simulation, p, s)).sum()
+    }
+
     /// Once the newest segment has advanced by its length, releases it as crop and adds the next
     /// one behind it. `inlet` is the middle of the strip at the inlet \[m\].
     pub fn feed(
@@ -137,6 +149,7 @@ impl Strip {
                 break;
             }
             self.passed.energy_out += kinetic(simulation, p, tip);
+            self.passed.spin_out += spin(simulation, p, tip);
             self.passed.mass_out += segment_mass(p).0;
             simulation.remove_body(tip);
             self.segments.pop_back();
@@ -202,6 +215,7 @@ impl Strip {
             let (mass, inertia) = segment_mass(p);
             simulation.release(newest, &above, MassSpec::Given { mass, inertia })?;
             self.passed.energy_in += kinetic(simulation, p, newest);
+            self.passed.spin_in += spin(simulation, p, newest);
             self.passed.mass_in += mass;
             let half = Vec2::new(0.5 * p.segment_length, 0.0);
             simulation.add_joint(&JointSpec {
@@ -220,5 +234,18 @@ fn kinetic(simulation: &Simulation, p: &Thresher, segment: BodyId) -> f64 {
     let (mass, inertia) = segment_mass(p);
     simulation.velocity(segment).map_or(0.0, |u| {
         0.5 * (mass * u.xy().norm_squared() + inertia * u.z * u.z)
+    })
+}
+
+fn spin(simulation: &Simulation, p: &Thresher, segment: BodyId) -> f64 {
+    let (mass, inertia) = segment_mass(p);
+    spin_of(simulation, segment, mass, inertia)
+}
+
+/// Angular momentum of a body about the axle [N m s].
+pub(super) fn spin_of(simulation: &Simulation, body: BodyId, mass: f64, inertia: f64) -> f64 {
+    let state = simulation.pose(body).zip(simulation.velocity(body));
+    state.map_or(0.0, |(pose, u)| {
+        mass * pose.translation.perp(&u.xy()) + inertia * u.z
     })
 }

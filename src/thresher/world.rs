@@ -59,6 +59,7 @@ pub struct ThreshingWorld {
     /// Between the bars, with a crop of grains.
     hub: Option<ColliderId>,
     crop: Crop,
+    gravity: Vec2,
     dt: f64,
 }
 
@@ -150,6 +151,7 @@ impl ThreshingWorld {
             concave_body,
             hub,
             crop,
+            gravity,
             dt: scene.step.dt,
         })
     }
@@ -190,8 +192,9 @@ impl ThreshingWorld {
         self.crop
             .feed(&mut self.simulation, p, self.tips, self.dt)?;
         let record = self.simulation.step()?;
+        self.note_met(&record);
         self.crop
-            .remove_what_left(&mut self.simulation, p, self.tips);
+            .remove_what_left(&mut self.simulation, &self.parameters, self.tips);
         Ok(record)
     }
 
@@ -295,6 +298,29 @@ impl ThreshingWorld {
             .sum()
     }
 
+    /// Angular impulse [N m s] of the drive in a step.
+    pub(super) fn drive_moment(&self, record: &StepRecord) -> f64 {
+        let cylinder = self.simulation.number(self.cylinder);
+        let drives = (record.joints.iter())
+            .filter(|j| matches!(j.part, JointPart::Drive(_)))
+            .filter(|j| j.bodies.iter().any(|b| Some(*b) == cylinder));
+        drives
+            .map(|j| if Some(j.bodies[1]) == cylinder { 1.0 } else { -1.0 } * j.impulse.x)
+            .sum()
+    }
+
+    /// Moment of gravity about the axle on the free crop [N m], of the slice.
+    pub(super) fn gravity_moment(&self) -> f64 {
+        self.crop
+            .mass_moment(&self.simulation, &self.parameters)
+            .perp(&self.gravity)
+    }
+
+    /// The side of a contact on the concave that the concave is.
+    pub(super) fn concave_side(&self, contact: &ContactRecord) -> usize {
+        usize::from(contact.surfaces[1] == self.concave.number())
+    }
+
     pub(super) fn parameters(&self) -> &Thresher {
         &self.parameters
     }
@@ -302,6 +328,12 @@ impl ThreshingWorld {
     /// Numbers of the cylinder and of the concave in the record.
     pub(super) fn steel(&self) -> [Option<u32>; 2] {
         [self.cylinder, self.concave_body].map(|body| self.simulation.number(body))
+    }
+
+    /// Whether one of two bodies, by their numbers in the record, is the cylinder or the concave.
+    pub fn is_on_steel(&self, bodies: [u32; 2]) -> bool {
+        let steel = self.steel();
+        bodies.iter().any(|body| steel.contains(&Some(*body)))
     }
 
     /// Number of segments or grains in the machine.
@@ -317,6 +349,12 @@ impl ThreshingWorld {
     /// Mass of crop in the machine \[kg\], of the slice.
     pub fn crop_mass(&self) -> f64 {
         self.crop.mass(&self.parameters)
+    }
+
+    /// See [`Crop::layer`].
+    pub(super) fn layer(&self) -> (usize, usize, f64) {
+        self.crop
+            .layer(&self.simulation, &self.parameters, self.tips)
     }
 
     /// Mass of grains that are due at the inlet and found no room \[kg\], of the slice.
@@ -338,6 +376,24 @@ impl ThreshingWorld {
     /// Kinetic energy of the crop in the machine \[J\], of the slice.
     pub fn crop_energy(&self) -> f64 {
         self.crop.energy(&self.simulation, &self.parameters)
+    }
+
+    /// Angular momentum of the cylinder and of the free crop about the axle [N m s], of the slice.
+    pub(super) fn spin(&self) -> f64 {
+        let inertia = self.parameters.per_metre(self.parameters.inertia);
+        inertia * self.speed() + self.crop.spin(&self.simulation, &self.parameters)
+    }
+
+    /// Notes the grains that a tooth meets in a step.
+    fn note_met(&mut self, record: &StepRecord) {
+        if self.parameters.grains.is_none() {
+            return;
+        }
+        let on_teeth = record.contacts.iter().filter(|contact| {
+            contact.impulse_n > 0.0 && matches!(self.part(contact), Some(Part::Tooth(_)))
+        });
+        let met: Vec<u32> = on_teeth.flat_map(|contact| contact.bodies).collect();
+        self.crop.note_met(&self.simulation, &met);
     }
 
     /// What passed the ends of the machine since the last call.

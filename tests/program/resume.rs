@@ -141,6 +141,16 @@ fn a_killed_machine_gives_the_bytes_of_an_unbroken_one() {
     compare(&MACHINE.split_whitespace().collect::<Vec<_>>(), 4);
 }
 
+/// Grains without a life are saved once a second: while they fill the machine, and while it is measured.
+#[test]
+fn killed_grains_give_the_bytes_of_unbroken_ones() {
+    compare(&GRAINS.split_whitespace().collect::<Vec<_>>(), 3);
+}
+
+/// Coarse grains that enter fast, on a step at which the run ends with 2: of the bytes nothing depends on that.
+const GRAINS: &str = "run thresher-grains --every 40 --set step.dt=8e-5 --set thresher.entry_speed=8 --set \
+                      thresher.grains.radius=0.0016 --set wear.revolutions=1";
+
 /// A short life of the machine on coarse steps.
 const MACHINE: &str = "run thresher --every 5 --set step.dt=3.2e-4 --set wear.jump=2e-3 --set \
                        wear.revolutions=1 --set wear.max_hours=30";
