@@ -150,6 +150,13 @@ fn text(e: &Explanation) -> String {
             out.push_str(&format!("{table}"));
         }
     }
+    for step in &e.steps_for {
+        out.push_str(&format!(
+            "for an accuracy of {:e} over the trial alone: step.dt = {}\n",
+            step.accuracy,
+            number(step.dt_s, 2)
+        ));
+    }
     out.push_str(&format!("to choose: {}\n", e.to_choose));
     for warning in &e.warnings {
         out.push_str(&format!("warning: {warning}\n"));

@@ -4,7 +4,7 @@ use super::setting::step_count;
 use super::simulate::{Engine, RunError, Totals, go_on};
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::record::ContactStatus;
-use crate::scene::{BodyKind, JointKind, Scene};
+use crate::scene::{BodyKind, Built, JointKind, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -20,6 +20,8 @@ const NO_ORDER: &str =
 const UNSOLVED: &str = "the trial leaves contact problems unsolved: their error is not one of the step";
 /// Most steps of the coarsest trial.
 const MOST_STEPS: usize = 500;
+/// Accuracies for which a step is stated.
+const ACCURACIES: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Angle \[rad\] that a body may turn in a step for the second order of joints and faces.
 const TURN: f64 = 0.3;
 
@@ -47,6 +49,8 @@ pub struct Explanation {
     /// Empty where it is not known, for the reason that follows.
     pub accuracy: Vec<Expected>,
     pub accuracy_unknown: Option<&'static str>,
+    /// Steps that would hold an accuracy over the trial; empty where it is not known or where any step does.
+    pub steps_for: Vec<StepFor>,
     /// How to have an accuracy held.
     pub to_choose: String,
     pub warnings: Vec<String>,
@@ -103,10 +107,20 @@ pub struct Expected {
     pub cost_of_half: f64,
 }
 
+/// The step that would hold an accuracy over the trial, of the scene's scheme.
+#[derive(Debug, Clone, Serialize)]
+pub struct StepFor {
+    /// Error of position over the largest way of a body in the trial and its size.
+    pub accuracy: f64,
+    pub dt_s: f64,
+}
+
 /// One trial: totals, final positions, and what its records tell.
 struct Tried {
     totals: Totals,
     places: Vec<Vec2>,
+    /// Largest way of a body and its size \[m\].
+    way: f64,
     trial: Trial,
     islands: usize,
     /// Rows of all contacts and joints, and those that were solved, of the steps without an island at rest.
@@ -164,6 +178,7 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
         solver: scene.step.solver.clone(),
         left_out: left_out(scene, &first),
         time_scales: time_scales(scene, &first),
+        steps_for: steps_for(scene.step.dt, first.way, &accuracy),
         accuracy,
         accuracy_unknown: unknown,
         to_choose: to_choose(&scene.name),
@@ -211,6 +226,8 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
                 .is_none_or(|b| b.kind == BodyKind::Dynamic)
         })
         .collect();
+    let place = |built: &Built, k: usize| Some(built.state(k)?.0.translation);
+    let starts: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
     Engine::Moreau.prepare(&mut built)?;
     let mut totals = Totals::start(&mut built, Engine::Moreau);
     let (mut rows, mut solved, mut at_rest) = (0, 0, false);
@@ -262,9 +279,12 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
     trial.sweeps = totals.sweeps;
     trial.factorisations = totals.factorisations;
     trial.unsolved_islands = totals.unsolved_islands;
-    let place = |k: &usize| Some(built.state(*k)?.0.translation);
+    let places: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
+    let sizes = dynamic.iter().map(|k| built.size(*k).unwrap_or(0.0));
+    let ways = starts.iter().zip(&places).map(|(a, b)| (b - a).norm());
     Ok(Tried {
-        places: dynamic.iter().filter_map(place).collect(),
+        way: ways.zip(sizes).map(|(way, size)| way + size).fold(0.0, f64::max),
+        places,
         totals,
         trial,
         islands,
@@ -277,11 +297,25 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
     })
 }
 
+/// The longest step with `2 e (Δt/dt)^p ≤ R L` for the error e and order p of position and the way L, the rule
+/// of [`choose`](super::choose) over the trial alone.
+fn steps_for(dt: f64, way: f64, accuracy: &[Expected]) -> Vec<StepFor> {
+    let position = accuracy.iter().find(|a| a.measure == "position");
+    let of = |found: &Expected| {
+        ACCURACIES.map(|accuracy| StepFor {
+            accuracy,
+            dt_s: dt * (accuracy * way / (2.0 * found.error)).powf(1.0 / found.order),
+        })
+    };
+    let found = position.filter(|a| a.error > 0.0);
+    found.map_or(Vec::new(), |found| of(found).into())
+}
+
 /// The command that chooses a setting for an accuracy.
 fn to_choose(scene: &str) -> String {
     format!(
-        "`moreau2d run {scene} --accuracy 1e-3` chooses scheme and step for an accuracy and holds the run to it; \
-         its trials take some five times the steps of a run, too many for a tenth"
+        "`moreau2d run {scene} --accuracy 1e-3` chooses scheme, events and step over the whole run and holds the \
+         run to them; its trials take at least some five times the steps of a run, too many for a tenth"
     )
 }
 

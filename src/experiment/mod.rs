@@ -121,7 +121,7 @@ pub use calibration::{
 pub use chart::{ChartPlan, charted_scenes};
 pub use compare::Comparison;
 pub use equilibrium::{EquilibriumError, Joint, Load, stands};
-pub use explain::{Expected, Explanation, LeftOut, TimeScale, Trial, explain};
+pub use explain::{Expected, Explanation, LeftOut, StepFor, TimeScale, Trial, explain};
 pub use reductions::{REDUCTIONS, Reduction, against_full};
 pub use reference::{Measure, Samples, Size, measures};
 pub use results::{Results, run_settings};

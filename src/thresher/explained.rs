@@ -105,6 +105,7 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
             .collect(),
         accuracy: Vec::new(),
         accuracy_unknown: Some(SCATTER),
+        steps_for: Vec::new(),
         to_choose: match p.grains {
             Some(_) => "runs with other seeds of thresher.grains and a shorter step.dt tell the error of grains; \
                         --accuracy does not apply to a machine"
