@@ -135,6 +135,33 @@ def check(browser, program, scene, args, contacts, width, root, command="run"):
           % (scene, width, found["frames"], len(found["picks"])))
 
 
+def check_moving(browser, picture, root):
+    """The moving picture plays: after one, two and three seconds it shows something else; without its values
+    it does not."""
+    text = open(picture).read()
+    name = os.path.basename(picture)
+    size = len(text.encode())
+    assert size < 500000, (name, size)
+    still = re.sub(r'<animate(Transform)? [^>]*/>', "", text)
+    assert still != text, (name, "no animation")
+
+    def shown(svg):
+        page, shot = os.path.join(root, "moving.svg"), os.path.join(root, "moving.png")
+        with open(page, "w") as file:
+            file.write(svg)
+        shots = set()
+        for milliseconds in (1000, 2000, 3000):
+            _, console = browse(browser, page, 800, "--run-all-compositor-stages-before-draw",
+                                "--virtual-time-budget=%d" % milliseconds, "--screenshot=" + shot)
+            assert not console, (name, console)
+            shots.add(open(shot, "rb").read())
+        return len(shots)
+
+    assert shown(text) == 3, (name, "does not move")
+    assert shown(still) == 1, (name, "moves without an animation")
+    print("%s: %d kB, plays" % (name, size // 1000))
+
+
 def main():
     names = ["chromium", "chromium-browser", "google-chrome", "chrome"]
     browser = next(filter(None, map(shutil.which, names)), None)
@@ -143,6 +170,10 @@ def main():
         return
     program = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory() as root:
+        check_moving(browser, os.path.join(HERE, "../../benches/charts/hit-heap-moving.svg"), root)
+        drawn = os.path.join(root, "moving")
+        subprocess.run([program, "run", "pendulum", "--animate", "--quiet", "--out", drawn], check=True)
+        check_moving(browser, os.path.join(drawn, "scene-moving.svg"), root)
         for scene, args, contacts in PAGES:
             for width in WIDTHS:
                 check(browser, program, scene, args, contacts, width, root)
