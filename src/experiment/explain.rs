@@ -17,7 +17,8 @@ const AT_REST: &str = "the scene is at rest at the end of the trial, and nothing
 const SHORT: &str = "the run has too few steps for trials with shorter ones in a tenth of it";
 const NO_ORDER: &str =
     "three trials with shorter and shorter steps do not converge: impacts or chaos";
-const UNSOLVED: &str = "the trial leaves contact problems unsolved: their error is not one of the step";
+const UNSOLVED: &str =
+    "the trial leaves contact problems unsolved: their error is not one of the step";
 /// Most steps of the coarsest trial.
 const MOST_STEPS: usize = 500;
 /// Accuracies for which a step is stated.
@@ -283,7 +284,10 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
     let sizes = dynamic.iter().map(|k| built.size(*k).unwrap_or(0.0));
     let ways = starts.iter().zip(&places).map(|(a, b)| (b - a).norm());
     Ok(Tried {
-        way: ways.zip(sizes).map(|(way, size)| way + size).fold(0.0, f64::max),
+        way: ways
+            .zip(sizes)
+            .map(|(way, size)| way + size)
+            .fold(0.0, f64::max),
         places,
         totals,
         trial,

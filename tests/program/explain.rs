@@ -128,7 +128,10 @@ fn it_takes_a_tenth_of_the_run() {
     };
     let start = least(&["--version"], 50);
     println!("start of the process {:.1} ms, taken off", 1e3 * start);
-    println!("{:18} {:>9} {:>9} {:>6}", "scene", "run s", "explain s", "ratio");
+    println!(
+        "{:18} {:>9} {:>9} {:>6}",
+        "scene", "run s", "explain s", "ratio"
+    );
     let mut late = Vec::new();
     for listing in scene::scenes().unwrap() {
         let name = listing.name.as_str();
