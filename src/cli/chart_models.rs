@@ -4,8 +4,7 @@ use super::chart::ChartArgs;
 use super::{Outcome, summary};
 use crate::experiment::{REDUCTIONS, RunError, against_full, step_count};
 use crate::report::{
-    Align, ModelRow, OutputFolder, Progress, Table, model_charts, number, panels, write_rows,
-    written_rows,
+    Align, ModelRow, OutputFolder, Progress, Table, model_matrix, number, write_rows, written_rows,
 };
 use crate::scene::Scene;
 use serde::Serialize;
@@ -54,7 +53,7 @@ pub(super) fn chart(args: &ChartArgs, folder: OutputFolder) -> Result<Outcome, R
     drop(progress);
     write_rows(&folder, &rows)?;
     let rows: Vec<ModelRow> = written_rows(&folder)?;
-    folder.write("models.svg", panels(&model_charts(&rows))?)?;
+    folder.write("models.svg", model_matrix(&rows)?)?;
     let head = summary::program("chart");
     let found = Found { rows: &rows };
     summary::close(folder, head, found, args.flags.say(), |target| {
@@ -95,12 +94,12 @@ fn table(rows: &[ModelRow]) -> Table {
         ("steps", Align::Right),
         ("unknowns full", Align::Right),
         ("reduced", Align::Right),
-        ("work full", Align::Right),
-        ("reduced", Align::Right),
         ("time full [s]", Align::Right),
         ("reduced", Align::Right),
         ("ratio", Align::Right),
         ("difference", Align::Right),
+        ("steps apart", Align::Right),
+        ("verdict", Align::Left),
     ]);
     for row in rows {
         table.push([
@@ -109,12 +108,12 @@ fn table(rows: &[ModelRow]) -> Table {
             row.steps.to_string(),
             row.unknowns_full.to_string(),
             row.unknowns.to_string(),
-            row.work_full.to_string(),
-            row.work.to_string(),
             number(row.time_full_s, 3),
             number(row.time_s, 3),
             number(row.time_ratio, 3),
             number(row.difference, 2),
+            row.steps_apart.to_string(),
+            row.verdict.clone(),
         ]);
     }
     table

@@ -116,6 +116,8 @@ impl MoreauStepper {
     /// Finds which islands rest in this step, and makes their bodies immovable.
     fn begin_rest<M: MultibodyModel + ?Sized>(&mut self, model: &mut M, dt: f64) {
         if !self.settings.keep_rest {
+            // a state from a stepper that keeps islands at rest goes on with their impulses
+            self.resting.end_all(&mut self.cache, 0);
             self.resting.clear();
             model.set_resting(&[]);
             return;

@@ -420,13 +420,14 @@ impl Simulation {
         to.put(&(self.ground, &self.hooks))
     }
 
-    /// Goes on from what [`Simulation::save`] saved of the same scene, bit for bit.
+    /// Goes on from what [`Simulation::save`] saved of the same scene, bit for bit, with its own settings.
     ///
     /// # Errors
     /// [`CheckpointError::Read`].
     pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
         self.world = from.take()?;
         let state: PipelineState = from.take()?;
+        let state = state.with_settings_of(&self.pipeline);
         let pipeline = MoreauPipeline::resume_with_solvers(&state, &mut self.world, solver_by_name);
         self.pipeline = pipeline.map_err(CheckpointError::unfit)?;
         (self.ground, self.hooks) = from.take()?;

@@ -60,6 +60,16 @@ pub struct PipelineState {
     faces: Vec<([u32; 4], u32)>,
 }
 
+impl PipelineState {
+    /// The state for a pipeline with the settings of another.
+    pub(crate) fn with_settings_of(self, pipeline: &MoreauPipeline) -> Self {
+        PipelineState {
+            settings: pipeline.settings.clone(),
+            ..self
+        }
+    }
+}
+
 /// Index and generation.
 type Handle = (u32, u32);
 

@@ -20,7 +20,7 @@ mod labels;
 mod layout;
 mod legend;
 mod markup;
-mod model_charts;
+mod model_matrix;
 mod moving;
 mod moving_frames;
 mod order;
@@ -59,7 +59,7 @@ pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};
 pub use issues_matrix::{Reply, SAID, complaints, engines, rows_of};
 pub use kept::{Checkpoint, KEPT, RunRecord};
-pub use model_charts::model_charts;
+pub use model_matrix::model_matrix;
 pub use moving::Moving;
 pub use order::observed_order;
 pub use page::{Lead, Page, Section};
@@ -95,7 +95,8 @@ pub enum ReportError {
     #[error("{}: is a folder, not replaced by a file", path.display())]
     IsAFolder { path: PathBuf },
     /// There is no run to be resumed.
-    #[error("{}: no run was stopped here that had begun, there is no {}/run.json", path.display(), kept::KEPT)]
+    #[error("{}: no run was stopped here that had begun, there is no {}/run.json; peers, the study and runs with \
+             --accuracy or --dump-problems keep no checkpoint and are run anew", path.display(), kept::KEPT)]
     NothingKept { path: PathBuf },
     /// The run is not stopped.
     #[error("{}: another run is still writing here", path.display())]
