@@ -12,9 +12,9 @@
 //! # The comparison
 //! Every step of both models begins at the same state, that of the reduced one with all its caches, so that
 //! a difference is one of this step alone and does not grow in a motion that forgets its start. Steps end
-//! *equal* below 1e-9 m and rad. Where they do not and the impulses of both are certified, the law of contact
-//! is met by more than one motion: each model finds one of them, as each must. A model that leaves a problem
-//! unsolved says so in its record, and no equality is claimed.
+//! *equal* below 1e-9 m and rad. Where they do not, the verdict says whether the impulses of both are certified:
+//! *apart* if they are, each on its own problem, *unsolved* if not. Steps apart may be two solutions of one
+//! problem, as friction does not make the motion unique; the comparison does not show that they are.
 //!
 //! Bodies that are fixed or move as prescribed have no columns in `G`: with or without them, the operator is
 //! the same, so that there is nothing to compare. The same holds for the joint rows that move no body.
@@ -151,7 +151,7 @@ pub fn against_full(
     let equality = match (steps_apart, steps_apart_certified) {
         (0, _) => "equal",
         (_, 0) => "unsolved",
-        _ => "other solution",
+        _ => "apart",
     };
     let slower = time_s > SLOWER * time_full_s && time_s - time_full_s > CLOCK * steps as f64;
     Ok(ModelRow {

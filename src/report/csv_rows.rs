@@ -119,7 +119,7 @@ row! {
         /// Steps with a difference above 1e-9, and those of them in which both models are certified.
         steps_apart: usize,
         steps_apart_certified: usize,
-        /// `equal`, `other solution` or `unsolved`, and `slower`.
+        /// `equal`, `apart` or `unsolved`, and `slower`.
         verdict: String,
     }
 }

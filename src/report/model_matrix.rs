@@ -20,8 +20,8 @@ const FILLS: [(&str, &str, RGBColor); 3] = [
         RGBColor(205, 231, 222),
     ),
     (
-        "other solution",
-        "another motion that obeys the law of contact too",
+        "apart",
+        "further apart, both certified",
         RGBColor(240, 222, 160),
     ),
     (
