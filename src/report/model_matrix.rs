@@ -26,7 +26,7 @@ const FILLS: [(&str, &str, RGBColor); 3] = [
     ),
     (
         "unsolved",
-        "a problem is left unsolved, so no claim",
+        "unsolved: no claim",
         RGBColor(225, 225, 225),
     ),
 ];
