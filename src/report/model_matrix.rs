@@ -24,11 +24,7 @@ const FILLS: [(&str, &str, RGBColor); 3] = [
         "further apart, both certified",
         RGBColor(240, 222, 160),
     ),
-    (
-        "unsolved",
-        "unsolved: no claim",
-        RGBColor(225, 225, 225),
-    ),
+    ("unsolved", "unsolved: no claim", RGBColor(225, 225, 225)),
 ];
 
 /// A row for each scene, a column for each reduction: unknowns and time against the full model, and the
