@@ -149,6 +149,11 @@ impl WearState {
         &self.settings.law
     }
 
+    /// Mean edge of the first mesh \[m\].
+    pub fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
     /// Worn depth of every cell \[m\]: the sum of the depths by the wear law, whatever the update
     /// made of them.
     pub fn depth(&self) -> &[f64] {
