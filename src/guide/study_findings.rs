@@ -72,10 +72,11 @@
 //!
 //! The layer does lie below the tips: as a solid it would be 6.7 mm deep in a gap of 16 to 8 mm, 12 % of the grains
 //! above the concave reach within the circle of the tips, and 42 % of those that leave have met a tooth.
-//! At half the feed none does, and the torque is 0 (`sweep scenes/sweeps/thresher-grains.toml`, its coarse grains). Grains pack denser than they enter, and they speed up. The
-//! estimate is no bound: impacts press on the concave as well. Grains of
-//! 1.1 mm take 18.5 N m, of 1.2 mm 18.1 N m, at 150 kg/m3 21.1 N m. So no loose crop has
-//! the published torque at this feed and speed: it tells of compression, cohesion or losses elsewhere.
+//! At half the feed none does, and the torque is 0 (`sweep scenes/sweeps/thresher-grains.toml`, its coarse grains).
+//! Grains of 1.1 mm take 18.5 N m, of 1.2 mm 18.1 N m, and 21.1 N m at 150 kg/m3 in place of 135; none of these has
+//! an error, so that they do not tell the effects apart. The estimate is no bound, as impacts press on the concave
+//! as well. No loose crop that was tried has a sixth of the published torque: the rest tells of compression,
+//! cohesion or losses elsewhere.
 //!
 //! # What nobody can compare
 //! Worn profiles and the photographs they were compared with (errors of 2.01 to 8.93 %) are not in the text, nor

@@ -9,10 +9,11 @@ use moreau2d::scene::Scene;
 use moreau2d::thresher::{self, CropWatch, Machine, Setup, Thresher, ThreshingWorld, run_crops};
 
 /// Coarse grains that enter fast, so that few of them fill the machine soon.
-const SMALL: [&str; 4] = [
+const SMALL: [&str; 5] = [
     "step.dt=8e-5",
     "thresher.entry_speed=8",
     "thresher.grains.radius=0.0016",
+    "thresher.grains.density=150",
     "wear.revolutions=1",
 ];
 
