@@ -60,6 +60,7 @@ pub struct PipelineState {
     faces: Vec<([u32; 4], u32)>,
 }
 
+#[cfg(feature = "lab")]
 impl PipelineState {
     /// The state for a pipeline with the settings of another.
     pub(crate) fn with_settings_of(self, pipeline: &MoreauPipeline) -> Self {
