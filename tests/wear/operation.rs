@@ -12,9 +12,9 @@ use moreau2d::thresher::{
     self, Hold, Machine, OperationRow, Setup, Thresher, ThreshingOutcome, run_lives, run_threshing,
 };
 
-/// The catalogue's machine at twice its step and with longer jumps.
+/// The catalogue's machine with longer jumps.
 fn coarse(flags: &[&str]) -> (Scene, Setup<Thresher>) {
-    let coarse = ["step.dt=8e-5", "wear.jump=1e-3"];
+    let coarse = ["step.dt=4e-5", "wear.jump=1e-3"];
     let flags: Vec<String> = coarse
         .iter()
         .chain(flags)
