@@ -111,16 +111,8 @@ fn outcome(target: &Path) -> Outcome {
     let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
     let held = match &summary["verdict"]["held"] {
         Value::Bool(held) => *held && summary["ended"].is_null(),
-        // of a machine, whose teeth may take another torque than they should
-        _ => {
-            let missed = |note: &Value| {
-                let note = note.as_str();
-                note.is_some_and(|n| n.starts_with("new teeth take") || n.contains("grains"))
-            };
-            let notes = summary["warnings"].as_array();
-            summary["totals"]["unsolved_islands"] == 0
-                && !notes.is_some_and(|notes| notes.iter().any(missed))
-        }
+        // of a machine
+        _ => summary["totals"]["unsolved_islands"] == 0 && summary["wrong"].is_null(),
     };
     let peer = summary["settings"]["engine"]
         .as_str()

@@ -45,6 +45,7 @@ pub(super) fn run(
     found["totals"] = summary::totals(&totals);
     let warnings = summary::warnings(&totals);
     found["warnings"] = json!(warnings.iter().chain(&wrong).collect::<Vec<_>>());
+    found["wrong"] = json!(wrong);
     let (mut head, say) = (summary::header("run", scene), args.common.flags.say());
     if let Some(of_scene) = &mut head.scene {
         of_scene.warnings = machine.step_warnings(scene.step.dt);
