@@ -113,6 +113,7 @@ pub struct Expected {
 pub struct StepFor {
     /// Error of position over the largest way of a body in the trial and its size.
     pub accuracy: f64,
+    /// \[s\], at most that of the scene.
     pub dt_s: f64,
 }
 
@@ -301,14 +302,16 @@ fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<
     })
 }
 
-/// The longest step with `2 e (Δt/dt)^p ≤ R L` for the error e and order p of position and the way L, the rule
+/// The longest step up to `dt` with `2 e (Δt/dt)^p ≤ R L` for the error e and order p of position and the way L, the rule
 /// of [`choose`](super::choose) over the trial alone.
 fn steps_for(dt: f64, way: f64, accuracy: &[Expected]) -> Vec<StepFor> {
     let position = accuracy.iter().find(|a| a.measure == "position");
     let of = |found: &Expected| {
-        ACCURACIES.map(|accuracy| StepFor {
-            accuracy,
-            dt_s: dt * (accuracy * way / (2.0 * found.error)).powf(1.0 / found.order),
+        ACCURACIES.map(|accuracy| {
+            let share = (accuracy * way / (2.0 * found.error)).powf(1.0 / found.order);
+            // longer steps were not tried
+            let dt_s = dt * share.min(1.0);
+            StepFor { accuracy, dt_s }
         })
     };
     let found = position.filter(|a| a.error > 0.0);
