@@ -60,10 +60,10 @@ pub struct PipelineState {
     faces: Vec<([u32; 4], u32)>,
 }
 
-#[cfg(feature = "lab")]
 impl PipelineState {
-    /// The state for a pipeline with the settings of another.
-    pub(crate) fn with_settings_of(self, pipeline: &MoreauPipeline) -> Self {
+    /// This state with the settings of `pipeline` in place of its own: to go on from one state with several
+    /// settings.
+    pub fn with_settings_of(self, pipeline: &MoreauPipeline) -> Self {
         PipelineState {
             settings: pipeline.settings.clone(),
             ..self
