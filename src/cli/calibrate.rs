@@ -6,7 +6,7 @@ use crate::experiment::{CalibrationError, Course, Fit, Measured, RunError, Secon
 use crate::report::{OutputFolder, row, write_rows};
 use crate::scene::Scene;
 use crate::scene::keys::COEFFICIENTS;
-use crate::thresher::{self, Machine, WornCourse, worn_course};
+use crate::thresher::{self, Machine, WornCourse, worn_course, worn_part};
 use clap::{ArgGroup, Args};
 use std::path::PathBuf;
 
@@ -101,9 +101,10 @@ pub(super) struct Found {
 
 /// Runs the scene, fits the coefficient and writes what it found.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<Outcome, RunError> {
-    let data = Data::read(args)?;
     let flags = &args.common.flags;
     let (scene, machine) = args.common.load()?;
+    worn_part(&scene, machine.as_ref(), args.body.as_deref())?;
+    let data = Data::read(args)?;
     flags.refuse_twice(&scene)?;
     let run = effect::Run::new("calibrate", &scene, machine.as_ref(), flags);
     run.refuse(flags, &flags.of_runs())?;

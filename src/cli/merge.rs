@@ -13,6 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::HashSet;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Rows that the terminal shows at most, and results that are drawn without `--draw`.
@@ -160,7 +161,13 @@ fn plans(folders: &[PathBuf]) -> Result<Vec<Planned>, RunError> {
     let mut all: Vec<Planned> = Vec::new();
     for folder in folders {
         let path = folder.join(PLAN);
-        let text = fs::read(&path).map_err(|error| sweep_case::io_error(&path, error))?;
+        let text = fs::read(&path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => RunError::Unfit(format!(
+                "{}: no folder of a sweep, it has no {PLAN}; `moreau2d sweep` writes one",
+                folder.display()
+            )),
+            _ => sweep_case::io_error(&path, error),
+        })?;
         let planned: Planned = serde_json::from_slice(&text).map_err(|error| {
             RunError::Unfit(format!(
                 "{}: is no plan of a sweep: {error}; `moreau2d sweep` writes it again",

@@ -60,6 +60,14 @@ impl Hint {
             .map(|(_, k)| k.clone());
         Hint { nearest, known }
     }
+
+    /// One known name.
+    pub fn of(name: &str) -> Self {
+        Hint {
+            nearest: Some(name.to_owned()),
+            known: vec![name.to_owned()],
+        }
+    }
 }
 
 impl fmt::Display for Hint {

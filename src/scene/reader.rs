@@ -3,6 +3,7 @@
 
 use super::document::{Document, Node, Segment, Value};
 use super::error::{Hint, SceneError};
+use super::keys::KEYS;
 use serde::de::{self, DeserializeSeed, Deserializer, IntoDeserializer, Unexpected, Visitor};
 use std::fmt;
 
@@ -19,6 +20,12 @@ pub(super) fn read<'de, T: de::Deserialize<'de>>(document: &'de Document) -> Res
 /// What a value is, as errors say it.
 pub(super) fn in_words(node: &Node) -> String {
     found_in_words(Reader(node).unexpected())
+}
+
+/// The path of a key that another block has.
+fn key_elsewhere(name: &str) -> Option<&'static str> {
+    let mut paths = KEYS.iter().map(|key| key.path);
+    paths.find(|path| path.rsplit('.').next() == Some(name))
 }
 
 /// An error of serde and its path, innermost segment first.
@@ -55,7 +62,10 @@ impl Fault {
         let at = document.place(&self.path);
         match self.kind {
             Kind::UnknownKey(key, known) => SceneError::UnknownKey {
-                hint: Hint::new(&key, known),
+                hint: match key_elsewhere(&key) {
+                    Some(path) => Hint::of(path),
+                    None => Hint::new(&key, known),
+                },
                 at,
                 key,
             },
@@ -68,11 +78,22 @@ impl Fault {
                 },
                 name,
             },
-            Kind::WrongType { found, expected } => SceneError::WrongType {
-                at,
-                expected,
-                found,
-            },
+            Kind::WrongType { found, expected } => {
+                let [expected, found] = match (&self.path[..], &expected[..], &found[..]) {
+                    ([Segment::Key(block)], "an array", "a table") => {
+                        [format!("[[{block}]] for each one"), format!("[{block}]")]
+                    }
+                    ([Segment::Key(block)], "a table", "an array") => {
+                        [format!("[{block}]"), format!("[[{block}]]")]
+                    }
+                    _ => [expected, found],
+                };
+                SceneError::WrongType {
+                    at,
+                    expected,
+                    found,
+                }
+            }
             Kind::Missing(key) => SceneError::Missing {
                 at,
                 key: key.to_owned(),

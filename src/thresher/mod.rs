@@ -121,4 +121,4 @@ pub use study_rotor::oracle_load_slip;
 pub use wear_chart::WearChart;
 pub use wear_history::WearHistory;
 pub use world::{Outlines, Part, ThreshingError, ThreshingWorld};
-pub use worn_course::{WornCourse, WornPoint, distance, worn_course};
+pub use worn_course::{WornCourse, WornPoint, distance, worn_course, worn_part};

@@ -44,6 +44,50 @@ pub struct WornCourse {
     pub fitted: Option<(String, f64)>,
 }
 
+/// The number of a wearing part among those of a scene; that of a machine is its tooth.
+///
+/// # Errors
+/// [`RunError::Unfit`] for a scene in which nothing wears, a body that does not wear, and no body where
+/// several wear.
+pub fn worn_part(
+    scene: &Scene,
+    machine: Option<&Machine>,
+    body: Option<&str>,
+) -> Result<usize, RunError> {
+    if machine.is_some() {
+        let Some(body) = body else {
+            return Ok(0);
+        };
+        let why = "is a machine, whose teeth wear alike";
+        return Err(RunError::Unfit(format!(
+            "body {body}: scene {} {why}",
+            scene.name
+        )));
+    }
+    let names: Vec<&str> = (scene.wear.iter())
+        .map(|wear| scene.bodies[wear.body].name.as_str())
+        .collect();
+    match (body, &names[..]) {
+        (_, []) => {
+            let why = format!("scene {}: nothing wears in it", scene.name);
+            return Err(RunError::Unfit(why));
+        }
+        (None, [_]) => Ok(0),
+        (None, _) => {
+            let all = names.join(", ");
+            let why = format!(
+                "scene {}: {all} wear; say which was measured, --body",
+                scene.name
+            );
+            Err(RunError::Unfit(why))
+        }
+        (Some(name), _) => names.iter().position(|n| *n == name).ok_or_else(|| {
+            let all = names.join(", ");
+            RunError::Unfit(format!("body {name}: does not wear; allowed is {all}"))
+        }),
+    }
+}
+
 /// Runs a scene and tells the wear of one of its parts.
 ///
 /// # Arguments
@@ -59,17 +103,10 @@ pub fn worn_course(
     steps: usize,
     quiet: bool,
 ) -> Result<WornCourse, RunError> {
+    let part = worn_part(scene, machine, body)?;
     match machine {
-        Some(machine) => {
-            if let Some(body) = body {
-                return Err(RunError::Unfit(format!(
-                    "body {body}: scene {} is a machine, whose teeth wear alike",
-                    scene.name
-                )));
-            }
-            of_machine(scene, machine, quiet)
-        }
-        None => of_bodies(scene, body, steps, quiet),
+        Some(machine) => of_machine(scene, machine, quiet),
+        None => of_bodies(scene, part, steps, quiet),
     }
 }
 
@@ -151,32 +188,10 @@ fn points(history: &WearHistory) -> Vec<WornPoint> {
 
 fn of_bodies(
     scene: &Scene,
-    body: Option<&str>,
+    part: usize,
     steps: usize,
     quiet: bool,
 ) -> Result<WornCourse, RunError> {
-    let names: Vec<&str> = (scene.wear.iter())
-        .map(|wear| scene.bodies[wear.body].name.as_str())
-        .collect();
-    let part = match (body, &names[..]) {
-        (_, []) => {
-            let why = format!("scene {}: nothing wears in it", scene.name);
-            return Err(RunError::Unfit(why));
-        }
-        (None, [_]) => 0,
-        (None, _) => {
-            let all = names.join(", ");
-            let why = format!(
-                "scene {}: {all} wear; say which was measured, --body",
-                scene.name
-            );
-            return Err(RunError::Unfit(why));
-        }
-        (Some(name), _) => names.iter().position(|n| *n == name).ok_or_else(|| {
-            let all = names.join(", ");
-            RunError::Unfit(format!("body {name}: does not wear; allowed is {all}"))
-        })?,
-    };
     let mut built = scene.build()?;
     let progress = Progress::new(&scene.name, 1000, quiet);
     let outcome = WearOutcome::start(scene, &mut built)?;
@@ -207,7 +222,7 @@ fn of_bodies(
         density,
         solid: 1.0,
         points: points.collect(),
-        with: match names.len() {
+        with: match scene.wear.len() {
             1 => String::new(),
             _ => "the coefficients of the other bodies are those of the scene".to_owned(),
         },

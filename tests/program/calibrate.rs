@@ -317,6 +317,11 @@ fn what_is_wrong_with_measurements_is_refused_and_nothing_is_written() {
         place.refused(&all, words);
     };
     refused(&["tower"], &["nothing wears"]);
+    // before the measurement is looked at
+    place.refused(
+        &["calibrate", "tower", "--depth", "0.1", "--hours", "60"],
+        &["nothing wears"],
+    );
     refused(
         &["pin-on-disc", "--body", "disc"],
         &["body disc: does not wear; allowed is pin"],

@@ -135,6 +135,16 @@ fn unknown_names_come_with_the_nearest_known_one() {
         ),
         (
             disc,
+            "disc = 0.5\nfriction = 0.3",
+            "15:1: body.ball.friction: unknown key `friction`; did you mean `material.friction`?",
+        ),
+        (
+            "[step]",
+            "[[step]]",
+            "step: expected [step], found [[step]]",
+        ),
+        (
+            disc,
             "disc = 0.5\nmaterial = \"stele\"",
             "15:1: body.ball.material: unknown material `stele`; did you mean `steel`?",
         ),
@@ -234,7 +244,7 @@ fn malformed_text_and_wrong_types_are_told_with_their_place() {
         (
             "[[material]]",
             "[material]",
-            "6:2: material: expected an array, found a table",
+            "6:2: material: expected [[material]] for each one, found [material]",
             "",
         ),
         (

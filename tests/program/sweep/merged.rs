@@ -110,7 +110,7 @@ fn results_of_several_versions_and_of_other_plans_make_no_table() {
     );
     place.refused(
         &["merge", "none", "--out", "t"],
-        &["none/plan.json", "No such file"],
+        &["none: no folder of a sweep, it has no plan.json"],
     );
     place.write("alone/plan.json", "{");
     place.refused(
