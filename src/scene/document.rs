@@ -4,6 +4,7 @@
 //! value that was set on the command line.
 
 use super::error::{Origin, Place, SceneError};
+use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -163,12 +164,21 @@ impl Document {
     }
 
     /// The document with the blocks that are `wanted` only.
-    pub fn only(&self, wanted: impl Fn(&str) -> bool) -> Document {
-        let mut part = self.clone();
-        if let Value::Table(entries) = &mut part.root.value {
-            entries.retain(|entry| wanted(&entry.key));
+    pub fn only(&self, wanted: impl Fn(&str) -> bool) -> Cow<'_, Document> {
+        let Value::Table(entries) = &self.root.value else {
+            return Cow::Borrowed(self);
+        };
+        // a file may have 100 000 bodies
+        if entries.iter().all(|entry| wanted(&entry.key)) {
+            return Cow::Borrowed(self);
         }
-        part
+        let part = entries.iter().filter(|entry| wanted(&entry.key));
+        let root = Node {
+            origin: self.root.origin.clone(),
+            value: Value::Table(part.cloned().collect()),
+        };
+        let file = self.file.clone();
+        Cow::Owned(Document { file, root })
     }
 
     /// Whether a block is an array, as `[[wear]]` makes it.

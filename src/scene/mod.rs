@@ -285,16 +285,11 @@ impl Scene {
         check: impl Fn(&M, &At<'_>) -> Result<(), SceneError>,
     ) -> Result<(Scene, M), SceneError> {
         let changes = overrides::apply::<M>(&mut document, flags)?;
-        let (read, machine) = machine::read(&document)?;
+        let (mut read, machine) = machine::read(&document)?;
         check::check(&read, &document)?;
         check(&machine, &At::top(&document))?;
-        let hash = hash::of(&read, &machine);
-        let tree = machine::Whole::new(&read, &machine).tree();
-        let wears = tree.get("wear").is_some_and(|wear| !wear.is_null())
-            || ["study", "thresher"]
-                .iter()
-                .any(|block| tree.get(block).is_some_and(|b| !b.is_null()));
-        let uncertain = uncertain::read(&document, &tree, wears)?;
+        let hash = hash::of(&mut read, &machine);
+        let uncertain = uncertain::read(&document, || machine::Whole::new(&read, &machine).tree())?;
         let mut scene = resolve(read, &document, hash)?;
         scene.changes = changes;
         scene.uncertain = uncertain;

@@ -55,8 +55,7 @@ pub struct Variant {
 /// Reads the block.
 ///
 /// # Arguments
-/// - `tree`: the whole file with its defaults filled in.
-/// - `wears`: whether anything in the scene wears.
+/// - `tree`: gives the whole file with its defaults filled in.
 ///
 /// # Errors
 /// [`SceneError::UnknownKey`] for a key that the scene does not have; [`SceneError::WrongType`] for what is
@@ -66,20 +65,22 @@ pub struct Variant {
 /// and a scene in which nothing wears.
 pub(super) fn read(
     document: &Document,
-    tree: &Json,
-    wears: bool,
+    tree: impl FnOnce() -> Json,
 ) -> Result<Vec<Uncertain>, SceneError> {
     let at = At::top(document).key(BLOCK);
     let Some(entry) = document.root.entry(BLOCK) else {
         return Ok(Vec::new());
     };
+    let tree = tree();
+    let has = |block: &&str| tree.get(block).is_some_and(|block| !block.is_null());
+    let wears = ["wear", "study", "thresher"].iter().any(has);
     let mut found: Vec<Uncertain> = Vec::new();
     for leaf in leaves(&at, &entry.node, is_spread, ENTRY)? {
         if !wears {
             let problem = "says how far inputs move the wear; nothing wears in this scene";
             return Err(at.conflict(problem));
         }
-        let (key, value) = value_of(tree, &leaf.key, &leaf.at)?;
+        let (key, value) = value_of(&tree, &leaf.key, &leaf.at)?;
         if found.iter().any(|other| other.key == key) {
             return Err(leaf.at.conflict(format!("`{key}` is set twice")));
         }
