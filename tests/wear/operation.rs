@@ -12,9 +12,9 @@ use moreau2d::thresher::{
     self, Hold, Machine, OperationRow, Setup, Thresher, ThreshingOutcome, run_lives, run_threshing,
 };
 
-/// The catalogue's machine with longer jumps.
+/// The catalogue's machine with longer jumps, measured over one revolution.
 fn coarse(flags: &[&str]) -> (Scene, Setup<Thresher>) {
-    let coarse = ["step.dt=4e-5", "wear.jump=1e-3"];
+    let coarse = ["wear.revolutions=1", "wear.jump=1e-3"];
     let flags: Vec<String> = coarse
         .iter()
         .chain(flags)
