@@ -24,7 +24,7 @@ const SCENES: [&str; 10] = [
 ];
 
 /// Most steps of a scene without `--time` and `--steps`.
-const STEPS: usize = 240;
+const STEPS: usize = 120;
 
 #[derive(Serialize)]
 struct Found<'a> {

@@ -159,6 +159,11 @@ impl RunFiles {
         self.add_bodies(record.time, states())
     }
 
+    /// Whether the step added last was written.
+    pub fn wrote_step(&self) -> bool {
+        self.rows.is_some() && self.count > 0 && self.count.is_multiple_of(self.every)
+    }
+
     /// Writes out what is buffered.
     ///
     /// # Returns

@@ -5,13 +5,16 @@ use super::{Outcome, RunArgs, run_inputs, run_page, summary};
 use crate::checkpoint::{Reader, Writer};
 use crate::dynamics::record::StepRecord;
 use crate::experiment::{RunError, Totals};
-use crate::report::{BodyRow, OutputFolder, Progress, Stage, written_rows};
+use crate::report::{
+    BodyRow, CsvFile, GrainRow, OutputFolder, Progress, ReportError, Stage, written_rows,
+};
 use crate::scene::Scene;
 use crate::thresher::{
     CropWatch, Machine, Setup, Study, Thresher, ThreshingWorld, machine_stage, run_crops,
     run_lives, run_study,
 };
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Steps between written rows of the first measured revolution: 1.6 degrees of rotation.
 const EVERY: usize = 20;
@@ -167,6 +170,7 @@ fn grains(
         every,
         nothing: args.summary_only,
         files: None,
+        sizes: None,
     };
     let crops = run_crops(
         scene,
@@ -177,6 +181,9 @@ fn grains(
     )?;
     if let Some(files) = seen.files {
         files.finish()?;
+    }
+    if let Some(sizes) = seen.sizes {
+        sizes.file.finish()?;
     }
     let p = &setup.parameters;
     if !args.summary_only {
@@ -201,32 +208,77 @@ struct Seen<'a> {
     nothing: bool,
     /// Once the run has begun.
     files: Option<RunFiles>,
+    sizes: Option<Sizes>,
+}
+
+/// `grains.csv`, and the radius \[m\] that it tells of each number.
+struct Sizes {
+    file: CsvFile<GrainRow>,
+    radii: BTreeMap<u32, f64>,
+}
+
+impl Sizes {
+    /// Writes the grains that have taken a number since the step written before.
+    fn add(&mut self, time: f64, world: &ThreshingWorld) -> Result<(), ReportError> {
+        for (body, radius) in world.radii() {
+            if self.radii.insert(body, radius) != Some(radius) {
+                self.file.write(&GrainRow {
+                    time_s: time,
+                    body,
+                    radius_m: radius,
+                })?;
+            }
+        }
+        Ok(())
+    }
 }
 
 impl CropWatch for Seen<'_> {
     fn begin(&mut self, saved: Option<&mut Reader>) -> Result<(), RunError> {
-        self.files = Some(match saved {
-            Some(saved) => RunFiles::load(self.folder, self.every, saved)?,
-            None => RunFiles::create(self.folder, self.every, self.nothing)?,
-        });
+        let folder = self.folder;
+        match saved {
+            Some(saved) => {
+                self.files = Some(RunFiles::load(folder, self.every, saved)?);
+                let sizes: Option<(u64, BTreeMap<u32, f64>)> = saved.take()?;
+                self.sizes = sizes
+                    .map(|(length, radii)| {
+                        let file = CsvFile::reopen(folder, length)?;
+                        Ok::<_, ReportError>(Sizes { file, radii })
+                    })
+                    .transpose()?;
+            }
+            None => {
+                self.files = Some(RunFiles::create(folder, self.every, self.nothing)?);
+                if !self.nothing {
+                    let file = CsvFile::create(folder)?;
+                    let radii = BTreeMap::new();
+                    self.sizes = Some(Sizes { file, radii });
+                }
+            }
+        }
         Ok(())
     }
 
     fn step(&mut self, record: &StepRecord, world: &ThreshingWorld) -> Result<(), RunError> {
-        match &mut self.files {
-            Some(files) => {
-                // of 180 000 impacts a revolution most are those of grains on grains
-                let keeps = |bodies| world.is_on_steel(bodies);
-                Ok(files.add_where(record, keeps, || world.bodies())?)
-            }
-            None => Ok(()),
+        let Some(files) = &mut self.files else {
+            return Ok(());
+        };
+        // of 180 000 impacts a revolution most are those of grains on grains
+        let keeps = |bodies| world.is_on_steel(bodies);
+        files.add_where(record, keeps, || world.bodies())?;
+        if let Some(sizes) = self.sizes.as_mut().filter(|_| files.wrote_step()) {
+            sizes.add(record.time, world)?;
         }
+        Ok(())
     }
 
     fn save(&mut self, to: &mut Writer) -> Result<(), RunError> {
-        match &mut self.files {
-            Some(files) => files.save(to),
-            None => Ok(()),
+        if let Some(files) = &mut self.files {
+            files.save(to)?;
         }
+        let sizes = self.sizes.as_mut();
+        let sizes = sizes.map(|s| Ok::<_, ReportError>((s.file.settle()?, &s.radii)));
+        to.put(&sizes.transpose()?)?;
+        Ok(())
     }
 }

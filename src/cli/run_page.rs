@@ -30,9 +30,8 @@ const GRAINS: [&str; 3] = [
     "It shows the first measured revolution with grains and new teeth: written steps.",
     "The cylinder turns counter-clockwise, as the arrow at its axle says. The cells of a tooth are numbered from 1 \
      at its tall end, which trails, to the toe, which leads.",
-    "A grain that has left the machine is removed, and its number passes to one that enters. All are drawn with \
-     the mean radius, so that drawn grains may overlap or keep apart where the real ones touch; \
-     machine-grains.svg has their own radii.",
+    "A grain that has left the machine is removed, and its number passes to one that enters. grains.csv has the \
+     radius of each.",
 ];
 /// Keys of the summary that the page shows elsewhere.
 const SHOWN: [&str; 10] = [

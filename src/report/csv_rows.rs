@@ -20,6 +20,16 @@ row! {
 }
 
 row! {
+    /// A grain of a machine, at the first written step that has it under this number. As grains leave, numbers
+    /// pass to others.
+    GrainRow in "grains.csv" {
+        time_s: f64,
+        body: u32,
+        radius_m: f64,
+    }
+}
+
+row! {
     /// One contact in one step: see [`ContactRecord`].
     ContactRow in "contacts.csv" {
         time_s: f64,

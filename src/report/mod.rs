@@ -52,8 +52,8 @@ pub use chart::{Chart, Colour, Dash, HLine, Mark, PointLabel, Series, Style};
 pub(crate) use csv_files::row;
 pub use csv_files::{CsvFile, Row, parse_rows, read_rows, write_rows, written_rows};
 pub use csv_rows::{
-    AccuracyRow, BodyRow, ContactRow, DominationRow, ImpactRow, ModelRow, PerformanceRow, PointRow,
-    ResultRow, StepRow, UndominatedRow,
+    AccuracyRow, BodyRow, ContactRow, DominationRow, GrainRow, ImpactRow, ModelRow, PerformanceRow,
+    PointRow, ResultRow, StepRow, UndominatedRow,
 };
 pub use domination::{Cause, Domination, front, shared};
 pub use folder::{OutputFolder, Reopened};

@@ -2,15 +2,17 @@
 
 use super::packed::pack;
 use super::stage::{Pose, Stage, View};
-use super::{BodyRow, ContactRow, ImpactRow, OutputFolder, ReportError, Row, StepRow};
+use super::{
+    BodyRow, ContactRow, GrainRow, ImpactRow, OutputFolder, ReportError, Row, StepRow, written_rows,
+};
 use serde::Serialize;
 
 /// Most characters of packed numbers. A page of 1000 bodies then stays below 8 MB with its charts.
 const BUDGET: usize = 7_300_000;
 /// Most frames: more than a screen shows in a minute, and than a time bar has pixels.
 const MOST_FRAMES: usize = 3000;
-/// Most impacts, a quarter of the budget.
-const MOST_IMPACTS: usize = 30_000;
+/// Part of the budget that impacts may take.
+const OF_IMPACTS: usize = 4;
 /// Pieces of the time bar that can be red.
 const PIECES: usize = 500;
 /// Characters of a packed number.
@@ -48,7 +50,7 @@ pub struct Replay {
     pub stride: usize,
     /// Rows of `steps.csv`, one a frame; the first frame, of the start, has none.
     step: Packed,
-    /// Rows of `bodies.csv`, all bodies of each frame.
+    /// Rows of `bodies.csv`, all bodies of each frame; with the radii of `grains.csv`, if it is there.
     body: Packed,
     /// Rows of `contacts.csv`, those of each frame, and how many these are; the status apart.
     contact: Packed,
@@ -179,6 +181,9 @@ struct Shown {
     stride: usize,
     /// Time of the first frame \[s\].
     start: f64,
+    /// How many impacts are shown, and the least of their impulses [N s].
+    most_impacts: usize,
+    weakest: f64,
 }
 
 impl Shown {
@@ -188,8 +193,19 @@ impl Shown {
         let all_contacts = count_rows::<ContactRow>(folder)?;
         let numbers = times.len() * (BodyRow::HEADER.len() * count + StepRow::HEADER.len())
             + all_contacts * ContactRow::HEADER.len();
-        let kept = count_rows::<ImpactRow>(folder)?.min(MOST_IMPACTS) * ImpactRow::HEADER.len();
-        let room = budget.saturating_sub(PACKED * kept).max(budget / 4);
+        let width = PACKED * ImpactRow::HEADER.len();
+        let most_impacts = budget / (OF_IMPACTS * width);
+        let mut impulses = impulses(folder)?;
+        let kept = impulses.len().min(most_impacts);
+        let weakest = match impulses.len() > most_impacts {
+            true => {
+                *impulses
+                    .select_nth_unstable_by(kept, |a, b| b.total_cmp(a))
+                    .1
+            }
+            false => f64::NEG_INFINITY,
+        };
+        let room = budget - width * kept;
         let stride = (PACKED * numbers).div_ceil(room);
         let stride = stride.max(times.len().div_ceil(MOST_FRAMES)).max(1);
         let start = 0.0;
@@ -197,6 +213,8 @@ impl Shown {
             times,
             stride,
             start,
+            most_impacts,
+            weakest,
         })
     }
 
@@ -223,6 +241,16 @@ impl Shown {
         let (mut rows, header) = Rows::open::<BodyRow>(folder)?;
         let mut body = Packed::new(&header, &["time_s", "body"]);
         let [at, which] = ["time_s", "body"].map(|name| column(&header, name));
+        let mut sizes = match folder.path(GrainRow::FILE).is_file() {
+            true => written_rows::<GrainRow>(folder)?,
+            false => Vec::new(),
+        };
+        let mut radii = vec![f64::NAN; stage.bodies.len()];
+        let sized = !sizes.is_empty();
+        if sized {
+            body.columns.push("radius_m".to_owned());
+        }
+        sizes.reverse();
         // the wanted columns start with the pose
         let missing = stage.bodies.iter().map(|actor| match actor.kind {
             "fixed" => vec![0.0; body.wanted.len()],
@@ -230,9 +258,17 @@ impl Shown {
         });
         let missing: Vec<Vec<f64>> = missing.collect();
         let mut poses: Vec<Pose> = Vec::new();
-        let mut frame = |numbers: &[Vec<f64>], body: &mut Packed| {
-            for row in numbers {
+        let mut frame = |numbers: &[Vec<f64>], time: f64, body: &mut Packed| {
+            while let Some(row) = sizes.pop_if(|row| row.time_s <= time) {
+                if let Some(radius) = radii.get_mut(row.body as usize) {
+                    *radius = row.radius_m;
+                }
+            }
+            for (row, radius) in numbers.iter().zip(&radii) {
                 row.iter().for_each(|number| pack(*number, &mut body.data));
+                if sized {
+                    pack(*radius, &mut body.data);
+                }
                 poses.push([row[0], row[1], row[2]]);
             }
         };
@@ -247,11 +283,11 @@ impl Shown {
             {
                 if block == 0 && self.times.first() == Some(&time_of_block) {
                     self.start = time_of_block;
-                    frame(&numbers, &mut body);
+                    frame(&numbers, time_of_block, &mut body);
                     block = 1;
                 }
                 if self.has(block) {
-                    frame(&numbers, &mut body);
+                    frame(&numbers, time_of_block, &mut body);
                 }
                 block += 1;
                 numbers.clone_from(&missing);
@@ -336,7 +372,7 @@ impl Shown {
         Ok((contact, contacts, statuses))
     }
 
-    /// Rows of the impacts, the frame at or after each, and how many had no room.
+    /// Rows of the strongest impacts, the frame at or after each, and how many had no room.
     fn impacts(
         &self,
         folder: &OutputFolder,
@@ -344,10 +380,10 @@ impl Shown {
     ) -> Result<(Packed, Vec<usize>, usize), ReportError> {
         let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
         let mut impact = Packed::new(&header, &[]);
-        let at = column(&header, "time_s");
+        let [at, impulse] = ["time_s", "impulse_n_ns"].map(|name| column(&header, name));
         let (mut impacts, mut left_out, mut k) = (Vec::new(), 0, 0);
         while rows.next()? {
-            if impacts.len() == MOST_IMPACTS {
+            if impacts.len() == self.most_impacts || rows.number(impulse) < self.weakest {
                 left_out += 1;
                 continue;
             }
@@ -362,6 +398,17 @@ impl Shown {
         }
         Ok((impact, impacts, left_out))
     }
+}
+
+/// Normal impulses of all impacts [N s].
+fn impulses(folder: &OutputFolder) -> Result<Vec<f64>, ReportError> {
+    let (mut rows, header) = Rows::open::<ImpactRow>(folder)?;
+    let impulse = column(&header, "impulse_n_ns");
+    let mut impulses = Vec::new();
+    while rows.next()? {
+        impulses.push(rows.number(impulse));
+    }
+    Ok(impulses)
 }
 
 fn count_rows<R: Row>(folder: &OutputFolder) -> Result<usize, ReportError> {

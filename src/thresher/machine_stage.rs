@@ -29,7 +29,8 @@ pub fn machine_stage(
 
 impl ThreshingWorld {
     /// Outlines of the first `count` bodies of the record, with new teeth: the cylinder, the concave, and
-    /// segments of crop, or grains of the mean radius, under all other numbers, which pass from one that has left to one that enters.
+    /// segments of crop under all other numbers, or grains. Numbers pass from one that has left to one that
+    /// enters; the mean radius stands for that of each grain, which the replay knows.
     ///
     /// # Errors
     /// [`WearError`]: none for a profile that makes teeth.
@@ -37,7 +38,6 @@ impl ThreshingWorld {
         let p: &Thresher = self.parameters();
         let [cylinder, concave] = self.steel();
         let crop = match &p.grains {
-            // a number passes from grain to grain
             Some(grains) => Piece::Disc([0.0, 0.0, grains.radius, 0.0]),
             None => Piece::Area(outline(segment_shape(p))),
         };

@@ -8,6 +8,7 @@
 use super::blocks::Tooth;
 use super::crop::{Crop, placed};
 use super::governor;
+use super::grains::Grain;
 use super::parameters::{ConcaveSetting, Thresher};
 use super::shapes::{
     base_radius, concave_chain, concave_surface, hub, steel_law, teeth_surface, tooth_chain,
@@ -425,6 +426,15 @@ impl ThreshingWorld {
             .chain(self.crop.bodies())
             .filter_map(|b| Some((s.number(b)?, s.pose(b)?, s.velocity(b)?)))
             .collect()
+    }
+
+    /// Numbers of the grains, and their radii \[m\].
+    pub fn radii(&self) -> Vec<(u32, f64)> {
+        let Crop::Grains { crop, .. } = &self.crop else {
+            return Vec::new();
+        };
+        let of = |grain: &Grain| Some((self.simulation.number(grain.body)?, grain.radius));
+        crop.inside().iter().filter_map(of).collect()
     }
 
     /// Outlines for a picture \[m\]: teeth, crop, and the concave's line.

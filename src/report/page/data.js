@@ -96,6 +96,13 @@ class Run {
     }
     return [x, y - this.stage.lane * k, angle];
   }
+  // The pieces of a body at a frame: a number passes from grain to grain, each with a radius of its own.
+  pieces(frame, k) {
+    const pieces = this.stage.bodies[k].pieces;
+    const radius = this.body.get(this.bodyRow(frame, k), "radius_m");
+    if (Number.isNaN(radius)) return pieces;
+    return pieces.map(({ disc: [x, y, , spoke] }) => ({ disc: [x, y, radius, spoke] }));
+  }
   contactRows(frame) {
     const rows = [];
     for (let k = this.contactStart[frame]; k < this.contactStart[frame + 1]; k++) rows.push(k);

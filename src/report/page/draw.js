@@ -61,9 +61,10 @@ class Scene {
     const { run, context } = this;
     context.clearRect(0, 0, this.width, this.height);
     this.poses = run.stage.bodies.map((_, k) => run.pose(frame, k, share));
+    this.pieces = run.stage.bodies.map((_, k) => run.pieces(frame, k));
     for (const kind of KINDS) {
       run.stage.bodies.forEach((body, k) => {
-        if (body.kind === kind) this.drawBody(body, this.poses[k], this.picked?.body === k);
+        if (body.kind === kind) this.drawBody(body.kind, this.pieces[k], this.poses[k], this.picked?.body === k);
       });
     }
     run.stage.bodies.forEach((body, k) => {
@@ -80,10 +81,10 @@ class Scene {
     if (close) context.closePath();
   }
 
-  drawBody(body, pose, picked) {
+  drawBody(kind, pieces, pose, picked) {
     const { context } = this;
-    const [fill, line] = FILL[body.kind];
-    for (const piece of body.pieces) {
+    const [fill, line] = FILL[kind];
+    for (const piece of pieces) {
       context.fillStyle = picked ? "#fff0a8" : fill;
       context.strokeStyle = line;
       context.lineWidth = picked ? 2 : 1;
@@ -253,14 +254,14 @@ class Scene {
     if (best) return { table: best.table, row: best.row };
     const world = this.point(at);
     for (let k = this.run.stage.bodies.length - 1; k >= 0; k--) {
-      if (this.covers(this.run.stage.bodies[k], this.poses[k], world)) return { body: k };
+      if (this.covers(this.pieces[k], this.poses[k], world)) return { body: k };
     }
     return null;
   }
-  covers(body, [x, y, angle], world) {
+  covers(pieces, [x, y, angle], world) {
     const near = 5 / this.scale;
     const p = moved([0, 0, -angle], [world[0] - x, world[1] - y]);
-    return body.pieces.some((piece) => {
+    return pieces.some((piece) => {
       if (piece.disc) return Math.hypot(p[0] - piece.disc[0], p[1] - piece.disc[1]) <= Math.max(piece.disc[2], near);
       const points = piece.area || piece.line;
       let inside = false;

@@ -14,7 +14,7 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   let frame = 0, share = 0, since = null;
   bar.max = run.frames - 1;
   if (run.stride > 1) get("thinned").textContent = ` One written step in ${run.stride} is shown here; all are in the CSV files.`;
-  if (run.impacts_left_out) get("thinned").textContent += ` ${run.impacts_left_out} later impacts are in impacts.csv only.`;
+  if (run.impacts_left_out) get("thinned").textContent += ` ${run.impacts_left_out} weaker impacts are in impacts.csv only.`;
   if (scene.usual > 0) get("longest").textContent = `: nine in ten of the run are below ${words(scene.usual)} N s, which is a fifth of the picture where contacts are few; longer arrows are cut at three times that`;
 
   // a motion of less than a second would be over at once
