@@ -70,7 +70,7 @@ pub fn worn_part(
     match (body, &names[..]) {
         (_, []) => {
             let why = format!("scene {}: nothing wears in it", scene.name);
-            return Err(RunError::Unfit(why));
+            Err(RunError::Unfit(why))
         }
         (None, [_]) => Ok(0),
         (None, _) => {
