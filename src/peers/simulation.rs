@@ -416,7 +416,7 @@ impl Simulation {
     /// [`CheckpointError::Write`].
     pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
         to.put(&self.world)?;
-        to.put(&self.pipeline.state())?;
+        to.put(&self.pipeline.state_in(&self.world))?;
         to.put(&(self.ground, &self.hooks))
     }
 

@@ -58,6 +58,9 @@ pub struct PipelineState {
     /// Sides on which pairs of parts touch two-sided segments.
     #[serde(default)]
     faces: Vec<([u32; 4], u32)>,
+    /// Those of the bodies that the world no longer had.
+    #[serde(default)]
+    removed: Vec<Handle>,
 }
 
 impl PipelineState {
@@ -120,6 +123,15 @@ pub enum StateError {
     Settings(#[from] StepError),
 }
 
+/// Whether an enabled body has this handle.
+fn is_in(world: &PhysicsWorld, (index, generation): Handle) -> bool {
+    let handle = RigidBodyHandle::from_raw_parts(index, generation);
+    world
+        .bodies
+        .get(handle)
+        .is_some_and(|body| body.is_enabled())
+}
+
 /// Colliders, joints and surface laws when a state was resumed: islands at rest go on resting only
 /// if the user changes none of them before the first step.
 pub(super) struct Resumed {
@@ -153,7 +165,8 @@ impl Resumed {
 }
 
 impl MoreauPipeline {
-    /// Everything that the next step depends on, besides the world.
+    /// Everything that the next step depends on, besides the world. See [`MoreauPipeline::state_in`] if
+    /// bodies may have been removed since the last step.
     pub fn state(&self) -> PipelineState {
         let raw = |h: RigidBodyHandle| h.into_raw_parts();
         let bodies = self.bodies.list.iter().zip(&self.bodies.velocities);
@@ -193,7 +206,17 @@ impl MoreauPipeline {
             }),
             marks: self.detector.marks(),
             faces: self.detector.faces(),
+            removed: Vec::new(),
         }
+    }
+
+    /// As [`MoreauPipeline::state`], and which bodies have been removed from `world`, or disabled, since the
+    /// last step: a resumed pipeline does not miss them.
+    pub fn state_in(&self, world: &PhysicsWorld) -> PipelineState {
+        let mut state = self.state();
+        let handles = state.bodies.iter().map(|body| body.handle);
+        state.removed = handles.filter(|handle| !is_in(world, *handle)).collect();
+        state
     }
 
     /// A pipeline that continues from `state`, with the world as it was at that time.
@@ -248,7 +271,7 @@ impl MoreauPipeline {
         bodies.watch.scan(&world.colliders)?;
         for saved in &state.bodies {
             let handle = RigidBodyHandle::from_raw_parts(saved.handle.0, saved.handle.1);
-            if !world.bodies.get(handle).is_some_and(|b| b.is_enabled()) {
+            if !is_in(world, saved.handle) && !state.removed.contains(&saved.handle) {
                 return Err(not_there(handle).into());
             }
             let [x, y, re, im] = saved.written_pose.map(|v| v as Real);
@@ -265,7 +288,9 @@ impl MoreauPipeline {
         }
         let dt = widen(world.integration_parameters.dt);
         for (k, saved) in state.bodies.iter().enumerate() {
-            bodies.sync_one(world, k, dt)?;
+            if is_in(world, saved.handle) {
+                bodies.sync_one(world, k, dt)?;
+            }
             bodies.velocities[k] = Vec3::from(saved.velocity);
             bodies.list[k].group = saved.group;
         }

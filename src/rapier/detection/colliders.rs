@@ -195,6 +195,10 @@ impl Colliders {
         all.any(|known| !known.hooks().is_empty())
     }
 
+    pub fn any_foundation(&self) -> bool {
+        self.surfaces.values().any(SurfaceLaw::is_foundation)
+    }
+
     pub fn set_surface(&mut self, handle: ColliderHandle, law: SurfaceLaw) {
         self.surfaces.insert(handle, law);
         self.unchecked = true;

@@ -26,11 +26,11 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// How deep \[m\] another part may lie in a cell of a foundation and press it: as deep as the cell
-    /// is long. 0 for other parts.
+    /// Its share of the depth \[m\] of the overlap of a cell of a foundation and another segment, see
+    /// [`SurfaceLaw::cells`](super::SurfaceLaw::cells): its length. 0 for other parts.
     pub fn depth(&self) -> f64 {
         match &self.part.core {
-            Core::Edge(edge) if self.surface.foundation => edge.length(),
+            Core::Edge(edge) if edge.one_sided || self.surface.foundation => edge.length(),
             _ => 0.0,
         }
     }

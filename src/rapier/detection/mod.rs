@@ -327,13 +327,14 @@ impl Detector {
     /// Moves all leaves, and brings the grid and the pairs up to date.
     fn find_near(&mut self, bodies: &Bodies) {
         let (span, leaves) = (self.span, &mut self.leaves);
+        let any_foundation = self.colliders.any_foundation();
         for k in 0..leaves.list.len() {
             let Some(leaf) = leaves.follow_one(k, bodies) else {
                 continue;
             };
             let body = leaf.body;
-            let growth =
-                span.growth(present(&self.present, body), leaf.surface.size) + leaf.depth();
+            let depth = if any_foundation { leaf.depth() } else { 0.0 };
+            let growth = span.growth(present(&self.present, body), leaf.surface.size) + depth;
             let travel = leaves.travel[k];
             leaves.reach(k, growth);
             if self.grid.holds(k, travel, growth) {

@@ -132,13 +132,21 @@ fn over_view(edge: &Edge, other: &View, seen: &Pose64, back: &Pose64) -> (f64, O
         (along.dot(&(p - edge.ends[0])), height(p))
     });
     let covered = within(ends, edge.length());
+    // deeper than both are long, where the broad phase need not see them
+    let deepest = other
+        .edge
+        .map_or(f64::INFINITY, |line| edge.length() + line.length());
+    let passed = |[a, b]: &Covered| a.1.max(b.1) < -deepest;
     // deeper than along another face, that a neighbour meets; or pressed from behind, by a far face of
     // what does not reach the cell at all
     let beside = |[a, b]: &Covered| {
         let lowest = a.1.min(b.1);
         lowest < least || (bound > 0.0 && lowest < -slack)
     };
-    (bound, covered.filter(|covered| !beside(covered)))
+    (
+        bound,
+        covered.filter(|covered| !beside(covered) && !passed(covered)),
+    )
 }
 
 /// [`over_view`] for a half-plane with a normal and a point of its border, in the frame of the cell.
