@@ -230,7 +230,7 @@ fn worn_words(found: &Found) -> String {
     let body = found.wear.iter().max_by(deepest);
     body.map_or_else(String::new, |body| {
         format!(
-            "After {} h of wear, computed in {} jumps, {} has lost {} at its deepest cell, {}.",
+            "After {} h of wear, computed in {} jumps, {} has lost {} in cell {}, the deepest.",
             number(found.wear_hours, 4),
             found.jumps,
             body.body,

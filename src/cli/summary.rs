@@ -5,7 +5,7 @@ use crate::experiment::{Engine, Totals};
 use crate::report::{
     OutputFolder, ReportError, ResultRow, number, quantity, write_rows, written_rows,
 };
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
@@ -98,6 +98,11 @@ pub(super) struct OfScene<'a> {
 pub(super) struct Settings<'a> {
     dt_s: f64,
     time_s: f64,
+    /// Of a scene with bodies of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gravity_m_s2: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    materials: Option<String>,
     #[serde(flatten)]
     pub ours: Ours<'a>,
     #[serde(flatten)]
@@ -145,10 +150,12 @@ pub(super) fn program(command: &str) -> Head<'_> {
 
 /// The head for a command on one scene.
 pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
-    let step = &scene.step;
+    let (step, with_bodies) = (&scene.step, !scene.bodies.is_empty());
     let settings = Settings {
         dt_s: step.dt,
         time_s: step.time,
+        gravity_m_s2: with_bodies.then(|| scene.gravity.into()),
+        materials: with_bodies.then(|| materials(scene)),
         ours: Ours {
             scheme: Some(step.scheme.name()),
             events: Some(step.events),
@@ -176,6 +183,28 @@ pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
         }),
         ..program(command)
     }
+}
+
+/// Friction and restitution of each material.
+fn materials(scene: &Scene) -> String {
+    let of = |m: &Material| {
+        let name = if m.name.is_empty() {
+            "default"
+        } else {
+            &m.name
+        };
+        let bounce = match m.stiffness {
+            Some(stiffness) => format!("stiffness {stiffness} N/m"),
+            None => format!("restitution {}", m.restitution),
+        };
+        format!("{name}: friction {}, {bounce}", m.friction)
+    };
+    scene
+        .materials
+        .iter()
+        .map(of)
+        .collect::<Vec<_>>()
+        .join("; ")
 }
 
 /// Converts `value` to JSON; NaN and infinities become null.
@@ -274,8 +303,8 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
     }
     if t.unsolved_islands > 0 {
         out.push(format!(
-            "{} islands in {} steps were not solved to the tolerance: {} bounded, {} failed; worst \
-             residual {}, {} m/s",
+            "{} islands in {} steps were not solved to the tolerance, which holds for the residual and for its \
+             velocity: {} bounded, {} failed; worst residual {}, {} m/s",
             t.unsolved_islands,
             t.unsolved_steps,
             t.unsolved_islands - t.failed_islands,

@@ -175,6 +175,18 @@ impl StepEnergy {
         (self.kinetic_end - self.kinetic_start)
             - (self.forces + self.contact_n + self.contact_t + self.joints + self.motors)
     }
+
+    /// Work of forces, normal impulses, friction, joints, motors, and of position corrections \[J\].
+    pub fn work(&self) -> [f64; 6] {
+        [
+            self.forces,
+            self.contact_n,
+            self.contact_t,
+            self.joints,
+            self.motors,
+            self.recovery,
+        ]
+    }
 }
 
 /// One step of a simulation.

@@ -69,7 +69,8 @@ row! {
 }
 
 row! {
-    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty.
+    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty. `work_..._j` is that
+    /// of all steps since the row before.
     StepRow in "steps.csv" {
         time_s: f64,
         dt_s: f64,
@@ -302,9 +303,12 @@ impl From<&ImpactRecord> for ImpactRow {
     }
 }
 
-impl From<&StepRecord> for StepRow {
-    fn from(step: &StepRecord) -> Self {
+impl StepRow {
+    /// A step, with the `work` \[J\] of all steps since the row before, see [`StepEnergy::work`](crate::dynamics::record::StepEnergy::work).
+    pub fn since(step: &StepRecord, work: [f64; 6]) -> Self {
         let known = step.accounted;
+        let [forces, contact_n, contact_t, joints, motors, recovery] =
+            work.map(|work| known.then_some(work));
         StepRow {
             time_s: step.time,
             dt_s: step.dt,
@@ -327,12 +331,12 @@ impl From<&StepRecord> for StepRow {
             impact_gain_j: known.then_some(step.impact_gain),
             kinetic_j: step.energy.kinetic_end,
             potential_j: step.energy.potential_end,
-            work_forces_j: known.then_some(step.energy.forces),
-            work_contact_n_j: known.then_some(step.energy.contact_n),
-            work_contact_t_j: known.then_some(step.energy.contact_t),
-            work_joints_j: known.then_some(step.energy.joints),
-            work_motors_j: known.then_some(step.energy.motors),
-            work_recovery_j: known.then_some(step.energy.recovery),
+            work_forces_j: forces,
+            work_contact_n_j: contact_n,
+            work_contact_t_j: contact_t,
+            work_joints_j: joints,
+            work_motors_j: motors,
+            work_recovery_j: recovery,
             imbalance_j: known.then_some(step.energy.imbalance()),
             penetration_m: step.penetration,
             penetration_impact_m: known.then_some(step.penetration_impact),
