@@ -27,10 +27,11 @@ pub(super) struct Leaf {
 
 impl Leaf {
     /// Its share of the depth \[m\] of the overlap of a cell of a foundation and another segment, see
-    /// [`SurfaceLaw::cells`](super::SurfaceLaw::cells): its length. 0 for other parts.
+    /// [`SurfaceLaw::cells`](super::SurfaceLaw::cells). 0 for other parts.
     pub fn depth(&self) -> f64 {
         match &self.part.core {
-            Core::Edge(edge) if edge.one_sided || self.surface.foundation => edge.length(),
+            Core::Edge(edge) if edge.one_sided => edge.depth_share(),
+            Core::Edge(edge) if self.surface.foundation => edge.length(),
             _ => 0.0,
         }
     }

@@ -73,7 +73,7 @@ pub struct SurfaceLaw {
     /// neighbours report; the two together carry a pressure that is linear along the cell. A ball
     /// has one point, for the whole segment. Compliant cells of one-sided polylines are pressed along
     /// their own normal. They may overlap with another polyline as far as the segments of both are
-    /// long.
+    /// long, and not past the middles of both solids.
     pub cells: bool,
 }
 

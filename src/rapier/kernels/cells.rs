@@ -132,10 +132,10 @@ fn over_view(edge: &Edge, other: &View, seen: &Pose64, back: &Pose64) -> (f64, O
         (along.dot(&(p - edge.ends[0])), height(p))
     });
     let covered = within(ends, edge.length());
-    // deeper than both are long, where the broad phase need not see them
-    let deepest = other
-        .edge
-        .map_or(f64::INFINITY, |line| edge.length() + line.length());
+    // so deep that the broad phase need not see them
+    let deepest = other.edge.map_or(f64::INFINITY, |line| {
+        edge.depth_share() + line.depth_share()
+    });
     let passed = |[a, b]: &Covered| a.1.max(b.1) < -deepest;
     // deeper than along another face, that a neighbour meets; or pressed from behind, by a far face of
     // what does not reach the cell at all

@@ -124,6 +124,12 @@ impl Edge {
         (self.ends[1] - self.ends[0]).norm()
     }
 
+    /// How deep another segment may lie in a cell of a foundation \[m\], the share of this one of the two: as
+    /// deep as it is long, and not past the middle of its solid, from where the other side is nearer.
+    pub fn depth_share(&self) -> f64 {
+        self.length().min(0.5 * self.depth)
+    }
+
     /// The part of the way from the first end to the second at which a point lies, within [0, 1].
     pub fn fraction(&self, point: Vec2) -> f64 {
         let along = self.ends[1] - self.ends[0];
