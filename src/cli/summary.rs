@@ -154,7 +154,7 @@ pub(super) fn header<'a>(command: &'a str, scene: &'a Scene) -> Head<'a> {
     let settings = Settings {
         dt_s: step.dt,
         time_s: step.time,
-        gravity_m_s2: with_bodies.then(|| scene.gravity.into()),
+        gravity_m_s2: with_bodies.then_some(scene.gravity),
         materials: with_bodies.then(|| materials(scene)),
         ours: Ours {
             scheme: Some(step.scheme.name()),
