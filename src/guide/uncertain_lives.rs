@@ -29,7 +29,7 @@
 //!
 //! | input | from, to | hours until the machine no longer conveys |
 //! |---|---|---|
-//! | the scene | | 105 (numerics: 99 to 110) |
+//! | the scene | | 105 (numerics: 99 to 111) |
 //! | `thresher.friction_concave`, 0.271 | 0.2, 0.35 | 420, 21 |
 //! | `wear.coefficient`, 5.9e-13 m2/N | -50 %, +50 % | 210, 70 |
 //! | `thresher.clearance_outlet`, 8 mm | 7.5, 8.5 | 113, 94 |
