@@ -201,7 +201,7 @@ impl Finder<'_> {
     ) -> Option<f64> {
         let sides = leaves.map(|leaf| self.leaves.get(leaf));
         let bodies = sides.map(|leaf| self.present(leaf));
-        let plain = sides.iter().all(|leaf| leaf.surface.plain) && self.apart.is_empty();
+        let plain = sides.iter().all(|leaf| leaf.surface.plain) && !self.is_apart(sides);
         let moving = bodies
             .iter()
             .any(|body| body.kind == RigidBodyType::Dynamic);

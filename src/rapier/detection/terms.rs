@@ -74,10 +74,16 @@ impl Finder<'_> {
 
     /// Whether two colliders may touch at all: rapier's tests in rapier's order.
     fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        let [a, b] = sides.map(|leaf| leaf.body);
         !(known[0].is_sensor() || known[1].is_sensor())
-            && (self.apart.is_empty() || !self.apart.contains(&[a.min(b), a.max(b)]))
+            && !self.is_apart(sides)
             && known[0].may_meet(known[1], self.kinds(sides))
+    }
+
+    /// Whether a joint disables the contacts between the bodies of two parts.
+    #[inline]
+    pub(super) fn is_apart(&self, sides: [&Leaf; 2]) -> bool {
+        let [a, b] = sides.map(|leaf| leaf.body);
+        !self.apart.is_empty() && self.apart.contains(&[a.min(b), a.max(b)])
     }
 
     /// Whether two colliders may push each other.
