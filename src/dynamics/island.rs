@@ -172,7 +172,7 @@ impl Worker {
         if rules.corrects_gaps() {
             self.bound_joints(task.tolerance);
         }
-        self.store_problem(task);
+        self.store_problem(members, task);
         self.island.count_added();
         let report = self.answer.report;
         if report.solved() || large && close(&report) {
@@ -254,7 +254,7 @@ impl Worker {
             }
         }
         answer.report = report.after(&earlier);
-        self.store_problem(task);
+        self.store_problem(members, task);
         self.bound_crowd(task);
     }
 
@@ -324,9 +324,11 @@ impl Worker {
         }
     }
 
-    fn store_problem(&mut self, task: Task) {
+    fn store_problem(&mut self, members: &[u32], task: Task) {
+        let keys = members.iter().map(|&i| task.interval.key(i as usize));
         self.answer.problem = task.store_problems.then(|| SolvedProblem {
             problem: self.island.problem.clone(),
+            keys: keys.collect(),
             impulses: self.answer.impulses.clone(),
             report: self.answer.report,
         });

@@ -1,6 +1,7 @@
 //! How an island was solved.
 
 use super::contact_cache::JointEnergy;
+use super::model::ContactKey;
 use super::record::StepRecord;
 use crate::contact::{ContactProblem, Vec2, Vec3};
 use crate::solver::SolveReport;
@@ -65,6 +66,8 @@ impl IslandOutcome {
 #[derive(Debug, Clone)]
 pub struct SolvedProblem {
     pub problem: ContactProblem,
+    /// The contact or joint of each block.
+    pub keys: Vec<ContactKey>,
     pub impulses: Vec<Vec2>,
     pub report: SolveReport,
 }

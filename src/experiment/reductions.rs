@@ -13,8 +13,9 @@
 //! Every step of both models begins at the same state, that of the reduced one with all its caches, so that
 //! a difference is one of this step alone and does not grow in a motion that forgets its start. Steps end
 //! *equal* below 1e-9 m and rad. Where they do not, the verdict says whether the impulses of both are certified:
-//! *apart* if they are, each on its own problem, *unsolved* if not. Steps apart may be two solutions of one
-//! problem, as friction does not make the motion unique; the comparison does not show that they are.
+//! *unsolved* if not. If they are, the impulses of the reduced model are put into the problems of the full
+//! one, and zero where it leaves a contact out. Where these certify them, both have solved the same problem:
+//! *another solution*, as friction and impacts do not make the motion unique. Otherwise the step is *apart*.
 //!
 //! Bodies that are fixed or move as prescribed have no columns in `G`: with or without them, the operator is
 //! the same, so that there is nothing to compare. The same holds for the joint rows that move no body.
@@ -24,8 +25,11 @@
 use super::setting::step_count;
 use super::simulate::{Engine, RunError, Totals};
 use crate::checkpoint::{Reader, Writer};
+use crate::contact::{Vec2, natural_map};
+use crate::dynamics::{ContactKey, SolvedProblem};
 use crate::report::{ModelRow, Progress};
 use crate::scene::{Built, Scene, Step};
+use std::collections::HashMap;
 
 /// A reduction of the model.
 pub struct Reduction {
@@ -98,6 +102,34 @@ impl Side {
         self.times.push(seconds);
         Ok(record.unsolved == 0)
     }
+
+    /// The contact problems of a step from the saved state, which is not counted.
+    fn problems(&mut self, from: &[u8]) -> Result<Vec<SolvedProblem>, RunError> {
+        self.built.load(&mut Reader::new(from.to_vec()))?;
+        self.built.keep_problems(true);
+        Engine::Moreau.timed_step(&mut self.built)?;
+        let problems = self.built.problems().to_vec();
+        self.built.keep_problems(false);
+        Ok(problems)
+    }
+
+    /// Whether the impulses of the `other` model certify all problems of a step from the saved state. What
+    /// the other model leaves out has none.
+    fn solved_by(
+        &mut self,
+        other: &[SolvedProblem],
+        from: &[u8],
+        tolerance: f64,
+    ) -> Result<bool, RunError> {
+        let impulses = other.iter().flat_map(|p| p.keys.iter().zip(&p.impulses));
+        let known: HashMap<&ContactKey, &Vec2> = impulses.collect();
+        let own = self.problems(from)?;
+        Ok(own.iter().all(|p| {
+            let of = |key: &ContactKey| known.get(key).map_or(Vec2::zeros(), |p| **p);
+            let impulses: Vec<Vec2> = p.keys.iter().map(of).collect();
+            natural_map(&p.problem, &impulses).certified(tolerance)
+        }))
+    }
 }
 
 /// Steps `scene` with `reduction` and without it, in turns, `repeats` times.
@@ -115,7 +147,7 @@ pub fn against_full(
 ) -> Result<ModelRow, RunError> {
     let steps = step_count(&scene.step);
     let mut difference: f64 = 0.0;
-    let (mut steps_apart, mut steps_apart_certified) = (0, 0);
+    let (mut steps_apart, mut steps_apart_certified, mut steps_another_solution) = (0, 0, 0);
     let mut least: [Vec<f64>; 2] = [vec![f64::INFINITY; steps], vec![f64::INFINITY; steps]];
     let mut last = None;
     for repeat in 0..repeats.max(1) {
@@ -134,7 +166,12 @@ pub fn against_full(
             difference = difference.max(found);
             if repeat == 0 && found > EQUAL {
                 steps_apart += 1;
-                steps_apart_certified += usize::from(certified == [true; 2]);
+                if certified == [true; 2] {
+                    steps_apart_certified += 1;
+                    let problems = reduced.problems(start.bytes())?;
+                    let solved = full.solved_by(&problems, start.bytes(), scene.step.tolerance)?;
+                    steps_another_solution += usize::from(solved);
+                }
             }
             progress.advance();
         }
@@ -148,9 +185,10 @@ pub fn against_full(
     let [full, reduced] = last.unwrap_or_default();
     let work = |t: &Totals| t.sweeps + t.factorisations + t.pivots;
     let [time_full_s, time_s] = least.map(|times| times.iter().sum::<f64>());
-    let equality = match (steps_apart, steps_apart_certified) {
-        (0, _) => "equal",
-        (_, 0) => "unsolved",
+    let equality = match (steps_apart, steps_apart_certified, steps_another_solution) {
+        (0, ..) => "equal",
+        (_, 0, _) => "unsolved",
+        (_, certified, another) if certified == another => "another solution",
         _ => "apart",
     };
     let slower = time_s > SLOWER * time_full_s && time_s - time_full_s > CLOCK * steps as f64;
@@ -169,6 +207,7 @@ pub fn against_full(
         difference,
         steps_apart,
         steps_apart_certified,
+        steps_another_solution,
         verdict: match slower {
             true => format!("{equality}, slower"),
             false => equality.to_owned(),
@@ -184,4 +223,28 @@ fn apart(a: &Built, b: &Built) -> f64 {
         Some((a.translation - b.translation).norm().max(turned))
     };
     (0..a.bodies()).filter_map(of).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    /// Another solution is one of the same problem: impulses that a lighter gravity asks for do not solve
+    /// that of the scene.
+    #[test]
+    fn impulses_of_another_problem_do_not_solve_the_full_one() {
+        let [mut full, mut same, mut lighter] = ["-9.81", "-9.81", "-9"].map(|y| {
+            let scene = scene::load("tower", &[format!("gravity.y={y}")]).unwrap();
+            Side::new(&scene, &REDUCTIONS[2], false).unwrap()
+        });
+        let mut start = Writer::default();
+        full.built.save(&mut start).unwrap();
+        for (other, solves) in [(&mut same, true), (&mut lighter, false)] {
+            let problems = other.problems(start.bytes()).unwrap();
+            assert!(!problems.is_empty());
+            let found = full.solved_by(&problems, start.bytes(), 1e-8).unwrap();
+            assert_eq!(found, solves);
+        }
+    }
 }

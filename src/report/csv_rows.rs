@@ -130,7 +130,9 @@ row! {
         /// Steps with a difference above 1e-9, and those of them in which both models are certified.
         steps_apart: usize,
         steps_apart_certified: usize,
-        /// `equal`, `apart` or `unsolved`, and `slower`.
+        /// Those of them in which the impulses of the reduced model solve the full one's problems.
+        steps_another_solution: usize,
+        /// `equal`, `another solution`, `apart` or `unsolved`, and `slower`.
         verdict: String,
     }
 }

@@ -13,16 +13,21 @@ use super::{ReportError, palette};
 /// Lengths in px.
 const NAME: f64 = 130.0;
 const CELL: Point = (190.0, 52.0);
-const FILLS: [(&str, &str, RGBColor); 3] = [
+const FILLS: [(&str, &str, RGBColor); 4] = [
     (
         "equal",
-        "the same motion, within 1e-9 a step",
+        "equal within 1e-9 a step",
         RGBColor(205, 231, 222),
     ),
     (
         "apart",
-        "further apart, both certified",
+        "apart, both certified",
         RGBColor(240, 222, 160),
+    ),
+    (
+        "another solution",
+        "another solution of the same problem",
+        RGBColor(214, 224, 180),
     ),
     ("unsolved", "unsolved: no claim", RGBColor(225, 225, 225)),
 ];

@@ -58,3 +58,15 @@ fn reductions_change_nothing() {
         }
     }
 }
+
+/// Where a reduced step ends elsewhere than the full one, both are solutions of the same problem.
+#[test]
+fn steps_apart_are_two_solutions_of_one_problem() {
+    let mut scene = load("hit-heap", &[]);
+    scene.step.time = 60.0 * scene.step.dt;
+    let hidden = Progress::new("", 0, true);
+    let row = against_full(&scene, &REDUCTIONS[2], 1, &hidden).unwrap();
+    assert!(row.steps_apart > 0, "{row:?}");
+    assert_eq!(row.steps_another_solution, row.steps_apart, "{row:?}");
+    assert_eq!(row.verdict.split(',').next(), Some("another solution"));
+}
