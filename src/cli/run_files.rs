@@ -19,8 +19,8 @@ pub(super) struct RunFiles {
     last: Vec<ContactRecord>,
     /// End of the last step \[s\].
     time: f64,
-    /// Work \[J\] of the steps since the last row, in the order of its columns.
-    work: [f64; 6],
+    /// Of the steps since the last row.
+    since: Option<StepRow>,
 }
 
 struct Rows {
@@ -52,7 +52,7 @@ impl RunFiles {
             count: 0,
             last: Vec::new(),
             time: 0.0,
-            work: [0.0; 6],
+            since: None,
         })
     }
 
@@ -67,13 +67,13 @@ impl RunFiles {
             ]),
             None => None,
         };
-        to.put(&(lengths, self.count, self.time, &self.last, self.work))?;
+        to.put(&(lengths, self.count, self.time, &self.last, &self.since))?;
         Ok(())
     }
 
     /// Goes on with the files of a run that was stopped.
     pub fn load(folder: &OutputFolder, every: usize, from: &mut Reader) -> Result<Self, RunError> {
-        let (lengths, count, time, last, work): (Option<[u64; 4]>, _, _, _, _) = from.take()?;
+        let (lengths, count, time, last, since): (Option<[u64; 4]>, _, _, _, _) = from.take()?;
         let rows = match lengths {
             Some([bodies, contacts, impacts, steps]) => Some(Rows {
                 bodies: CsvFile::reopen(folder, bodies)?,
@@ -89,7 +89,7 @@ impl RunFiles {
             count,
             last,
             time,
-            work,
+            since,
         })
     }
 
@@ -153,14 +153,15 @@ impl RunFiles {
             rows.impacts.write(&ImpactRow::from(impact))?;
         }
         self.count += 1;
-        let work = record.energy.work();
-        let sums = self.work.iter_mut().zip(work);
-        sums.for_each(|(sum, work)| *sum += work);
+        let mut row = StepRow::of(record);
+        if let Some(before) = self.since.take() {
+            row.include(&before);
+        }
         if !self.count.is_multiple_of(self.every) {
+            self.since = Some(row);
             return Ok(());
         }
-        let work = std::mem::take(&mut self.work);
-        rows.steps.write(&StepRow::since(record, work))?;
+        rows.steps.write(&row)?;
         for contact in &record.contacts {
             rows.contacts.write(&ContactRow::new(contact))?;
         }

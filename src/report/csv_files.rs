@@ -395,7 +395,7 @@ mod tests {
             joint_gap: 26.0,
             ..StepRecord::default()
         };
-        let (_root, path) = written(&[StepRow::since(&step, step.energy.work())]);
+        let (_root, path) = written(&[StepRow::of(&step)]);
         let text = fs::read_to_string(path).unwrap();
         // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
         assert_eq!(

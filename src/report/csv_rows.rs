@@ -69,8 +69,10 @@ row! {
 }
 
 row! {
-    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty. `work_..._j` is that
-    /// of all steps since the row before.
+    /// One step: see [`StepRecord`]. What is not known, of the step of a peer, is empty. With one row for
+    /// several steps, counts of work, unsolved islands and events, `impact_gain_j` and `work_..._j` are sums
+    /// over all steps since the row before, residuals, `imbalance_j` and `penetration_impact_m` the largest of
+    /// them. The rest is of the step itself.
     StepRow in "steps.csv" {
         time_s: f64,
         dt_s: f64,
@@ -306,11 +308,11 @@ impl From<&ImpactRecord> for ImpactRow {
 }
 
 impl StepRow {
-    /// A step, with the `work` \[J\] of all steps since the row before, see [`StepEnergy::work`](crate::dynamics::record::StepEnergy::work).
-    pub fn since(step: &StepRecord, work: [f64; 6]) -> Self {
+    /// A row of one step.
+    pub fn of(step: &StepRecord) -> Self {
         let known = step.accounted;
         let [forces, contact_n, contact_t, joints, motors, recovery] =
-            work.map(|work| known.then_some(work));
+            step.energy.work().map(|work| known.then_some(work));
         StepRow {
             time_s: step.time,
             dt_s: step.dt,
@@ -343,6 +345,56 @@ impl StepRow {
             penetration_m: step.penetration,
             penetration_impact_m: known.then_some(step.penetration_impact),
             joint_gap_m: known.then_some(step.joint_gap),
+        }
+    }
+
+    /// Adds what the steps before did, whose row is not written: see [`StepRow`].
+    pub fn include(&mut self, before: &StepRow) {
+        let counts: [(&mut Option<usize>, Option<usize>); 9] = [
+            (&mut self.sweeps, before.sweeps),
+            (&mut self.factorisations, before.factorisations),
+            (&mut self.pivots, before.pivots),
+            (&mut self.unsolved, before.unsolved),
+            (&mut self.failed, before.failed),
+            (&mut self.capped, before.capped),
+            (&mut self.relaxed, before.relaxed),
+            (&mut self.joints_capped, before.joints_capped),
+            (&mut self.events, before.events),
+        ];
+        for (own, before) in counts {
+            *own = own.zip(before).map(|(a, b)| a + b);
+        }
+        let sums: [(&mut Option<f64>, Option<f64>); 7] = [
+            (&mut self.impact_gain_j, before.impact_gain_j),
+            (&mut self.work_forces_j, before.work_forces_j),
+            (&mut self.work_contact_n_j, before.work_contact_n_j),
+            (&mut self.work_contact_t_j, before.work_contact_t_j),
+            (&mut self.work_joints_j, before.work_joints_j),
+            (&mut self.work_motors_j, before.work_motors_j),
+            (&mut self.work_recovery_j, before.work_recovery_j),
+        ];
+        for (own, before) in sums {
+            *own = own.zip(before).map(|(a, b)| a + b);
+        }
+        let worst: [(&mut Option<f64>, Option<f64>); 4] = [
+            (&mut self.residual, before.residual),
+            (
+                &mut self.residual_velocity_m_s,
+                before.residual_velocity_m_s,
+            ),
+            (&mut self.imbalance_j, before.imbalance_j),
+            (&mut self.penetration_impact_m, before.penetration_impact_m),
+        ];
+        for (own, before) in worst {
+            // NaN stays: nothing is known then
+            let larger = |a: f64, b: f64| {
+                if a.is_nan() || a.abs() >= b.abs() {
+                    a
+                } else {
+                    b
+                }
+            };
+            *own = own.zip(before).map(|(a, b)| larger(a, b));
         }
     }
 }

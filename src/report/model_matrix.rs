@@ -14,16 +14,8 @@ use super::{ReportError, palette};
 const NAME: f64 = 130.0;
 const CELL: Point = (190.0, 52.0);
 const FILLS: [(&str, &str, RGBColor); 4] = [
-    (
-        "equal",
-        "equal within 1e-9 a step",
-        RGBColor(205, 231, 222),
-    ),
-    (
-        "apart",
-        "apart, both certified",
-        RGBColor(240, 222, 160),
-    ),
+    ("equal", "equal within 1e-9 a step", RGBColor(205, 231, 222)),
+    ("apart", "apart, both certified", RGBColor(240, 222, 160)),
     (
         "another solution",
         "another solution of the same problem",

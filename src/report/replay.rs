@@ -320,13 +320,15 @@ impl Shown {
             red[from..to].iter_mut().for_each(|bits| *bits |= bit);
         };
         let mut since = None;
-        let mut k = 0;
+        let (mut k, mut last) = (0, None);
         while rows.next()? {
             k += 1;
             if self.has(k) {
                 step.add(&rows);
             }
-            let (from, to) = (rows.number(at) - rows.number(dt), rows.number(at));
+            // a row tells what happened since the row before
+            let to = rows.number(at);
+            let from = last.replace(to).unwrap_or(to - rows.number(dt));
             if rows.number(unsolved) > 0.0 {
                 mark(from, to, 1);
             }

@@ -45,6 +45,9 @@ addEventListener("load", () => setTimeout(async () => {
     }
   }
   to(0);
+  get("next").click();
+  found.next = get("next").hidden ? null : { frame: Number(bar.value), step: cells("step") };
+  to(0);
   // the browser's clock runs ahead of the frames that it draws
   window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);
   get("play").click();

@@ -25,6 +25,7 @@ PAGES = [
     ("tower", ["--steps", "40"], True),
     ("chain", ["--time", "1"], True),
     ("bouncing-ball", ["--events", "--set", 'scene.title="</script><b>&"'], True),
+    ("hit-heap", ["--time", "3", "--every", "5"], True),
     ("pin-on-disc", [], True),
     ("thresher-study", [], None),
     ("thresher", "--every 5 --set step.dt=3.2e-4 --set wear.jump=2e-3 --set wear.revolutions=1 --set wear.max_hours=5".split(), True),
@@ -109,6 +110,11 @@ def check(browser, program, scene, args, contacts, width, root, command="run"):
         if scene != "tower" or what != "canvas":  # a tower stands as it stood
             assert start[what] != middle[what], (scene, what)
     steps, bodies = rows(folder, "steps.csv"), rows(folder, "bodies.csv")
+    if scene == "hit-heap":
+        # what is not solved between two written steps is red as well
+        red = found["next"]["frame"]
+        same(found["next"]["step"], steps[red - 1], scene)
+        assert [k for k, step in enumerate(steps, 1) if int(step["unsolved"])][0] == red, red
     kinds = set()
     for pick in found["picks"]:
         step = steps[pick["frame"] - 1]

@@ -155,13 +155,26 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
     dragged = null;
   });
 
-  // A red piece of the time bar: unsolved, overlap or energy balance.
+  // Red pieces of the time bar, in a line for each cause: unsolved, overlap, energy balance.
   const red = get("red");
   red.width = run.red.length;
-  red.height = 1;
+  red.height = 3;
   const paint = red.getContext("2d");
   paint.fillStyle = "#c00";
-  [...run.red].forEach((bits, k) => { if (bits !== "0") paint.fillRect(k, 0, 1, 1); });
+  [...run.red].forEach((bits, k) => [1, 2, 4].forEach((bit, line) => { if (bits & bit) paint.fillRect(k, line, 1, 1); }));
+  // On to the first frame of the next red place, and from the last one to the first.
+  const [begin, end] = [run.time(0), run.time(run.frames - 1)];
+  const isRed = (at) => {
+    const middle = (run.time(at - 1) + run.time(at)) / 2;
+    return run.red[Math.floor(run.red.length * (middle - begin) / (end - begin))] !== "0";
+  };
+  const next = get("next");
+  next.hidden = !/[1-7]/.test(run.red);
+  next.addEventListener("click", () => {
+    stop();
+    const after = [...Array(run.frames).keys()].map((k) => (frame + 1 + k) % run.frames);
+    show(after.find((at) => at > 0 && isRed(at) && (at === 1 || !isRed(at - 1))) ?? frame, 0);
+  });
 
   const resize = () => { scene.fit(); show(frame, share); };
   window.addEventListener("resize", resize);
