@@ -17,6 +17,11 @@
 //! one, and zero where it leaves a contact out. Where these certify them, both have solved the same problem:
 //! *another solution*, as friction and impacts do not make the motion unique. Otherwise the step is *apart*.
 //!
+//! On hard problems the time is luck: four contacts more or less decide whether
+//! [`Direct`](crate::solver::Direct) finds the solution or sweeps and pivots must. Five such steps of 120 make
+//! the card house 3.9 times slower without its distant contacts; over 14 step lengths it takes 0.43 to 2.98
+//! times as long.
+//!
 //! Bodies that are fixed or move as prescribed have no columns in `G`: with or without them, the operator is
 //! the same, so that there is nothing to compare. The same holds for the joint rows that move no body.
 //! `body.touches`, `joint.contacts` and `step.events` are choices of another model, not reductions.
