@@ -54,6 +54,7 @@ pub mod dynamics;
 mod linalg;
 pub mod rapier;
 pub mod solver;
+mod threads;
 pub mod wear;
 pub mod worn;
 

@@ -6,12 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The core, in order: each folder of `src/` and what it may use, a folder or one module of it.
-const CORE: [(&str, &[&str]); 7] = [
+const CORE: [(&str, &[&str]); 8] = [
+    ("threads", &[]),
     ("linalg", &[]),
     ("contact", &["linalg"]),
     ("solver", &["linalg", "contact"]),
-    ("dynamics", &["contact", "solver"]),
-    ("rapier", &["contact", "solver", "dynamics"]),
+    ("dynamics", &["threads", "contact", "solver"]),
+    ("rapier", &["threads", "contact", "solver", "dynamics"]),
     ("wear", &["contact", "dynamics::record"]),
     // where the two that never see each other meet
     ("worn", &["contact", "dynamics", "rapier", "wear"]),
@@ -47,7 +48,7 @@ const HOST: [&str; 9] = [
 ];
 
 /// The one file that shares work out to threads, behind the feature `parallel`.
-const THREADS: (&str, &str) = ("rayon", "thread_pool.rs");
+const THREADS: (&str, &str) = ("rayon", "threads/pool.rs");
 
 /// What only `src/rapier` and `src/peers` may name. (A string may say `"f32"`, serde's forwarding macro lists all
 /// primitive types, and an inline test may borrow a number.)

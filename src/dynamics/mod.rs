@@ -81,10 +81,6 @@ mod solve;
 mod step;
 mod stepper;
 mod surface_point;
-#[cfg(feature = "parallel")]
-mod thread_pool;
-#[cfg(not(feature = "parallel"))]
-#[path = "thread_pool_absent.rs"]
 mod thread_pool;
 mod visco_elastic;
 mod working_set;

@@ -178,6 +178,13 @@ impl Detection {
         self.near.clear();
     }
 
+    /// Takes over all that another detection has found of other pairs.
+    pub(crate) fn append(&mut self, other: &mut Detection) {
+        self.contacts.append(&mut other.contacts);
+        self.joints.append(&mut other.joints);
+        self.near.append(&mut other.near);
+    }
+
     /// Adds a part of a pair of surfaces to `near`. Parts of a pair follow each other.
     pub(crate) fn add_near(&mut self, part: NearPair) {
         match self.near.last_mut() {

@@ -68,7 +68,6 @@ impl PhaseClock {
     }
 }
 
-#[cfg(feature = "parallel")]
 impl PhaseClock {
     /// A clock for another thread, switched on if this one is.
     pub fn another(&self) -> PhaseClock {

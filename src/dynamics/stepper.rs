@@ -11,12 +11,13 @@ use super::pulled_links::StiffLink;
 use super::record::ContactRecord;
 use super::resting::RestingIslands;
 use super::rules::Scheme;
-use super::settings::{StepError, StepperSettings};
+use super::settings::{MOST_THREADS, StepError, StepperSettings};
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use super::thread_pool::SolverPool;
 use crate::contact::{NO_BODY, Rows, Vec3};
 use crate::solver::{ImpulseSolver, Judged, SolverTable, find_solver, solver_by_name};
+use crate::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 /// Moreau's midpoint step with certified impulses: equations (1) to (6) of [`crate::dynamics`].
@@ -24,6 +25,7 @@ pub struct MoreauStepper {
     pub(super) settings: StepperSettings,
     table: SolverTable,
     pub(super) solver: IslandSolver,
+    pub(super) threads: Threads,
     pub(super) time: f64,
     pub(super) cache: ContactCache,
     pub(super) resting: RestingIslands,
@@ -80,9 +82,11 @@ impl MoreauStepper {
             return Err(StepError::Events);
         }
         let mut solver = IslandSolver::new(solver, settings.tolerance);
-        solver.pool = SolverPool::new(settings.threads, &settings.solver, table)?;
+        let threads = start(settings.threads)?;
+        solver.pool = SolverPool::new(&threads, &settings.solver, table)?;
         Ok(MoreauStepper {
             solver,
+            threads,
             settings,
             table,
             time: 0.0,
@@ -131,10 +135,17 @@ impl MoreauStepper {
     /// # Errors
     /// [`StepError::Threads`], [`StepError::Spawn`]. Nothing changes then.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
-        let pool = SolverPool::new(threads, &self.settings.solver, self.table)?;
+        let started = start(threads)?;
+        let pool = SolverPool::new(&started, &self.settings.solver, self.table)?;
         self.solver.pool = pool.filter(|_| self.named);
+        self.threads = started;
         self.settings.threads = threads;
         Ok(())
+    }
+
+    /// The threads, for the work of a host within a step.
+    pub(crate) fn threads(&self) -> &Threads {
+        &self.threads
     }
 
     /// Clears the contact cache, for example after the mesh of a collider has changed.
@@ -235,4 +246,14 @@ impl MoreauStepper {
     pub fn problems(&self) -> &[SolvedProblem] {
         &self.problems
     }
+}
+
+/// # Errors
+/// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] if the system
+/// cannot start them.
+fn start(threads: usize) -> Result<Threads, StepError> {
+    if !(1..=MOST_THREADS).contains(&threads) {
+        return Err(StepError::Threads(threads));
+    }
+    Threads::new(threads).map_err(|why| StepError::Spawn { threads, why })
 }

@@ -1,10 +1,10 @@
-//! A thread pool for the islands of an interval.
+//! Shares out the islands of an interval among threads.
 
 use super::island::Worker;
 use super::phases::PhaseClock;
-use super::settings::{MOST_THREADS, StepError};
+use super::settings::StepError;
 use crate::solver::{SolverTable, find_solver};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use crate::threads::Threads;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -12,44 +12,39 @@ use std::sync::{Mutex, PoisonError};
 /// batch is negligible.
 const BATCH: usize = 64;
 
-/// Threads in addition to the caller's, each with its own solver.
+/// A solver for each thread besides the caller's.
 ///
 /// The assignment of islands to threads varies from run to run, but no result depends on it: a
 /// solve only reads the interval and its current solution, and a solver stores nothing between
 /// problems.
 pub(super) struct SolverPool {
-    pool: ThreadPool,
+    threads: Threads,
     others: Vec<PoolThread>,
     /// Islands of the interval, the largest first, and batches of them.
     order: Vec<usize>,
     batches: Vec<Range<usize>>,
 }
 
-/// One thread of the pool.
+/// What one thread works with.
 struct PoolThread {
     worker: Worker,
     clock: PhaseClock,
 }
 
 impl SolverPool {
-    /// A pool for `threads` threads including the caller's, with the solver of that name; `None`
-    /// for one thread.
+    /// A solver of that name for each of `threads`; `None` for one thread.
     ///
     /// # Errors
-    /// [`StepError::Threads`] unless there are 1 to [`MOST_THREADS`]; [`StepError::Spawn`] if the
-    /// system cannot start them; [`StepError::Solver`].
+    /// [`StepError::Solver`].
     pub fn new(
-        threads: usize,
+        threads: &Threads,
         solver: &str,
         table: SolverTable,
     ) -> Result<Option<SolverPool>, StepError> {
-        if !(1..=MOST_THREADS).contains(&threads) {
-            return Err(StepError::Threads(threads));
-        }
-        if threads == 1 {
+        if threads.count() == 1 {
             return Ok(None);
         }
-        let others = (1..threads).map(|_| {
+        let others = (1..threads.count()).map(|_| {
             let solver = find_solver(solver, table);
             Some(PoolThread {
                 worker: Worker::new(solver?),
@@ -57,16 +52,8 @@ impl SolverPool {
             })
         });
         let others: Option<Vec<PoolThread>> = others.collect();
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(threads - 1)
-            .thread_name(|k| format!("moreau2d {}", k + 1))
-            .build()
-            .map_err(|error| StepError::Spawn {
-                threads,
-                why: error.to_string(),
-            })?;
         Ok(Some(SolverPool {
-            pool,
+            threads: threads.clone(),
             others: others.ok_or_else(|| StepError::Solver(solver.to_owned()))?,
             order: Vec::new(),
             batches: Vec::new(),
@@ -116,7 +103,8 @@ impl SolverPool {
         let queue = Mutex::new(batches.into_iter());
         // no thread panics while it holds the queue
         let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-        let work = |worker: &mut Worker, clock: &mut PhaseClock, done: &mut Vec<(usize, R)>| {
+        let work = |(worker, clock): (&mut Worker, &mut PhaseClock)| {
+            let mut done: Vec<(usize, R)> = Vec::new();
             clock.start();
             while let Some(batch) = next() {
                 for (k, job) in batch {
@@ -124,22 +112,20 @@ impl SolverPool {
                     clock.lap(|t| &mut t.solve);
                 }
             }
+            done
         };
         let others = &mut self.others[..helpers];
-        let (mut own_clock, mut own) = (clock.another(), Vec::new());
-        let mut done: Vec<Vec<(usize, R)>> = others.iter().map(|_| Vec::new()).collect();
-        self.pool.in_place_scope(|scope| {
-            for (thread, done) in others.iter_mut().zip(&mut done) {
-                thread.clock = clock.another();
-                let work = &work;
-                scope.spawn(move |_| work(&mut thread.worker, &mut thread.clock, done));
-            }
-            work(worker, &mut own_clock, &mut own);
-        });
+        let mut own_clock = clock.another();
+        let mut workers = vec![(worker, &mut own_clock)];
+        for thread in others.iter_mut() {
+            thread.clock = clock.another();
+            workers.push((&mut thread.worker, &mut thread.clock));
+        }
+        let done = self.threads.map(workers, work);
         let clocks = others.iter().map(|thread| &thread.clock);
         clock.lap_in_proportion(clocks.chain(std::iter::once(&own_clock)));
         let mut results: Vec<Option<R>> = (0..count).map(|_| None).collect();
-        for (k, result) in done.into_iter().flatten().chain(own) {
+        for (k, result) in done.into_iter().flatten() {
             results[k] = Some(result);
         }
         // each job was in one batch
@@ -155,7 +141,8 @@ mod tests {
 
     fn pool(threads: usize) -> (SolverPool, Worker) {
         let solver = solver_by_name("auto").unwrap();
-        let pool = SolverPool::new(threads, "auto", solver_by_name)
+        let threads = Threads::new(threads).unwrap();
+        let pool = SolverPool::new(&threads, "auto", solver_by_name)
             .unwrap()
             .unwrap();
         (pool, Worker::new(solver))

@@ -124,9 +124,10 @@ impl MoreauPipeline {
         {
             return Err(StepError::Dt(dt));
         }
+        let stepper = MoreauStepper::with_solvers(settings.stepper.clone(), table)?;
         Ok(MoreauPipeline {
-            stepper: MoreauStepper::with_solvers(settings.stepper.clone(), table)?,
-            detector: Detector::new(settings.detection),
+            detector: Detector::new(settings.detection, stepper.threads()),
+            stepper,
             settings,
             bodies: Bodies::default(),
             joints: Joints::default(),
@@ -324,6 +325,7 @@ impl MoreauPipeline {
     /// [`StepError::Threads`], [`StepError::Spawn`]; nothing is changed then.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), StepError> {
         self.stepper.set_threads(threads)?;
+        self.detector.set_threads(self.stepper.threads());
         self.settings.stepper.threads = threads;
         Ok(())
     }

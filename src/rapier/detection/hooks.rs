@@ -18,7 +18,7 @@ use crate::dynamics::{NormalLaw, Pose64};
 use crate::rapier::parry::query::TrackedContact;
 use crate::rapier::parry::shape::PackedFeatureId;
 
-/// The user's hooks and the world that they see.
+/// The user's hooks and the world that they see. They are called on the caller's thread alone.
 #[derive(Clone, Copy)]
 pub(in crate::rapier) struct Hooks<'a> {
     pub hooks: &'a dyn PhysicsHooks,

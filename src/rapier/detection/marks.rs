@@ -1,6 +1,7 @@
 //! Values that are remembered for pairs of parts from one query to the next.
 
 use rustc_hash::FxHashMap;
+use std::sync::Arc;
 
 /// Values stored on pairs of parts, by [`super::rows::Row::order`]. A value lasts while the pair has contacts,
 /// and is read once more when the pair has none. It does not last as long as the boxes overlap, as that
@@ -8,28 +9,42 @@ use rustc_hash::FxHashMap;
 #[derive(Default)]
 pub(super) struct Marks {
     now: FxHashMap<[u32; 4], u32>,
-    /// The values of the last pass, during a pass over all pairs.
-    past: FxHashMap<[u32; 4], u32>,
+    /// The values of the last pass, if there are any, during a pass over all pairs. All threads read
+    /// them.
+    past: Option<Arc<FxHashMap<[u32; 4], u32>>>,
 }
 
 impl Marks {
     /// Starts a pass over all pairs: a value that the pass does not store again is dropped.
     pub fn begin(&mut self) {
-        self.past = std::mem::take(&mut self.now);
+        let now = std::mem::take(&mut self.now);
+        self.past = (!now.is_empty()).then(|| Arc::new(now));
+    }
+
+    /// Values for a part of a pass that has begun, over pairs of its own.
+    pub fn begin_part(&mut self, pass: &Marks) {
+        self.now.clear();
+        self.past.clone_from(&pass.past);
+    }
+
+    /// Takes over the values that a part of the pass has stored, and ends the part.
+    pub fn end_part(&mut self, part: &mut Marks) {
+        self.now.extend(part.now.drain());
+        part.past = None;
     }
 
     /// Ends it.
     pub fn end(&mut self) {
-        self.past.clear();
+        self.past = None;
     }
 
     /// Whether the last pass stored values, during a pass.
     pub fn any_past(&self) -> bool {
-        !self.past.is_empty()
+        self.past.is_some()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.past.is_empty() && self.now.is_empty()
+        self.past.is_none() && self.now.is_empty()
     }
 
     /// Keeps the value of a pair that the pass does not look at.
@@ -51,7 +66,8 @@ impl Marks {
     }
 
     pub fn get(&self, order: &[u32; 4]) -> u32 {
-        let known = self.past.get(order).or_else(|| self.now.get(order));
+        let past = self.past.as_ref().and_then(|past| past.get(order));
+        let known = past.or_else(|| self.now.get(order));
         known.copied().unwrap_or(0)
     }
 

@@ -35,6 +35,7 @@ use super::engine::prelude::*;
 use super::joints::OUTSIDE;
 use crate::contact::{Vec2, Vec3};
 use crate::dynamics::{Detection, ModelError};
+use crate::threads::Threads;
 use colliders::Colliders;
 use grid::Grid;
 pub(super) use hooks::Hooks;
@@ -101,14 +102,21 @@ pub(super) struct Detector {
     present: Vec<Present>,
     /// Counts the changes of surface laws.
     laws: u64,
+    /// The threads that share a pass over all pairs.
+    threads: Threads,
 }
 
 impl Detector {
-    pub fn new(drive: DetectionDrive) -> Detector {
+    pub fn new(drive: DetectionDrive, threads: &Threads) -> Detector {
         Detector {
             drive,
+            threads: threads.clone(),
             ..Detector::default()
         }
+    }
+
+    pub fn set_threads(&mut self, threads: &Threads) {
+        self.threads = threads.clone();
     }
 
     /// A number that changes with the properties of surfaces; `None` if hooks may change contacts
@@ -168,7 +176,7 @@ impl Detector {
             ..self.finder(hooks, self.span)
         };
         let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
-        pairs.all(&finder, grid, out);
+        pairs.all(&finder, grid, &self.threads, out);
         self.pairs = pairs;
         Ok(())
     }
@@ -178,7 +186,7 @@ impl Detector {
             colliders: &self.colliders,
             leaves: &self.leaves,
             apart: &self.apart,
-            hooks,
+            hooks: Some(hooks),
             present: &self.present,
             span,
             step: span.dt,

@@ -9,12 +9,13 @@ use super::leaves::{Leaf, Leaves};
 use super::marks::Marks;
 use super::output::Group;
 use super::points::Pair;
-use super::rows::{Row, Rows};
+use super::rows::{Row, Rows, retain};
 use super::seams::Tie;
 use super::terms::{Apart, Terms};
 use super::{Present, Span, present, shapes};
 use crate::dynamics::Detection;
 use crate::rapier::parry::query::{DefaultQueryDispatcher, QueryDispatcher};
+use crate::threads::Threads;
 use rustc_hash::FxHashSet;
 
 /// All pairs of parts, and the buffers of the narrow phase.
@@ -22,6 +23,10 @@ use rustc_hash::FxHashSet;
 pub(super) struct Pairs {
     pub rows: Rows,
     scratch: Scratch,
+    /// Of the further parts of a pass that several threads share.
+    parts: Vec<PassPart>,
+    /// Number of contacts of the last pass, for the size of the next.
+    contacts: usize,
 }
 
 /// A contact that only makes events: its groups or a hook forbid it to push, or neither body can
@@ -42,6 +47,48 @@ struct Scratch {
     ties: Vec<Tie>,
     /// Sides of two-sided segments on which pairs touch.
     faces: Marks,
+}
+
+/// What one further part of a pass finds.
+#[derive(Default)]
+struct PassPart {
+    scratch: Scratch,
+    out: Detection,
+}
+
+impl Scratch {
+    /// Empties the buffers, for a part of a `pass` that has begun.
+    fn begin_part(&mut self, pass: &Scratch) {
+        self.event_contacts.clear();
+        self.ties.clear();
+        self.marks.begin_part(&pass.marks);
+        self.faces.begin_part(&pass.faces);
+    }
+
+    /// Takes over what a part of the pass has found, whose first contact is `first`.
+    fn end_part(&mut self, part: &mut Scratch, first: usize) {
+        self.event_contacts.append(&mut part.event_contacts);
+        self.ties.extend(part.ties.drain(..).map(|mut tie| {
+            tie.contact += first;
+            tie
+        }));
+        self.marks.end_part(&mut part.marks);
+        self.faces.end_part(&mut part.faces);
+    }
+}
+
+/// Least work of a part of a pass, in contacts: some 100 µs.
+const LEAST: usize = 500;
+
+/// Number of pairs out of reach that take as long as one contact.
+const FAR: usize = 16;
+
+/// What holds in all of a pass over all pairs.
+struct Pass<'a> {
+    grid: Option<&'a Grid>,
+    /// Whether a hook has stored values.
+    marked: bool,
+    any_asleep: bool,
 }
 
 impl Pairs {
@@ -82,9 +129,14 @@ impl Pairs {
     }
 
     /// Contacts of all pairs; drops pairs whose boxes no longer overlap.
-    pub fn all(&mut self, finder: &Finder, grid: Option<&Grid>, out: &mut Detection) {
+    pub fn all(
+        &mut self,
+        finder: &Finder,
+        grid: Option<&Grid>,
+        threads: &Threads,
+        out: &mut Detection,
+    ) {
         let scratch = &mut self.scratch;
-        let mut group = Group::default();
         scratch.event_contacts.clear();
         scratch.ties.clear();
         scratch.marks.begin();
@@ -92,37 +144,66 @@ impl Pairs {
             scratch.faces.begin();
         }
         // a pair with a stored value goes to the hook once more when it has no contacts
-        let marked = scratch.marks.any_past();
-        let near = &finder.leaves.near;
-        let any_asleep = finder.present.iter().any(|body| body.asleep);
-        self.rows.retain(|[a, b], budget| {
-            if any_asleep && finder.asleep([a, b]) {
-                let order = Row::order([a, b], &finder.leaves.names);
-                scratch.marks.keep(&order);
-                scratch.faces.keep(&order);
-                return Some(budget);
-            }
-            if let Some(grid) = grid {
-                let (one, two) = (&near[a as usize], &near[b as usize]);
-                if one.reached + two.reached < budget {
-                    return Some(budget);
-                }
-                if (grid.moved(a) || grid.moved(b)) && !grid.overlap(a, b) {
-                    return None;
-                }
-                if one.apart(two) && !marked {
-                    return Some(budget);
-                }
-            }
-            let travel = &finder.leaves.travel;
-            match finder.contacts([a, b], &mut group, scratch, out) {
-                Some(bound) => Some(travel[a as usize] + travel[b as usize] + bound),
-                None => Some(budget),
-            }
-        });
-        scratch.marks.end();
-        scratch.faces.end();
-        finder.break_ties(&scratch.ties, &mut out.contacts);
+        let pass = Pass {
+            grid,
+            marked: scratch.marks.any_past(),
+            any_asleep: finder.present.iter().any(|body| body.asleep),
+        };
+        let before = out.contacts.len();
+        let parts = match pass.marked || !finder.midpoint {
+            true => 1,
+            false => threads.parts(self.rows.len() / FAR + self.contacts, LEAST),
+        };
+        if parts == 1 || finder.colliders.any_hooks() {
+            let mut group = Group::default();
+            (self.rows).retain(|pair, budget| {
+                finder.visit(&pass, pair, budget, &mut group, &mut self.scratch, out)
+            });
+        } else {
+            self.share_out(&pass, finder, threads, parts, out);
+        }
+        self.contacts = out.contacts.len() - before;
+        self.scratch.marks.end();
+        self.scratch.faces.end();
+        finder.break_ties(&self.scratch.ties, &mut out.contacts);
+    }
+
+    /// [`Pairs::all`] in parts, for the threads to share: each finds the contacts of its pairs, which
+    /// are then put together in order.
+    fn share_out(
+        &mut self,
+        pass: &Pass,
+        finder: &Finder,
+        threads: &Threads,
+        parts: usize,
+        out: &mut Detection,
+    ) {
+        self.parts.resize_with(parts - 1, PassPart::default);
+        for part in &mut self.parts {
+            part.scratch.begin_part(&self.scratch);
+            part.out.wants_near = out.wants_near;
+        }
+        let slices = self.rows.split(parts, &finder.leaves.names);
+        let lengths: Vec<usize> = slices.iter().map(|rows| rows.len()).collect();
+        // the first part needs no copy
+        let first = std::iter::once((&mut self.scratch, &mut *out));
+        let others = self.parts.iter_mut();
+        let buffers = first.chain(others.map(|part| (&mut part.scratch, &mut part.out)));
+        let copy = finder.without_hooks();
+        let kept = threads.map(
+            slices.into_iter().zip(buffers).collect(),
+            |(rows, (scratch, out))| {
+                let (finder, mut group) = (copy(), Group::default());
+                retain(rows, |pair, budget| {
+                    finder.visit(pass, pair, budget, &mut group, scratch, out)
+                })
+            },
+        );
+        self.rows.close_up(lengths.into_iter().zip(kept));
+        for part in &mut self.parts {
+            self.scratch.end_part(&mut part.scratch, out.contacts.len());
+            out.append(&mut part.out);
+        }
     }
 
     /// Whether all pairs of parts of two `relevant` bodies are out of reach.
@@ -176,7 +257,8 @@ pub(super) struct Finder<'a> {
     pub colliders: &'a Colliders,
     pub leaves: &'a Leaves,
     pub apart: &'a Apart,
-    pub hooks: Hooks<'a>,
+    /// `None` if they are not asked: no collider has any.
+    pub hooks: Option<Hooks<'a>>,
     pub present: &'a [Present],
     pub span: Span,
     /// Length of the step \[s\]; the span may look farther ahead.
@@ -188,7 +270,64 @@ pub(super) struct Finder<'a> {
     pub within: bool,
 }
 
+impl<'a> Finder<'a> {
+    /// Makes copies for other threads, where the user's hooks cannot be called.
+    fn without_hooks(&self) -> impl Fn() -> Finder<'a> + Sync + use<'a> {
+        let (colliders, leaves, apart) = (self.colliders, self.leaves, self.apart);
+        let (present, span, step) = (self.present, self.span, self.step);
+        let (midpoint, within) = (self.midpoint, self.within);
+        move || Finder {
+            colliders,
+            leaves,
+            apart,
+            hooks: None,
+            present,
+            span,
+            step,
+            midpoint,
+            within,
+        }
+    }
+}
+
 impl Finder<'_> {
+    /// Visits one pair in a pass over all, see [`retain`].
+    #[inline]
+    fn visit(
+        &self,
+        pass: &Pass,
+        [a, b]: [u32; 2],
+        budget: f64,
+        group: &mut Group,
+        scratch: &mut Scratch,
+        out: &mut Detection,
+    ) -> Option<f64> {
+        if pass.any_asleep && self.asleep([a, b]) {
+            let order = Row::order([a, b], &self.leaves.names);
+            scratch.marks.keep(&order);
+            scratch.faces.keep(&order);
+            return Some(budget);
+        }
+        if let Some(grid) = pass.grid {
+            let near = &self.leaves.near;
+            let (one, two) = (&near[a as usize], &near[b as usize]);
+            if one.reached + two.reached < budget {
+                return Some(budget);
+            }
+            if (grid.moved(a) || grid.moved(b)) && !grid.overlap(a, b) {
+                return None;
+            }
+            if one.apart(two) && !pass.marked {
+                return Some(budget);
+            }
+        }
+        let travel = &self.leaves.travel;
+        match self.contacts([a, b], group, scratch, out) {
+            Some(bound) => Some(travel[a as usize] + travel[b as usize] + bound),
+            None => Some(budget),
+        }
+    }
+
     /// Adds the contacts of a pair; `group` is the state of the pairs before.
     ///
     /// Returns a lower bound of the gap \[m\]; `None` if no kernel was called.
@@ -324,7 +463,9 @@ impl Finder<'_> {
                     out.add_near(near);
                 }
             }
-            if terms.modified {
+            if terms.modified
+                && let Some(hooks) = self.hooks
+            {
                 let known = self.known(sides)?;
                 let order = Row::order(leaves, &self.leaves.names);
                 let mut mark = scratch.marks.get(&order);
@@ -334,7 +475,6 @@ impl Finder<'_> {
                 }
                 let mut setting = self.setting(sides, terms, covered);
                 let subs = sides.map(|leaf| leaf.sub);
-                let hooks = self.hooks;
                 let left = hooks.modify(known, poses, subs, found, &mut setting, &mut mark);
                 scratch.marks.set(order, if none { 0 } else { mark });
                 for (touch, speed) in left {

@@ -108,17 +108,40 @@ impl Rows {
         self.list.iter()
     }
 
-    /// Visits all pairs in their order. `look` receives the leaves and the budget of a pair and
-    /// returns its new budget, or `None` to drop the pair.
-    pub fn retain(&mut self, mut look: impl FnMut([u32; 2], f64) -> Option<f64>) {
-        let mut end = 0;
-        for k in 0..self.list.len() {
-            // by value: reading a row as a whole just after writing its halves would stall
-            let Row { leaves, budget } = self.list[k];
-            if let Some(budget) = look(leaves, budget) {
-                self.list[end] = Row { leaves, budget };
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Visits all pairs in their order, see [`retain`].
+    pub fn retain(&mut self, look: impl FnMut([u32; 2], f64) -> Option<f64>) {
+        let kept = retain(&mut self.list, look);
+        self.list.truncate(kept);
+    }
+
+    /// Splits the pairs into at most `parts`, of which no two have pairs of the same two colliders:
+    /// what is found for a pair depends on others of its colliders.
+    pub fn split(&mut self, parts: usize, names: &[Name]) -> Vec<&mut [Row]> {
+        let of = |row: &Row| row.leaves.map(|leaf| names[leaf as usize].slot);
+        let (count, mut start) = (self.list.len(), 0);
+        let (mut rest, mut found) = (self.list.as_mut_slice(), Vec::with_capacity(parts));
+        for k in 1..=parts {
+            let mut end = (k * count / parts).saturating_sub(start).min(rest.len());
+            while end > 0 && end < rest.len() && of(&rest[end - 1]) == of(&rest[end]) {
                 end += 1;
             }
+            let (part, others) = rest.split_at_mut(end);
+            (rest, start) = (others, start + end);
+            found.push(part);
+        }
+        found
+    }
+
+    /// Drops what [`retain`] has left over in parts of these lengths, of which it has kept so many.
+    pub fn close_up(&mut self, parts: impl Iterator<Item = (usize, usize)>) {
+        let (mut start, mut end) = (0, 0);
+        for (length, kept) in parts {
+            self.list.copy_within(start..start + kept, end);
+            (start, end) = (start + length, end + kept);
         }
         self.list.truncate(end);
     }
@@ -131,6 +154,24 @@ impl Rows {
             .iter()
             .take_while(move |row| of(row) == slots)
     }
+}
+
+/// Visits some pairs in their order. `look` receives the leaves and the budget of a pair and returns
+/// its new budget, or `None` to drop the pair. Returns how many pairs it keeps: they come first.
+pub(super) fn retain(
+    rows: &mut [Row],
+    mut look: impl FnMut([u32; 2], f64) -> Option<f64>,
+) -> usize {
+    let mut end = 0;
+    for k in 0..rows.len() {
+        // by value: reading a row as a whole just after writing its halves would stall
+        let Row { leaves, budget } = rows[k];
+        if let Some(budget) = look(leaves, budget) {
+            rows[end] = Row { leaves, budget };
+            end += 1;
+        }
+    }
+    end
 }
 
 /// Number of rows before a key. A galloping search from the front, where memory is read anyway.
@@ -188,5 +229,42 @@ mod tests {
                 .collect::<Vec<_>>(),
             [[3, 9, 0, 0]]
         );
+    }
+
+    /// No part begins within the pairs of two colliders; what a visit drops is gone, the rest in order.
+    #[test]
+    fn parts_end_between_colliders_and_close_up() {
+        // 60 leaves, of which collider 5 has 40
+        let slot = |leaf: u32| if leaf < 40 { 5 } else { leaf - 30 };
+        let names = (0..60).map(|leaf| Name {
+            slot: slot(leaf),
+            sub: leaf,
+            body: slot(leaf),
+        });
+        let names: Vec<_> = names.collect();
+        for parts in [1, 2, 3, 7, 100, 2000] {
+            let (mut one, mut several) = (Rows::default(), Rows::default());
+            for rows in [&mut one, &mut several] {
+                let all = (0..60u32).flat_map(|b| (0..b).map(move |a| [a, b]));
+                all.for_each(|[a, b]| rows.add(a, b, &names));
+                rows.sort(&names);
+            }
+            let look = |[a, b]: [u32; 2], _| ((a + b) % 3 > 0).then(|| f64::from(a));
+            one.retain(look);
+            let slices = several.split(parts, &names);
+            assert_eq!(slices.len(), parts);
+            let ends: Vec<_> = slices
+                .iter()
+                .filter_map(|part| Some([part.first()?, part.last()?]))
+                .map(|ends| ends.map(|row| row.leaves.map(|leaf| names[leaf as usize].slot)))
+                .collect();
+            assert!(ends.windows(2).all(|two| two[0][1] < two[1][0]));
+            let kept: Vec<_> = slices
+                .into_iter()
+                .map(|part| (part.len(), retain(part, look)))
+                .collect();
+            several.close_up(kept.into_iter());
+            assert_eq!(one.list, several.list);
+        }
     }
 }

@@ -33,7 +33,7 @@ pub(super) const FLUSH: f64 = 1e-3;
 /// A contact at a corner that could as well be met along other directions.
 pub(super) struct Tie {
     /// Its index among all contacts.
-    contact: usize,
+    pub contact: usize,
     /// Whether it is stored twice, as two contacts at the same point.
     twice: bool,
     setting: Pair,

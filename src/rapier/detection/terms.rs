@@ -95,11 +95,12 @@ impl Finder<'_> {
         };
         !(still(sides[0]) && still(sides[1]))
             && known[0].may_push(known[1])
-            && self.hooks.lets_push(known)
+            && self.hooks.is_none_or(|hooks| hooks.lets_push(known))
     }
 
     /// Whether two colliders may make an intersection event.
     pub(super) fn may_cross(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        known[0].may_meet(known[1], self.kinds(sides)) && self.hooks.lets_cross(known)
+        known[0].may_meet(known[1], self.kinds(sides))
+            && self.hooks.is_none_or(|hooks| hooks.lets_cross(known))
     }
 }
