@@ -4,7 +4,9 @@ use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::events::LOCATED_CROWD;
 use super::first_step::{drives, is_driven};
 use super::gap_resolution::noise_of;
-use super::interval::{Block, Interval, Source, belongs, diagonal, movable, side_velocities};
+use super::interval::{
+    Block, Collected, Interval, Source, belongs, diagonal, movable, side_velocities,
+};
 use super::joint_rules::{JointSituation, joint_impact_rule, joint_rule};
 use super::model::{ContactKey, ContactPoint, JointKind, JointRow, NormalLaw};
 use super::rules::{
@@ -13,9 +15,34 @@ use super::rules::{
 };
 use super::visco_elastic::Springs;
 use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::threads::Threads;
+use std::ops::Range;
 
 /// Least penetration of a limit that is closed by position: \[m or rad\], and relative to its arm.
 const PASSED: f64 = 1e-9;
+
+/// Least number of contacts for a thread: some 100 µs.
+const LEAST: usize = 1000;
+
+/// What the choice of a rule depends on besides the interval.
+struct Choices<'a> {
+    rules: &'a Rules,
+    cache: &'a CachedContacts,
+    members: Option<&'a [bool]>,
+    inverse_mass: &'a [Vec3],
+    span: Span,
+    springs: Springs,
+}
+
+impl Choices<'_> {
+    /// Where to search the cache for contacts from number `start` on. They are in nearly the same order
+    /// as the entries, and about as many.
+    fn place(&self, start: usize, contacts: &[ContactPoint]) -> usize {
+        let entries = self.cache.entries().len();
+        let guess = start * entries / contacts.len();
+        self.cache.place(&contacts[start].key, guess)
+    }
+}
 
 impl Interval {
     /// Chooses the rule of every contact and joint among `members` (all bodies if `None`).
@@ -26,34 +53,90 @@ impl Interval {
         members: Option<&[bool]>,
         inverse_mass: &[Vec3],
         span: Span,
+        threads: &Threads,
     ) {
         self.clear_blocks();
         self.driven = drives(&self.start, inverse_mass);
-        let contacts = std::mem::take(&mut self.detection.contacts);
-        let springs = Springs::of(&contacts, inverse_mass.len());
-        for (index, contact) in contacts.iter().enumerate() {
+        let contacts = &self.detection.contacts;
+        let count = contacts.len();
+        let choices = Choices {
+            rules,
+            cache,
+            members,
+            inverse_mass,
+            span,
+            springs: Springs::of(contacts, inverse_mass.len()),
+        };
+        let ends = threads.split(count, count / LEAST);
+        let mut parts = std::mem::take(&mut self.parts);
+        parts.resize_with(parts.len().max(ends.len() - 1), Collected::default);
+        let mut own = Collected::default();
+        self.swap_blocks(&mut own);
+        // joints are searched for behind the last contact
+        let mut next = cache.next();
+        if let [_] = ends[..] {
+            self.collect_contacts(&choices, 0..count, &mut next, &mut own);
+        } else {
+            let starts = std::iter::once(0).chain(ends.iter().copied());
+            let into = std::iter::once(&mut own).chain(&mut parts);
+            let jobs = starts.zip(&ends).zip(into).collect();
+            let this = &*self;
+            let last = threads.map(jobs, |((start, &end), into)| {
+                let mut next = match start {
+                    0 => next,
+                    _ => choices.place(start, &this.detection.contacts),
+                };
+                this.collect_contacts(&choices, start..end, &mut next, into);
+                next
+            });
+            next = last.last().copied().unwrap_or(next);
+            parts.iter_mut().for_each(|part| own.append(part));
+        }
+        cache.set_next(next);
+        self.swap_blocks(&mut own);
+        self.parts = parts;
+        self.collect_joints(rules, cache, members, inverse_mass, span);
+    }
+
+    /// Chooses the rules of some contacts, and adds the blocks of those that take part to `into`.
+    /// `next` is that of [`CachedContacts::find`].
+    fn collect_contacts(
+        &self,
+        choices: &Choices,
+        range: Range<usize>,
+        next: &mut usize,
+        into: &mut Collected,
+    ) {
+        let &Choices {
+            rules,
+            cache,
+            members,
+            inverse_mass,
+            span,
+            ref springs,
+        } = choices;
+        for index in range {
+            let contact = &self.detection.contacts[index];
             let movable = movable(contact.rows.bodies, inverse_mass);
             let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-            if rigid && movable != [NO_BODY; 2] && self.pairs.last() != Some(&contact.key.pair) {
-                self.pairs.push(contact.key.pair);
+            if rigid && movable != [NO_BODY; 2] && into.pairs.last() != Some(&contact.key.pair) {
+                into.pairs.push(contact.key.pair);
             }
             let Some(sides) = self.receiving(contact, movable, members) else {
                 continue;
             };
-            let cached = cache.get(&contact.key);
+            let cached = cache.find(&contact.key, next);
             let mut now = self.situation(rules, contact, cached, inverse_mass, span);
             now.rates = springs.rates(contact, inverse_mass);
             match rule(rules, contact, &now) {
                 Choice::Inactive => {}
-                Choice::Deferred => self.deferred.push(index),
+                Choice::Deferred => into.deferred.push(index),
                 Choice::Active(rule) => {
                     let warm = cached.map_or(Vec2::zeros(), |m| m.impulse * (span.length / m.dt));
-                    self.push_contact(index, contact, sides, &now, rule, warm);
+                    push_contact(into, index, contact, sides, &now, rule, warm);
                 }
             }
         }
-        self.detection.contacts = contacts;
-        self.collect_joints(rules, cache, members, inverse_mass, span);
     }
 
     /// The data that the rule of a contact depends on; `cached` is the contact's cache entry.
@@ -108,38 +191,6 @@ impl Interval {
             sought: self.sought == Some(contact.surfaces),
             rates: [0.0; 2],
         }
-    }
-
-    #[inline]
-    fn push_contact(
-        &mut self,
-        index: usize,
-        contact: &ContactPoint,
-        sides: [u32; 2],
-        now: &Situation,
-        Rule { free, law, impact }: Rule,
-        warm: Vec2,
-    ) {
-        let loaded = matches!(contact.law, NormalLaw::Load { .. });
-        // under a given load only friction is solved: its row comes first
-        let rows = |v: Vec2| if loaded { Vec2::new(v.y, 0.0) } else { v };
-        let gamma_f = rows(now.gamma_f);
-        let block = Block {
-            source: Source::Contact(index),
-            bodies: contact.rows.bodies,
-            gamma_a: rows(now.gamma_a),
-            gamma_f,
-            impact,
-            bilateral: false,
-            loaded,
-            pressed_before: now.pressed,
-            stuck_before: now.stuck,
-            continues: now.pressed || now.left.is_some(),
-            on_surface: now.left.is_some_and(|left| left.on_surface),
-            held: held_depth(now),
-            turning: now.turning,
-        };
-        self.push(block, sides, gamma_f + free, law, rows(warm));
     }
 
     /// Collects the blocks of an instant: joints, and contacts for which `restitution` returns a
@@ -249,6 +300,39 @@ impl Interval {
         self.energies.clear();
         self.energies.resize(joints, JointEnergy::default());
     }
+}
+
+/// Adds the block of a contact.
+#[inline]
+fn push_contact(
+    into: &mut Collected,
+    index: usize,
+    contact: &ContactPoint,
+    sides: [u32; 2],
+    now: &Situation,
+    Rule { free, law, impact }: Rule,
+    warm: Vec2,
+) {
+    let loaded = matches!(contact.law, NormalLaw::Load { .. });
+    // under a given load only friction is solved: its row comes first
+    let rows = |v: Vec2| if loaded { Vec2::new(v.y, 0.0) } else { v };
+    let gamma_f = rows(now.gamma_f);
+    let block = Block {
+        source: Source::Contact(index),
+        bodies: contact.rows.bodies,
+        gamma_a: rows(now.gamma_a),
+        gamma_f,
+        impact,
+        bilateral: false,
+        loaded,
+        pressed_before: now.pressed,
+        stuck_before: now.stuck,
+        continues: now.pressed || now.left.is_some(),
+        on_surface: now.left.is_some_and(|left| left.on_surface),
+        held: held_depth(now),
+        turning: now.turning,
+    };
+    into.push(block, sides, gamma_f + free, law, rows(warm));
 }
 
 /// `h |γ_A − γ_E,prev| / 2` \[m\], the depth at which `b = g/h` is steady on a curved path, and the

@@ -5,8 +5,9 @@ use super::record::ImpactRecord;
 use crate::contact::Vec2;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
-use std::cell::{Cell, OnceCell};
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One joint's share of the energy that the pins and locks of its island have added; all have equal
 /// shares.
@@ -136,22 +137,56 @@ impl Overlaps {
 ///
 /// The next step meets nearly the same ones in nearly the same order. So a search starts behind the
 /// entry found last, and uses the index by key only if that fails.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct CachedContacts {
     entries: Vec<(ContactKey, CachedContact)>,
-    /// Position behind the entry found last.
-    next: Cell<usize>,
+    /// Position behind the entry found last. Only the time of a search depends on it.
+    next: AtomicUsize,
     /// Built at its first use.
-    index: OnceCell<FxHashMap<ContactKey, u32>>,
+    index: OnceLock<FxHashMap<ContactKey, u32>>,
+}
+
+impl Clone for CachedContacts {
+    fn clone(&self) -> Self {
+        self.entries.iter().copied().collect()
+    }
 }
 
 /// Number of entries to compare before the index is used.
 const AHEAD: usize = 4;
 
+/// Number of entries on either side of a guess to compare.
+const AROUND: usize = 64;
+
 impl CachedContacts {
     pub fn get(&self, key: &ContactKey) -> Option<&CachedContact> {
+        let mut next = self.next();
+        let found = self.find(key, &mut next);
+        self.set_next(next);
+        found
+    }
+
+    /// Position behind the entry found last.
+    pub fn next(&self) -> usize {
+        self.next.load(Ordering::Relaxed)
+    }
+
+    pub fn set_next(&self, next: usize) {
+        self.next.store(next, Ordering::Relaxed);
+    }
+
+    /// The position from which to search for a key and those after it, near a guess.
+    pub fn place(&self, key: &ContactKey, guess: usize) -> usize {
+        let is_it = |at: &usize| self.entries.get(*at).is_some_and(|(k, _)| k == key);
+        let around = (0..AROUND).flat_map(|d| [guess + d, guess.saturating_sub(d)]);
+        around.into_iter().find(is_it).unwrap_or(guess)
+    }
+
+    /// The entry of a key; `next` is the position behind the entry found last, of this search.
+    #[inline]
+    pub fn find(&self, key: &ContactKey, next: &mut usize) -> Option<&CachedContact> {
         // wrap around behind the last entry
-        let from = self.next.get() % self.entries.len().max(1);
+        let from = *next % self.entries.len().max(1);
         let ahead = self.entries.get(from..).unwrap_or(&[]).iter();
         let found = match ahead.take(AHEAD).position(|(k, _)| k == key) {
             Some(steps) => from + steps,
@@ -163,7 +198,7 @@ impl CachedContacts {
                 *index.get(key)? as usize
             }
         };
-        self.next.set(found + 1);
+        *next = found + 1;
         Some(&self.entries[found].1)
     }
 
@@ -183,7 +218,7 @@ impl CachedContacts {
 
     pub fn clear(&mut self) {
         self.entries.clear();
-        self.next.set(0);
+        self.set_next(0);
         self.index.take();
     }
 

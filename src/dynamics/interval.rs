@@ -81,6 +81,46 @@ pub(super) struct Interval {
     pub crowded: Vec<u32>,
     /// The pair of surfaces whose landing is located: no crowd keeps it from closing.
     pub sought: Option<[u32; 2]>,
+    /// What threads collect, kept to reuse its memory.
+    pub parts: Vec<Collected>,
+}
+
+/// The blocks of some contacts, in the fields of [`Interval`].
+#[derive(Default)]
+pub(super) struct Collected {
+    pub blocks: Vec<Block>,
+    pub sides: Vec<[u32; 2]>,
+    pub bias: Vec<Vec2>,
+    pub laws: Vec<Law>,
+    pub warm: Vec<Vec2>,
+    pub pairs: Vec<u64>,
+    pub deferred: Vec<usize>,
+}
+
+impl Collected {
+    /// Adds a block with its `b` and its start impulse.
+    #[inline]
+    pub fn push(&mut self, block: Block, sides: [u32; 2], bias: Vec2, law: Law, warm: Vec2) {
+        self.blocks.push(block);
+        self.sides.push(sides);
+        self.bias.push(bias);
+        self.laws.push(law);
+        self.warm.push(warm);
+    }
+
+    /// Takes over the blocks of the contacts that follow.
+    pub fn append(&mut self, next: &mut Collected) {
+        // a pair is listed once, also if its contacts are in both
+        let again = !next.pairs.is_empty() && self.pairs.last() == next.pairs.first();
+        self.pairs
+            .extend(next.pairs.drain(..).skip(usize::from(again)));
+        self.blocks.append(&mut next.blocks);
+        self.sides.append(&mut next.sides);
+        self.bias.append(&mut next.bias);
+        self.laws.append(&mut next.laws);
+        self.warm.append(&mut next.warm);
+        self.deferred.append(&mut next.deferred);
+    }
 }
 
 impl Interval {
@@ -157,6 +197,17 @@ impl Interval {
         self.bias.push(bias);
         self.laws.push(law);
         self.warm.push(warm);
+    }
+
+    /// Exchanges all blocks of contacts with those of `other`.
+    pub fn swap_blocks(&mut self, other: &mut Collected) {
+        std::mem::swap(&mut self.blocks, &mut other.blocks);
+        std::mem::swap(&mut self.sides, &mut other.sides);
+        std::mem::swap(&mut self.bias, &mut other.bias);
+        std::mem::swap(&mut self.laws, &mut other.laws);
+        std::mem::swap(&mut self.warm, &mut other.warm);
+        std::mem::swap(&mut self.pairs, &mut other.pairs);
+        std::mem::swap(&mut self.deferred, &mut other.deferred);
     }
 
     /// Removes all collected blocks.

@@ -271,7 +271,8 @@ impl MoreauStepper {
         if rules.events {
             find_crowds(interval, w);
         }
-        interval.collect(rules, &self.cache.contacts, None, w, Span::whole(dt));
+        let (cache, span) = (&self.cache.contacts, Span::whole(dt));
+        interval.collect(rules, cache, None, w, span, &self.threads);
         let recovers = self.settings.recovers();
         let overlaps = recovers.then(|| find_overlaps(&self.cache.overlaps, interval, w));
         match &overlaps {

@@ -15,17 +15,24 @@ mod pool;
 
 pub(crate) use pool::Threads;
 
-/// Parts for each thread. More than one, as parts are of unequal cost and threads wake late.
-const PARTS: usize = 3;
+/// Into how many pieces to split the share of a thread: pieces are of unequal cost, and threads wake
+/// late.
+const PIECES: usize = 3;
 
 impl Threads {
-    /// Number of parts into which to split work on `count` things, of which each part has at least
-    /// `least`: 1 for one thread.
-    pub fn parts(&self, count: usize, least: usize) -> usize {
-        match self.count() {
-            1 => 1,
-            threads => (count / least.max(1)).clamp(1, PARTS * threads),
+    /// The ends of the parts into which to split a list of `count` things; `most` parts are worth
+    /// their cost.
+    ///
+    /// The first part is the share of one thread, which the caller begins with at once and need not
+    /// copy. The others are pieces of the shares of the other threads.
+    pub fn split(&self, count: usize, most: usize) -> Vec<usize> {
+        let threads = self.count();
+        let pieces = most.min(PIECES * threads);
+        if threads == 1 || pieces < 2 {
+            return vec![count];
         }
+        let first = pieces.div_ceil(threads);
+        (first..=pieces).map(|k| k * count / pieces).collect()
     }
 
     /// Calls `one` on every part. Returns the results in the order of the parts.

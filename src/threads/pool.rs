@@ -102,10 +102,12 @@ mod tests {
 
     #[test]
     fn what_is_small_is_one_part() {
-        let parts = |threads, count| Threads::new(threads).unwrap().parts(count, 100);
-        assert_eq!(parts(1, 1_000_000), 1);
-        assert_eq!([0, 99, 199].map(|count| parts(2, count)), [1; 3]);
-        assert_eq!(parts(2, 250), 2);
-        assert_eq!(parts(2, 1_000_000), 2 * super::super::PARTS);
+        let split = |threads, most| Threads::new(threads).unwrap().split(600, most);
+        assert_eq!(split(1, 1_000_000), [600]);
+        assert_eq!(split(2, 0), [600]);
+        assert_eq!(split(2, 1), [600]);
+        assert_eq!(split(2, 2), [300, 600]);
+        assert_eq!(split(2, 1_000_000), [300, 400, 500, 600]);
+        assert_eq!(split(3, 3), [200, 400, 600]);
     }
 }

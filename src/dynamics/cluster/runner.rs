@@ -18,6 +18,7 @@ use crate::dynamics::rules::{Rules, Span};
 use crate::dynamics::settings::{StepError, check_finite};
 use crate::dynamics::solution::Solution;
 use crate::dynamics::solve::IslandSolver;
+use crate::threads::Threads;
 
 /// What ends an interval.
 pub(super) enum Next {
@@ -416,7 +417,9 @@ impl Runner {
         self.add_held();
         let (interval, cache) = (&mut self.interval, self.own_contacts.as_ref());
         let cache = cache.unwrap_or(context.cache);
-        interval.collect(rules, cache, Some(&self.members), w, span);
+        // a few bodies: nothing to share out
+        let threads = Threads::default();
+        interval.collect(rules, cache, Some(&self.members), w, span, &threads);
         let solution = &mut self.solution;
         solver.solve(interval, solution, w, rules);
         let outcomes = solution.outcomes.iter();

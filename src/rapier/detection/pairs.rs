@@ -150,17 +150,18 @@ impl Pairs {
             any_asleep: finder.present.iter().any(|body| body.asleep),
         };
         let before = out.contacts.len();
-        let parts = match pass.marked || !finder.midpoint {
+        let most = match pass.marked || !finder.midpoint {
             true => 1,
-            false => threads.parts(self.rows.len() / FAR + self.contacts, LEAST),
+            false => (self.rows.len() / FAR + self.contacts) / LEAST,
         };
-        if parts == 1 || finder.colliders.any_hooks() {
+        let ends = threads.split(self.rows.len(), most);
+        if ends.len() == 1 || finder.colliders.any_hooks() {
             let mut group = Group::default();
             (self.rows).retain(|pair, budget| {
                 finder.visit(&pass, pair, budget, &mut group, &mut self.scratch, out)
             });
         } else {
-            self.share_out(&pass, finder, threads, parts, out);
+            self.share_out(&pass, finder, threads, &ends, out);
         }
         self.contacts = out.contacts.len() - before;
         self.scratch.marks.end();
@@ -175,15 +176,15 @@ impl Pairs {
         pass: &Pass,
         finder: &Finder,
         threads: &Threads,
-        parts: usize,
+        ends: &[usize],
         out: &mut Detection,
     ) {
-        self.parts.resize_with(parts - 1, PassPart::default);
+        self.parts.resize_with(ends.len() - 1, PassPart::default);
         for part in &mut self.parts {
             part.scratch.begin_part(&self.scratch);
             part.out.wants_near = out.wants_near;
         }
-        let slices = self.rows.split(parts, &finder.leaves.names);
+        let slices = self.rows.split(ends, &finder.leaves.names);
         let lengths: Vec<usize> = slices.iter().map(|rows| rows.len()).collect();
         // the first part needs no copy
         let first = std::iter::once((&mut self.scratch, &mut *out));

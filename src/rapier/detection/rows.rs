@@ -118,14 +118,14 @@ impl Rows {
         self.list.truncate(kept);
     }
 
-    /// Splits the pairs into at most `parts`, of which no two have pairs of the same two colliders:
-    /// what is found for a pair depends on others of its colliders.
-    pub fn split(&mut self, parts: usize, names: &[Name]) -> Vec<&mut [Row]> {
+    /// Splits the pairs near these places, of which the last is their number. No two parts have pairs
+    /// of the same two colliders: what is found for a pair depends on others of its colliders.
+    pub fn split(&mut self, ends: &[usize], names: &[Name]) -> Vec<&mut [Row]> {
         let of = |row: &Row| row.leaves.map(|leaf| names[leaf as usize].slot);
-        let (count, mut start) = (self.list.len(), 0);
-        let (mut rest, mut found) = (self.list.as_mut_slice(), Vec::with_capacity(parts));
-        for k in 1..=parts {
-            let mut end = (k * count / parts).saturating_sub(start).min(rest.len());
+        let (mut rest, mut start) = (self.list.as_mut_slice(), 0);
+        let mut found = Vec::with_capacity(ends.len());
+        for end in ends {
+            let mut end = end.saturating_sub(start).min(rest.len());
             while end > 0 && end < rest.len() && of(&rest[end - 1]) == of(&rest[end]) {
                 end += 1;
             }
@@ -251,7 +251,9 @@ mod tests {
             }
             let look = |[a, b]: [u32; 2], _| ((a + b) % 3 > 0).then(|| f64::from(a));
             one.retain(look);
-            let slices = several.split(parts, &names);
+            let count = several.len();
+            let ends: Vec<_> = (1..=parts).map(|k| k * count / parts).collect();
+            let slices = several.split(&ends, &names);
             assert_eq!(slices.len(), parts);
             let ends: Vec<_> = slices
                 .iter()
