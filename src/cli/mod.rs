@@ -205,7 +205,7 @@ struct Flags {
     effort: Option<String>,
     #[arg(long, value_name = "N", value_delimiter = ',',
           value_parser = clap::value_parser!(u32).range(1..=MOST_THREADS as i64),
-          help = format!("Threads on which moreau solves islands, 1 to {MOST_THREADS}; results do \
+          help = format!("Threads that share the steps of moreau, 1 to {MOST_THREADS}; results do \
                           not depend on the number. bench takes several numbers, separated by \
                           commas [default: 1]"))]
     threads: Vec<u32>,

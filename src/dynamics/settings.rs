@@ -53,11 +53,12 @@ pub struct StepperSettings {
     /// How hard the impulses of large islands in motion are looked for.
     #[serde(default)]
     pub effort: Effort,
-    /// Number of threads that solve islands, 1 to [`MOST_THREADS`]; no result depends on it.
+    /// Number of threads that share a step, 1 to [`MOST_THREADS`]; no result depends on it.
     ///
-    /// Threads pay from some hundred contacts in several islands on. One island is solved on one
-    /// thread. Islands with dominance, and all islands with a user's own solver, are solved on the
-    /// caller's thread.
+    /// They share the detection of contacts and the choice of their rules from some thousand contacts
+    /// on, and the islands to solve from some hundred contacts in several islands on. One island is
+    /// solved on one thread. Islands with dominance, and all islands with a user's own solver, are
+    /// solved on the caller's thread; so is the detection in a world with hooks.
     #[serde(default = "one")]
     pub threads: usize,
 }

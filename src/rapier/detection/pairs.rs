@@ -6,11 +6,10 @@ use super::colliders::Colliders;
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
-use super::marks::Marks;
 use super::output::Group;
 use super::points::Pair;
 use super::rows::{Row, Rows, retain};
-use super::seams::Tie;
+use super::scratch::{EventContact, Scratch};
 use super::terms::{Apart, Terms};
 use super::{Present, Span, present, shapes};
 use crate::dynamics::Detection;
@@ -29,52 +28,11 @@ pub(super) struct Pairs {
     contacts: usize,
 }
 
-/// A contact that only makes events: its groups or a hook forbid it to push, or neither body can
-/// move.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::rapier) struct EventContact {
-    pub colliders: [ColliderHandle; 2],
-    /// Gap \[m\].
-    pub gap: f64,
-}
-
-/// Output of the narrow phase besides the contacts.
-#[derive(Default)]
-struct Scratch {
-    event_contacts: Vec<EventContact>,
-    touches: Vec<Touch>,
-    marks: Marks,
-    ties: Vec<Tie>,
-    /// Sides of two-sided segments on which pairs touch.
-    faces: Marks,
-}
-
 /// What one further part of a pass finds.
 #[derive(Default)]
 struct PassPart {
     scratch: Scratch,
     out: Detection,
-}
-
-impl Scratch {
-    /// Empties the buffers, for a part of a `pass` that has begun.
-    fn begin_part(&mut self, pass: &Scratch) {
-        self.event_contacts.clear();
-        self.ties.clear();
-        self.marks.begin_part(&pass.marks);
-        self.faces.begin_part(&pass.faces);
-    }
-
-    /// Takes over what a part of the pass has found, whose first contact is `first`.
-    fn end_part(&mut self, part: &mut Scratch, first: usize) {
-        self.event_contacts.append(&mut part.event_contacts);
-        self.ties.extend(part.ties.drain(..).map(|mut tie| {
-            tie.contact += first;
-            tie
-        }));
-        self.marks.end_part(&mut part.marks);
-        self.faces.end_part(&mut part.faces);
-    }
 }
 
 /// Least work of a part of a pass, in contacts: some 100 µs.

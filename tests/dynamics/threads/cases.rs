@@ -1,7 +1,7 @@
 //! Steps of worlds of every kind.
 
 use super::{THREADS, at, grounded, heap, places};
-use moreau2d::dynamics::{Scheme, StepperSettings};
+use moreau2d::dynamics::{Detection, Scheme, StepperSettings};
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
 use moreau2d::solver::Shares;
@@ -57,6 +57,39 @@ fn pressed(world: &mut PhysicsWorld) {
     }
 }
 
+/// A heap of boxes, balls and compounds in a trough of two-sided segments, with so many contacts in one
+/// place that threads share their detection and the choice of their rules.
+fn trough(world: &mut PhysicsWorld) {
+    let wave = |k: usize| Vector::new(0.5 * k as Real - 12.0, 0.1 * (k % 2) as Real + 1.0);
+    let floor = std::iter::once(Vector::new(-12.5, 9.0));
+    let floor = floor
+        .chain((0..49).map(wave))
+        .chain([Vector::new(12.5, 9.0)]);
+    world.insert(
+        RigidBodyBuilder::fixed(),
+        ColliderBuilder::polyline(floor.collect(), None),
+    );
+    for k in 0..2000usize {
+        let (column, row) = (k % 40, k / 40);
+        let place = at(
+            0.53 * column as Real - 10.4 + 0.02 * (row % 3) as Real,
+            1.5 + 0.47 * row as Real,
+        );
+        let body = place.rotation(0.02 * (k % 7) as Real);
+        let part = |y: Real| (Pose::from_translation(Vector::new(0.0, y)), half(k));
+        match k % 4 {
+            0 => world.insert(body, ColliderBuilder::ball(0.22)),
+            1 => world.insert(body, ColliderBuilder::compound(vec![part(-0.1), part(0.1)])),
+            _ => world.insert(body, ColliderBuilder::cuboid(0.24, 0.2)),
+        };
+    }
+}
+
+/// One of the two flat boxes of a compound.
+fn half(k: usize) -> SharedShape {
+    SharedShape::cuboid(0.2 + 0.002 * (k % 5) as Real, 0.1)
+}
+
 /// What a case is stepped with, for how many steps, and what its records must show.
 struct Case {
     name: &'static str,
@@ -74,6 +107,8 @@ struct Counts {
     joints_capped: usize,
     redundant: usize,
     most_islands: usize,
+    /// Contacts found at the end, near ones too.
+    found: usize,
 }
 
 fn cases() -> Vec<Case> {
@@ -142,6 +177,24 @@ fn cases() -> Vec<Case> {
             shows: |c| c.joints_capped > 0,
         },
         Case {
+            name: "a heap in a trough",
+            settings: settings(),
+            world: trough,
+            steps: 30,
+            // below 2000 contacts no work is shared out
+            shows: |c| c.found >= 3000,
+        },
+        Case {
+            name: "a heap in a trough, with events",
+            settings: StepperSettings {
+                events: true,
+                ..settings()
+            },
+            world: trough,
+            steps: 30,
+            shows: |c| c.found >= 3000,
+        },
+        Case {
             name: "towers pressed flat",
             settings: settings(),
             world: pressed,
@@ -185,6 +238,9 @@ fn trace(case: &Case, threads: usize) -> (Vec<String>, Counts) {
             .collect();
         steps.push(format!("{record:?} {states:?}"));
     }
+    let mut found = Detection::default();
+    pipeline.find_contacts(&mut world, &mut found).unwrap();
+    counts.found = found.contacts.len();
     (steps, counts)
 }
 
