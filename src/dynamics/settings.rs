@@ -56,8 +56,10 @@ pub struct StepperSettings {
     /// Number of threads that share a step, 1 to [`MOST_THREADS`]; no result depends on it.
     ///
     /// They share the detection of contacts and the choice of their rules from some thousand contacts
-    /// on, and the islands to solve from some hundred contacts in several islands on. One island is
-    /// solved on one thread. Islands with dominance, and all islands with a user's own solver, are
+    /// on, and the islands to solve from some hundred contacts in several islands on. An island of
+    /// more than 6000 contacts in motion is swept in parts on all threads, any other is solved on one
+    /// thread: a step of `tumbler`, 9400 contacts near enough to close, takes two threads 0.76 of its time
+    /// on one. Islands with dominance, and all islands with a user's own solver, are
     /// solved on the caller's thread; so is the detection in a world with hooks.
     #[serde(default = "one")]
     pub threads: usize,

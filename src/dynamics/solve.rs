@@ -4,6 +4,7 @@ use super::interval::Interval;
 use super::island::{Task, Worker};
 use super::island_cache::IslandCache;
 use super::island_problem::LARGE;
+use super::islands::Islands;
 use super::outcome::IslandResult;
 use super::phases::PhaseClock;
 use super::rules::Rules;
@@ -195,6 +196,18 @@ impl IslandSolver {
                 jobs.push(self.job(k, members, earlier_work, interval));
             }
         }
+        // all threads sweep the parts of one crowd
+        let (crowds, jobs): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| job.crowd);
+        for job in crowds {
+            self.solve_alone(
+                job,
+                &islands,
+                interval,
+                solution,
+                (inverse_mass, rules),
+                set,
+            );
+        }
         let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
         if self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
             let task = self.task(interval, solution, inverse_mass, rules);
@@ -207,11 +220,14 @@ impl IslandSolver {
             self.clock.lap(|t| &mut t.solve);
         } else {
             for job in jobs {
-                let members = islands.blocks(job.island);
-                let task = self.task(interval, solution, inverse_mass, rules);
-                let result = self.solve_here(job, members, task);
-                solution.store(interval, members, self.worker.impulses(), &result);
-                set.store(members[0], result);
+                self.solve_alone(
+                    job,
+                    &islands,
+                    interval,
+                    solution,
+                    (inverse_mass, rules),
+                    set,
+                );
             }
         }
         solution.islands = islands;
@@ -220,6 +236,23 @@ impl IslandSolver {
         }
         solution.end_velocities(interval, inverse_mass);
         set.include_closed(interval, solution)
+    }
+
+    /// Solves an island on the caller's thread, and stores its result.
+    fn solve_alone(
+        &mut self,
+        job: Job,
+        islands: &Islands,
+        interval: &Interval,
+        solution: &mut Solution,
+        (inverse_mass, rules): (&[Vec3], &Rules),
+        set: &mut WorkingSet,
+    ) {
+        let members = islands.blocks(job.island);
+        let task = self.task(interval, solution, inverse_mass, rules);
+        let result = self.solve_here(job, members, task);
+        solution.store(interval, members, self.worker.impulses(), &result);
+        set.store(members[0], result);
     }
 
     /// Solves islands on all threads. Returns their numbers, results and impulses in the order of
@@ -239,7 +272,10 @@ impl IslandSolver {
         let Some(pool) = &mut self.pool else {
             return Vec::new();
         };
+        // each thread has islands of its own now
+        let threads = std::mem::take(&mut self.worker.crowd.threads);
         let solved = pool.solve(&mut self.worker, &mut self.clock, jobs, one);
+        self.worker.crowd.threads = threads;
         let store = |(job, mut result, impulses): (Job, IslandResult, _)| {
             let own = members(job.island);
             self.store(own, job.factors, result.outcome.crowd, task.interval);

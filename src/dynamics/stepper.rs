@@ -84,6 +84,7 @@ impl MoreauStepper {
         let mut solver = IslandSolver::new(solver, settings.tolerance);
         let threads = start(settings.threads)?;
         solver.pool = SolverPool::new(&threads, &settings.solver, table)?;
+        solver.worker.crowd.threads = threads.clone();
         Ok(MoreauStepper {
             solver,
             threads,
@@ -138,6 +139,7 @@ impl MoreauStepper {
         let started = start(threads)?;
         let pool = SolverPool::new(&started, &self.settings.solver, self.table)?;
         self.solver.pool = pool.filter(|_| self.named);
+        self.solver.worker.crowd.threads = started.clone();
         self.threads = started;
         self.settings.threads = threads;
         Ok(())

@@ -1,10 +1,13 @@
 use super::four_sides::{Body, FourSides, is_alone, larger, load_pair, solve_alone};
 use super::groups::{Groups, NOTHING};
 use super::momentum::share;
+use super::parts::{BETWEEN, Parts};
 use crate::contact::{
-    BodyOperator, ContactProblem, Four, Law, Mat2, Rows, Slip, Vec2, Vec3, load_four,
+    BodyOperator, ContactProblem, Four, Law, Mat2, NO_BODY, Rows, Slip, Vec2, Vec3, load_four,
 };
+use crate::threads::Threads;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Gauss-Seidel sweeps with momentum over four contacts at a time, for [`Crowd`](super::crowd::Crowd).
 ///
@@ -15,30 +18,414 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdMask, dispatch, f64x4};
 ///   left after a look at its normal velocities.
 /// - The inverses of the local systems are stored: a sweep does not divide.
 /// - Momentum moves the impulses of a group on when it is visited, not in a pass of its own.
-#[derive(Debug, Clone, Default)]
+/// - The blocks of a large problem lie in [`Parts`], which threads sweep at the same time, and between
+///   them. A sweep forward takes the parts and then what lies between, a sweep back the reverse.
+#[derive(Debug, Default)]
 pub(super) struct CrowdSweep {
+    split: Parts,
+    parts: Vec<Mutex<Part>>,
+    between: Part,
+    /// For each body its number in its part, and that in what lies between.
+    places: Vec<u32>,
+    places_between: Vec<u32>,
+    /// Bodies of parts that blocks between the parts move.
+    borders: Vec<Border>,
+    /// `max_i |b_i|` \[m/s\].
+    free: f64,
+}
+
+/// A body of a part that blocks between the parts move.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    part: u32,
+    /// Its number in the part, and in what lies between.
+    inside: u32,
+    between: u32,
+}
+
+/// What all parts do in a round.
+#[derive(Debug, Clone, Copy, Default)]
+struct Round {
+    backwards: bool,
+    /// β of this sweep, see [`Momentum`](super::momentum::Momentum).
+    momentum: Option<f64>,
+    /// Whether momentum starts here.
+    starts: bool,
+}
+
+/// The problem of a sweep, with its blocks `G_ii` \[1/kg\].
+#[derive(Clone, Copy)]
+pub(super) struct Swept<'a> {
+    pub problem: &'a ContactProblem,
+    pub op: &'a BodyOperator,
+    pub diagonal: &'a [Mat2],
+}
+
+impl Swept<'_> {
+    /// Whether a block must be solved by the general rule.
+    fn is_general(&self, i: usize) -> bool {
+        let g = &self.diagonal[i];
+        let det = g[(0, 0)] * g[(1, 1)] - g[(0, 1)] * g[(0, 1)];
+        let regular = det > 1e-14 * g[(0, 0)] * g[(1, 1)];
+        !regular || is_alone(self.problem, self.op, i)
+    }
+}
+
+impl CrowdSweep {
+    /// Arranges the blocks of a problem and gathers their data. Returns `false` if few blocks can be
+    /// solved at the same time, as in a tower.
+    ///
+    /// # Arguments
+    /// - `start`: impulses, and velocities `M⁻¹ Jᵀ P` of the bodies at them.
+    /// - `open_first`: whether contacts that are probably open come before all others.
+    pub fn begin(
+        &mut self,
+        swept: Swept,
+        start: (&[Vec2], &[Vec3]),
+        open_first: bool,
+        threads: &Threads,
+    ) -> bool {
+        let Swept { problem, op, .. } = swept;
+        self.split.split(op);
+        self.parts.resize_with(self.split.count(), Mutex::default);
+        self.share_bodies(op.inverse_mass.len());
+        self.share_blocks(swept, start.0, open_first);
+        let CrowdSweep {
+            parts,
+            between,
+            places,
+            places_between,
+            ..
+        } = self;
+        let gathers = |part: &mut Part| {
+            part.gather(swept, start, places);
+            part.fours.len()
+        };
+        let all: Vec<&mut Part> = parts.iter_mut().map(inside).collect();
+        let mut groups: usize = threads.map(all, gathers).into_iter().sum();
+        between.gather(swept, start, places_between);
+        groups += between.fours.len();
+        self.free = problem.free.iter().map(|b| b.amax()).fold(0.0, f64::max);
+        2 * groups <= problem.len()
+    }
+
+    /// Number of parts of the problem.
+    #[cfg(test)]
+    pub fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Numbers the bodies of each part.
+    fn share_bodies(&mut self, bodies: usize) {
+        let mut parts: Vec<&mut Part> = self.parts.iter_mut().map(inside).collect();
+        for part in parts
+            .iter_mut()
+            .map(|p| &mut **p)
+            .chain([&mut self.between])
+        {
+            part.numbers.clear();
+            part.blocks.clear();
+        }
+        self.borders.clear();
+        self.places.clear();
+        self.places_between.clear();
+        self.places_between.resize(bodies, NOTHING);
+        for body in 0..bodies as u32 {
+            let (part, place) = match self.split.of(body) {
+                BETWEEN => (&mut self.between, &mut self.places_between[body as usize]),
+                part => {
+                    self.places.push(NOTHING);
+                    (&mut *parts[part as usize], &mut self.places[body as usize])
+                }
+            };
+            *place = part.numbers.len() as u32;
+            part.numbers.push(body);
+            part.own = part.numbers.len();
+            self.places.resize(body as usize + 1, NOTHING);
+        }
+    }
+
+    /// Gives each part its blocks, and finds the bodies that those between them move.
+    fn share_blocks(&mut self, swept: Swept, impulses: &[Vec2], open_first: bool) {
+        let Swept { problem, op, .. } = swept;
+        let mut parts: Vec<&mut Part> = self.parts.iter_mut().map(inside).collect();
+        let between = &mut self.between;
+        let mut share = |i: usize| {
+            let bodies = op.rows[i].bodies;
+            let part = self.split.of_block(bodies);
+            if part != BETWEEN {
+                parts[part as usize].blocks.push(i as u32);
+                return;
+            }
+            between.blocks.push(i as u32);
+            for body in bodies.into_iter().filter(|b| *b != NO_BODY) {
+                let place = &mut self.places_between[body as usize];
+                if *place == NOTHING {
+                    *place = between.numbers.len() as u32;
+                    between.numbers.push(body);
+                    self.borders.push(Border {
+                        part: self.split.of(body),
+                        inside: self.places[body as usize],
+                        between: *place,
+                    });
+                }
+            }
+        };
+        let pushes = |i: &usize| {
+            let contact = matches!(problem.laws[*i], Law::Contact { .. });
+            !contact || problem.free[*i].x < 0.0 || impulses[*i] != Vec2::zeros()
+        };
+        let all = 0..problem.len();
+        if open_first {
+            all.clone().filter(|i| !pushes(i)).for_each(&mut share);
+            all.filter(pushes).for_each(share);
+        } else {
+            all.for_each(share);
+        }
+    }
+
+    /// Up to `most` sweeps, an even number, forward and back in turn, with momentum up to the last `plain`.
+    /// After each two, `enough` gets the largest change of a local velocity, the largest velocity to
+    /// compare it with \[m/s\], and a function that writes the impulses; it returns whether to stop.
+    pub fn run(
+        &mut self,
+        threads: &Threads,
+        (most, plain): (usize, usize),
+        mut enough: impl FnMut([f64; 2], &dyn Fn(&mut [Vec2])) -> bool,
+    ) -> usize {
+        let (level, round) = (Level::new(), Mutex::new(Round::default()));
+        let (parts, borders, between) = (&self.parts, &self.borders, &mut self.between);
+        let work = |k: usize| {
+            let round = *lock(&round);
+            lock(&parts[k]).sweep(level, round);
+        };
+        threads.rounds(parts.len(), work, |next| {
+            let (mut count, mut turns) = (0, true);
+            for pair in 0..most.div_ceil(2) {
+                let starts = pair == 0;
+                count = if turns { 0 } else { count + 1 };
+                let factor = if starts { 0.0 } else { share(count) };
+                let forward = Round {
+                    backwards: false,
+                    momentum: (2 * pair + plain < most).then_some(factor),
+                    starts,
+                };
+                let back = Round {
+                    backwards: true,
+                    ..Round::default()
+                };
+                *lock(&round) = forward;
+                next();
+                if !between.blocks.is_empty() {
+                    let mut parts: Vec<_> = parts.iter().map(lock).collect();
+                    borders
+                        .iter()
+                        .for_each(|at| between.take(at, &parts[at.part as usize]));
+                    between.sweep(level, forward);
+                    between.sweep(level, back);
+                    borders
+                        .iter()
+                        .for_each(|at| between.give(at, &mut parts[at.part as usize]));
+                }
+                *lock(&round) = back;
+                next();
+                let (mut found, mut turn) = ([0.0, self.free], 0.0);
+                for part in parts {
+                    let part = lock(part);
+                    turn += part.turn;
+                    found = [found[0].max(part.found[0]), found[1].max(part.found[1])];
+                }
+                turn += between.turn;
+                found = [
+                    found[0].max(between.found[0]),
+                    found[1].max(between.found[1]),
+                ];
+                turns = turn > 0.0;
+                let write = |impulses: &mut [Vec2]| {
+                    parts.iter().for_each(|part| lock(part).write(impulses));
+                    between.write(impulses);
+                };
+                if enough(found, &write) {
+                    return 2 * (pair + 1);
+                }
+            }
+            most
+        })
+    }
+}
+
+fn inside(part: &mut Mutex<Part>) -> &mut Part {
+    part.get_mut().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn lock<T>(part: &Mutex<T>) -> MutexGuard<'_, T> {
+    part.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Blocks that are swept together, and their bodies.
+#[derive(Debug, Default)]
+struct Part {
+    /// Blocks in the order of a sweep, and the number in the problem of each body: the part's `own`, then
+    /// those of other parts.
+    blocks: Vec<u32>,
+    numbers: Vec<u32>,
+    own: usize,
     groups: Groups,
-    order: Vec<u32>,
     fours: Vec<FourRows>,
+    /// Rows, `G_ii` [1/kg] and law of the blocks that are solved alone.
+    alone: Vec<(Rows, Mat2, Law)>,
     /// All bodies, then one that does not move, for sides without a body.
     bodies: Vec<Body>,
     /// At `P_k` and at `Q_k`, see [`Momentum`](super::momentum::Momentum).
     before: Vec<Body>,
     start: Vec<Body>,
-    /// 0 for what cannot move.
-    mass: Vec<Vec3>,
-    /// Pairs of sweeps since the last restart.
-    count: u32,
-    /// `max_i |b_i|` \[m/s\].
-    free: f64,
+    inverse_mass: Vec<Vec3>,
+    /// Change and scale of the last sweep, and of (2) of [`Momentum`](super::momentum::Momentum) the share
+    /// of the part's own bodies after the last sweep back.
+    found: [f64; 2],
+    turn: f64,
+}
+
+impl Part {
+    /// Gathers the data of the part's blocks and bodies; `places` has the numbers of the bodies here.
+    fn gather(&mut self, swept: Swept, start: (&[Vec2], &[Vec3]), places: &[u32]) {
+        let Swept {
+            problem,
+            op,
+            diagonal,
+        } = swept;
+        let (impulses, velocities) = start;
+        let sides = |i: usize| {
+            (op.rows[i].bodies).map(|body| places.get(body as usize).map_or(NO_BODY, |k| *k))
+        };
+        self.inverse_mass.clear();
+        (self.inverse_mass).extend(self.numbers.iter().map(|&k| op.inverse_mass[k as usize]));
+        let blocks = self.blocks.iter().map(|&i| (i as usize, sides(i as usize)));
+        let general = |i| swept.is_general(i);
+        self.groups
+            .arrange_pairs(self.numbers.len(), blocks, general);
+        let still = self.numbers.len() as u32;
+        let (masses, alone) = (&self.inverse_mass, &mut self.alone);
+        alone.clear();
+        self.fours.clear();
+        self.fours
+            .extend(self.groups.members().iter().map(|blocks| {
+                let first = blocks[0] as usize;
+                let mut four = FourRows {
+                    sides: FourSides::of(still),
+                    ..FourRows::default()
+                };
+                if general(first) {
+                    four.alone = Some(alone.len() as u32);
+                    let rows = Rows {
+                        bodies: sides(first),
+                        ..op.rows[first]
+                    };
+                    alone.push((rows, diagonal[first], problem.laws[first]));
+                }
+                for (lane, &block) in blocks.iter().enumerate().filter(|(_, b)| **b != NOTHING) {
+                    let i = block as usize;
+                    let rows = Rows {
+                        bodies: sides(i),
+                        ..op.rows[i]
+                    };
+                    four.sides.put(lane, &rows, masses);
+                    four.set(lane, &diagonal[i], &problem.laws[i]);
+                    for (k, to) in four.free.iter_mut().enumerate() {
+                        to[lane] = problem.free[i][k];
+                    }
+                    for (k, to) in four.impulses.iter_mut().enumerate() {
+                        to[lane] = impulses[i][k];
+                    }
+                }
+                four.idle = four.alone.is_none() && four.impulses == [[0.0; 4]; 2];
+                four
+            }));
+        self.bodies.clear();
+        self.bodies.extend(self.numbers.iter().map(|&k| {
+            let (u, m) = (velocities[k as usize], op.inverse_mass[k as usize]);
+            [u.x, u.y, u.z, m.x]
+        }));
+        self.bodies.push([0.0; 4]);
+        (self.found, self.turn) = ([0.0; 2], 0.0);
+    }
+
+    /// Takes over a body of another part, and gives it back.
+    fn take(&mut self, at: &Border, part: &Part) {
+        self.bodies[at.between as usize] = part.bodies[at.inside as usize];
+    }
+
+    fn give(&self, at: &Border, part: &mut Part) {
+        part.bodies[at.inside as usize] = self.bodies[at.between as usize];
+    }
+
+    /// A step of momentum for the part's own bodies, as
+    /// [`Momentum::step`](super::momentum::Momentum::step); the first starts it.
+    fn speed_up(&mut self, factor: f64, starts: bool) {
+        let own = self.own;
+        if starts {
+            self.before.clear();
+            self.before.extend_from_slice(&self.bodies[..own]);
+        } else {
+            for (body, before) in self.bodies.iter_mut().zip(&mut self.before) {
+                for (now, before) in body.iter_mut().zip(before).take(3) {
+                    let next = *now + factor * (*now - *before);
+                    *before = std::mem::replace(now, next);
+                }
+            }
+        }
+        self.start.clear();
+        self.start.extend_from_slice(&self.bodies[..own]);
+    }
+
+    /// The part's share of the sum that tells whether a pair of sweeps turns back.
+    fn turns(&self) -> f64 {
+        let states = self.start.iter().zip(&self.before);
+        let bodies = self.bodies.iter().zip(states).zip(&self.inverse_mass);
+        // no share of what cannot move
+        let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
+        let turn = |((u, (u0, u1)), w): ((&Body, (&Body, &Body)), &Vec3)| -> f64 {
+            let along = |k: usize| mass(w[k]) * (u0[k] - u[k]) * (u[k] - u1[k]);
+            (0..3).map(along).sum()
+        };
+        bodies.map(turn).sum()
+    }
+
+    /// One sweep, of impulses moved on by the momentum of the round if it has one.
+    fn sweep(&mut self, level: Level, round: Round) {
+        if let Some(factor) = round.momentum {
+            self.speed_up(factor, round.starts);
+        }
+        let (fours, bodies) = (self.fours.iter_mut(), &mut self.bodies[..]);
+        let of = (&self.alone[..], &self.inverse_mass[..]);
+        self.found = dispatch!(level, simd => if round.backwards {
+            pass(simd, fours.rev(), bodies, of, None)
+        } else {
+            pass(simd, fours, bodies, of, round.momentum)
+        });
+        if round.backwards {
+            self.turn = self.turns();
+        }
+    }
+
+    /// Writes the impulses back to their blocks.
+    fn write(&self, impulses: &mut [Vec2]) {
+        for (four, blocks) in self.fours.iter().zip(self.groups.members()) {
+            let blocks = blocks.iter().enumerate();
+            for (lane, &block) in blocks.filter(|(_, b)| **b != NOTHING) {
+                impulses[block as usize] =
+                    Vec2::new(four.impulses[0][lane], four.impulses[1][lane]);
+            }
+        }
+    }
 }
 
 /// Four blocks that share no body. Groups with fewer blocks are filled up with open contacts of the
 /// body that does not move.
 #[derive(Debug, Clone, Default)]
 struct FourRows {
-    /// Whether the group has only its first block, which is not a contact between points.
-    alone: bool,
+    /// Of a group with only its first block, which is not a contact between points: the place of its rows.
+    alone: Option<u32>,
     /// Whether all impulses are 0, now and before the last step of momentum.
     idle: bool,
     sides: FourSides,
@@ -52,143 +439,6 @@ struct FourRows {
     stick: [Four; 3],
     /// `1 / (G_nn + R ± μ G_nt)` \[kg\] for a contact that slips with `P_T = ± μ P_N`; 0 if it cannot.
     slip: [Four; 2],
-}
-
-/// Whether a block must be solved by the general rule.
-fn is_general(problem: &ContactProblem, op: &BodyOperator, diagonal: &[Mat2], i: usize) -> bool {
-    let g = &diagonal[i];
-    let det = g[(0, 0)] * g[(1, 1)] - g[(0, 1)] * g[(0, 1)];
-    let regular = det > 1e-14 * g[(0, 0)] * g[(1, 1)];
-    !regular || is_alone(problem, op, i)
-}
-
-impl CrowdSweep {
-    /// Arranges the blocks of a problem and gathers their data. Returns `false` if few blocks can be
-    /// solved at the same time, as in a tower; nothing is gathered then.
-    ///
-    /// # Arguments
-    /// - `diagonal`: the blocks `G_ii` [1/kg].
-    /// - `velocities`: `M⁻¹ Jᵀ P` of the bodies at `impulses`.
-    /// - `open_first`: whether contacts that are probably open come before all others.
-    pub fn begin(
-        &mut self,
-        problem: &ContactProblem,
-        op: &BodyOperator,
-        diagonal: &[Mat2],
-        (impulses, velocities): (&[Vec2], &[Vec3]),
-        open_first: bool,
-    ) -> bool {
-        let pushes = |i: &u32| {
-            let i = *i as usize;
-            let contact = matches!(problem.laws[i], Law::Contact { .. });
-            !contact || problem.free[i].x < 0.0 || impulses[i] != Vec2::zeros()
-        };
-        let all = 0..problem.len() as u32;
-        self.order.clear();
-        if open_first {
-            self.order.extend(all.clone().filter(|i| !pushes(i)));
-            self.order.extend(all.filter(pushes));
-        } else {
-            self.order.extend(all);
-        }
-        let order = self.order.iter().map(|i| *i as usize);
-        let general = |i| is_general(problem, op, diagonal, i);
-        self.groups.arrange(op, order, general);
-        let groups = self.groups.members();
-        if 2 * groups.len() > problem.len() {
-            return false;
-        }
-        let still = op.inverse_mass.len() as u32;
-        self.fours.clear();
-        self.fours.extend(groups.iter().map(|blocks| {
-            let mut four = FourRows {
-                alone: is_general(problem, op, diagonal, blocks[0] as usize),
-                sides: FourSides::of(still),
-                ..FourRows::default()
-            };
-            for (lane, &block) in blocks.iter().enumerate().filter(|(_, b)| **b != NOTHING) {
-                let i = block as usize;
-                four.sides.put(lane, &op.rows[i], &op.inverse_mass);
-                four.set(lane, &diagonal[i], &problem.laws[i]);
-                for (k, to) in four.free.iter_mut().enumerate() {
-                    to[lane] = problem.free[i][k];
-                }
-                for (k, to) in four.impulses.iter_mut().enumerate() {
-                    to[lane] = impulses[i][k];
-                }
-            }
-            four.idle = !four.alone && four.impulses == [[0.0; 4]; 2];
-            four
-        }));
-        let bodies = velocities.iter().zip(&op.inverse_mass);
-        self.bodies.clear();
-        (self.bodies).extend(bodies.map(|(u, m)| [u.x, u.y, u.z, m.x]));
-        self.bodies.push([0.0; 4]);
-        let mass = |w: f64| if w > 0.0 { 1.0 / w } else { 0.0 };
-        self.mass.clear();
-        (self.mass).extend(op.inverse_mass.iter().map(|w| w.map(mass)));
-        self.free = problem.free.iter().map(|b| b.amax()).fold(0.0, f64::max);
-        true
-    }
-
-    /// A step of momentum for the bodies, as [`Momentum::step`](super::momentum::Momentum::step); the
-    /// `first` starts it. Returns `β`, for the impulses of the next sweep.
-    pub fn speed_up(&mut self, first: bool) -> f64 {
-        if first {
-            self.before.clone_from(&self.bodies);
-            self.start.clone_from(&self.bodies);
-            self.count = 0;
-            return 0.0;
-        }
-        let states = self.start.iter().zip(&self.before);
-        let bodies = self.bodies.iter().zip(states).zip(&self.mass);
-        let turn = |((u, (u0, u1)), m): ((&Body, (&Body, &Body)), &Vec3)| -> f64 {
-            (0..3).map(|k| m[k] * (u0[k] - u[k]) * (u[k] - u1[k])).sum()
-        };
-        let turns = bodies.map(turn).sum::<f64>() > 0.0;
-        self.count = if turns { 0 } else { self.count + 1 };
-        let factor = share(self.count);
-        for (body, before) in self.bodies.iter_mut().zip(&mut self.before) {
-            for (now, before) in body.iter_mut().zip(before).take(3) {
-                let next = *now + factor * (*now - *before);
-                *before = std::mem::replace(now, next);
-            }
-        }
-        self.start.clone_from(&self.bodies);
-        factor
-    }
-
-    /// One sweep, of impulses moved on by `momentum` if it has one. Returns the largest change of a
-    /// local velocity, and the largest velocity to compare it with \[m/s\].
-    pub fn sweep(
-        &mut self,
-        level: Level,
-        problem: &ContactProblem,
-        op: &BodyOperator,
-        diagonal: &[Mat2],
-        (backwards, momentum): (bool, Option<f64>),
-    ) -> [f64; 2] {
-        let of = (problem, op, diagonal);
-        let fours = self.fours.iter_mut().zip(self.groups.members());
-        let bodies = &mut self.bodies[..];
-        let [change, scale] = dispatch!(level, simd => if backwards {
-            pass(simd, fours.rev(), bodies, of, momentum)
-        } else {
-            pass(simd, fours, bodies, of, momentum)
-        });
-        [change, scale.max(self.free)]
-    }
-
-    /// Writes the impulses back to their blocks.
-    pub fn write(&self, impulses: &mut [Vec2]) {
-        for (four, blocks) in self.fours.iter().zip(self.groups.members()) {
-            let blocks = blocks.iter().enumerate();
-            for (lane, &block) in blocks.filter(|(_, b)| **b != NOTHING) {
-                impulses[block as usize] =
-                    Vec2::new(four.impulses[0][lane], four.impulses[1][lane]);
-            }
-        }
-    }
 }
 
 impl FourRows {
@@ -243,18 +493,18 @@ impl FourRows {
 #[inline(always)]
 fn pass<'a, S: Simd>(
     simd: S,
-    fours: impl Iterator<Item = (&'a mut FourRows, &'a [u32; 4])>,
+    fours: impl Iterator<Item = &'a mut FourRows>,
     bodies: &mut [Body],
-    (problem, op, diagonal): (&ContactProblem, &BodyOperator, &[Mat2]),
+    (alone, masses): (&[(Rows, Mat2, Law)], &[Vec3]),
     momentum: Option<f64>,
 ) -> [f64; 2] {
     let mut largest = [f64x4::splat(simd, 0.0); 2];
     let mut apart = [0.0f64; 2];
-    for (four, blocks) in fours {
-        if four.alone {
-            let i = blocks[0] as usize;
-            let block = (&op.rows[i], &diagonal[i], &problem.laws[i]);
-            let [change, scale] = four.step_alone(block, &op.inverse_mass, bodies, momentum);
+    for four in fours {
+        if let Some(k) = four.alone {
+            let (rows, block, law) = &alone[k as usize];
+            let block = (rows, block, law);
+            let [change, scale] = four.step_alone(block, masses, bodies, momentum);
             apart = [apart[0].max(change), apart[1].max(scale)];
         } else {
             step(simd, four, bodies, momentum, &mut largest);

@@ -42,14 +42,24 @@ impl Groups {
         order: impl Iterator<Item = usize>,
         alone: impl Fn(usize) -> bool,
     ) {
+        let blocks = order.map(|i| (i, op.rows[i].bodies));
+        self.arrange_pairs(op.inverse_mass.len(), blocks, alone);
+    }
+
+    /// As [`Groups::arrange`], for blocks and the numbers of their bodies, of `count` bodies.
+    pub fn arrange_pairs(
+        &mut self,
+        count: usize,
+        blocks: impl Iterator<Item = (usize, [u32; 2])>,
+        alone: impl Fn(usize) -> bool,
+    ) {
         self.members.clear();
         self.taken.clear();
         self.next.clear();
         self.after.clear();
-        self.after.resize(op.inverse_mass.len(), 0);
-        for i in order {
-            let rows = &op.rows[i];
-            let [a, b] = rows.bodies.map(|body| self.after.get(body as usize));
+        self.after.resize(count, 0);
+        for (i, bodies) in blocks {
+            let [a, b] = bodies.map(|body| self.after.get(body as usize));
             let earliest = a.max(b).map_or(0, |&group| group);
             let alone = alone(i);
             let group = if alone {
@@ -68,7 +78,7 @@ impl Groups {
             if self.taken[g] == 4 {
                 self.next[g] = group + 1;
             }
-            for body in rows.bodies.into_iter().filter(|&b| b != NO_BODY) {
+            for body in bodies.into_iter().filter(|&b| b != NO_BODY) {
                 self.after[body as usize] = group + DISTANCE;
             }
         }

@@ -55,6 +55,7 @@ pub(crate) mod lemke;
 mod momentum;
 mod nsgs;
 mod pairs;
+mod parts;
 mod response;
 mod shares;
 mod status_newton;

@@ -12,6 +12,7 @@ mod pool;
 #[cfg(not(feature = "parallel"))]
 #[path = "pool_absent.rs"]
 mod pool;
+mod rounds;
 
 pub(crate) use pool::Threads;
 

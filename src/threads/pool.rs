@@ -4,7 +4,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The caller's thread, and those of a pool besides it. Copies share the pool.
-#[derive(Clone, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Threads {
     others: Option<Arc<ThreadPool>>,
 }
@@ -67,6 +67,24 @@ impl Threads {
         }
         // each part was taken once
         results.into_iter().flatten().collect()
+    }
+
+    /// Calls `own` on the caller's thread, and `others` on up to `most` threads at the same time.
+    pub(super) fn beside<R>(
+        &self,
+        most: usize,
+        others: impl Fn() + Sync,
+        own: impl FnOnce() -> R,
+    ) -> R {
+        let Some(pool) = &self.others else {
+            return own();
+        };
+        pool.in_place_scope(|scope| {
+            for _ in 0..most.min(pool.current_num_threads()) {
+                scope.spawn(|_| others());
+            }
+            own()
+        })
     }
 }
 

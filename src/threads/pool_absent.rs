@@ -1,7 +1,7 @@
 //! Replaces the pool if the feature `parallel` is off.
 
 /// The caller's thread.
-#[derive(Clone, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Threads;
 
 impl Threads {
@@ -24,5 +24,9 @@ impl Threads {
         one: impl Fn(T) -> R + Sync,
     ) -> Vec<R> {
         parts.into_iter().map(one).collect()
+    }
+
+    pub(super) fn beside<R>(&self, _: usize, _: impl Fn() + Sync, own: impl FnOnce() -> R) -> R {
+        own()
     }
 }
