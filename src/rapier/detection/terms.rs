@@ -74,7 +74,7 @@ impl Finder<'_> {
 
     /// Whether two colliders may touch at all: rapier's tests in rapier's order.
     fn may_touch(&self, sides: [&Leaf; 2], known: [&Known; 2]) -> bool {
-        !(known[0].is_sensor() || known[1].is_sensor())
+        !known.iter().any(|k| k.is_sensor())
             && !self.is_apart(sides)
             && known[0].may_meet(known[1], self.kinds(sides))
     }
