@@ -292,3 +292,40 @@ fn a_real_step_stops() {
         }
     }
 }
+
+/// Bug: a joint that disables the contacts of two bodies switched off, for all others, the rule that breaks
+/// the tie of flush parts at rest. The corner of a box at the seam of two tiles was met from the side.
+#[test]
+fn a_jointed_pair_elsewhere_changes_no_contact() {
+    let contacts = |jointed: bool| {
+        let mut world = PhysicsWorld::new();
+        for x in [0.0, 1.0] {
+            let tile = ColliderBuilder::cuboid(0.5, 0.5);
+            world.insert(RigidBodyBuilder::fixed().translation(at(x, -0.5)), tile);
+        }
+        let place = RigidBodyBuilder::dynamic().translation(at(0.25, 0.25));
+        world.insert(place, ColliderBuilder::cuboid(0.25, 0.25));
+        let pair = [9.0, 9.5].map(|x| {
+            let place = RigidBodyBuilder::dynamic().translation(at(x, 9.0));
+            world.insert(place, ColliderBuilder::ball(0.2)).0
+        });
+        let joint = RevoluteJointBuilder::new()
+            .local_anchor1(at(0.25, 0.0))
+            .local_anchor2(at(-0.25, 0.0))
+            .contacts_enabled(!jointed);
+        world.insert_impulse_joint(pair[0], pair[1], joint);
+        let mut pipeline = MoreauPipeline::new(MoreauSettings::default()).unwrap();
+        let record = pipeline.step(&mut world).unwrap();
+        let normals = record
+            .contacts
+            .iter()
+            .map(|c| (c.surfaces, c.normal, c.gap));
+        normals.collect::<Vec<_>>()
+    };
+    let found = contacts(false);
+    assert!(
+        found.iter().any(|(surfaces, ..)| surfaces.contains(&1)),
+        "{found:?}"
+    );
+    assert_eq!(contacts(true), found);
+}
