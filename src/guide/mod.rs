@@ -64,7 +64,7 @@
 //! | feature | what it adds |
 //! |---|---|
 //! | `lab` (default) | scenes, experiments, peers, charts and the command line |
-//! | `parallel` (in `lab`) | islands are solved on several threads, with the same bytes; without it one thread |
+//! | `parallel` (in `lab`) | several threads share detection, islands and the sweeps of heaps, with the same bytes; without it one thread |
 //! | `serde-serialize` (in `lab`) | rapier's own types can be saved with serde |
 //! | `debug-render` | contact impulses and statuses through rapier's debug renderer |
 //! | `f64` | rapier2d-f64 in place of rapier2d |
