@@ -2,7 +2,7 @@
 
 /// The caller's thread.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Threads;
+pub(crate) struct Threads(());
 
 impl Threads {
     /// The caller's thread, whatever the number.
@@ -10,7 +10,7 @@ impl Threads {
     /// # Errors
     /// None.
     pub fn new(_: usize) -> Result<Threads, String> {
-        Ok(Threads)
+        Ok(Threads(()))
     }
 
     /// Number of threads.
