@@ -60,7 +60,8 @@ pub struct StepperSettings {
     /// more than 6000 contacts in motion is swept in parts on all threads, any other is solved on one
     /// thread: a step of `tumbler`, 9400 contacts near enough to close, takes two threads 0.76 of its time
     /// on one. Islands with dominance, and all islands with a user's own solver, are
-    /// solved on the caller's thread; so is the detection in a world with hooks.
+    /// solved on the caller's thread; so is the detection in a world with hooks, or in which
+    /// fewer than half of the bodies move.
     #[serde(default = "one")]
     pub threads: usize,
 }

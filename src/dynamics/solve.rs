@@ -12,7 +12,7 @@ use super::solution::Solution;
 use super::thread_pool::SolverPool;
 use super::working_set::WorkingSet;
 use crate::contact::{NO_BODY, Vec2, Vec3};
-use crate::solver::{FactorCache, ImpulseSolver, SolveReport};
+use crate::solver::{FactorCache, ImpulseSolver, SEVERAL, SolveReport};
 
 /// An island to be solved.
 struct Job {
@@ -196,8 +196,9 @@ impl IslandSolver {
                 jobs.push(self.job(k, members, earlier_work, interval));
             }
         }
-        // all threads sweep the parts of one crowd
-        let (crowds, jobs): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| job.crowd);
+        // all threads sweep the parts of one large crowd
+        let in_parts = |job: &Job| job.crowd && islands.blocks(job.island).len() >= SEVERAL;
+        let (crowds, jobs): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(in_parts);
         for job in crowds {
             self.solve_alone(
                 job,

@@ -133,7 +133,7 @@ impl SolverPool {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parallel"))]
 mod tests {
     use super::*;
     use crate::solver::solver_by_name;

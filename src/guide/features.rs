@@ -76,7 +76,7 @@
 //! | serialisation | [`MoreauPipeline::state`] and [`MoreauPipeline::resume`], bit for bit; rapier's own types with the feature `serde-serialize` | `resume::what_is_resumed_goes_on_bit_for_bit` `resume::a_world_saved_as_text_goes_on_bit_for_bit` |
 //! | rapier2d-f64 | feature `f64`; poses, velocities and masses are `f64` here in either case | `rapier_seam::a_box_rests_a_kilometre_from_the_origin` |
 //! | determinism | the same bytes for the same run, with any number of threads | `resume::the_same_run_gives_the_same_bytes` `determinism::a_drum_tumbles_the_same_way_twice` `threads::every_number_of_threads_gives_the_same_bytes` |
-//! | `parallel`, `simd8` | [`StepperSettings::threads`] distributes detection and islands among threads, with the feature `parallel`; rapier's features change its own steps only | `threads::a_state_is_the_same_and_is_resumed_by_any_number` `determinism::a_pyramid_stands_the_same_way_twice` |
+//! | `parallel`, `simd8` | [`StepperSettings::threads`] distributes detection, islands and the sweeps of large heaps among threads, with the feature `parallel`; rapier's features change its own steps only | `threads::a_state_is_the_same_and_is_resumed_by_any_number` `determinism::a_pyramid_stands_the_same_way_twice` |
 //! | variable step length | [`MoreauPipeline::step_by`]; zero is refused | `bodies::bad_step_lengths_are_refused` |
 //! | long runs | memory is flat | `long_run::memory_is_flat_while_bodies_come_and_go` |
 //! | soft bodies | refused | `rapier_seam::unsupported_joints_are_refused_by_name` |

@@ -308,8 +308,8 @@ impl Shown {
     fn steps(&self, folder: &OutputFolder, watch: Watch) -> Result<(Packed, String), ReportError> {
         let (mut rows, header) = Rows::open::<StepRow>(folder)?;
         let mut step = Packed::new(&header, &[]);
-        let names = ["unsolved", "penetration_m", "imbalance_j", "time_s", "dt_s"];
-        let [unsolved, overlap, imbalance, at, dt] = names.map(|name| column(&header, name));
+        let names = ["unsolved", "penetration_m", "imbalance_j", "time_s"];
+        let [unsolved, overlap, imbalance, at] = names.map(|name| column(&header, name));
         let mut red = [0_u8; PIECES];
         let end = self.times.last().copied().unwrap_or(0.0);
         let mut mark = |from: f64, to: f64, bit: u8| {
@@ -328,7 +328,7 @@ impl Shown {
             }
             // a row tells what happened since the row before
             let to = rows.number(at);
-            let from = last.replace(to).unwrap_or(to - rows.number(dt));
+            let from = last.replace(to).unwrap_or(self.start);
             if rows.number(unsolved) > 0.0 {
                 mark(from, to, 1);
             }

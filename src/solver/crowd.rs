@@ -263,6 +263,36 @@ mod tests {
         assert!(found[0] == found[1] && found[0] == found[2]);
     }
 
+    /// A problem that came before changes nothing, also if it had a body that touches very many others, of no
+    /// part.
+    #[test]
+    fn an_earlier_problem_changes_no_bit() {
+        let problem = heap(60, 60, 0.5, 1.0, 3).problem();
+        let mut with_drum = heap(60, 60, 0.5, 1.0, 3).problem();
+        let Delassus::Bodies(op) = &mut with_drum.operator else {
+            panic!("bodies");
+        };
+        let drum = op.inverse_mass.len() as u32;
+        op.inverse_mass.push(Vec3::new(1e-3, 1e-3, 1e-4));
+        for side in op.rows.iter_mut().flat_map(|rows| &mut rows.bodies) {
+            *side = if *side == NO_BODY { drum } else { *side };
+        }
+        let few = || Crowd {
+            sweeps: 20,
+            ..Crowd::default()
+        };
+        let solve = |crowd: &mut Crowd, problem: &ContactProblem| {
+            let mut impulses = vec![Vec2::zeros(); problem.len()];
+            crowd.solve(problem, &mut impulses, 1e-8);
+            impulses
+        };
+        let mut used = few();
+        solve(&mut used, &with_drum);
+        assert!(used.fours.of_no_part() > 0);
+        assert!(solve(&mut used, &problem) == solve(&mut few(), &problem));
+        assert_eq!(used.fours.of_no_part(), 0);
+    }
+
     /// Many sweeps in parts end at impulses that the judge certifies.
     #[test]
     fn sweeps_of_parts_end_at_a_solution() {

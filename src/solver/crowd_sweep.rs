@@ -115,6 +115,12 @@ impl CrowdSweep {
         self.parts.len()
     }
 
+    /// Number of bodies of no part.
+    #[cfg(test)]
+    pub fn of_no_part(&self) -> usize {
+        self.between.own
+    }
+
     /// Numbers the bodies of each part.
     fn share_bodies(&mut self, bodies: usize) {
         let mut parts: Vec<&mut Part> = self.parts.iter_mut().map(inside).collect();
@@ -125,6 +131,7 @@ impl CrowdSweep {
         {
             part.numbers.clear();
             part.blocks.clear();
+            part.own = 0;
         }
         self.borders.clear();
         self.places.clear();

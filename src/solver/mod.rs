@@ -56,6 +56,7 @@ mod momentum;
 mod nsgs;
 mod pairs;
 mod parts;
+pub(crate) use parts::SEVERAL;
 mod response;
 mod shares;
 mod status_newton;

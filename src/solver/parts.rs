@@ -29,9 +29,11 @@ pub(super) struct Parts {
 
 /// Least blocks of a part: some 20 µs a sweep. Smaller parts have more blocks between them.
 const BLOCKS: usize = 3000;
+/// Blocks from which on a problem has several parts.
+pub(crate) const SEVERAL: usize = 2 * BLOCKS;
 /// Most parts.
 const MOST: usize = 16;
-/// Blocks of a body from which on it belongs to no part.
+/// Blocks between a body and others that can move, above which it belongs to no part.
 const MANY: u32 = 64;
 
 impl Parts {

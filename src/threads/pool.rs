@@ -88,6 +88,11 @@ impl Threads {
     }
 }
 
+/// Gives the processor to another thread, if one waits for it.
+pub(super) fn let_others_run() {
+    std::thread::yield_now();
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,7 @@
 //! Rounds: the same parts again and again, with the caller's work between them.
 
 use super::Threads;
+use super::pool::let_others_run;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// Looks for the next round before a thread lets others run: some microseconds.
@@ -67,7 +68,7 @@ fn wait(idle: usize) {
         0 => {}
         idle if idle < SPINS => std::hint::spin_loop(),
         // there may be fewer processors than threads
-        _ => std::thread::yield_now(),
+        _ => let_others_run(),
     }
 }
 

@@ -165,8 +165,11 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   // On to the first frame of the next red place, and from the last one to the first.
   const [begin, end] = [run.time(0), run.time(run.frames - 1)];
   const isRed = (at) => {
-    const middle = (run.time(at - 1) + run.time(at)) / 2;
-    return run.red[Math.floor(run.red.length * (middle - begin) / (end - begin))] !== "0";
+    const piece = (time) => run.red.length * (time - begin) / (end - begin);
+    const [from, to] = [piece(run.time(at - 1)), piece(run.time(at))];
+    // those wholly inside, and that of the middle: a frame may be shorter than a piece
+    const own = run.red.slice(Math.ceil(from), Math.floor(to)) + run.red[Math.floor((from + to) / 2)];
+    return /[1-7]/.test(own);
   };
   const next = get("next");
   next.hidden = !/[1-7]/.test(run.red);
