@@ -133,7 +133,8 @@ impl SolverPool {
     }
 }
 
-#[cfg(all(test, feature = "parallel"))]
+#[cfg(feature = "parallel")]
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::solver::solver_by_name;
