@@ -93,9 +93,9 @@ impl Interval {
             parts.iter_mut().for_each(|part| own.append(part));
         }
         cache.set_next(next);
-        self.swap_blocks(&mut own);
         self.parts = parts;
-        self.collect_joints(rules, cache, members, inverse_mass, span);
+        self.collect_joints((rules, cache), members, inverse_mass, span, &mut own);
+        self.swap_blocks(&mut own);
     }
 
     /// Chooses the rules of some contacts, and adds the blocks of those that take part to `into`.
@@ -206,6 +206,8 @@ impl Interval {
         self.length = 0.0;
         self.free.clone_from(&self.start);
         self.clear_blocks();
+        let mut own = Collected::default();
+        self.swap_blocks(&mut own);
         let found = std::mem::take(&mut self.detection);
         for (index, contact) in found.contacts.iter().enumerate() {
             let (NormalLaw::Rigid { .. }, Some(in_force)) = (contact.law, restitution(index))
@@ -234,7 +236,7 @@ impl Interval {
                 held: [0.0; 2],
                 turning: None,
             };
-            self.push(block, sides, gamma + free, law, Vec2::zeros());
+            own.push(block, sides, gamma + free, law, Vec2::zeros());
         }
         self.clear_energies(found.joints.len());
         for (index, joint) in found.joints.iter().enumerate() {
@@ -247,19 +249,21 @@ impl Interval {
                 let gamma = joint.rows.velocity(&self.start);
                 let block = joint_block(index, joint, [gamma; 2]);
                 let sides = movable(joint.rows.bodies, inverse_mass);
-                self.push(block, sides, gamma + free, law, Vec2::zeros());
+                own.push(block, sides, gamma + free, law, Vec2::zeros());
             }
         }
         self.detection = found;
+        self.swap_blocks(&mut own);
     }
 
+    /// Adds the blocks of the joints that take part to `into`.
     fn collect_joints(
         &mut self,
-        rules: &Rules,
-        cache: &CachedContacts,
+        (rules, cache): (&Rules, &CachedContacts),
         members: Option<&[bool]>,
         inverse_mass: &[Vec3],
         span: Span,
+        into: &mut Collected,
     ) {
         let joints = std::mem::take(&mut self.detection.joints);
         self.clear_energies(joints.len());
@@ -291,7 +295,7 @@ impl Interval {
             self.energies[index] = cached.map_or(JointEnergy::default(), |m| m.energy);
             let block = joint_block(index, joint, [now.gamma_a, now.gamma_f]);
             let sides = movable(joint.rows.bodies, inverse_mass);
-            self.push(block, sides, now.gamma_f + free, law, warm);
+            into.push(block, sides, now.gamma_f + free, law, warm);
         }
         self.detection.joints = joints;
     }

@@ -1,7 +1,7 @@
 //! Large islands that are not solved, over several steps.
 
 use super::super::energy_bound::{bound_swept, work};
-use super::super::interval::{Block, Interval, Source};
+use super::super::interval::{Block, Collected, Interval, Source};
 use super::super::island_problem::{IslandProblem, LARGE, Terms, is_rigid};
 use super::super::model::{ContactKey, ContactPoint, NormalLaw};
 use super::super::rules::{Effort, ImpactLaw, Rules, Scheme};
@@ -53,6 +53,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
         all.clone_from(&bodies);
     }
     interval.accelerations = bodies;
+    let mut own = Collected::default();
     for k in 0..=count {
         let left = if k > 0 { k - 1 } else { NO_BODY };
         let right = if k < count { k } else { NO_BODY };
@@ -61,7 +62,7 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             jacobian: [-1.0, 1.0].map(|s| [Vec3::new(s, 0.0, 0.0), Vec3::new(0.0, s, 0.0)]),
         };
         let number = first + u64::from(k);
-        interval.pairs.push(number);
+        own.pairs.push(number);
         interval.detection.contacts.push(ContactPoint {
             key: ContactKey {
                 pair: number,
@@ -99,8 +100,9 @@ pub fn row(first: u64, count: u32, gap: f64) -> Interval {
             friction: 0.5,
             compliance: 0.0,
         };
-        interval.push(block, rows.bodies, Vec2::new(-1.0, 0.0), law, Vec2::zeros());
+        own.push(block, rows.bodies, Vec2::new(-1.0, 0.0), law, Vec2::zeros());
     }
+    interval.swap_blocks(&mut own);
     interval
 }
 

@@ -190,16 +190,7 @@ impl Interval {
         }
     }
 
-    /// Adds a block with its `b` and its start impulse.
-    pub fn push(&mut self, block: Block, sides: [u32; 2], bias: Vec2, law: Law, warm: Vec2) {
-        self.blocks.push(block);
-        self.sides.push(sides);
-        self.bias.push(bias);
-        self.laws.push(law);
-        self.warm.push(warm);
-    }
-
-    /// Exchanges all blocks of contacts with those of `other`.
+    /// Exchanges all blocks with those of `other`.
     pub fn swap_blocks(&mut self, other: &mut Collected) {
         std::mem::swap(&mut self.blocks, &mut other.blocks);
         std::mem::swap(&mut self.sides, &mut other.sides);

@@ -4,7 +4,6 @@ use super::interval::Interval;
 use super::island::{Task, Worker};
 use super::island_cache::IslandCache;
 use super::island_problem::LARGE;
-use super::islands::Islands;
 use super::outcome::IslandResult;
 use super::phases::PhaseClock;
 use super::rules::Rules;
@@ -198,38 +197,27 @@ impl IslandSolver {
         }
         // all threads sweep the parts of one large crowd
         let in_parts = |job: &Job| job.crowd && islands.blocks(job.island).len() >= SEVERAL;
-        let (crowds, jobs): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(in_parts);
-        for job in crowds {
-            self.solve_alone(
-                job,
-                &islands,
-                interval,
-                solution,
-                (inverse_mass, rules),
-                set,
-            );
+        let (mut alone, mut shared): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(in_parts);
+        let sizes = shared.iter().map(|job| islands.blocks(job.island).len());
+        if !self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
+            alone.append(&mut shared);
         }
-        let sizes = jobs.iter().map(|job| islands.blocks(job.island).len());
-        if self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
+        for job in alone {
+            let members = islands.blocks(job.island);
             let task = self.task(interval, solution, inverse_mass, rules);
-            let solved = self.solve_on_threads(jobs, |island| islands.blocks(island), task);
+            let result = self.solve_here(job, members, task);
+            solution.store(interval, members, self.worker.impulses(), &result);
+            set.store(members[0], result);
+        }
+        if !shared.is_empty() {
+            let task = self.task(interval, solution, inverse_mass, rules);
+            let solved = self.solve_on_threads(shared, |island| islands.blocks(island), task);
             for (island, result, impulses) in solved {
                 let members = islands.blocks(island);
                 solution.store(interval, members, &impulses, &result);
                 set.store(members[0], result);
             }
             self.clock.lap(|t| &mut t.solve);
-        } else {
-            for job in jobs {
-                self.solve_alone(
-                    job,
-                    &islands,
-                    interval,
-                    solution,
-                    (inverse_mass, rules),
-                    set,
-                );
-            }
         }
         solution.islands = islands;
         if all {
@@ -237,23 +225,6 @@ impl IslandSolver {
         }
         solution.end_velocities(interval, inverse_mass);
         set.include_closed(interval, solution)
-    }
-
-    /// Solves an island on the caller's thread, and stores its result.
-    fn solve_alone(
-        &mut self,
-        job: Job,
-        islands: &Islands,
-        interval: &Interval,
-        solution: &mut Solution,
-        (inverse_mass, rules): (&[Vec3], &Rules),
-        set: &mut WorkingSet,
-    ) {
-        let members = islands.blocks(job.island);
-        let task = self.task(interval, solution, inverse_mass, rules);
-        let result = self.solve_here(job, members, task);
-        solution.store(interval, members, self.worker.impulses(), &result);
-        set.store(members[0], result);
     }
 
     /// Solves islands on all threads. Returns their numbers, results and impulses in the order of

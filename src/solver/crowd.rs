@@ -1,4 +1,5 @@
-use super::crowd_sweep::{CrowdSweep, Swept};
+use super::crowd_part::Swept;
+use super::crowd_sweep::CrowdSweep;
 use super::direct::exact;
 use super::nsgs::START;
 use super::{ImpulseSolver, Nsgs, SolveReport, drop_unless_finite};

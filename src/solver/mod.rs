@@ -40,6 +40,8 @@ mod best;
 mod block_status;
 mod continuation;
 mod crowd;
+mod crowd_four;
+mod crowd_part;
 mod crowd_sweep;
 mod direct;
 mod enumeration;

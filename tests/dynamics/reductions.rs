@@ -1,8 +1,9 @@
 //! What the model leaves out changes no motion and adds no unknown.
 
 use crate::common::load;
-use moreau2d::experiment::{REDUCTIONS, against_full};
+use moreau2d::experiment::{Engine, REDUCTIONS, against_full, simulate};
 use moreau2d::report::Progress;
+use std::collections::HashSet;
 
 /// Scene, steps, and which reductions leave unknowns out of it: islands at rest, islands, distant
 /// contacts, friction rows. Solving islands by themselves leaves out no unknown, but the coupling of up to 100
@@ -69,4 +70,32 @@ fn steps_apart_are_two_solutions_of_one_problem() {
     assert!(row.steps_apart > 0, "{row:?}");
     assert_eq!(row.steps_another_solution, row.steps_apart, "{row:?}");
     assert_eq!(row.verdict.split(',').next(), Some("another solution"));
+}
+
+/// A stored problem names each of its blocks once: in contacts and joints, with located impacts, in a crowd.
+#[test]
+fn stored_problems_name_each_block_once() {
+    for (name, flags, steps) in [
+        ("chain", &[][..], 40),
+        ("hit-heap", &[][..], 40),
+        ("elastic-gas", &["step.events=true"][..], 40),
+        ("tower", &[][..], 5),
+        ("drum-of-boxes", &[][..], 60),
+    ] {
+        let mut built = load(name, flags).build().unwrap();
+        built.keep_problems(true);
+        let mut blocks = 0;
+        simulate(&mut built, Engine::Moreau, steps, |_, built| {
+            for stored in built.problems() {
+                assert_eq!(stored.keys.len(), stored.problem.len(), "{name}");
+                assert_eq!(stored.keys.len(), stored.impulses.len(), "{name}");
+                let different: HashSet<_> = stored.keys.iter().collect();
+                assert_eq!(different.len(), stored.keys.len(), "{name}");
+                blocks += stored.keys.len();
+            }
+            Ok(())
+        })
+        .unwrap();
+        assert!(blocks > 0, "{name}");
+    }
 }
