@@ -85,6 +85,25 @@ fn trough(world: &mut PhysicsWorld) {
     }
 }
 
+/// Boxes at rest whose corner is at the seam of two tiles: which way it is met is decided after all contacts are
+/// found. As many balls in flight as make threads share that.
+fn seams(world: &mut PhysicsWorld) {
+    // nothing moves a box off its seam
+    world.gravity = Vector::ZERO;
+    for k in 0..600 {
+        let tile = RigidBodyBuilder::fixed().translation(Vector::new(k as Real, -0.5));
+        world.insert(tile, ColliderBuilder::cuboid(0.5, 0.5));
+        world.insert(
+            at(k as Real + 0.25, 0.25),
+            ColliderBuilder::cuboid(0.25, 0.25),
+        );
+        for row in 0..3 {
+            let ball = at(k as Real, 5.0 + row as Real).linvel(Vector::new(0.0, 9.0));
+            world.insert(ball, ColliderBuilder::ball(0.2));
+        }
+    }
+}
+
 /// One of the two flat boxes of a compound.
 fn half(k: usize) -> SharedShape {
     SharedShape::cuboid(0.2 + 0.002 * (k % 5) as Real, 0.1)
@@ -183,6 +202,16 @@ fn cases() -> Vec<Case> {
             steps: 30,
             // below 2000 contacts no work is shared out
             shows: |c| c.found >= 3000,
+        },
+        Case {
+            name: "boxes at seams",
+            settings: StepperSettings {
+                keep_rest: false,
+                ..settings()
+            },
+            world: seams,
+            steps: 4,
+            shows: |c| c.found >= 2000,
         },
         Case {
             name: "a heap in a trough, with events",
