@@ -234,9 +234,10 @@ struct RunArgs {
     /// times the run; the summary has the setting, with which a run without trials gives the same.
     #[arg(long, value_name = "R", allow_hyphen_values = true, value_parser = accuracy)]
     accuracy: Option<f64>,
-    /// Write every N-th step to bodies.csv, contacts.csv and steps.csv [default: 1, or more if
-    /// bodies.csv would exceed 100 000 rows]. impacts.csv always has every impact, and the counts, work
-    /// and residuals in steps.csv are those of all steps since the row before.
+    /// Write every N-th step to bodies.csv, contacts.csv and steps.csv, and the last step of a scene of
+    /// bodies [default: 1, or more if bodies.csv would exceed 100 000 rows]. impacts.csv always has
+    /// every impact, and the counts, work and residuals in steps.csv are those of all steps since the
+    /// row before.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     every: Option<u32>,
     /// Write report.html as well: what came out and whether it can be trusted, a replay with contacts

@@ -181,6 +181,7 @@ pub(super) fn once(
     let accuracy = choice
         .zip(ended)
         .map(|(choice, ended)| Accurate::new(choice, &ended));
+    files.add_last(|| states(&built, args.engine))?;
     let last = files.finish()?;
     if !args.summary_only {
         write_still(&folder, scene, &states(&built, args.engine), &last)?;
@@ -294,7 +295,9 @@ fn told(
 fn written(every: usize, dumped: Option<(usize, PathBuf)>, target: &Path) -> String {
     let mut out = String::new();
     if every > 1 {
-        out.push_str(&format!("the CSV files hold one step in {every}\n"));
+        out.push_str(&format!(
+            "the CSV files hold one step in {every}, and the last\n"
+        ));
     }
     if let Some((count, folder)) = dumped {
         let folder = folder.display();

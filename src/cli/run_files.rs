@@ -8,8 +8,8 @@ use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, Repor
 /// Number of a body in the record, its pose and its velocity.
 pub(super) type BodyState = (u32, Pose64, Vec3);
 
-/// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`, and every impact
-/// to `impacts.csv`; or nothing.
+/// Writes every N-th step of a run, and its last one, to `bodies.csv`, `contacts.csv` and
+/// `steps.csv`, and every impact to `impacts.csv`; or nothing.
 pub(super) struct RunFiles {
     /// `None` for a run of which only the summary is kept.
     rows: Option<Rows>,
@@ -157,15 +157,26 @@ impl RunFiles {
         if let Some(before) = self.since.take() {
             row.include(&before);
         }
-        if !self.count.is_multiple_of(self.every) {
-            self.since = Some(row);
-            return Ok(());
+        self.since = Some(row);
+        match self.count.is_multiple_of(self.every) {
+            true => self.add_last(states),
+            false => Ok(()),
         }
+    }
+
+    /// Writes the step added last, unless it is written: so that every step of a run is in a row.
+    pub fn add_last<I: IntoIterator<Item = BodyState>>(
+        &mut self,
+        states: impl FnOnce() -> I,
+    ) -> Result<(), ReportError> {
+        let (Some(rows), Some(row)) = (&mut self.rows, self.since.take()) else {
+            return Ok(());
+        };
         rows.steps.write(&row)?;
-        for contact in &record.contacts {
+        for contact in &self.last {
             rows.contacts.write(&ContactRow::new(contact))?;
         }
-        self.add_bodies(record.time, states())
+        self.add_bodies(self.time, states())
     }
 
     /// Whether the step added last was written.

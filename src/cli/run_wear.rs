@@ -96,8 +96,9 @@ pub(super) fn run(
         },
     )?;
     drop(progress);
-    let last = files.finish()?;
     let states = states(&built, Engine::Moreau);
+    files.add_last(|| states.iter().copied())?;
+    let last = files.finish()?;
     if !args.summary_only {
         write_still(&folder, scene, &states, &last)?;
         write_moving(args, &folder, scene)?;

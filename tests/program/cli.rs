@@ -115,10 +115,13 @@ fn flags_change_the_run() {
     assert_eq!(settings["tolerance"], 1e-6);
     assert_eq!(settings["every"], 4);
     assert_eq!(summary["totals"]["steps"], 10);
-    // steps 4 and 8 of 10, and the start
-    assert_eq!(place.rows("r/steps.csv").len(), 2);
+    // steps 4 and 8 of 10 and the last one, and the start
+    let steps = place.rows("r/steps.csv");
+    assert_eq!(steps.len(), 3);
+    assert_eq!(steps[2][0], "0.05");
     let bodies = place.rows("r/bodies.csv");
-    assert_eq!(bodies.len(), 2 * 3);
+    assert_eq!(bodies.len(), 2 * 4);
+    assert_eq!(bodies[6][0], "0.05");
     assert_eq!(bodies[1][5], "2.0");
     // the same text stands in the file
     let file: Value =
