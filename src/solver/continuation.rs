@@ -1,5 +1,5 @@
 use super::best::Best;
-use super::interior_point::InteriorPoint;
+use super::interior_point::{InteriorPoint, Start};
 use super::response::Response;
 use super::status_newton::StatusNewton;
 use crate::contact::examples::Lcg;
@@ -130,8 +130,11 @@ impl Continuation {
         }
         if !best.solved() {
             let cold = self.here.iter().all(|p| *p == Vec2::zeros());
-            let near = (!cold).then_some(&self.here[..]);
-            *work += interior.run(easy, judge, response, newton, near, best);
+            let start = match cold {
+                true => Start::Same,
+                false => Start::Near(&self.here),
+            };
+            *work += interior.run(easy, judge, response, newton, start, best);
         }
         best.solved()
     }

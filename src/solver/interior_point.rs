@@ -16,11 +16,16 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
 /// A bounded row has one pair per finite bound; a pin has none. Mehrotra's predictor and corrector
 /// act on `x w = σ τ`, with one step length for all. A proximal term `δ = 1e−8 tr(G_ii)` centres
 /// the impulses, so that redundant rows are no obstacle and the limit is exact. Friction is exact
-/// from the first iteration: nothing is convexified and there is no outer loop. The drawback: the
-/// form is not monotone, and one run in ten stalls. A run from another start then helps.
+/// from the first iteration, without an outer loop. The drawback: the form is not monotone, and one
+/// run in ten stalls. A run from another start then helps.
+///
+/// The convex problem has `ξ_N − μ λ` in place of `ξ_N` in (1): a contact that slides opens. It
+/// minimises the kinetic energy, and its form is monotone. If bodies can rest, they do so in each
+/// solution, `λ = 0`, and the solution holds with (1) as well. So a run on the convex problem finds a
+/// state of rest wherever there is one, whatever else solves (1).
 ///
 /// # Source
-/// Stewart & Trinkle (1996) for (1); Mehrotra (1992); Wright, *Primal-Dual Interior-Point Methods*
+/// Stewart & Trinkle (1996) for (1); Anitescu (2006) for the convex problem; Mehrotra (1992); Wright, *Primal-Dual Interior-Point Methods*
 /// (1997) for the step rules.
 #[derive(Debug, Clone, Default)]
 pub(super) struct InteriorPoint {
@@ -47,31 +52,49 @@ const SHORT_STEP: f64 = 0.03;
 const SHORT_STEPS: usize = 5;
 /// The complementarity gap must at least halve over this many steps.
 const WATCH: usize = 20;
+/// On the convex problem a run is slower than this only if bodies cannot avoid each other.
+const WATCH_CONVEX: usize = 5;
+/// A run on the convex problem ends where the mean product is below [`CLOSED`] times that of the first
+/// point and a step leaves more than [`SETTLED`] times the speed: its solution is no state of rest.
+const CLOSED: f64 = 1e-3;
+const SETTLED: f64 = 0.9;
 /// Newton's polish is tried below this merit, and again at a tenth of the merit where it failed.
 const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
 
+/// Where a run starts.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Start<'a> {
+    /// At the free velocity, with the same point for all contacts.
+    Same,
+    /// Near these impulses.
+    Near(&'a [Vec2]),
+    /// As `Same`, on the convex problem.
+    Convex,
+}
+
 impl InteriorPoint {
-    /// Runs once. Starts near the given impulses; without any, at the free velocity with the same
-    /// point for all contacts. Offers every iterate to `best`. Returns the number of
-    /// factorisations.
+    /// Runs once from `start`. Offers every iterate to `best`. Returns the number of factorisations.
     pub fn run(
         &mut self,
         problem: &ContactProblem,
         judge: &mut Judge,
         response: &mut Response,
         polish: &mut StatusNewton,
-        near: Option<&[Vec2]>,
+        start: Start,
         best: &mut Best,
     ) -> usize {
         let mut work = 0;
-        let size = self.begin(problem, judge, response, near);
+        let size = self.begin(problem, judge, response, start);
         let pairs: usize = self.blocks.iter().map(|b| b.pairs()).sum();
         if !(size.impulse > 0.0 && size.velocity > 0.0) {
             return work;
         }
         // products below this are round-off of the velocities
         let floor = 1e-26 * size.impulse * size.velocity;
+        let mut speed = f64::INFINITY;
+        let convex = matches!(start, Start::Convex);
+        let watch = if convex { WATCH_CONVEX } else { WATCH };
         let (mut short, mut polish_below, mut watched) = (0, POLISH_BELOW, f64::INFINITY);
         for steps in 0..MAX_STEPS {
             self.read(problem, response);
@@ -102,8 +125,16 @@ impl InteriorPoint {
                 polish_below = 0.1 * residual.merit();
             }
             let tau = self.blocks.iter().map(Block::product).sum::<f64>() / pairs.max(1) as f64;
+            if convex {
+                let square = self.xi.iter().map(|xi| xi.norm_squared()).sum::<f64>();
+                let earlier = std::mem::replace(&mut speed, square.sqrt());
+                let close = tau <= CLOSED * size.impulse * size.velocity;
+                if close && speed > SETTLED * earlier {
+                    return work;
+                }
+            }
             // a stalled run shows as a gap that no longer falls, even if single steps are long
-            if steps % WATCH == 0 {
+            if steps % watch == 0 {
                 if tau > 0.5 * watched {
                     return work;
                 }
@@ -183,9 +214,14 @@ impl InteriorPoint {
         problem: &ContactProblem,
         judge: &Judge,
         response: &mut Response,
-        near: Option<&[Vec2]>,
+        start: Start,
     ) -> Size {
         let n = problem.len();
+        let near = match start {
+            Start::Near(impulses) => Some(impulses),
+            Start::Same | Start::Convex => None,
+        };
+        let convex = matches!(start, Start::Convex);
         let velocity = (problem.free.iter().zip(&problem.laws))
             .map(|(b, law)| b.x.abs().max(if law.rows() == 2 { b.y.abs() } else { 0.0 }))
             .fold(0.0, f64::max);
@@ -222,7 +258,8 @@ impl InteriorPoint {
         self.blocks.clear();
         for i in 0..n {
             let near = near.map(|near| (near[i], self.xi[i]));
-            self.blocks.push(Block::start(&problem.laws[i], near, size));
+            let block = Block::start(&problem.laws[i], near, size, convex);
+            self.blocks.push(block);
         }
         size
     }

@@ -24,6 +24,8 @@ pub(super) struct Block {
     /// Impulse of a pin or a bounded row.
     bilateral: Vec2,
     law: Law,
+    /// `a` in `w_N = ξ_N − a λ`: 0 for friction as it is, μ for the convex problem beside it.
+    dilation: f64,
 }
 
 /// A change of the pairs of one block.
@@ -39,16 +41,18 @@ const LEAST_FRICTION: f64 = 1e-3;
 
 impl Block {
     /// The first point: the same for all contacts, or near the given impulse and local velocity.
-    pub fn start(law: &Law, near: Option<(Vec2, Vec2)>, size: Size) -> Block {
+    pub fn start(law: &Law, near: Option<(Vec2, Vec2)>, size: Size, convex: bool) -> Block {
         let (a, v) = (size.impulse, size.velocity);
         let mut block = Block {
             x: [1.0; PAIRS],
             w: [1.0; PAIRS],
             bilateral: near.map_or(Vec2::zeros(), |(p, _)| p),
             law: *law,
+            dilation: 0.0,
         };
         match *law {
             Law::Contact { friction, .. } => {
+                block.dilation = if convex { friction } else { 0.0 };
                 let mu = friction.max(LEAST_FRICTION);
                 match near {
                     None => {
@@ -184,7 +188,12 @@ impl Block {
         match self.law {
             Law::Contact { friction, .. } if friction > 0.0 => {
                 let e = Elimination::of(self, friction, xi, aim, predictor);
-                soften(e.gain, e.offset, weight)
+                let (mut gain, offset) = soften(e.gain, e.offset, weight);
+                if self.dilation > 0.0 {
+                    // symmetric but for round-off, and a symmetric system is factorised faster
+                    gain[(0, 1)] = gain[(1, 0)];
+                }
+                (gain, offset)
             }
             Law::Contact { .. } => {
                 let rc = self.target(0, aim, predictor);
@@ -224,13 +233,14 @@ impl Block {
                     - self.x[3] * friction * n
                     - self.x[3] * (e.ratio[1] - e.ratio[2]) * du.y)
                     / e.pivot;
+                let n = n + e.ratio[0] * self.dilation * slip;
                 let (b1, b2) = (
                     e.tangent[0] - e.ratio[1] * (slip + du.y),
                     e.tangent[1] - e.ratio[2] * (slip - du.y),
                 );
                 d.x = [n, b1, b2, slip];
                 d.w = [
-                    du.x - e.gap[0],
+                    du.x - self.dilation * slip - e.gap[0],
                     slip + du.y - e.gap[1],
                     slip - du.y - e.gap[2],
                     friction * n - b1 - b2 - e.gap[3],
@@ -323,7 +333,7 @@ impl Elimination {
     ) -> Elimination {
         let (x, w) = (&block.x, &block.w);
         let gap = [
-            w[0] - xi.x,
+            w[0] - xi.x + block.dilation * x[3],
             w[1] - x[3] - xi.y,
             w[2] - x[3] + xi.y,
             w[3] - (friction * x[0] - x[1] - x[2]),
@@ -333,7 +343,8 @@ impl Elimination {
         let normal = known(0) / w[0];
         let tangent = [known(1) / w[1], known(2) / w[2]];
         let slip = known(3) + x[3] * (tangent[0] + tangent[1]);
-        let pivot = w[3] + x[3] * (ratio[1] + ratio[2]);
+        let dilation = block.dilation * ratio[0];
+        let pivot = w[3] + x[3] * (ratio[1] + ratio[2] + friction * dilation);
         // dλ = at_rest + per_normal dξ_N + per_tangent dξ_T
         let at_rest = (slip - x[3] * friction * normal) / pivot;
         let per_normal = x[3] * friction * ratio[0] / pivot;
@@ -341,12 +352,15 @@ impl Elimination {
         let per_tangent = -x[3] * difference / pivot;
         Elimination {
             gain: Mat2::new(
-                ratio[0],
-                0.0,
+                ratio[0] - dilation * per_normal,
+                -dilation * per_tangent,
                 difference * per_normal,
                 ratio[1] + ratio[2] + difference * per_tangent,
             ),
-            offset: Vec2::new(normal, tangent[0] - tangent[1] - difference * at_rest),
+            offset: Vec2::new(
+                normal + dilation * at_rest,
+                tangent[0] - tangent[1] - difference * at_rest,
+            ),
             ratio,
             gap,
             normal,
@@ -359,11 +373,9 @@ impl Elimination {
 
 /// `dr = g − A (h + D dr)` solved for `dr`: gain `(I + A D)⁻¹ A`, offset `(I + A D)⁻¹ g`.
 fn soften(gain: Mat2, offset: Vec2, weight: Vec2) -> (Mat2, Vec2) {
-    // A is lower triangular
-    let n = 1.0 / (1.0 + gain[(0, 0)] * weight.x);
-    let t = 1.0 / (1.0 + gain[(1, 1)] * weight.y);
-    let side = -gain[(1, 0)] * weight.x * n * t;
-    let inverse = Mat2::new(n, 0.0, side, t);
+    let (n, t) = (1.0 + gain[(0, 0)] * weight.x, 1.0 + gain[(1, 1)] * weight.y);
+    let (above, below) = (gain[(0, 1)] * weight.y, gain[(1, 0)] * weight.x);
+    let inverse = Mat2::new(t, -above, -below, n) / (n * t - above * below);
     (inverse * gain, inverse * offset)
 }
 
