@@ -307,7 +307,7 @@ impl Direct {
         if self.best.solved() {
             let found = self.best.impulses.clone();
             self.best.set_tolerance(exact(tolerance));
-            self.polish(problem, &found, 1, report);
+            self.polish(problem, &found, WARM_STEPS, report);
             self.best.set_tolerance(tolerance);
         }
     }

@@ -61,6 +61,8 @@ const SETTLED: f64 = 0.9;
 /// Newton's polish is tried below this merit, and again at a tenth of the merit where it failed.
 const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
+/// At rest the statuses are soon those of the solution.
+const POLISH_CONVEX: usize = 2;
 
 /// Where a run starts.
 #[derive(Debug, Clone, Copy)]
@@ -95,6 +97,7 @@ impl InteriorPoint {
         let mut speed = f64::INFINITY;
         let convex = matches!(start, Start::Convex);
         let watch = if convex { WATCH_CONVEX } else { WATCH };
+        let newton = if convex { POLISH_CONVEX } else { POLISH_STEPS };
         let (mut short, mut polish_below, mut watched) = (0, POLISH_BELOW, f64::INFINITY);
         for steps in 0..MAX_STEPS {
             self.read(problem, response);
@@ -115,7 +118,7 @@ impl InteriorPoint {
                     response,
                     &self.impulses,
                     guess,
-                    POLISH_STEPS,
+                    newton,
                     best,
                 );
                 if best.solved() {
