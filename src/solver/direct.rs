@@ -76,7 +76,7 @@ pub struct Direct {
     interior: InteriorPoint,
     continuation: Continuation,
     best: Best,
-    /// Impulses of stage 3, which must not change those of the other stages.
+    /// Start of stage 3, which must not change the impulses of the other stages, and of Newton steps.
     trial: Vec<Vec2>,
     /// Whether the judge last evaluated the impulses that were returned.
     judged_last: bool,
@@ -305,10 +305,12 @@ impl Direct {
     fn rest(&mut self, problem: &ContactProblem, tolerance: f64, report: &mut SolveReport) {
         self.interior_point(problem, Start::Convex, report);
         if self.best.solved() {
-            let found = self.best.impulses.clone();
+            let mut found = std::mem::take(&mut self.trial);
+            found.clone_from(&self.best.impulses);
             self.best.set_tolerance(exact(tolerance));
             self.polish(problem, &found, WARM_STEPS, report);
             self.best.set_tolerance(tolerance);
+            self.trial = found;
         }
     }
 

@@ -156,21 +156,23 @@ fn a_tower_of_ten_stands_a_minute_without_leaning() {
 }
 
 /// A tower stands on two feet a box, four sticking rows on three coordinates: who carries what along
-/// the floor is open, and the least shares are the symmetric ones.
+/// the floor is open, and the least shares are the symmetric ones. It has slid for some steps, which
+/// leaves other shares.
 #[test]
 fn least_shares_of_a_tower_are_symmetric() {
+    const PUSHED: &str = "body.box.velocity=[0.02, 0]";
     let least = run_steps(
         &load(
             "tower",
-            &["step.shares=minimum-norm", "step.tolerance=1e-10"],
+            &[PUSHED, "step.shares=minimum-norm", "step.tolerance=1e-10"],
         ),
         60,
     );
-    let found = run_steps(&load("tower", &[]), 60);
+    let found = run_steps(&load("tower", &[PUSHED]), 60);
     assert_eq!(least.totals.redundant_steps, 60);
     let (mut worst, mut found_worst) = (0.0f64, 0.0f64);
     for (run, worst) in [(&least, &mut worst), (&found, &mut found_worst)] {
-        for record in &run.records {
+        for record in &run.records[10..] {
             for feet in record.contacts.chunks_exact(2) {
                 assert_eq!(feet[0].bodies, feet[1].bodies);
                 let scale = feet[0].impulse_n;
