@@ -180,10 +180,13 @@ fn grains_beside_the_strip_close_their_books() {
     let mut watch = Steps(0);
     let found = run_crops(&scene, &setup, hidden, &mut watch, &|_| None).unwrap();
     assert!(watch.0 > 1000, "{}", watch.0);
-    // at the speed of the tips a grain moves 0.9 of its radius in this step: the run does not pass as sound
-    let why = found.wrong(&setup.parameters).unwrap_or_default();
-    assert!(why.contains("overlapped"), "{why}");
     let grains = &found.grains;
+    // at the speed of the tips a grain moves 0.9 of its radius in this step: some runs are not sound
+    let why = found.wrong(&setup.parameters).unwrap_or_default();
+    let totals = &grains.totals;
+    let deepest = totals.penetration.max(totals.penetration_impact);
+    let radius = setup.parameters.grains.as_ref().unwrap().radius;
+    assert_eq!(why.contains("overlapped"), deepest > 0.5 * radius, "{why}");
     // kinetic energies of the bodies at both ends against the work of every impulse between
     assert!(grains.closure() < 1e-9, "{}", grains.closure());
     assert!(found.strip.closure() < 1e-9, "{}", found.strip.closure());
