@@ -25,21 +25,23 @@ addEventListener("load", () => setTimeout(async () => {
   const found = { frames: Number(bar.max) + 1, picks: [] };
   found.start = to(0);
   found.middle = to(Math.floor(bar.max / 2));
-  // a click at every place of a grid, until a body and a contact are picked
+  // a click at every place of finer and finer grids, until a body and a contact are picked
   const box = canvas.getBoundingClientRect();
   const kinds = new Set();
-  for (const part of [0.5, 1]) {
-    to(Math.floor(part * bar.max));
-    const frame = Number(bar.value);
-    for (let y = 3; y < box.height && kinds.size < 2; y += 6) {
-      for (let x = 3; x < box.width && kinds.size < 2; x += 6) {
-        const at = { clientX: box.left + x, clientY: box.top + y, buttons: 1, bubbles: true };
-        canvas.dispatchEvent(new PointerEvent("pointerdown", at));
-        canvas.dispatchEvent(new PointerEvent("pointerup", at));
-        const name = get("picked-name").textContent, kind = name.split(/[ :]/)[0];
-        if ((kind === "Body" && name.includes("dynamic") || kind === "Contact") && !kinds.has(kind)) {
-          kinds.add(kind);
-          found.picks.push({ frame, name, figures: cells("picked"), step: cells("step") });
+  for (const wide of [48, 24, 12, 6]) {
+    for (const part of [0.5, 1]) {
+      to(Math.floor(part * bar.max));
+      const frame = Number(bar.value);
+      for (let y = 3; y < box.height && kinds.size < 2; y += wide) {
+        for (let x = 3; x < box.width && kinds.size < 2; x += wide) {
+          const at = { clientX: box.left + x, clientY: box.top + y, buttons: 1, bubbles: true };
+          canvas.dispatchEvent(new PointerEvent("pointerdown", at));
+          canvas.dispatchEvent(new PointerEvent("pointerup", at));
+          const name = get("picked-name").textContent, kind = name.split(/[ :]/)[0];
+          if ((kind === "Body" && name.includes("dynamic") || kind === "Contact") && !kinds.has(kind)) {
+            kinds.add(kind);
+            found.picks.push({ frame, name, figures: cells("picked"), step: cells("step") });
+          }
         }
       }
     }

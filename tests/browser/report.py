@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # scene, arguments, whether it has contacts to click on; None for a machine without a replay
@@ -76,10 +77,15 @@ def same(figures, row, page):
     assert shown > 4, (page, figures)
 
 
-def check(browser, program, scene, args, contacts, width, root, command="run"):
-    folder = os.path.join(root, "%s-%s-%d" % (command, scene, width))
+def written(program, scene, args, root, command="run"):
+    """The folder of a run with its page."""
+    folder = os.path.join(root, "%s-%s" % (command, scene))
     done = subprocess.run([program, command, scene, *args, "--report", "--quiet", "--out", folder])
     assert done.returncode in (0, 2), (scene, done.returncode)
+    return folder
+
+
+def check(browser, folder, scene, contacts, width, command="run"):
     page = os.path.join(folder, "report.html")
     text = open(page).read()
     probe = open(os.path.join(HERE, "probe.js")).read()
@@ -180,12 +186,17 @@ def main():
         drawn = os.path.join(root, "moving")
         subprocess.run([program, "run", "pendulum", "--animate", "--quiet", "--out", drawn], check=True)
         check_moving(browser, os.path.join(drawn, "scene-moving.svg"), root)
-        for scene, args, contacts in PAGES:
+        pages = [("run", *page) for page in PAGES]
+        pages += [(command, scene, args, None) for command, scene, *args in COMPARED]
+
+        def both(page):
+            command, scene, args, contacts = page
+            folder = written(program, scene, args, root, command)
             for width in WIDTHS:
-                check(browser, program, scene, args, contacts, width, root)
-        for command, scene, *args in COMPARED:
-            for width in WIDTHS:
-                check(browser, program, scene, args, None, width, root, command)
+                check(browser, folder, scene, contacts, width, command)
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(both, pages))
 
 
 main()
