@@ -8,8 +8,8 @@ use crate::report::{BodyRow, ContactRow, CsvFile, ImpactRow, OutputFolder, Repor
 /// Number of a body in the record, its pose and its velocity.
 pub(super) type BodyState = (u32, Pose64, Vec3);
 
-/// Writes every N-th step of a run, and its last one, to `bodies.csv`, `contacts.csv` and
-/// `steps.csv`, and every impact to `impacts.csv`; or nothing.
+/// Writes every N-th step of a run to `bodies.csv`, `contacts.csv` and `steps.csv`, and every impact
+/// to `impacts.csv`; or nothing. [`RunFiles::add_last`] adds the last step.
 pub(super) struct RunFiles {
     /// `None` for a run of which only the summary is kept.
     rows: Option<Rows>,
@@ -181,7 +181,7 @@ impl RunFiles {
 
     /// Whether the step added last was written.
     pub fn wrote_step(&self) -> bool {
-        self.rows.is_some() && self.count > 0 && self.count.is_multiple_of(self.every)
+        self.rows.is_some() && self.count > 0 && self.since.is_none()
     }
 
     /// Writes out what is buffered.

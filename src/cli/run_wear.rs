@@ -81,6 +81,10 @@ pub(super) fn run(
             if wear.is_new() {
                 judge.add(record, built, Engine::Moreau);
                 files.add(record, || states(built, Engine::Moreau))?;
+                if wear.ends_cycle() {
+                    // the files are of new bodies
+                    files.add_last(|| states(built, Engine::Moreau))?;
+                }
             }
             if let Some(checkpoint) = &mut checkpoint
                 && checkpoint.is_due(wear.totals.steps)
@@ -96,9 +100,8 @@ pub(super) fn run(
         },
     )?;
     drop(progress);
-    let states = states(&built, Engine::Moreau);
-    files.add_last(|| states.iter().copied())?;
     let last = files.finish()?;
+    let states = states(&built, Engine::Moreau);
     if !args.summary_only {
         write_still(&folder, scene, &states, &last)?;
         write_moving(args, &folder, scene)?;

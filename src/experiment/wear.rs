@@ -74,9 +74,10 @@ pub struct WearOutcome {
     /// Why the wear ended before its duration.
     pub ended: Option<String>,
     pub totals: Totals,
-    /// Cycles that were measured, and steps of the present one.
+    /// Cycles that were measured, steps of the present one, and steps of each.
     cycles: usize,
     step: usize,
+    cycle_steps: usize,
 }
 
 impl WearOutcome {
@@ -115,6 +116,7 @@ impl WearOutcome {
         let settle = life
             .settle
             .map_or(steps, |time| (time / scene.step.dt).round() as usize);
+        run.cycle_steps = settle + steps;
         let state = |built: &Built, k: usize| Engine::Moreau.state(built, k);
         if run.totals.steps == 0 {
             // records overlaps of the start, which are not errors of a step
@@ -122,7 +124,7 @@ impl WearOutcome {
         }
         loop {
             progress.set((1000.0 * run.worn.seconds() / life.duration) as u64);
-            while run.step < settle + steps {
+            while run.step < run.cycle_steps {
                 let (mut record, seconds) = Engine::Moreau.timed_step(built)?;
                 run.totals.wall += seconds;
                 if run.is_new() {
@@ -153,6 +155,11 @@ impl WearOutcome {
     /// Whether no jump was tried yet: the bodies are as the scene says.
     pub fn is_new(&self) -> bool {
         self.cycles == 0
+    }
+
+    /// Whether the step observed last ends a cycle.
+    pub fn ends_cycle(&self) -> bool {
+        self.step == self.cycle_steps
     }
 
     /// Saves the state after a step, without that of the world.
@@ -236,6 +243,7 @@ fn start(scene: &Scene, built: &mut Built, life: &Life) -> Result<WearOutcome, R
         totals: Totals::default(),
         cycles: 0,
         step: 0,
+        cycle_steps: 0,
     };
     for wear in &scene.wear {
         run.names.push(scene.bodies[wear.body].name.clone());

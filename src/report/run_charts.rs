@@ -18,7 +18,21 @@ pub fn run_charts(rows: &[StepRow], tolerance: Option<f64>) -> Vec<Chart> {
         let of = |row: &StepRow| Some((row.time_s, value(row)?));
         rows.iter().filter_map(of).collect()
     };
-    let count = |value: &dyn Fn(&StepRow) -> Option<usize>| told(&|r| value(r).map(|n| n as f64));
+    // a row has the counts of all steps since the row before
+    let mut before = match rows {
+        [first, second, ..] => 2.0 * first.time_s - second.time_s,
+        _ => 0.0,
+    };
+    let mut since = Vec::new();
+    for row in rows {
+        since.push(((row.time_s - before) / row.dt_s).round().max(1.0));
+        before = row.time_s;
+    }
+    let count = |value: &dyn Fn(&StepRow) -> Option<usize>| -> Vec<(f64, f64)> {
+        let all = rows.iter().zip(&since);
+        all.filter_map(|(row, steps)| Some((row.time_s, value(row)? as f64 / steps)))
+            .collect()
+    };
     // a source that never works is left out
     let sum = |value: &dyn Fn(&StepRow) -> Option<f64>| -> Vec<(f64, f64)> {
         let mut so_far = 0.0;
@@ -75,7 +89,7 @@ pub fn run_charts(rows: &[StepRow], tolerance: Option<f64>) -> Vec<Chart> {
         ),
         over_time(
             "Work of the solver",
-            Axis::linear("count in a step"),
+            Axis::linear("count in a step, mean since the row before"),
             vec![
                 ("contacts", told(&|r| Some(r.contacts as f64))),
                 ("sweeps", count(&|r| r.sweeps)),

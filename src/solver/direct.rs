@@ -300,18 +300,26 @@ impl Direct {
         report
     }
 
-    /// Stage 2 from zero impulses, see [`Direct`]: looks for a state of rest, and makes it exact, as what is left of a
-    /// residual would ask for a solve in the next steps.
+    /// Stage 2 from zero impulses, see [`Direct`]: looks for a state of rest, and makes it exact, as
+    /// what is left of a residual would ask for a solve in the next steps.
     fn rest(&mut self, problem: &ContactProblem, tolerance: f64, report: &mut SolveReport) {
-        self.interior_point(problem, Start::Convex, report);
         if self.best.solved() {
-            let mut found = std::mem::take(&mut self.trial);
-            found.clone_from(&self.best.impulses);
-            self.best.set_tolerance(exact(tolerance));
-            self.polish(problem, &found, WARM_STEPS, report);
-            self.best.set_tolerance(tolerance);
-            self.trial = found;
+            return;
         }
+        self.interior_point(problem, Start::Convex, report);
+        if !self.best.solved() {
+            // no factors of a guess that failed
+            self.newton.begin();
+            return;
+        }
+        let mut found = std::mem::take(&mut self.trial);
+        found.clone_from(&self.best.impulses);
+        self.best.set_tolerance(exact(tolerance));
+        if !self.best.solved() {
+            self.polish(problem, &found, WARM_STEPS, report);
+        }
+        self.best.set_tolerance(tolerance);
+        self.trial = found;
     }
 
     /// Stage 3, see [`Direct`].

@@ -19,10 +19,10 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
 /// from the first iteration, without an outer loop. The drawback: the form is not monotone, and one
 /// run in ten stalls. A run from another start then helps.
 ///
-/// The convex problem has `ξ_N − μ λ` in place of `ξ_N` in (1): a contact that slides opens. It
-/// minimises the kinetic energy, and its form is monotone. If bodies can rest, they do so in each
-/// solution, `λ = 0`, and the solution holds with (1) as well. So a run on the convex problem finds a
-/// state of rest wherever there is one, whatever else solves (1).
+/// The convex problem has `w_N = ξ_N − μ λ` in place of `ξ_N` in (1): a contact that slides opens. Its
+/// form is monotone, and its velocities are unique. If one of its solutions has `ξ = 0` at every
+/// contact that carries load, and `ξ_N ≥ μ |ξ_T|` at the others, then each has, and solves (1) as
+/// well. So a run on the convex problem finds a state of rest that other starts may miss.
 ///
 /// # Source
 /// Stewart & Trinkle (1996) for (1); Anitescu (2006) for the convex problem; Mehrotra (1992); Wright, *Primal-Dual Interior-Point Methods*
@@ -52,16 +52,17 @@ const SHORT_STEP: f64 = 0.03;
 const SHORT_STEPS: usize = 5;
 /// The complementarity gap must at least halve over this many steps.
 const WATCH: usize = 20;
-/// On the convex problem a run is slower than this only if bodies cannot avoid each other.
+/// The same on the convex problem: at rest the gap falls faster.
 const WATCH_CONVEX: usize = 5;
-/// A run on the convex problem ends where the mean product is below [`CLOSED`] times that of the first
-/// point and a step leaves more than [`SETTLED`] times the speed: its solution is no state of rest.
+/// A run on the convex problem ends where the mean product is below [`CLOSED`] times the scales of
+/// impulse and velocity, and a step leaves more than [`SETTLED`] of what slides under load: its
+/// solution does not rest.
 const CLOSED: f64 = 1e-3;
-const SETTLED: f64 = 0.9;
+const SETTLED: f64 = 0.7;
 /// Newton's polish is tried below this merit, and again at a tenth of the merit where it failed.
 const POLISH_BELOW: f64 = 1e-3;
 const POLISH_STEPS: usize = 8;
-/// At rest the statuses are soon those of the solution.
+/// On the convex problem a polish that does not fit at once waits for the next point, which is near.
 const POLISH_CONVEX: usize = 2;
 
 /// Where a run starts.
@@ -94,7 +95,7 @@ impl InteriorPoint {
         }
         // products below this are round-off of the velocities
         let floor = 1e-26 * size.impulse * size.velocity;
-        let mut speed = f64::INFINITY;
+        let mut slide = f64::INFINITY;
         let convex = matches!(start, Start::Convex);
         let watch = if convex { WATCH_CONVEX } else { WATCH };
         let newton = if convex { POLISH_CONVEX } else { POLISH_STEPS };
@@ -129,10 +130,10 @@ impl InteriorPoint {
             }
             let tau = self.blocks.iter().map(Block::product).sum::<f64>() / pairs.max(1) as f64;
             if convex {
-                let square = self.xi.iter().map(|xi| xi.norm_squared()).sum::<f64>();
-                let earlier = std::mem::replace(&mut speed, square.sqrt());
+                let now = self.blocks.iter().map(Block::slide).sum();
+                let earlier = std::mem::replace(&mut slide, now);
                 let close = tau <= CLOSED * size.impulse * size.velocity;
-                if close && speed > SETTLED * earlier {
+                if close && slide > SETTLED * earlier {
                     return work;
                 }
             }

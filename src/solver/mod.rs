@@ -21,8 +21,8 @@
 //! [`Sharing`] finds the impulses of minimum norm. Velocities are unique while friction is small.
 //! Where velocities are not unique, `auto` returns the first solution in its fixed order. For up to
 //! four contacts this is the choice of [`Enumeration`]; else it is the result of the stages of
-//! [`Direct`], which start from the impulses of the last step. Where there are none, bodies that can
-//! rest do so. Results repeat bit for bit.
+//! [`Direct`], which start from the impulses of the last step. Where there are none, it looks first
+//! for a solution in which no contact that carries load moves. Results repeat bit for bit.
 //!
 //! ```
 //! use moreau2d::contact::{Vec2, examples};

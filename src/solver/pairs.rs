@@ -24,7 +24,7 @@ pub(super) struct Block {
     /// Impulse of a pin or a bounded row.
     bilateral: Vec2,
     law: Law,
-    /// `a` in `w_N = ξ_N − a λ`: 0 for friction as it is, μ for the convex problem beside it.
+    /// `a` in `w_N = ξ_N − a λ`: 0 for friction as it is, μ in the convex problem.
     dilation: f64,
 }
 
@@ -132,6 +132,14 @@ impl Block {
             .sum()
     }
 
+    /// `P_N λ` of a frictional contact \[J\], 0 at rest and where it is open.
+    pub fn slide(&self) -> f64 {
+        match self.law {
+            Law::Contact { friction, .. } if friction > 0.0 => self.x[0] * self.x[3],
+            _ => 0.0,
+        }
+    }
+
     /// The impulse of this point [N s].
     pub fn impulse(&self) -> Vec2 {
         match self.law {
@@ -188,12 +196,7 @@ impl Block {
         match self.law {
             Law::Contact { friction, .. } if friction > 0.0 => {
                 let e = Elimination::of(self, friction, xi, aim, predictor);
-                let (mut gain, offset) = soften(e.gain, e.offset, weight);
-                if self.dilation > 0.0 {
-                    // symmetric but for round-off, and a symmetric system is factorised faster
-                    gain[(0, 1)] = gain[(1, 0)];
-                }
-                (gain, offset)
+                soften(e.gain, e.offset, weight)
             }
             Law::Contact { .. } => {
                 let rc = self.target(0, aim, predictor);
@@ -350,11 +353,14 @@ impl Elimination {
         let per_normal = x[3] * friction * ratio[0] / pivot;
         let difference = ratio[1] - ratio[2];
         let per_tangent = -x[3] * difference / pivot;
+        let below = difference * per_normal;
+        // −dilation · per_tangent is the same but for round-off; a symmetric system is factorised faster
+        let above = if dilation > 0.0 { below } else { 0.0 };
         Elimination {
             gain: Mat2::new(
                 ratio[0] - dilation * per_normal,
-                -dilation * per_tangent,
-                difference * per_normal,
+                above,
+                below,
                 ratio[1] + ratio[2] + difference * per_tangent,
             ),
             offset: Vec2::new(
@@ -371,12 +377,19 @@ impl Elimination {
     }
 }
 
-/// `dr = g − A (h + D dr)` solved for `dr`: gain `(I + A D)⁻¹ A`, offset `(I + A D)⁻¹ g`.
+/// `dr = g − A (h + D dr)` solved for `dr`: gain `(I + A D)⁻¹ A`, offset `(I + A D)⁻¹ g`. The gain is
+/// symmetric if `A` is.
 fn soften(gain: Mat2, offset: Vec2, weight: Vec2) -> (Mat2, Vec2) {
-    let (n, t) = (1.0 + gain[(0, 0)] * weight.x, 1.0 + gain[(1, 1)] * weight.y);
-    let (above, below) = (gain[(0, 1)] * weight.y, gain[(1, 0)] * weight.x);
-    let inverse = Mat2::new(t, -above, -below, n) / (n * t - above * below);
-    (inverse * gain, inverse * offset)
+    let [n, t] = [gain[(0, 0)], gain[(1, 1)]];
+    let [above, below] = [gain[(0, 1)], gain[(1, 0)]];
+    let area = n * t - above * below;
+    let rate = 1.0 / (1.0 + n * weight.x + t * weight.y + area * weight.x * weight.y);
+    let softened = Mat2::new(n + area * weight.y, above, below, t + area * weight.x);
+    let rest = Vec2::new(
+        (1.0 + t * weight.y) * offset.x - above * weight.y * offset.y,
+        (1.0 + n * weight.x) * offset.y - below * weight.x * offset.x,
+    );
+    (softened * rate, rest * rate)
 }
 
 fn soften_rigid(xi: Vec2, proximal: f64) -> (Mat2, Vec2) {

@@ -38,8 +38,8 @@
 //! | 20 | 0.2 | 12.7e-13 | 428 ± 39 (199) | unfit 413 ± 40 (193) |
 //! | 20 | 0.35 | 2.8e-13 | 102 ± 8 (213) | stalls 23 ± 3 (49) |
 //!
-//! The printed error is that of the computation, but for the last row: there the drive is so near its limit
-//! that changes of the program within these errors moved the stall from 47 to 21 h. These two inputs move the
+//! The printed error is that of the computation. It says too little of the last stall: there the drive is so near
+//! its limit that small changes of the detection moved it from 47 ± 9 to 23 ± 3 h. These two inputs move the
 //! hours by more: at a given K by a factor of up to 18, and with K fitted again by up to 4. They take part of
 //! the torque away from the teeth: of 10.4 kW new teeth take 1.4 kW with the default, 4.6 kW where the strip
 //! never parts.

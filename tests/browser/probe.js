@@ -30,6 +30,7 @@ addEventListener("load", () => setTimeout(async () => {
   const kinds = new Set();
   for (const wide of [48, 24, 12, 6]) {
     for (const part of [0.5, 1]) {
+      if (kinds.size === 2) break;
       to(Math.floor(part * bar.max));
       const frame = Number(bar.value);
       for (let y = 3; y < box.height && kinds.size < 2; y += wide) {

@@ -79,6 +79,25 @@ fn the_literal_reading_is_told_in_words() {
     assert_eq!(place.rows("r/comparison.csv").len(), 12);
 }
 
+/// Bug: the last row of a run with wear had the poses of worn bodies at the time of new ones.
+#[test]
+fn the_last_row_is_that_of_every_step() {
+    let place = Place::new();
+    for scene in ["pin-on-disc", "tower --steps 50"] {
+        let last = |every: &str| {
+            let line = format!("run {scene} --quiet --every {every} --out r{every}");
+            let (code, _, err) = place.run(&line.split(' ').collect::<Vec<_>>());
+            assert_eq!(code, 0, "{err}");
+            let rows = place.rows(&format!("r{every}/bodies.csv"));
+            let end = rows[rows.len() - 1][0].clone();
+            let rows: Vec<_> = rows.into_iter().filter(|row| row[0] == end).collect();
+            fs::remove_dir_all(place.path(&format!("r{every}"))).unwrap();
+            rows
+        };
+        assert_eq!(last("7"), last("1"), "{scene}");
+    }
+}
+
 #[test]
 fn flags_change_the_run() {
     let place = Place::new();
