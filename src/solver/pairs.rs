@@ -380,16 +380,14 @@ impl Elimination {
 /// `dr = g − A (h + D dr)` solved for `dr`: gain `(I + A D)⁻¹ A`, offset `(I + A D)⁻¹ g`. The gain is
 /// symmetric if `A` is.
 fn soften(gain: Mat2, offset: Vec2, weight: Vec2) -> (Mat2, Vec2) {
-    let [n, t] = [gain[(0, 0)], gain[(1, 1)]];
-    let [above, below] = [gain[(0, 1)], gain[(1, 0)]];
-    let area = n * t - above * below;
-    let rate = 1.0 / (1.0 + n * weight.x + t * weight.y + area * weight.x * weight.y);
-    let softened = Mat2::new(n + area * weight.y, above, below, t + area * weight.x);
-    let rest = Vec2::new(
-        (1.0 + t * weight.y) * offset.x - above * weight.y * offset.y,
-        (1.0 + n * weight.x) * offset.y - below * weight.x * offset.x,
-    );
-    (softened * rate, rest * rate)
+    let [n, t] = [1.0 + gain[(0, 0)] * weight.x, 1.0 + gain[(1, 1)] * weight.y];
+    let [above, below] = [gain[(0, 1)] * weight.y, gain[(1, 0)] * weight.x];
+    let inverse = Mat2::new(t, -above, -below, n) / (n * t - above * below);
+    let mut softened = inverse * gain;
+    if gain[(0, 1)] == gain[(1, 0)] {
+        softened[(0, 1)] = softened[(1, 0)];
+    }
+    (softened, inverse * offset)
 }
 
 fn soften_rigid(xi: Vec2, proximal: f64) -> (Mat2, Vec2) {
