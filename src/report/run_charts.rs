@@ -8,6 +8,19 @@ use super::panel::over_time;
 /// Where values of 0 are drawn on a log axis: below round-off.
 const ZERO: f64 = 1e-18;
 
+/// Steps since the row before, whose counts a row has.
+fn steps_since(rows: &[StepRow]) -> Vec<f64> {
+    let mut before = match rows {
+        [first, second, ..] => 2.0 * first.time_s - second.time_s,
+        _ => 0.0,
+    };
+    let since = |row: &StepRow| {
+        let span = row.time_s - std::mem::replace(&mut before, row.time_s);
+        (span / row.dt_s).round().max(1.0)
+    };
+    rows.iter().map(since).collect()
+}
+
 /// Energy, work by source, worst gap, residual, and work of the solver. A chart for which nothing is
 /// known, as of a peer's residual, is left out.
 ///
@@ -18,16 +31,7 @@ pub fn run_charts(rows: &[StepRow], tolerance: Option<f64>) -> Vec<Chart> {
         let of = |row: &StepRow| Some((row.time_s, value(row)?));
         rows.iter().filter_map(of).collect()
     };
-    // a row has the counts of all steps since the row before
-    let mut before = match rows {
-        [first, second, ..] => 2.0 * first.time_s - second.time_s,
-        _ => 0.0,
-    };
-    let mut since = Vec::new();
-    for row in rows {
-        since.push(((row.time_s - before) / row.dt_s).round().max(1.0));
-        before = row.time_s;
-    }
+    let since = steps_since(rows);
     let count = |value: &dyn Fn(&StepRow) -> Option<usize>| -> Vec<(f64, f64)> {
         let all = rows.iter().zip(&since);
         all.filter_map(|(row, steps)| Some((row.time_s, value(row)? as f64 / steps)))
