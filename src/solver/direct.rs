@@ -22,7 +22,7 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Vec2};
 ///    start impulses are all zero and a contact has friction: the interior point on the convex
 ///    problem instead, for a state of rest. Other stages can find another solution, or none: without
 ///    this one a rope of 64 links round a drum, 3 % below the load that friction can hold, slips at
-///    each of seven step lengths.
+///    each of seven step lengths, in double precision.
 /// 3. If there are no joints and the impulses are unique, that is if the contacts that carry load have
 ///    no more rows than the bodies have coordinates: Gauss-Seidel sweeps with momentum ([`Nsgs`]), up
 ///    to sixty, until ten of them change no status, and up to eight Newton steps; then the same with up

@@ -369,8 +369,8 @@ fn rope_on_drum(share: f64) -> ContactProblem {
     problem
 }
 
-/// Bug: below its limit the rope has states in which it rests and others in which it slips, and the
-/// solver found one of the latter.
+/// Up to the limit of friction the rope rests, above it slips. Knots are too easy to tell the stages
+/// apart: `tests/solvers/rest.rs` has links that only the search for rest holds.
 #[test]
 fn a_rope_on_a_drum_rests_if_it_can() {
     let speed = |share: f64| {
@@ -382,7 +382,7 @@ fn a_rope_on_a_drum_rests_if_it_can() {
         (change[64].y - 9.81 / 60.0).abs()
     };
     for share in [0.5, 0.9, 0.97, 0.99] {
-        assert!(speed(share) < 1e-9, "{share}: {}", speed(share));
+        assert!(speed(share) < 1e-8, "{share}: {}", speed(share));
     }
     assert!(speed(1.01) > 1e-4, "{}", speed(1.01));
 }

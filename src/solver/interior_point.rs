@@ -25,7 +25,8 @@ use crate::contact::{ContactProblem, Delassus, Judge, Law, Mat2, Vec2};
 /// well. So a run on the convex problem finds a state of rest that other starts may miss.
 ///
 /// # Source
-/// Stewart & Trinkle (1996) for (1); Anitescu (2006) for the convex problem; Mehrotra (1992); Wright, *Primal-Dual Interior-Point Methods*
+/// Stewart & Trinkle (1996) for (1); Anitescu (2006) for the convex problem; Mehrotra (1992); Wright, *Primal-Dual
+/// Interior-Point Methods*
 /// (1997) for the step rules.
 #[derive(Debug, Clone, Default)]
 pub(super) struct InteriorPoint {

@@ -6,4 +6,5 @@ mod common;
 mod collection;
 mod judge_properties;
 mod lcp;
+mod rest;
 mod solver_properties;
