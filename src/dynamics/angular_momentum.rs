@@ -48,7 +48,7 @@ pub(super) fn restore_angular_momentum<M: MultibodyModel + ?Sized>(
         bodies.sort_unstable();
         bodies.dedup();
         let free: Option<Vec<Body>> = (bodies.iter())
-            .map(|&b| Body::new(model, b as usize, closed, inverse_mass))
+            .map(|&b| Body::new(model, b as usize, closed.moved[b as usize], inverse_mass))
             .collect();
         if let Some(free) = free.filter(|all| all.iter().any(|b| b.moved != Vec2::zeros())) {
             change += restore(&free, end);
@@ -71,7 +71,7 @@ impl Body {
     fn new<M: MultibodyModel + ?Sized>(
         model: &M,
         index: usize,
-        closed: &Closed,
+        moved: Vec2,
         inverse_mass: &[Vec3],
     ) -> Option<Body> {
         let w = inverse_mass[index];
@@ -81,50 +81,87 @@ impl Body {
             mass: 1.0 / w.x,
             inertia: 1.0 / w.z,
             centre: model.centre(index).filter(|_| free)?,
-            moved: closed.moved[index],
+            moved,
         })
     }
 }
 
+/// The rigid motion of an island without support that has its momenta.
+struct Rigid {
+    centre: Vec2,
+    drift: Vec2,
+    /// `J` [kg m²] and `L` [kg m²/s].
+    inertia: f64,
+    momentum: f64,
+}
+
+impl Rigid {
+    fn of(bodies: &[Body], velocities: &[Vec3]) -> Rigid {
+        let (mut mass, mut centre, mut momentum) = (0.0, Vec2::zeros(), Vec2::zeros());
+        for own in bodies {
+            mass += own.mass;
+            centre += own.mass * own.centre;
+            momentum += own.mass * velocities[own.index].xy();
+        }
+        let mut rigid = Rigid {
+            centre: centre / mass,
+            drift: momentum / mass,
+            inertia: 0.0,
+            momentum: 0.0,
+        };
+        for own in bodies {
+            let (r, u) = (own.centre - rigid.centre, velocities[own.index]);
+            rigid.inertia += own.mass * r.norm_squared() + own.inertia;
+            rigid.momentum += own.mass * r.perp(&(u.xy() - rigid.drift)) + own.inertia * u.z;
+        }
+        rigid
+    }
+
+    /// Velocity of a body at the angular momentum `momentum`.
+    fn velocity(&self, body: &Body, momentum: f64) -> Vec3 {
+        let (r, spin) = (body.centre - self.centre, momentum / self.inertia);
+        Vec3::new(self.drift.x - spin * r.y, self.drift.y + spin * r.x, spin)
+    }
+}
+
+/// The motion of `bodies` relative to the rigid one that has their momenta. `None` if not all their
+/// coordinates are free.
+pub(super) fn relative_motion<M: MultibodyModel + ?Sized>(
+    model: &M,
+    bodies: &[u32],
+    inverse_mass: &[Vec3],
+    velocities: &[Vec3],
+) -> Option<Vec<Vec3>> {
+    let own = (bodies.iter()).map(|&b| Body::new(model, b as usize, Vec2::zeros(), inverse_mass));
+    let own: Vec<Body> = own.collect::<Option<_>>()?;
+    let rigid = Rigid::of(&own, velocities);
+    let relative = |b: &Body| velocities[b.index] - rigid.velocity(b, rigid.momentum);
+    Some(own.iter().map(relative).collect())
+}
+
 fn restore(bodies: &[Body], end: &mut [Vec3]) -> f64 {
-    let (mut mass, mut centre, mut momentum) = (0.0, Vec2::zeros(), Vec2::zeros());
-    for own in bodies {
-        mass += own.mass;
-        centre += own.mass * own.centre;
-        momentum += own.mass * end[own.index].xy();
-    }
-    let (centre, drift) = (centre / mass, momentum / mass);
-    // L + ΔL and ΔL, both about the centre of mass
-    let (mut inertia, mut now, mut change) = (0.0, 0.0, 0.0);
-    for own in bodies {
-        let (r, u) = (own.centre - centre, end[own.index]);
-        let v = u.xy() - drift;
-        inertia += own.mass * r.norm_squared() + own.inertia;
-        now += own.mass * r.perp(&v) + own.inertia * u.z;
-        change += own.mass * own.moved.perp(&v);
-    }
+    let rigid = Rigid::of(bodies, end);
+    let now = rigid.momentum;
+    let of = |own: &Body| own.mass * own.moved.perp(&(end[own.index].xy() - rigid.drift));
+    let change: f64 = bodies.iter().map(of).sum();
     let before = now - change;
-    let rigid = |own: &Body, spin: f64| {
-        let r = own.centre - centre;
-        Vec3::new(drift.x - spin * r.y, drift.y + spin * r.x, spin)
-    };
     let (mut relative, mut kinetic) = (0.0, 0.0);
     let energy =
         |own: &Body, u: &Vec3| 0.5 * (own.mass * u.xy().norm_squared() + own.inertia * u.z * u.z);
     for own in bodies {
         let u = end[own.index];
-        relative += energy(own, &(u - rigid(own, now / inertia)));
+        relative += energy(own, &(u - rigid.velocity(own, now)));
         kinetic -= energy(own, &u);
     }
-    let needed = (before * before - now * now) / (2.0 * inertia);
+    let needed = (before * before - now * now) / (2.0 * rigid.inertia);
     let share = match needed > 0.0 && relative > 0.0 {
         true => (1.0 - needed / relative).max(0.0).sqrt(),
         false => 1.0,
     };
     for own in bodies {
         let u = &mut end[own.index];
-        let w = *u - rigid(own, now / inertia);
-        *u = rigid(own, before / inertia) + w * share;
+        let w = *u - rigid.velocity(own, now);
+        *u = rigid.velocity(own, before) + w * share;
         kinetic += energy(own, u);
     }
     kinetic

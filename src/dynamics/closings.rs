@@ -83,6 +83,7 @@ mod tests {
             rigid: false,
             bilateral: true,
             impact: false,
+            pressed_before: false,
         });
         let joint = |block| BilateralJoint {
             block,

@@ -87,7 +87,7 @@ pub(super) struct PulledLink {
     pub inertia: f64,
 }
 
-/// All data of contacts and joints for the next step.
+/// All data of contacts and joints for the next step, and the reserves of energy.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct ContactCache {
     #[serde(with = "in_order")]
@@ -99,6 +99,8 @@ pub(super) struct ContactCache {
     pub landings: Vec<Landing>,
     /// Whether some contact rebounds little: see [`super::events::find_crowds`].
     pub lands: bool,
+    /// For each body its share of the reserve of its island \[J\], see [`super::reserve`].
+    pub reserves: Vec<f64>,
 }
 
 impl ContactCache {

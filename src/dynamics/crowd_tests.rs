@@ -273,6 +273,7 @@ fn impulses_that_add_energy_are_scaled_down() {
         rigid: true,
         bilateral: false,
         impact: false,
+        pressed_before: false,
     };
     let mut island = IslandProblem {
         problem: ContactProblem {

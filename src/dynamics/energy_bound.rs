@@ -8,7 +8,7 @@
 //! cone and do not penetrate; by convexity this also holds for their blend.
 
 use super::contact_cache::JointEnergy;
-use super::island_problem::{IslandProblem, Terms};
+use super::island_problem::{BilateralJoint, IslandProblem, Terms};
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
@@ -149,7 +149,8 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 /// ```
 ///
 /// An island exceeds the bound if `W > 0` in a step with an impact, or if `W` is above 2 % of
-/// `Σ P² G/2` in any other step. `velocities` is `G P + b` \[m/s\] of the solution. Returns the
+/// `Σ P² G/2` in any other step. In a step with an impact the sum of `W` and the work of pins and locks
+/// is bounded too, by the reserve of the island, see [`super::reserve`]. `velocities` is `G P + b` \[m/s\] of the solution. Returns the
 /// report of the bounded solution; `None` if the bound already holds.
 ///
 /// # Source
@@ -175,7 +176,13 @@ pub(super) fn bound_contacts(
     }
     let gamma_1 = |i: usize| velocities[i] - added[i];
     let work = work_of(terms, impulses, gamma_1);
-    if work <= 0.0 {
+    // an impact may drive the pins of its bodies
+    let with_joints = match impact {
+        true => work + joint_work(island, impulses, velocities),
+        false => work,
+    };
+    let reserve = island.reserve.max(0.0);
+    if work <= 0.0 && with_joints <= reserve {
         return None;
     }
     let rigid = (0..impulses.len()).filter(|&i| terms[i].rigid);
@@ -188,7 +195,7 @@ pub(super) fn bound_contacts(
         let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
         0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
     };
-    if work <= allowed {
+    if work <= allowed && with_joints <= allowed + reserve {
         return None;
     }
     let plastic_added = |i: usize| {
@@ -208,9 +215,19 @@ pub(super) fn bound_contacts(
         let gamma_0 = |i: usize| plastic_velocities[i] - plastic_added(i);
         work_of(terms, p, |i| gamma_0(i).lerp(&gamma_1(i), share))
     };
+    let excess_with_joints = |share: f64, p: &[Vec2], plastic_velocities: &[Vec2]| {
+        let gamma = |i: usize| plastic_velocities[i].lerp(&gamma_1(i), share);
+        let of = |k: usize| 0.5 * p[k].dot(&(terms[k].gamma_a + gamma(k)));
+        let joints: f64 = island.bilateral.iter().map(|own| of(own.block)).sum();
+        excess(share, p, plastic_velocities) + joints - reserve
+    };
+    let all: &[Excess] = match impact && !island.bilateral.is_empty() {
+        true => &[&excess, &excess_with_joints],
+        false => &[&excess],
+    };
     let start = vec![Vec2::zeros(); impulses.len()];
     let (first, problems) = ((&*impulses, &report), [problem, &plastic]);
-    let found = blend(solver, problems, start, first, tolerance, &[&excess]);
+    let found = blend(solver, problems, start, first, tolerance, all);
     impulses.copy_from_slice(&found.impulses);
     Some(found.report(&report, !found.plastic.solved(), tolerance))
 }
@@ -227,6 +244,16 @@ fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2
 /// `G P + b`.
 pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
     work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
+}
+
+/// The same of its pins and locked axes.
+pub(super) fn joint_work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
+    let of = |own: &BilateralJoint| {
+        let k = own.block;
+        let gamma_end = velocities[k] - island.added[k];
+        0.5 * impulses[k].dot(&(island.terms[k].gamma_a + gamma_end))
+    };
+    island.bilateral.iter().map(of).sum()
 }
 
 /// Work that contacts of a crowd may add, as a share of `P · G P`: sweeps leave residuals.
@@ -303,7 +330,7 @@ impl Account {
             total += (1.0 - DECAY) * own.energy.total;
             most += (1.0 - DECAY) * own.energy.scale;
         }
-        let scale = island.energy.max(most);
+        let scale = (island.kinetic + island.forced).max(most);
         let limit = SHARE * scale;
         Account {
             added: added.clamp(-limit, limit),
@@ -327,12 +354,7 @@ pub(super) fn joint_energies(
         return Vec::new();
     }
     let account = Account::of(island);
-    let joints: f64 = (bilateral.iter().map(|h| h.block))
-        .map(|k| {
-            let gamma_end = velocities[k] - island.added[k];
-            0.5 * impulses[k].dot(&(island.terms[k].gamma_a + gamma_end))
-        })
-        .sum();
+    let joints = joint_work(island, impulses, velocities);
     let contacts = match account.counts {
         true => work(island, impulses, velocities),
         false => 0.0,
@@ -351,6 +373,8 @@ pub(super) fn joint_energies(
 /// ```text
 /// W(P) = Σ Pᵀ (γ_A + γ_E)/2,   A + W ≤ X = 0.01 max (T + T_h)                      (1)
 /// ```
+///
+/// An island that exceeds it may give as much as its reserve, see [`super::reserve`].
 ///
 /// `A` is the energy that they added before, limited to ±X. `T` is the kinetic energy of their
 /// bodies at the start, and `T_h` that of the velocities that forces alone give them in the step.
@@ -428,6 +452,8 @@ pub(super) fn bound_joints(
             *b = terms.gamma_f;
         }
     }
+    // what exceeds the bound gives no more than the reserve
+    let room = room.min(island.reserve.max(0.0));
     let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
     let of_all =
         |share: f64, p: &[Vec2], _: &[Vec2]| total + work(share, p) + by_contacts(p) - limit;

@@ -55,6 +55,8 @@ pub(super) struct Interval {
     pub driven: bool,
     pub forces: Vec<Vec3>,
     pub accelerations: Vec<Vec3>,
+    /// For each body its share of the reserve of its island \[J\]; empty for 0.
+    pub reserves: Vec<f64>,
     /// Velocity of each body that counts as zero, see [`super::gap_resolution`]; empty for 0.
     pub noise: Vec<f64>,
     pub free: Vec<Vec3>,

@@ -4,13 +4,14 @@
 use super::closings::settle_closings;
 use super::crowd::simplify;
 use super::energy_bound::{
-    bound_contacts, bound_joints, bound_swept, hopeless, joint_energies, work,
+    bound_contacts, bound_joints, bound_swept, hopeless, joint_energies, joint_work, work,
 };
 use super::interval::Interval;
 use super::island_problem::{IslandProblem, LARGE, restore_pushes};
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};
 use super::phases::PhaseClock;
 use super::redundancy::redundant;
+use super::reserve::{debt, reserve_after};
 use super::rules::{Effort, ImpactLaw, Rules, Scheme};
 use super::solution::Solution;
 use crate::contact::{ContactProblem, Law, Residual, Vec2, Vec3, natural_map};
@@ -418,10 +419,18 @@ impl Worker {
             relaxed: answer.relaxed,
             redundant: false,
             crowd: answer.crowd,
+            bodies: island.local.bodies.len(),
+            reserve: 0.0,
+            debt: 0.0,
             gain: 0.0,
         };
         if island.impact() {
-            outcome.gain = work(island, impulses, &answer.velocities).max(0.0);
+            let joints = joint_work(island, impulses, &answer.velocities);
+            let contacts = work(island, impulses, &answer.velocities);
+            // what pins took, in this step or before, is no gain
+            if contacts + joints > island.reserve.max(0.0) {
+                outcome.gain = contacts.max(0.0);
+            }
         }
         let residual = &outcome.report.residual;
         let resolution = 10.0 * (task.tolerance * residual.velocity_scale).max(residual.velocity);
@@ -434,6 +443,8 @@ impl Worker {
                 outcome.report.residual = natural_map(problem, impulses);
             }
         }
+        outcome.reserve = reserve_after(island, impulses, &answer.velocities);
+        outcome.debt = debt(island, outcome.reserve, task.tolerance);
         let energies = match task.rules.corrects_gaps() {
             true => joint_energies(island, impulses, &answer.velocities),
             false => Vec::new(),

@@ -5,7 +5,7 @@ use super::interval::{Interval, Source};
 use super::kinetic::kinetic_of;
 use super::local_bodies::LocalBodies;
 use super::solution::Solution;
-use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Vec2, Vec3};
+use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, Vec2, Vec3};
 
 /// Islands with more blocks, some of them rigid contacts, become crowds where the solver leaves much, see
 /// [`super::crowd`].
@@ -26,6 +26,8 @@ pub(super) struct Terms {
     pub bilateral: bool,
     /// A rebounding impact.
     pub impact: bool,
+    /// Whether it had an impulse in the step before.
+    pub pressed_before: bool,
 }
 
 /// A pin or locked axis of the island.
@@ -48,9 +50,12 @@ pub(super) struct IslandProblem {
     /// Start impulses.
     pub warm: Vec<Vec2>,
     pub bilateral: Vec<BilateralJoint>,
-    /// Kinetic energy \[J\] of the bodies at the start, plus that of the velocities that forces
-    /// alone would give them; 0 without pins or locked axes.
-    pub energy: f64,
+    /// Energy \[J\] that its constraints may give, see [`super::reserve`].
+    pub reserve: f64,
+    /// Kinetic energy \[J\] of the bodies at the start, and that of the velocities that forces alone
+    /// would give them.
+    pub kinetic: f64,
+    pub forced: f64,
     pub local: LocalBodies,
 }
 
@@ -92,16 +97,24 @@ impl IslandProblem {
                 rigid: is_rigid(&interval.laws[i]),
                 bilateral: block.bilateral,
                 impact: block.impact,
+                pressed_before: block.pressed_before,
             }
         }));
         self.bilateral.clear();
-        self.energy = 0.0;
         if !interval.detection.joints.is_empty() {
-            self.pose_bilateral(interval, members, inverse_mass);
+            self.pose_bilateral(interval, members);
+        }
+        (self.kinetic, self.forced, self.reserve) = (0.0, 0.0, 0.0);
+        for &body in &self.local.bodies {
+            let (body, dt) = (body as usize, interval.length);
+            let of = |u: &Vec3| kinetic_of(u, &inverse_mass[body]);
+            self.kinetic += of(&interval.start[body]);
+            self.forced += of(&(interval.accelerations[body] * dt));
+            self.reserve += interval.reserves.get(body).unwrap_or(&0.0);
         }
     }
 
-    fn pose_bilateral(&mut self, interval: &Interval, members: &[u32], inverse_mass: &[Vec3]) {
+    fn pose_bilateral(&mut self, interval: &Interval, members: &[u32]) {
         for (block, &i) in members.iter().enumerate() {
             let own = &interval.blocks[i as usize];
             if let (Source::Joint(joint), true) = (own.source, own.bilateral) {
@@ -112,19 +125,6 @@ impl IslandProblem {
                 });
             }
         }
-        if self.bilateral.is_empty() {
-            return;
-        }
-        let sides = members.iter().flat_map(|&i| interval.sides[i as usize]);
-        let mut bodies: Vec<u32> = sides.filter(|b| *b != NO_BODY).collect();
-        bodies.sort_unstable();
-        bodies.dedup();
-        let of = |&b: &u32| {
-            let (b, dt) = (b as usize, interval.length);
-            kinetic_of(&interval.start[b], &inverse_mass[b])
-                + kinetic_of(&(interval.accelerations[b] * dt), &inverse_mass[b])
-        };
-        self.energy = bodies.iter().map(of).sum();
     }
 
     /// Computes `added` for the present `b`.

@@ -17,7 +17,8 @@
 //!   duration, and on;
 //! - the [`ImpactLaw`] gives their rebound, by default Newton's law with an energy bound;
 //! - pairs that overlap at the start are moved apart by position alone
-//!   ([`StepperSettings::recovery`]).
+//!   ([`StepperSettings::recovery`]);
+//! - contacts and joints give back no more energy than they took ([`record::StepEnergy::returned`]).
 //!
 //! # From contacts to a step
 //! ```text
@@ -45,6 +46,7 @@ mod cluster;
 mod collect;
 mod contact_cache;
 mod crowd;
+mod debts;
 mod energy_bound;
 mod events;
 mod first_step;
@@ -71,6 +73,7 @@ pub mod record;
 mod recording;
 mod recovery;
 mod redundancy;
+mod reserve;
 mod resting;
 mod roles;
 mod rules;

@@ -20,6 +20,11 @@ pub(super) struct IslandOutcome {
     /// Whether the island is a crowd, see [`super::crowd`].
     pub crowd: bool,
     pub redundant: bool,
+    /// Number of its bodies.
+    pub bodies: usize,
+    /// Its reserve after the step, and below 0 the part that is no round-off \[J\].
+    pub reserve: f64,
+    pub debt: f64,
     /// Energy that an impact added \[J\], 0 or more.
     pub gain: f64,
 }

@@ -2,7 +2,7 @@
 
 use super::model::JointPart;
 pub use super::surface_point::SurfacePoint;
-use crate::contact::Vec2;
+use crate::contact::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Status of a contact in a step.
@@ -145,8 +145,8 @@ pub struct JointRecord {
 
 /// Work of the impulses of a step on the bodies, by source \[J\].
 ///
-/// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum is exactly the change of kinetic
-/// energy (see [`StepEnergy::imbalance`]). Only `recovery` is not part of that sum.
+/// Each is `Σ Pᵀ W ū` with `ū = (u_A + u_E)/2`, so that their sum with `returned` is exactly the change
+/// of kinetic energy (see [`StepEnergy::imbalance`]). Only `recovery` is not part of that sum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepEnergy {
     /// Kinetic energy at the start and at the end of the step.
@@ -164,6 +164,9 @@ pub struct StepEnergy {
     pub joints: f64,
     /// Motors, springs and dampers of joints.
     pub motors: f64,
+    /// What was taken back of the energy that contacts and joints gave, 0 or less: the end velocities of
+    /// their island were scaled down for it. The work of [`StepRecord::drag`].
+    pub returned: f64,
     /// Potential energy from position corrections, for example from lifting bodies off each other
     /// that overlap at the start. No impulse does this work, and none of it is kinetic.
     pub recovery: f64,
@@ -173,17 +176,24 @@ impl StepEnergy {
     /// `ΔT − Σ work` \[J\]: round-off in every scene.
     pub fn imbalance(&self) -> f64 {
         (self.kinetic_end - self.kinetic_start)
-            - (self.forces + self.contact_n + self.contact_t + self.joints + self.motors)
+            - (self.forces
+                + self.contact_n
+                + self.contact_t
+                + self.joints
+                + self.motors
+                + self.returned)
     }
 
-    /// Work of forces, normal impulses, friction, joints, motors, and of position corrections \[J\].
-    pub fn work(&self) -> [f64; 6] {
+    /// Work of forces, normal impulses, friction, joints and motors, what was returned, and work of
+    /// position corrections \[J\].
+    pub fn work(&self) -> [f64; 7] {
         [
             self.forces,
             self.contact_n,
             self.contact_t,
             self.joints,
             self.motors,
+            self.returned,
             self.recovery,
         ]
     }
@@ -207,6 +217,9 @@ pub struct StepRecord {
     /// Bodies whose contacts a peer engine found but could not report: some contacts are missing
     /// above.
     pub unread: usize,
+    /// Impulses that took back energy, see [`StepEnergy::returned`]: bodies, and for each x and y [N s]
+    /// and the moment [N m s].
+    pub drag: Vec<(u32, Vec3)>,
     /// Every part of every joint that took part, in the model's order, repeated like contacts.
     pub joints: Vec<JointRecord>,
     pub islands: usize,
@@ -252,7 +265,8 @@ pub struct StepRecord {
     pub events: usize,
     /// Pairs that overlapped at the start and are still being moved apart.
     pub recovering: usize,
-    /// Energy that rigid contacts added in impacts \[J\]: round-off under the capped law.
+    /// Energy that rigid contacts added in impacts, beyond what pins took \[J\]: round-off under the
+    /// capped law.
     pub impact_gain: f64,
     pub energy: StepEnergy,
     /// Largest penetration \[m\] at the end of the step, extrapolated from the midpoint with the
@@ -265,9 +279,10 @@ pub struct StepRecord {
     /// velocity of one side relative to the other: what they take out is negative, and what moving
     /// supports and belts bring in is not part of it.
     ///
-    /// The error of the scheme is in it. Pins of turning bodies exchange energy with the motion to
-    /// third order in the step: at 1/60 s a pendulum of 2 s gets and returns 3e-5 of its energy in
-    /// every swing, and keeps 3e-6 per second. Half the step makes both an eighth.
+    /// The error of the scheme is in it: pins of turning bodies exchange energy with the motion, to
+    /// third order in the step. At 1/60 s those of a pendulum of 2 s take and give 3e-5 of its energy in
+    /// every swing. What they give beyond what they took is returned, see [`StepEnergy::returned`]. The
+    /// sum over a run is therefore not above 0, up to round-off and what belts and motors drive.
     pub constraint_work: f64,
     /// Pairs of bodies of which one passed through the other. Experiments find them from the poses
     /// before and after the step, for every engine alike; a step alone leaves it empty.
@@ -302,6 +317,7 @@ impl StepRecord {
         self.energy.contact_t += part.energy.contact_t;
         self.energy.joints += part.energy.joints;
         self.energy.motors += part.energy.motors;
+        self.energy.returned += part.energy.returned;
         self.penetration = self.penetration.max(part.penetration);
         self.penetration_impact = self.penetration_impact.max(part.penetration_impact);
         self.constraint_work += part.constraint_work;

@@ -6,6 +6,7 @@ use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::crowd::{crowd_bodies, part_crowd};
+use super::debts::Debtors;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
@@ -20,7 +21,7 @@ use super::recording::{forces_work, record_interval, working_velocities};
 use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
 use super::resting::Begin;
 use super::roles::BodyRoles;
-use super::rules::{Rules, Span};
+use super::rules::{ImpactLaw, Rules, Span};
 use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
 use crate::contact::Vec3;
@@ -73,6 +74,7 @@ impl MoreauStepper {
             Some(roles) => interval.roles.clone_from(roles),
             None => interval.roles = BodyRoles::default(),
         }
+        interval.reserves.clone_from(&self.cache.reserves);
         self.inverse_mass.clear();
         self.inverse_mass.extend_from_slice(model.inverse_mass());
         self.origin.clear();
@@ -226,6 +228,10 @@ impl MoreauStepper {
         }
         self.count_islands(record, &mut clusters, &in_cluster);
         self.resting.record(record);
+        // Newton's law is free to give energy
+        if rules.corrects_gaps() && rules.law != ImpactLaw::Newton {
+            self.pay_debts(model, record, &in_cluster);
+        }
         self.record(model, record, &clusters, &in_cluster);
         self.rest(model, &in_cluster, overlaps.as_ref(), dt);
         self.write(model, &clusters, &in_cluster, dt);
@@ -235,6 +241,9 @@ impl MoreauStepper {
         self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
+        if rules.corrects_gaps() && rules.law != ImpactLaw::Newton {
+            std::mem::swap(&mut self.cache.reserves, &mut self.reserves_next);
+        }
         self.solver.cache.commit();
         self.resting.end(model);
         model.end_step();
@@ -369,6 +378,23 @@ impl MoreauStepper {
             let located = clusters.iter_mut().map(|c| &mut c.problems);
             located.for_each(|own| self.problems.append(own));
         }
+    }
+
+    /// Takes back the energy that constraints gave beyond their reserves.
+    fn pay_debts<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        record: &mut StepRecord,
+        in_cluster: &[bool],
+    ) {
+        let debtors = Debtors {
+            model,
+            interval: &self.interval,
+            inverse_mass: &self.inverse_mass,
+        };
+        let used = |i| self.interval.is_used(i, in_cluster);
+        let reserves = &mut self.reserves_next;
+        debtors.settle(&mut self.solution, used, reserves, record);
     }
 
     /// Records contacts and energies: from the clusters for the bodies `in_cluster`, from the

@@ -32,6 +32,7 @@ pub struct MoreauStepper {
     /// Cache entries that the current step writes; they replace the cache when the step succeeds.
     pub(super) contacts_next: CachedContacts,
     pub(super) landings_next: Vec<Landing>,
+    pub(super) reserves_next: Vec<f64>,
     pub(super) interval: Interval,
     pub(super) solution: Solution,
     /// Problems of the last step, if they are stored.
@@ -95,6 +96,7 @@ impl MoreauStepper {
             resting: RestingIslands::default(),
             contacts_next: CachedContacts::default(),
             landings_next: Vec::new(),
+            reserves_next: Vec::new(),
             interval: Interval {
                 whole: true,
                 ..Interval::default()

@@ -304,6 +304,9 @@ pub struct Totals {
     pub work_joints: f64,
     #[serde(rename = "work_motors_j")]
     pub work_motors: f64,
+    /// Energy that contacts and joints gave and that was taken back \[J\].
+    #[serde(rename = "work_returned_j")]
+    pub work_returned: f64,
     /// Energy from position corrections \[J\], see [`crate::dynamics::record::StepEnergy`].
     #[serde(rename = "work_recovery_j")]
     pub work_recovery: f64,
@@ -398,6 +401,7 @@ impl Totals {
         self.work_contact_t += energy.contact_t;
         self.work_joints += energy.joints;
         self.work_motors += energy.motors;
+        self.work_returned += energy.returned;
         self.work_recovery += energy.recovery;
         self.friction_work += record.friction_work();
     }

@@ -26,6 +26,7 @@ pub(super) fn record(world: &PhysicsWorld, time: f64, dt: f64, start: [f64; 2]) 
             contact_t: f64::NAN,
             joints: f64::NAN,
             motors: f64::NAN,
+            returned: f64::NAN,
             recovery: f64::NAN,
         },
         residual: f64::NAN,

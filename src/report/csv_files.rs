@@ -255,7 +255,7 @@ mod tests {
              residual_velocity_m_s,unsolved,failed,redundant,capped,relaxed,joints_capped,events,recovering,\
              impact_gain_j,kinetic_j,potential_j,\
              work_forces_j,work_contact_n_j,work_contact_t_j,work_joints_j,work_motors_j,\
-             work_recovery_j,imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
+             work_returned_j,work_recovery_j,imbalance_j,penetration_m,penetration_impact_m,joint_gap_m\n"
         );
         assert_eq!(header::<PerformanceRow>(), "solver,ratio,share\n");
         assert_eq!(
@@ -388,6 +388,7 @@ mod tests {
                 contact_t: 16.0,
                 joints: 17.0,
                 motors: 18.0,
+                returned: 28.0,
                 recovery: 19.0,
             },
             penetration: 20.0,
@@ -397,10 +398,10 @@ mod tests {
         };
         let (_root, path) = written(&[StepRow::of(&step)]);
         let text = fs::read_to_string(path).unwrap();
-        // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18)
+        // imbalance: (12 - 100) - (14 + 15 + 16 + 17 + 18 + 28)
         assert_eq!(
             text.lines().nth(1).unwrap(),
-            "0.5,0.25,1,2,1,3,4,5,6.0,7.0,8,27,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,19.0,-168.0,20.0,21.0,26.0"
+            "0.5,0.25,1,2,1,3,4,5,6.0,7.0,8,27,9,10,11,25,22,23,24.0,12.0,13.0,14.0,15.0,16.0,17.0,18.0,28.0,19.0,-196.0,20.0,21.0,26.0"
         );
     }
 

@@ -100,6 +100,7 @@ row! {
         work_contact_t_j: Option<f64>,
         work_joints_j: Option<f64>,
         work_motors_j: Option<f64>,
+        work_returned_j: Option<f64>,
         work_recovery_j: Option<f64>,
         imbalance_j: Option<f64>,
         penetration_m: f64,
@@ -311,8 +312,15 @@ impl StepRow {
     /// A row of one step.
     pub fn of(step: &StepRecord) -> Self {
         let known = step.accounted;
-        let [forces, contact_n, contact_t, joints, motors, recovery] =
-            step.energy.work().map(|work| known.then_some(work));
+        let [
+            forces,
+            contact_n,
+            contact_t,
+            joints,
+            motors,
+            returned,
+            recovery,
+        ] = step.energy.work().map(|work| known.then_some(work));
         StepRow {
             time_s: step.time,
             dt_s: step.dt,
@@ -340,6 +348,7 @@ impl StepRow {
             work_contact_t_j: contact_t,
             work_joints_j: joints,
             work_motors_j: motors,
+            work_returned_j: returned,
             work_recovery_j: recovery,
             imbalance_j: known.then_some(step.energy.imbalance()),
             penetration_m: step.penetration,
@@ -364,13 +373,14 @@ impl StepRow {
         for (own, before) in counts {
             *own = own.zip(before).map(|(a, b)| a + b);
         }
-        let sums: [(&mut Option<f64>, Option<f64>); 7] = [
+        let sums: [(&mut Option<f64>, Option<f64>); 8] = [
             (&mut self.impact_gain_j, before.impact_gain_j),
             (&mut self.work_forces_j, before.work_forces_j),
             (&mut self.work_contact_n_j, before.work_contact_n_j),
             (&mut self.work_contact_t_j, before.work_contact_t_j),
             (&mut self.work_joints_j, before.work_joints_j),
             (&mut self.work_motors_j, before.work_motors_j),
+            (&mut self.work_returned_j, before.work_returned_j),
             (&mut self.work_recovery_j, before.work_recovery_j),
         ];
         for (own, before) in sums {

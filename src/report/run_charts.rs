@@ -75,6 +75,7 @@ pub fn run_charts(rows: &[StepRow], tolerance: Option<f64>) -> Vec<Chart> {
                 ("friction", sum(&|r| r.work_contact_t_j)),
                 ("joints", sum(&|r| r.work_joints_j)),
                 ("motors and springs", sum(&|r| r.work_motors_j)),
+                ("returned", sum(&|r| r.work_returned_j)),
                 ("position corrections", sum(&|r| r.work_recovery_j)),
             ],
         ),

@@ -23,7 +23,9 @@ const MOST_SAMPLES: f64 = 256.0;
 /// time.
 ///
 /// A pair that begins to overlap is followed from the last poses at which it was apart, for a window
-/// of steps. An overlap beyond this window counts as a lasting overlap, not as a passage.
+/// of steps. An overlap beyond this window counts as a lasting overlap, not as a passage. Followed pairs
+/// must have been deep inside each other on the paths of their single steps as well: the link of a belt
+/// that runs around a pulley, and touches it all the way, would pass through it on a straight path.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Passing {
     /// Steps for which an overlapped pair is followed.
@@ -39,6 +41,8 @@ struct Followed {
     since: usize,
     /// The last step in which they overlapped.
     last: usize,
+    /// Whether they were deep inside each other on the path of a step.
+    deep: bool,
 }
 
 impl Passing {
@@ -73,6 +77,7 @@ impl Passing {
                     from: [a, b],
                     since: step,
                     last: step,
+                    deep: false,
                 },
             );
         }
@@ -88,6 +93,16 @@ impl Passing {
     ) -> Vec<[u32; 2]> {
         let mut passed = BTreeSet::new();
         let (step, window) = (self.step, self.window);
+        for (&(i, j), known) in &mut self.followed {
+            let pair = [&leaves[i as usize], &leaves[j as usize]];
+            let at = |poses: &[Option<Pose64>]| {
+                let [a, b] = pair.map(|leaf| poses[leaf.body as usize]);
+                Some([a?, b?])
+            };
+            if let (false, Some(from), Some(to)) = (known.deep, at(before), at(now)) {
+                known.deep = is_deep(pair, from, to);
+            }
+        }
         let followed = &self.followed;
         let mut note = |i: u32, j: u32, from: [Pose64; 2], to: [Pose64; 2]| {
             let pair = [&leaves[i as usize], &leaves[j as usize]];
@@ -108,7 +123,8 @@ impl Passing {
                 note(i, j, from, to);
             }
         }
-        for (&(i, j), known) in followed.iter().filter(|(_, known)| known.last < step) {
+        let parted = (followed.iter()).filter(|(_, known)| known.last < step && known.deep);
+        for (&(i, j), known) in parted {
             let [a, b] = [i, j].map(|k| now[leaves[k as usize].body as usize]);
             if let (Some(a), Some(b)) = (a, b) {
                 note(i, j, known.from, [a, b]);
@@ -193,25 +209,34 @@ fn thinner([a, b]: [&Leaf; 2]) -> f64 {
 
 /// Whether two leaves, apart at both ends of a straight path, were inside each other on it.
 fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
-    let thin = thinner(pair);
-    // how far any point of one moves seen from the other: a translation of both changes nothing
+    let apart = |poses: [Pose64; 2]| depth(pair, poses) <= APART * thinner(pair);
+    way(pair, from, to) > INSIDE * thinner(pair)
+        && !is_behind(pair, from)
+        && apart(from)
+        && apart(to)
+        && is_deep(pair, from, to)
+}
+
+/// How far \[m\] any point of one leaf moves seen from the other: a translation of both changes nothing.
+fn way(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> f64 {
     let [a, b] = [0, 1].map(|k| to[k].translation - from[k].translation);
     let arcs = [0, 1].map(|k| swept(pair[k], [from[k], to[k]]));
-    let way = (a - b).norm() + arcs[0] + arcs[1];
-    if way <= INSIDE * thin || is_behind(pair, from) {
-        return false;
-    }
+    (a - b).norm() + arcs[0] + arcs[1]
+}
+
+/// Whether two leaves were inside each other on a straight path.
+fn is_deep(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
+    let (thin, way) = (thinner(pair), way(pair, from, to));
     let samples = if thin > 0.0 {
-        (4.0 * way / (INSIDE * thin)).ceil().min(MOST_SAMPLES)
+        (4.0 * way / (INSIDE * thin))
+            .ceil()
+            .clamp(1.0, MOST_SAMPLES)
     } else {
         MOST_SAMPLES
     };
     let depth = |s: f64| depth(pair, [0, 1].map(|k| between(&from[k], &to[k], s)));
-    if depth(0.0) > APART * thin || depth(1.0) > APART * thin {
-        return false;
-    }
-    let mut k = 1.0;
-    while k < samples {
+    let mut k = 0.0;
+    while k <= samples {
         let now = depth(k / samples);
         if now > INSIDE * thin {
             return true;
@@ -307,6 +332,20 @@ mod tests {
         for way in ways {
             assert_eq!(passages("disc = 0.2", way), [], "{way:?}");
         }
+    }
+
+    /// Bug: the links of a belt passed through its pulleys, it was said.
+    #[test]
+    fn a_way_around_that_touches_all_along_is_none() {
+        // around the upper end of the wall, 3 mm deep
+        let (reach, mut way) = (0.197, vec![[-0.4, 0.9, 0.0], [-0.05 - 0.197, 0.9, 0.0]]);
+        for k in 0..=8 {
+            let angle = std::f64::consts::PI * (1.0 - f64::from(k) / 8.0);
+            let corner = if k < 4 { -0.05 } else { 0.05 };
+            way.push([corner + reach * angle.cos(), 1.0 + reach * angle.sin(), 0.0]);
+        }
+        way.extend([[0.05 + reach, 0.9, 0.0], [0.4, 0.9, 0.0]]);
+        assert_eq!(passages("disc = 0.2", &way), []);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod energy;
 mod events;
 mod events_worse;
 mod factor_cache;
+mod given_energy;
 mod heaps;
 mod late_overlap;
 mod meetings;

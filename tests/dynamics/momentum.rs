@@ -105,6 +105,10 @@ fn impulses_of_the_record_make_the_change_of_momentum() {
                     }
                 }
             }
+            for (_, drag) in record.drag.iter().filter(|(body, _)| *body == number) {
+                push += drag.xy();
+                turn += drag.z;
+            }
             let v = world.simulation.velocity(*id).unwrap();
             // round-off of at most a dozen sums
             let miss = ((v - u).xy() * *mass - push).norm();

@@ -7,11 +7,10 @@ use crate::common::{load, run_steps};
 /// Lower a count where a step has become cheaper; never raise one without a reason in the commit.
 type Row = (&'static str, &'static [&'static str], usize, [usize; 5]);
 
-const COUNTS: [Row; 6] = [
+const COUNTS: [Row; 5] = [
     ("wall", &[], 60, [59, 0, 0, 11, 0]),
     ("wall", &["step.keep_rest=false"], 60, [0, 0, 0, 11, 0]),
     ("drum", &[], 150, [0, 0, 1370, 1339, 0]),
-    ("card-house", &[], 240, [177, 0, 25520, 3293, 3493]),
     ("hit-heap", &[], 120, [0, 0, 11685, 6115, 0]),
     ("chain", &[], 120, [0, 0, 1819, 119, 0]),
 ];
@@ -47,4 +46,25 @@ fn no_step_has_grown_dearer() {
             );
         }
     }
+}
+
+/// A falling house of cards is chaos: one run is a draw, and its sweeps vary by a third. The sum over step
+/// lengths around a sixtieth counts. The limits are the means of 60 such runs, 31e3 sweeps, 4.4e3
+/// factorisations and 0.9 unsolved islands, times eight, and three standard errors.
+#[test]
+fn a_house_of_cards_costs_no_more_in_the_mean() {
+    let (mut sweeps, mut factorisations, mut unsolved) = (0, 0, 0);
+    for k in 0..8 {
+        let dt = format!("step.dt={:?}", (0.9 + 0.025 * (f64::from(k) + 0.5)) / 60.0);
+        let totals = run_steps(&load("card-house", &[&dt]), 100).totals;
+        sweeps += totals.sweeps;
+        factorisations += totals.factorisations;
+        unsolved += totals.unsolved_islands;
+    }
+    let found = [sweeps, factorisations, unsolved];
+    println!("{found:?}");
+    assert!(
+        sweeps <= 350_000 && factorisations <= 49_000 && unsolved <= 15,
+        "{found:?}"
+    );
 }

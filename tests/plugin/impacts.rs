@@ -305,15 +305,18 @@ fn located_impacts_of_rocking_blocks_are_of_second_order() {
         [0.12, 0.6, 0.1],
         [0.15, 0.2, 0.1],
     ];
+    let mut order = 0.0;
     for block in blocks {
         let errors = [60.0, 240.0, 960.0].map(|n| rocking_error(block, 1.0 / n));
         assert!(
             errors[0] < 4e-3 && errors[1] < 3e-4,
             "{block:?}: {errors:?}"
         );
-        let order = (errors[0] / errors[2]).log2() / 4.0;
-        assert!(order > 1.8, "{block:?}: {errors:?}, order {order}");
+        // two errors of second order may cancel at one step length: the mean over the blocks counts
+        order += (errors[0] / errors[2]).log2() / 16.0;
+        assert!(errors[2] < 4e-3 / 256.0, "{block:?}: {errors:?}");
     }
+    assert!(order > 1.9, "{order}");
 }
 
 /// A box on its corner that turns about it from the start: the force of its first step is that of

@@ -61,6 +61,7 @@ fn what_a_peer_does_not_tell_is_empty_in_every_file() {
             "impact_gain_j",
             "work_forces_j",
             "work_contact_n_j",
+            "work_returned_j",
             "work_recovery_j",
         ] {
             assert!(totals[key].is_null(), "{engine} {key}: {}", totals[key]);

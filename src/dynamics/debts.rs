@@ -1,0 +1,147 @@
+//! Takes back the energy that islands in debt have given.
+//!
+//! A reserve below 0 is a debt, see [`super::reserve`]. It is paid from the end velocities,
+//!
+//! ```text
+//! u_E ← u_E − ε w,   ε = −R / (ū · M w) ≤ 0.01,   ū = (u_A + u_E)/2               (1)
+//! ```
+//!
+//! `w` is `u_E` of an island with a support. An island without one has both momenta to keep: `w` is
+//! then its motion relative to a rigid one. Rows that are at rest at the end of the step stay so. The
+//! record has the impulses that this takes. A debt that remains is paid in a later step.
+//!
+//! Islands with a motor, or with a support or a surface that moves, pay nothing, because (1) would
+//! slow what drives them.
+
+use super::angular_momentum::relative_motion;
+use super::first_step::is_driven;
+use super::interval::{Interval, Source};
+use super::model::{JointKind, MultibodyModel};
+use super::record::StepRecord;
+use super::solution::Solution;
+use crate::contact::{NO_BODY, Vec3};
+
+/// Largest `ε` of (1).
+const MOST: f64 = 0.01;
+
+/// Lets islands in debt pay.
+pub(super) struct Debtors<'a, M: ?Sized> {
+    pub model: &'a M,
+    pub interval: &'a Interval,
+    pub inverse_mass: &'a [Vec3],
+}
+
+impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
+    /// Lets all islands pay whose blocks are all `used`, and shares out their reserves equally among
+    /// their bodies.
+    pub fn settle(
+        &self,
+        solution: &mut Solution,
+        used: impl Fn(usize) -> bool,
+        reserves: &mut Vec<f64>,
+        record: &mut StepRecord,
+    ) {
+        reserves.clone_from(&self.interval.reserves);
+        reserves.resize(solution.end.len(), 0.0);
+        for k in 0..solution.outcomes.len() {
+            let members = solution.islands.blocks(k);
+            if !members.iter().all(|&i| used(i as usize)) {
+                continue;
+            }
+            let own = &solution.outcomes[k];
+            let (mut reserve, bodies) = (own.reserve, own.bodies as f64);
+            if own.debt > 0.0 && self.is_passive(members) {
+                let work = self.pay(&mut solution.end, members, own.debt, &mut record.drag);
+                reserve -= work;
+                record.energy.returned += work;
+                record.constraint_work += work;
+            }
+            let sides = members
+                .iter()
+                .flat_map(|&i| self.interval.sides[i as usize]);
+            for body in sides.filter(|b| *b != NO_BODY) {
+                reserves[body as usize] = reserve / bodies;
+            }
+        }
+    }
+
+    /// Returns the work \[J\], 0 or less.
+    fn pay(
+        &self,
+        end: &mut [Vec3],
+        members: &[u32],
+        debt: f64,
+        drag: &mut Vec<(u32, Vec3)>,
+    ) -> f64 {
+        let Debtors {
+            model,
+            interval,
+            inverse_mass,
+        } = *self;
+        let mut bodies: Vec<u32> = (members.iter())
+            .flat_map(|&i| interval.sides[i as usize])
+            .collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let supported = bodies.pop_if(|b| *b == NO_BODY).is_some();
+        let relative = match supported {
+            true => None,
+            false => relative_motion(model, &bodies, inverse_mass, end),
+        };
+        let motion = relative.unwrap_or_else(|| bodies.iter().map(|&b| end[b as usize]).collect());
+        // u · M v, over the coordinates that move
+        let product = |body: u32, u: &Vec3, v: &Vec3| -> f64 {
+            let w = &inverse_mass[body as usize];
+            let mobile = (0..3).filter(|&i| w[i] > 0.0);
+            mobile.map(|i| u[i] * v[i] / w[i]).sum()
+        };
+        let power = |end: &[Vec3]| -> f64 {
+            let each = bodies.iter().zip(&motion).map(|(&b, w)| {
+                let mean = 0.5 * (interval.start[b as usize] + end[b as usize]);
+                product(b, &mean, w)
+            });
+            each.sum()
+        };
+        let own: f64 = (bodies.iter().zip(&motion))
+            .map(|(&b, w)| product(b, w, w))
+            .sum();
+        let first = power(end);
+        // at a turning point there is nothing to take from
+        if first <= 0.5 * own {
+            return 0.0;
+        }
+        let share = (debt / first).min(MOST);
+        for (&b, w) in bodies.iter().zip(&motion) {
+            let mobile = w.zip_map(
+                &inverse_mass[b as usize],
+                |w, m| if m > 0.0 { w } else { 0.0 },
+            );
+            end[b as usize] -= share * mobile;
+            let mass = inverse_mass[b as usize].map(|m| if m > 0.0 { 1.0 / m } else { 0.0 });
+            drag.push((b, -share * mobile.component_mul(&mass)));
+        }
+        -share * power(end)
+    }
+
+    /// Whether nothing drives an island.
+    fn is_passive(&self, members: &[u32]) -> bool {
+        let Interval {
+            detection,
+            blocks,
+            driven,
+            start,
+            ..
+        } = self.interval;
+        members.iter().all(|&i| match blocks[i as usize].source {
+            Source::Contact(index) => {
+                let contact = &detection.contacts[index];
+                let carried = *driven && is_driven(contact, start, self.inverse_mass);
+                contact.surface_velocity == 0.0 && !carried
+            }
+            Source::Joint(index) => {
+                let motor = matches!(detection.joints[index].kind, JointKind::Motor { .. });
+                !motor && !driven
+            }
+        })
+    }
+}
