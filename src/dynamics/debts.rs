@@ -56,11 +56,12 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
                 record.energy.returned += work;
                 record.constraint_work += work;
             }
+            let share = reserve / bodies;
             let sides = members
                 .iter()
                 .flat_map(|&i| self.interval.sides[i as usize]);
             for body in sides.filter(|b| *b != NO_BODY) {
-                reserves[body as usize] = reserve / bodies;
+                reserves[body as usize] = share;
             }
         }
     }

@@ -20,7 +20,7 @@
 //! Own construction. Passivity controllers of haptic devices keep such an account, see Hannaford and
 //! Ryu, *Time-domain passivity control of haptic interfaces* (2002).
 
-use super::energy_bound::{joint_work, work};
+use super::energy_bound::joint_work;
 use super::island_problem::IslandProblem;
 use crate::contact::{Law, Vec2};
 
@@ -35,27 +35,26 @@ const SLIPS: f64 = 1.0 - 1e-9;
 
 /// `R` of (1) \[J\] of an island after a step, in which `impulses` give the velocities `G P + b`.
 pub(super) fn reserve_after(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
-    let impact = island.impact();
     let joints = joint_work(island, impulses, velocities);
-    let contacts = work(island, impulses, velocities);
-    let all = joints + if impact { contacts.max(0.0) } else { contacts };
-    let mut lasting = joints;
-    for (i, own) in island.terms.iter().enumerate() {
-        if impact || !own.rigid || !own.pressed_before {
+    let impact = island.impact();
+    let (mut contacts, mut lasting) = (0.0, joints);
+    for (i, own) in island.terms.iter().enumerate().filter(|(_, own)| own.rigid) {
+        let p = impulses[i];
+        let mean = 0.5 * (own.gamma_a + velocities[i] - island.added[i]);
+        let [normal, mut tangential] = [p.x * mean.x, p.y * mean.y];
+        contacts += normal + tangential;
+        if impact || !own.pressed_before {
             continue;
         }
-        let (p, gamma_end) = (impulses[i], velocities[i] - island.added[i]);
-        let mean = 0.5 * (own.gamma_a + gamma_end);
-        let [normal, mut tangential] = [p.x * mean.x, p.y * mean.y];
-        let friction = match island.problem.laws[i] {
-            Law::Contact { friction, .. } => friction,
-            _ => 0.0,
-        };
-        if p.y.abs() >= SLIPS * friction * p.x {
-            tangential = tangential.max(0.0);
+        if tangential < 0.0
+            && let Law::Contact { friction, .. } = island.problem.laws[i]
+            && p.y.abs() >= SLIPS * friction * p.x
+        {
+            tangential = 0.0;
         }
         lasting += normal + tangential;
     }
+    let all = joints + if impact { contacts.max(0.0) } else { contacts };
     let before = island.reserve;
     let limit = SHARE * (island.kinetic + island.forced);
     let after = (before - all).min((before - lasting).max(0.0));

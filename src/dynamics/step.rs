@@ -392,7 +392,8 @@ impl MoreauStepper {
             interval: &self.interval,
             inverse_mass: &self.inverse_mass,
         };
-        let used = |i| self.interval.is_used(i, in_cluster);
+        let (interval, none) = (&self.interval, !in_cluster.contains(&true));
+        let used = |i| none || interval.is_used(i, in_cluster);
         let reserves = &mut self.reserves_next;
         debtors.settle(&mut self.solution, used, reserves, record);
     }
