@@ -3,7 +3,7 @@
 //! A reserve below 0 is a debt, see [`super::reserve`]. It is paid from the end velocities,
 //!
 //! ```text
-//! u_E ← u_E − ε w,   ε = −R / (ū · M w) ≤ 0.01,   ū = (u_A + u_E)/2               (1)
+//! u_E ← u_E − ε w,   ε = −R / (ū · M w) ≤ 0.05,   ū = (u_A + u_E)/2               (1)
 //! ```
 //!
 //! `w` is `u_E` of an island with a support. An island without one has both momenta to keep: `w` is
@@ -22,7 +22,10 @@ use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 
 /// Largest `ε` of (1).
-const MOST: f64 = 0.01;
+const MOST: f64 = 0.05;
+
+/// Least `ū · M w`, as a share of `w · M w`: an island that turns back within the step has nothing to pay with.
+const LEAST: f64 = 0.1;
 
 /// Lets islands in debt pay.
 pub(super) struct Debtors<'a, M: ?Sized> {
@@ -107,8 +110,7 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             .map(|(&b, w)| product(b, w, w))
             .sum();
         let first = power(end);
-        // at a turning point there is nothing to take from
-        if first <= 0.5 * own {
+        if first <= LEAST * own {
             return 0.0;
         }
         let share = (debt / first).min(MOST);
