@@ -3,15 +3,16 @@
 //! A reserve below 0 is a debt, see [`super::reserve`]. It is paid from the end velocities,
 //!
 //! ```text
-//! u_E ← u_E − ε w,   ε = −R / (ū · M w) ≤ 0.05,   ū = (u_A + u_E)/2               (1)
+//! u_E ← u_E − ε w,   ε = −R / max(ū · M w, w · M w / 2) ≤ 0.05,   ū = (u_A + u_E)/2    (1)
 //! ```
 //!
 //! `w` is `u_E` of an island with a support. An island without one has both momenta to keep: `w` is
 //! then its motion relative to a rigid one. Rows that are at rest at the end of the step stay so. The
-//! record has the impulses that this takes. A debt that remains is paid in a later step.
+//! record has the impulses that this takes. Of a debt that remains, up to X is paid in later steps.
 //!
 //! Islands with a motor, or with a support or a surface that moves, pay nothing, because (1) would
-//! slow what drives them.
+//! slow what drives them. Nor do islands without support whose bodies are not all free, or any where
+//! bodies dominate others.
 
 use super::angular_momentum::relative_motion;
 use super::first_step::is_driven;
@@ -19,13 +20,10 @@ use super::interval::{Interval, Source};
 use super::model::{JointKind, MultibodyModel};
 use super::record::StepRecord;
 use super::solution::Solution;
-use crate::contact::{NO_BODY, Vec3};
+use crate::contact::{NO_BODY, Vec2, Vec3};
 
 /// Largest `ε` of (1).
 const MOST: f64 = 0.05;
-
-/// Least `ū · M w`, as a share of `w · M w`: an island that turns back within the step has nothing to pay with.
-const LEAST: f64 = 0.1;
 
 /// Lets islands in debt pay.
 pub(super) struct Debtors<'a, M: ?Sized> {
@@ -48,7 +46,9 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
         reserves.resize(solution.end.len(), 0.0);
         for k in 0..solution.outcomes.len() {
             let members = solution.islands.blocks(k);
-            if !members.iter().all(|&i| used(i as usize)) {
+            // what was released until it is located did no work
+            let idle = |i: &u32| solution.impulses[*i as usize] == Vec2::zeros();
+            if members.iter().all(idle) || !members.iter().all(|&i| used(i as usize)) {
                 continue;
             }
             let own = &solution.outcomes[k];
@@ -88,11 +88,13 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
         bodies.sort_unstable();
         bodies.dedup();
         let supported = bodies.pop_if(|b| *b == NO_BODY).is_some();
-        let relative = match supported {
-            true => None,
-            false => relative_motion(model, &bodies, inverse_mass, end),
+        let motion: Vec<Vec3> = match supported {
+            true => bodies.iter().map(|&b| end[b as usize]).collect(),
+            false => match relative_motion(model, &bodies, inverse_mass, end) {
+                Some(motion) => motion,
+                None => return 0.0,
+            },
         };
-        let motion = relative.unwrap_or_else(|| bodies.iter().map(|&b| end[b as usize]).collect());
         // u · M v, over the coordinates that move
         let product = |body: u32, u: &Vec3, v: &Vec3| -> f64 {
             let w = &inverse_mass[body as usize];
@@ -110,10 +112,11 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             .map(|(&b, w)| product(b, w, w))
             .sum();
         let first = power(end);
-        if first <= LEAST * own {
+        if first <= 0.0 {
             return 0.0;
         }
-        let share = (debt / first).min(MOST);
+        // where the motion turns back within the step a debt would cost much more than itself
+        let share = (debt / first.max(0.5 * own)).min(MOST);
         for (&b, w) in bodies.iter().zip(&motion) {
             let mobile = w.zip_map(
                 &inverse_mass[b as usize],
@@ -135,16 +138,24 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             start,
             ..
         } = self.interval;
-        members.iter().all(|&i| match blocks[i as usize].source {
+        let moves = |b: &u32| start.get(*b as usize).is_some_and(|u| *u != Vec3::zeros());
+        let given = |b: &u32| self.inverse_mass.get(*b as usize) == Some(&Vec3::zeros());
+        let passive = |&i: &u32| match blocks[i as usize].source {
             Source::Contact(index) => {
                 let contact = &detection.contacts[index];
                 let carried = *driven && is_driven(contact, start, self.inverse_mass);
                 contact.surface_velocity == 0.0 && !carried
             }
             Source::Joint(index) => {
-                let motor = matches!(detection.joints[index].kind, JointKind::Motor { .. });
-                !motor && !driven
+                let joint = &detection.joints[index];
+                let motor = match joint.kind {
+                    JointKind::Motor { .. } => true,
+                    JointKind::Spring(spring) => spring.speed != 0.0,
+                    _ => false,
+                };
+                !motor && !joint.rows.bodies.iter().any(|b| given(b) && moves(b))
             }
-        })
+        };
+        self.interval.roles.dominance.is_empty() && members.iter().all(passive)
     }
 }

@@ -6,7 +6,7 @@
 //! before, and no more. This is its reserve,
 //!
 //! ```text
-//! R ← min(R − W, max(R − W_L, 0), max(R, X)),   X = 0.01 (T + T_h)               (1)
+//! R ← max(min(R − W, max(R − W_L, 0), max(R, X)), −X),   X = 0.01 (T + T_h)      (1)
 //! ```
 //!
 //! with `T` the kinetic energy of its bodies, and `T_h` that of the velocities that forces alone give
