@@ -150,8 +150,9 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 ///
 /// An island exceeds the bound if `W > 0` in a step with an impact, or if `W` is above 2 % of
 /// `Σ P² G/2` in any other step. In a step with an impact the sum of `W` and the work of pins and locks
-/// is bounded too, by the reserve of the island, see [`super::reserve`]. `velocities` is `G P + b` \[m/s\] of the solution. Returns the
-/// report of the bounded solution; `None` if the bound already holds.
+/// is bounded too, by the reserve of the island, see [`super::reserve`]. `velocities` is `G P + b`
+/// \[m/s\] of the solution. Returns the report of the bounded solution; `None` if the bound already
+/// holds.
 ///
 /// # Source
 /// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)

@@ -281,8 +281,9 @@ pub struct StepRecord {
     ///
     /// The error of the scheme is in it: pins of turning bodies exchange energy with the motion, to
     /// third order in the step. At 1/60 s those of a pendulum of 2 s take and give 3e-5 of its energy in
-    /// every swing. What they give beyond what they took is returned, see [`StepEnergy::returned`]. The
-    /// sum over a run is therefore not above 0, up to round-off and what belts and motors drive.
+    /// every swing. What they give beyond what they took is returned, see [`StepEnergy::returned`], and
+    /// is part of this sum. Over a run it is therefore not above 0, up to round-off. Exceptions: islands
+    /// that a belt, a motor or a moving support drives, and bodies around impacts located in time.
     pub constraint_work: f64,
     /// Pairs of bodies of which one passed through the other. Experiments find them from the poses
     /// before and after the step, for every engine alike; a step alone leaves it empty.

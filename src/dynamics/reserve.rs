@@ -1,4 +1,4 @@
-//! Takes back the energy that rigid contacts, pins and locks give.
+//! The account of the energy that rigid contacts, pins and locks take and may give.
 //!
 //! Constraints that last do no work, apart from friction. With the rows of its midpoint a step lets
 //! them do a small work `W` of either sign, an error of the scheme: a pendulum loses energy in one
