@@ -171,8 +171,9 @@ fn a_heap_of_sticks_overlaps_by_nothing_that_lasts() {
     assert_sticks_part("box = [1.2, 0.05]");
 }
 
+/// Bug: the middles of two capsules told on which side of each other they lie, also where one had slid
+/// beyond the line of the other: they came to cross and stayed so, 40 mm deep.
 #[test]
-#[ignore = "capsules that come to cross stay so, and the run says so: 40 mm"]
 fn nor_does_one_of_round_sticks() {
     assert_sticks_part("capsule = [1.15, 0.025]");
 }

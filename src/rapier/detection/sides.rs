@@ -67,11 +67,16 @@ impl Finder<'_> {
             let u = bodies[other].velocity_at(place) - bodies[base].velocity_at(place);
             0.5 * self.step * u
         };
-        // the cores of rounded parts cross only where these are deep in each other
-        let sharp = sides.iter().any(|leaf| is_one_sided(&leaf.part))
-            || sides
-                .iter()
-                .all(|leaf| is_two_sided(&leaf.part) && leaf.part.rounding == 0.0);
+        // the cores of rounded parts are apart at the start of a step, those of sharp ones that touch
+        // are so by rounding
+        let rounded = sides.iter().any(|leaf| leaf.part.rounding > 0.0);
+        let one_sided = sides.iter().any(|leaf| is_one_sided(&leaf.part));
+        let both = sides.iter().all(|leaf| is_two_sided(&leaf.part));
+        let starts = one_sided || both && (rounded || known & TOUCHED == 0);
+        let back = match both && rounded && !self.midpoint {
+            true => 0.0,
+            false => -0.5 * self.step,
+        };
         Sight {
             faces: [0, 1].map(|i| match known >> (2 * i) & 3 {
                 0 => None,
@@ -85,12 +90,11 @@ impl Finder<'_> {
                 0 => self.span.motion(bodies),
                 _ => f64::INFINITY,
             },
-            touched: known & TOUCHED != 0,
             beside: match known & TOUCHED != 0 || memory.is_empty() {
                 true => [None; 2],
                 false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
             },
-            start: sharp.then(|| poses_at(sides, bodies, -0.5 * self.step)),
+            start: starts.then(|| poses_at(sides, bodies, back)),
         }
     }
 

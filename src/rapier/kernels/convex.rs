@@ -544,7 +544,6 @@ mod tests {
                     let sight = Sight {
                         faces: [Some(1), Some(face)],
                         motion: f64::INFINITY,
-                        touched: true,
                         ..Sight::default()
                     };
                     touches([&base, &own], [&floor, side], &sight, 1e-3, &mut out);

@@ -185,7 +185,7 @@ pub(super) fn sides(
     seen: [&Pose64; 2],
     sight: &Sight,
 ) -> Result<[Option<usize>; 2], f64> {
-    if let Some(start) = sight.start.filter(|_| !sight.touched)
+    if let Some(start) = sight.start
         && views.iter().all(is_two_sided)
         && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
     {

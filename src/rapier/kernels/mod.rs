@@ -94,12 +94,11 @@ pub(super) struct Sight {
     /// How far beyond a segment \[m\] the other part may have come through it: the motion of the two in a
     /// step, or any distance if they touched in the last one.
     pub motion: f64,
-    /// Whether the two touched in the last step.
-    pub touched: bool,
-    /// If they did not: per part that is a segment, the face on whose side the other part touched a
-    /// neighbour of the segment.
+    /// If the two did not touch in the last step: per part that is a segment, the face on whose side the
+    /// other part touched a neighbour of the segment.
     pub beside: [Option<usize>; 2],
-    /// Poses of the two at the start of the step, for a two-sided segment with another segment.
+    /// Poses of the two at the start of the step, for a two-sided segment with another segment, where
+    /// they tell the sides.
     pub start: Option<[Pose64; 2]>,
 }
 
