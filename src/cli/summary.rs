@@ -222,7 +222,7 @@ fn merged(mut summary: Value, more: Value) -> Value {
 
 /// The totals as JSON; figures that a peer does not report are null.
 pub(super) fn totals(t: &Totals) -> Value {
-    const OF_OURS: [&str; 17] = [
+    const OF_OURS: [&str; 18] = [
         "resting_islands",
         "sweeps",
         "factorisations",
@@ -236,6 +236,7 @@ pub(super) fn totals(t: &Totals) -> Value {
         "crowd_islands",
         "relaxed_islands",
         "joint_capped_islands",
+        "cut_islands",
         "events",
         "still_recovering_pairs",
         "constraint_work_j",
@@ -346,6 +347,13 @@ pub(super) fn warnings(t: &Totals) -> Vec<String> {
              energy: the step is long for how fast bodies turn; widest gap {} m",
             t.joints_capped,
             number(t.joint_gap, 2)
+        ));
+    }
+    if t.cut > 0 {
+        out.push(format!(
+            "{} times an island was stepped in parts: links under tension turn too far in a step; a \
+             shorter step costs as much and resolves the rest as well",
+            t.cut
         ));
     }
     if t.recovering > 0 {

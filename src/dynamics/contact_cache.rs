@@ -85,6 +85,8 @@ pub(super) struct PulledLink {
     pub support: f64,
     /// `Ĩ` of the last step \[kg m²\].
     pub inertia: f64,
+    /// Whether its island is stepped in parts, see [`super::cut_links`].
+    pub cut: bool,
 }
 
 /// All data of contacts and joints for the next step, and the reserves of energy.

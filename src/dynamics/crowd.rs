@@ -66,7 +66,7 @@ pub(super) fn simplify(
         }
         // a point has no size, and no band
         let within = |size: f64| size.is_finite() && contact.gap <= BAND * size;
-        if contact.gap <= 0.0 || within(least_size(contact, inverse_mass)) {
+        if contact.gap <= 0.0 || within(least_size(&contact.rows, inverse_mass)) {
             let closing = island.added[k].x;
             island.problem.free[k].x -= closing;
             island.added[k].x = 0.0;
@@ -94,7 +94,7 @@ pub(super) fn crowd_bodies(bodies: usize, interval: &Interval, solution: &Soluti
 /// Whether a contact of a crowd is to be moved apart; `gap` may be that of another time.
 pub(super) fn overlaps(contact: &ContactPoint, gap: f64, inverse_mass: &[Vec3]) -> bool {
     // most contacts are open, and need no size
-    gap < 0.0 && is_deep(gap, least_size(contact, inverse_mass))
+    gap < 0.0 && is_deep(gap, least_size(&contact.rows, inverse_mass))
 }
 
 fn is_deep(gap: f64, size: f64) -> bool {
@@ -138,7 +138,7 @@ pub(super) fn part_crowd(
             continue;
         }
         let gap = contact.gap + opening(contact, interval, solution, path);
-        let size = least_size(contact, inverse_mass);
+        let size = least_size(&contact.rows, inverse_mass);
         if gap > STRIDE * size {
             continue;
         }

@@ -3,7 +3,7 @@
 use super::interval::{Interval, movable};
 use super::model::ContactPoint;
 use super::solution::Solution;
-use crate::contact::{NO_BODY, Vec3};
+use crate::contact::{NO_BODY, Rows, Vec3};
 
 /// Opening \[m\] of a contact from the midpoint of the step to the next one, `Δt γ_E`.
 ///
@@ -24,12 +24,12 @@ pub(super) fn opening(
     }
 }
 
-/// Twice the lever of a contact on the smaller of its movable bodies \[m\]: at most the diameter of a
+/// Twice the lever of a contact or joint on the smaller of its movable bodies \[m\]: at most the diameter of a
 /// circle about the centre of mass that contains the body.
-pub(super) fn least_size(contact: &ContactPoint, inverse_mass: &[Vec3]) -> f64 {
-    let bodies = movable(contact.rows.bodies, inverse_mass);
+pub(super) fn least_size(rows: &Rows, inverse_mass: &[Vec3]) -> f64 {
+    let bodies = movable(rows.bodies, inverse_mass);
     let levers = (0..2).filter(|&side| bodies[side] != NO_BODY).map(|side| {
-        let [n, t] = contact.rows.jacobian[side];
+        let [n, t] = rows.jacobian[side];
         (n.z * n.z + t.z * t.z).sqrt()
     });
     // a point has no size

@@ -46,6 +46,7 @@ mod cluster;
 mod collect;
 mod contact_cache;
 mod crowd;
+mod cut_links;
 mod debts;
 mod energy_bound;
 mod events;

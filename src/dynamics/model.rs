@@ -135,6 +135,16 @@ pub struct JointRow {
 }
 
 impl JointRow {
+    /// [`JointRow::distance`] after a displacement along its rows.
+    pub(super) fn distance_after(&self, moved: Vec2) -> f64 {
+        let kind = match self.kind {
+            JointKind::Pin { gap } => JointKind::Pin { gap: gap + moved },
+            JointKind::Lock { gap } => JointKind::Lock { gap: gap + moved.x },
+            kind => kind,
+        };
+        JointRow { kind, ..*self }.distance()
+    }
+
     /// Gap of a pin or slot \[m\]; 0 for angles.
     pub fn distance(&self) -> f64 {
         match (self.kind, self.part) {

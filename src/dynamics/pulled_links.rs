@@ -47,6 +47,8 @@ pub(super) struct StiffLink {
     inertia: [f64; 2],
     /// `ω_A` and `ω̃_A` \[rad/s\].
     spin: [f64; 2],
+    /// See [`PulledLink::cut`].
+    pub cut: bool,
 }
 
 /// Applies (2) and (3) to the bodies of a step that has just detected its joints.
@@ -70,7 +72,10 @@ pub(super) fn stiffen(
                 continue;
             }
             let (link, own, body) = (&links[found], 1.0 / w.z, body as usize);
-            let inertia = own.max(dt * dt * link.stiffness / STABLE - link.support);
+            let inertia = match link.cut {
+                true => own,
+                false => own.max(dt * dt * link.stiffness / STABLE - link.support),
+            };
             let before = own.max(link.inertia);
             let spin = interval.start[body].z;
             if inertia > before {
@@ -84,6 +89,7 @@ pub(super) fn stiffen(
                 stiffness: link.stiffness,
                 inertia: [own, inertia],
                 spin: [spin, interval.start[body].z],
+                cut: link.cut,
             });
         }
     }
@@ -91,6 +97,17 @@ pub(super) fn stiffen(
 }
 
 impl StiffLink {
+    /// A link that keeps its inertia, as its island is stepped in parts.
+    pub fn cut(body: usize, stiffness: f64, inertia: f64) -> StiffLink {
+        StiffLink {
+            body,
+            stiffness,
+            inertia: [inertia; 2],
+            spin: [0.0; 2],
+            cut: true,
+        }
+    }
+
     /// Writes the true spin at the start of the step.
     pub fn restore(&self, start: &mut [Vec3]) {
         start[self.body].z = self.spin[0];
@@ -123,14 +140,15 @@ struct Pins {
     held: bool,
 }
 
-/// Finds the links that the next step stiffens, from the pin forces of this step. `inverse_mass` has
-/// the true masses.
+/// Finds the links that the next step stiffens, with their bodies, from the pin forces of this interval.
+/// `inverse_mass` has the true masses, `step` is the length of the next step \[s\].
 pub(super) fn find_links(
     stiff: &[StiffLink],
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
-) -> Vec<PulledLink> {
+    step: f64,
+) -> Vec<(usize, PulledLink)> {
     let (joints, dt) = (&interval.detection.joints, interval.length);
     if joints.is_empty() {
         return Vec::new();
@@ -172,18 +190,19 @@ pub(super) fn find_links(
         let stiffness = (own.pull - own.force.dot(&own.arm) / own.count)
             .max(before.map_or(0.0, |link| FADES * link.stiffness));
         let (support, inertia) = (own.support / w.x, 1.0 / w.z);
-        let pulled = dt * dt * stiffness / STABLE - support > inertia;
+        let pulled = step * step * stiffness / STABLE - support > inertia;
         if pulled && is_supported(body, interval, solution) {
-            links.push(PulledLink {
+            let link = PulledLink {
                 pin,
                 side,
                 stiffness,
                 support,
                 inertia: before.map_or(inertia, |link| link.inertia[1]),
-            });
+                cut: before.is_some_and(|link| link.cut),
+            };
+            links.push((body, link));
         }
     }
-    links.sort_unstable_by_key(|link| (link.pin, link.side));
     links
 }
 

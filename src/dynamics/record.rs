@@ -259,6 +259,9 @@ pub struct StepRecord {
     /// Islands whose joint gaps were not closed fully because that would have added energy: the
     /// step is too long for the spin of the bodies, or a joint was built with a gap.
     pub joints_capped: usize,
+    /// Islands stepped in parts, because links under tension would have opened their pins or pressed into
+    /// what they turn about.
+    pub cut: usize,
     /// Largest gap \[m\] of a pin or slot at the midpoint.
     pub joint_gap: f64,
     /// Impacts located in time inside the step.
@@ -310,6 +313,7 @@ impl StepRecord {
         self.crowds += part.crowds;
         self.relaxed += part.relaxed;
         self.joints_capped += part.joints_capped;
+        self.cut += part.cut;
         self.joint_gap = self.joint_gap.max(part.joint_gap);
         self.events += part.events;
         self.impact_gain += part.impact_gain;

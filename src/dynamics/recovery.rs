@@ -386,7 +386,7 @@ fn limits(
         let held = block.map_or(0.0, |block| block.held[0].max(block.held[1]));
         // what touches for the first time may have come deeper in one step
         let large = block.map_or(f64::INFINITY, |_| {
-            LARGE_OVERLAP * least_size(contact, inverse_mass)
+            LARGE_OVERLAP * least_size(&contact.rows, inverse_mass)
         });
         let slop = whole.min(large / TRIGGER).max(slop_at_rest);
         return [held + TRIGGER * slop, held + slop];

@@ -5,7 +5,9 @@ use super::angular_momentum::restore_angular_momentum;
 use super::at_rest::Solved;
 use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
+use super::contact_cache::PulledLink;
 use super::crowd::{crowd_bodies, part_crowd};
+use super::cut_links::{CutLink, links_to_cut};
 use super::debts::Debtors;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
@@ -221,7 +223,8 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
-        let mut clusters = self.locate(model, rules, dt)?;
+        let (links, cuts) = self.cut_links(model, dt);
+        let mut clusters = self.locate(model, rules, &cuts, dt)?;
         let mut in_cluster = vec![false; self.inverse_mass.len()];
         for &body in clusters.iter().flat_map(|c| &c.bodies) {
             in_cluster[body as usize] = true;
@@ -237,8 +240,11 @@ impl MoreauStepper {
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
         let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
-        let masses = model.inverse_mass();
-        self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
+        self.cache.links = links;
+        let cut = clusters.iter_mut().map(|c| &mut c.links);
+        cut.for_each(|links| self.cache.links.append(links));
+        let name = |link: &PulledLink| (link.pin, link.side);
+        self.cache.links.sort_unstable_by_key(name);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
         if rules.corrects_gaps() && rules.law != ImpactLaw::Newton {
@@ -303,18 +309,42 @@ impl MoreauStepper {
         check_finite(&solution.end, self.time)
     }
 
-    /// Steps the clusters of bodies that collide within the step.
+    /// Links under tension for the next step, and those because of which their islands are stepped in
+    /// parts, with the true inertia.
+    fn cut_links<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        dt: f64,
+    ) -> (Vec<PulledLink>, Vec<CutLink>) {
+        let (interval, solution, w) = (&self.interval, &self.solution, model.inverse_mass());
+        let mut links = find_links(&self.stiff, interval, solution, w, dt);
+        let cuts = links_to_cut(&links, interval, solution, w);
+        if !cuts.is_empty() {
+            let is_cut = |body: usize| cuts.iter().any(|c| c.link.body == body);
+            for link in self.stiff.iter().filter(|link| is_cut(link.body)) {
+                link.restore(&mut self.interval.start);
+                self.inverse_mass[link.body] = w[link.body];
+            }
+            self.stiff.retain(|link| !is_cut(link.body));
+            links.retain(|(body, _)| !is_cut(*body));
+        }
+        (links.into_iter().map(|(_, link)| link).collect(), cuts)
+    }
+
+    /// Steps the clusters of bodies that collide within the step, or that `cuts` step in parts.
     fn locate<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
         rules: &Rules,
+        cuts: &[CutLink],
         dt: f64,
     ) -> Result<Vec<Cluster>, StepError> {
-        let clusters = if rules.locates() {
+        let clusters = if rules.locates() || !cuts.is_empty() {
             let context = Context {
                 main: &self.interval,
                 trial: &self.solution,
                 cache: &self.cache.contacts,
+                cuts,
                 rules: *rules,
                 inverse_mass: &self.inverse_mass,
                 origin: &self.origin,

@@ -250,6 +250,9 @@ pub struct Totals {
     pub relaxed: usize,
     #[serde(rename = "joint_capped_islands")]
     pub joints_capped: usize,
+    /// Islands stepped in parts, summed over steps, see [`StepRecord::cut`].
+    #[serde(rename = "cut_islands")]
+    pub cut: usize,
     /// Impacts located in time.
     pub events: usize,
     /// Pairs of bodies that overlapped at the start and still do after the last step.
@@ -379,6 +382,7 @@ impl Totals {
         self.crowds += record.crowds;
         self.relaxed += record.relaxed;
         self.joints_capped += record.joints_capped;
+        self.cut += record.cut;
         self.events += record.events;
         self.recovering = record.recovering;
         self.impact_gain += record.impact_gain;

@@ -68,26 +68,32 @@ fn belt() -> String {
 }
 
 /// Bug: the turning of links under tension is explicit, and was unstable at 1/60 s: the pins opened
-/// by decimetres, the pulley ran 20 % too fast, or the belt was lost.
+/// by decimetres, the pulley ran 20 % too fast, or the belt was lost. With an added inertia alone they
+/// opened by 8 mm and links pressed 42 mm into the pulleys while the belt came under tension.
 #[test]
 fn a_belt_drives_a_pulley_at_a_sixtieth() {
     let mut built = parse(&belt()).build().unwrap();
-    let (mut gap, mut motor, mut turned) = (0f64, 0.0, 0.0);
+    let (mut gap, mut overlap, mut motor, mut turned, mut cut) = (0f64, 0f64, 0.0, 0.0, 0);
     for step in 0..300 {
         let record = Engine::Moreau.step(&mut built).unwrap();
         assert_eq!(record.unsolved, 0, "step {step}");
         let energy = &record.energy;
         assert!(energy.imbalance().abs() < 1e-10, "step {step}: {energy:?}");
         motor += energy.motors;
-        if step >= 60 {
+        cut += record.cut;
+        // two pins are not closed before the first step
+        if step > 0 {
             gap = gap.max(record.joint_gap);
+        }
+        overlap = overlap.max(record.penetration);
+        if step >= 60 {
             turned += built.state(1).unwrap().1.z / 240.0;
         }
     }
-    // at 1/240 s, where it was always stable, the gap is 0.2 mm: second order. Gaps of single steps
-    // in which the spin of a link jumped were 3.5 mm before they were closed by position
-    assert!(gap < 2e-3, "{gap} m");
+    assert!(gap < 1e-3, "{gap} m");
+    assert!(overlap < 1e-3, "{overlap} m");
     assert!((turned + 5.0).abs() < 0.05, "{turned} rad/s");
     // 27.6 J at 1/960 s
-    assert!((20.0..40.0).contains(&motor), "{motor} J");
+    assert!((26.0..29.0).contains(&motor), "{motor} J");
+    assert!((280..300).contains(&cut), "{cut}");
 }

@@ -6,6 +6,7 @@ use super::slides::ended_slides;
 use super::turns::wide_turns;
 use super::watched::{is_crowded, near_enough, way};
 use crate::contact::{NO_BODY, Vec2, Vec3};
+use crate::dynamics::cut_links::CutLink;
 use crate::dynamics::events::{crossing, detect_at, may_close, touch_tolerance};
 use crate::dynamics::interval::{Source, movable};
 use crate::dynamics::islands::Islands;
@@ -47,6 +48,8 @@ pub(in crate::dynamics) fn locate_impacts<M: MultibodyModel + ?Sized>(
                 .map(|t| movable(t.bodies, context.inverse_mass)),
         );
     }
+    let cut = |c: &CutLink| [c.link.body as u32, NO_BODY];
+    crossing.extend(context.cuts.iter().map(cut));
     let mut runner = Runner::default();
     for near in near_enough(main, trial) {
         let bodies = movable(near.bodies, context.inverse_mass);

@@ -1,7 +1,8 @@
 //! What the clusters of a step share, and what one of them results in.
 
 use crate::contact::Vec3;
-use crate::dynamics::contact_cache::{CachedContacts, Landing};
+use crate::dynamics::contact_cache::{CachedContacts, Landing, PulledLink};
+use crate::dynamics::cut_links::CutLink;
 use crate::dynamics::interval::Interval;
 use crate::dynamics::model::Configuration;
 use crate::dynamics::outcome::SolvedProblem;
@@ -15,6 +16,8 @@ pub(in crate::dynamics) struct Context<'a> {
     pub main: &'a Interval,
     pub trial: &'a Solution,
     pub cache: &'a CachedContacts,
+    /// Links because of which their islands are stepped in parts.
+    pub cuts: &'a [CutLink],
     pub rules: Rules,
     pub inverse_mass: &'a [Vec3],
     /// Configurations of all bodies at the start of the step.
@@ -38,6 +41,8 @@ pub(in crate::dynamics) struct Cluster {
     pub landings: Vec<Landing>,
     /// Joints of the detection whose gaps the last interval left to be closed by position.
     pub unclosed: Vec<usize>,
+    /// Links under tension, if it was stepped in parts because of some.
+    pub links: Vec<PulledLink>,
     /// Problems, if they are stored.
     pub problems: Vec<SolvedProblem>,
 }
@@ -71,6 +76,7 @@ impl Cluster {
             contacts: CachedContacts::default(),
             landings: Vec::new(),
             unclosed: Vec::new(),
+            links: Vec::new(),
             problems: Vec::new(),
         }
     }

@@ -7,11 +7,13 @@ use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, NO_BODY, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
+use crate::dynamics::cut_links::{CutLink, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::{Interval, belongs};
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
+use crate::dynamics::pulled_links::find_links;
 use crate::dynamics::record::StepRecord;
 use crate::dynamics::recording::{forces_work, record_interval, working_velocities};
 use crate::dynamics::rules::{Rules, Span};
@@ -59,6 +61,8 @@ pub(super) struct Runner {
     /// The cluster's own contact cache, after its first interval.
     pub own_contacts: Option<CachedContacts>,
     pub record: StepRecord,
+    /// Its links because of which it is stepped in parts.
+    cuts: Vec<CutLink>,
 }
 
 /// Configurations of some bodies.
@@ -103,7 +107,14 @@ impl Runner {
                 located && counts.may_stop(),
                 located && counts.may_turn(),
             ];
-            let next = self.try_rest(model, solver, context, &rules, rest, wanted)?;
+            let part = part_length(&self.cuts, rest.length, context.dt);
+            let next = match part < rest.length && counts.may_turn() {
+                true => {
+                    self.record.cut = 1;
+                    Some((Next::Turns, part))
+                }
+                false => self.try_rest(model, solver, context, &rules, rest, wanted)?,
+            };
             let Some((next, time)) = next else {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
@@ -127,6 +138,7 @@ impl Runner {
                         None => {
                             self.finish_interval(model);
                             elapsed += self.interval.length;
+                            self.cuts = self.cuts_now(context);
                             self.go_on(model, context, elapsed, &mut cluster);
                             continue;
                         }
@@ -158,6 +170,8 @@ impl Runner {
         }
         cluster.record = std::mem::take(&mut self.record);
         cluster.unclosed.clone_from(&self.solution.unclosed);
+        let links = self.cuts_now(context);
+        cluster.links = links.into_iter().map(|c| c.next).collect();
         cluster.problems = std::mem::take(&mut self.problems);
         let velocity = |b: &u32| self.solution.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
@@ -209,6 +223,8 @@ impl Runner {
         self.held.clear();
         self.bounced = None;
         self.own_contacts = None;
+        let cuts = context.cuts.iter().filter(|c| self.members[c.link.body]);
+        self.cuts = cuts.copied().collect();
         self.record = StepRecord::default();
         self.problems.clear();
     }
@@ -457,6 +473,21 @@ impl Runner {
         self.here = places(model, &self.moved);
         self.interval.start.clone_from(&self.solution.end);
         self.held.clear();
+    }
+
+    /// The links of the cluster with the forces of the interval solved last, if it is stepped in parts
+    /// because of some.
+    fn cuts_now(&self, context: &Context) -> Vec<CutLink> {
+        if self.cuts.is_empty() {
+            return Vec::new();
+        }
+        let before: Vec<_> = self.cuts.iter().map(|c| c.link).collect();
+        let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);
+        let found = find_links(&before, interval, solution, w, context.dt);
+        let all = found
+            .into_iter()
+            .map(|(body, next)| CutLink::of(body, next, w));
+        all.collect()
     }
 
     /// Records the interval solved last.

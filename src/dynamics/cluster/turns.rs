@@ -24,7 +24,7 @@ const PARTS: f64 = 8.0;
 
 /// A contact that needs an interval to be cut.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turn {
+pub(in crate::dynamics) struct Turn {
     pub bodies: [u32; 2],
     /// Number of parts.
     pub parts: f64,
@@ -33,7 +33,7 @@ pub(super) struct Turn {
 /// The contacts among the blocks that `used` selects that need the interval to be cut. Crowds are left
 /// out for their cost, overlaps of the start because they are none of this path, and intervals without a
 /// solution, where bodies are pressed into each other.
-pub(super) fn wide_turns(
+pub(in crate::dynamics) fn wide_turns(
     interval: &Interval,
     solution: &Solution,
     inverse_mass: &[Vec3],
@@ -61,7 +61,7 @@ pub(super) fn wide_turns(
         // what overlapped before the path began stays out of it
         let before = contact.gap - 0.5 * interval.length * block.gamma_a.x;
         let grown = before.min(0.0) - end_gap(interval, solution, i, contact);
-        let allowed = LARGE_OVERLAP * least_size(contact, inverse_mass);
+        let allowed = LARGE_OVERLAP * least_size(&contact.rows, inverse_mass);
         if grown > allowed {
             found.push(Turn {
                 bodies: contact.rows.bodies,
