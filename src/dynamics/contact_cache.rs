@@ -117,6 +117,13 @@ impl ContactCache {
         let pairs = entries.iter().map(|(key, _)| key.pair);
         self.overlaps.seen.extend(pairs);
     }
+
+    /// Follows bodies that get other numbers: `before` has the old number of each, or that of no body.
+    pub fn renumber(&mut self, before: &[u32]) {
+        let old = std::mem::take(&mut self.reserves);
+        let of = |body: &u32| old.get(*body as usize).copied().unwrap_or(0.0);
+        self.reserves.extend(before.iter().map(of));
+    }
 }
 
 /// Pairs of surfaces that are moved apart by position.

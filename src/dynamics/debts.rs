@@ -54,6 +54,9 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             let own = &solution.outcomes[k];
             let (mut reserve, bodies) = (own.reserve, own.bodies as f64);
             if own.debt > 0.0 && self.is_passive(members) {
+                if solution.unpaid.is_empty() {
+                    solution.unpaid.clone_from(&solution.end);
+                }
                 let work = self.pay(&mut solution.end, members, own.debt, &mut record.drag);
                 reserve -= work;
                 record.energy.returned += work;

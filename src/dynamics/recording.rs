@@ -109,7 +109,8 @@ fn record_contact(
         record.constraint_work += impulse.dot(&gamma_mean);
     }
     // the velocity in the friction law, up to the resolution of the solve: on the border of the
-    // cone a contact may stick, inside it it must
+    // cone a contact may stick, inside it it must. What debts take afterwards is no matter of the law
+    let solved = contact.rows.velocity(solution.solved_end()).y + surface.y;
     let added = solution.bias[i] - solution.gamma_f(interval, i);
     let added = match contact.law {
         NormalLaw::Load { .. } => added.x,
@@ -117,7 +118,7 @@ fn record_contact(
     };
     let sticks = contact.friction > 0.0
         && impulse.x > 0.0
-        && (gamma_e.y + added).abs() <= solution.resolution[i];
+        && (solved + added).abs() <= solution.resolution[i];
     let instant = interval.length == 0.0;
     if impulse.x > 0.0 || contact.gap <= 0.0 && !instant {
         let slip_velocity = if sticks && block.stuck_before {
@@ -145,7 +146,7 @@ fn record_contact(
             friction_work: -impulse.y * slip_velocity,
             normal_work: impulse.x * gamma_mean.x,
             stiffness: contact.law.stiffness(),
-            status: status(impulse.x, block.impact || instant, sticks, gamma_e.y),
+            status: status(impulse.x, block.impact || instant, sticks, solved),
         });
     }
     if interval.known_overlaps.contains(&contact.key.pair) {

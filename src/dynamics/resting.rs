@@ -248,6 +248,9 @@ impl RestingIslands {
             let bodies = members(interval, solution, k).filter(|_| stops);
             for body in bodies.collect::<Vec<_>>() {
                 solution.end[body] = Vec3::zeros();
+                if let Some(solved) = solution.unpaid.get_mut(body) {
+                    *solved = Vec3::zeros();
+                }
             }
         }
         if rests.is_empty() {

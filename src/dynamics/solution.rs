@@ -23,6 +23,8 @@ pub(super) struct Solution {
     change: Vec<Vec3>,
     /// `u_E`, one per body.
     pub end: Vec<Vec3>,
+    /// `u_E` as the problem was solved, if energy was taken back from `end` since; else empty.
+    pub unpaid: Vec<Vec3>,
     /// For each joint of the detection.
     pub energies: Vec<JointEnergy>,
     /// Joints of the detection whose gaps must be closed by position, ascending.
@@ -56,6 +58,7 @@ impl Solution {
         self.resolution.clear();
         self.counted.clear();
         self.change.clear();
+        self.unpaid.clear();
         self.energies.clear();
         self.unclosed.clear();
         self.deferred.clear();
@@ -83,6 +86,15 @@ impl Solution {
                 let rows = block_rows(&interval.detection, block, sides);
                 rows.push(impulse, inverse_mass, &mut self.end);
             }
+        }
+    }
+
+    /// `u_E` as the problem was solved, in which the laws of the contacts hold.
+    pub fn solved_end(&self) -> &[Vec3] {
+        if self.unpaid.is_empty() {
+            &self.end
+        } else {
+            &self.unpaid
         }
     }
 

@@ -222,6 +222,12 @@ impl MoreauStepper {
         self.cache.take_back(contacts);
     }
 
+    /// Follows bodies whose numbers change between two steps: `before` has the old number of each, or
+    /// [`NO_BODY`] for a new one.
+    pub(crate) fn renumber(&mut self, before: &[u32]) {
+        self.cache.renumber(before);
+    }
+
     /// Whether to store the problems of every step for [`MoreauStepper::problems`]; off by default.
     pub fn keep_problems(&mut self, keep: bool) {
         self.solver.store_problems = keep;

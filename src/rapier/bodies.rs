@@ -5,7 +5,7 @@ use super::queries::forget_gone;
 use super::shadow::{Settings, Shadow, damped, locked, mass_of, thickness};
 use super::sleeping::Sleepers;
 use super::widen::{widen, widen_state};
-use crate::contact::{Vec2, Vec3};
+use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::ModelError;
 use crate::dynamics::{BodyRoles, CachedContact, ContactKey, Pose64, Sweep};
 use rustc_hash::FxHashMap;
@@ -46,6 +46,8 @@ pub(super) struct Bodies {
     gone: usize,
     /// Changes whenever bodies get other numbers or another centre of mass.
     pub numbering: u64,
+    /// For each body the number it had at the last step, or [`NO_BODY`], if the list has been rebuilt since.
+    pub renumbered: Option<Vec<u32>>,
 }
 
 impl Bodies {
@@ -219,7 +221,7 @@ impl Bodies {
             .zip(self.velocities.drain(..).zip(self.inverse_mass.drain(..)))
             .map(|(shadow, (u, w))| (shadow.handle, (shadow, u, w)))
             .collect();
-        self.index.clear();
+        let numbers = std::mem::take(&mut self.index);
         self.numbering += 1;
         let on = |h: &ColliderHandle| world.colliders.get(*h).is_some_and(|c| c.is_enabled());
         let waits = |(h, body): (RigidBodyHandle, &RigidBody)| {
@@ -247,6 +249,8 @@ impl Bodies {
             self.velocities.push(u);
             self.inverse_mass.push(w);
         }
+        let before = (self.list.iter()).map(|s| numbers.get(&s.handle).copied().unwrap_or(NO_BODY));
+        self.renumbered = Some(before.collect());
         // islands of which a body was removed
         for (shadow, _, _) in old.values() {
             self.sleepers.mark_to_wake(shadow.group);

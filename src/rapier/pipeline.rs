@@ -190,6 +190,9 @@ impl MoreauPipeline {
         let stay_awake = self.settings.stay_awake;
         let synced = self.bodies.sync(world, dt, stay_awake, &mut woken);
         self.stepper.take_back(&woken);
+        if let Some(before) = self.bodies.renumbered.take() {
+            self.stepper.renumber(&before);
+        }
         for (handle, _) in &self.bodies.watch.gone {
             self.detector.forget_surface(*handle);
         }

@@ -34,6 +34,11 @@ pub struct Totals {
     /// pair is on the body of the second collider.
     pub moment: f64,
     pub friction_work: f64,
+    /// Impulse [N s] in world axes and moment [N m s] that took back energy in the step. They are no
+    /// contact's, but part of the body's balance: `m Δu = F Δt + Σ P + drag`, with the impulses of its
+    /// joints. Only [`StepResults::on_body`] has them, see [`StepRecord::drag`].
+    pub drag: Vec2,
+    pub drag_moment: f64,
 }
 
 impl Totals {
@@ -109,8 +114,8 @@ impl<'a> StepResults<'a> {
             .filter(move |c| c.colliders.contains(&Some(collider)))
     }
 
-    /// Sum of the contacts on a body. It leaves out contacts with bodies that this body dominates,
-    /// and is zero for a kinematic body.
+    /// Sum of the contacts on a body, and its drag. It leaves out contacts with bodies that this body
+    /// dominates, and is zero for a kinematic body.
     pub fn on_body(&self, body: RigidBodyHandle) -> Totals {
         let mut totals = Totals::default();
         for contact in self.contacts() {
@@ -119,6 +124,12 @@ impl<'a> StepResults<'a> {
                 if takes && contact.bodies[side] == Some(body) {
                     totals.add(&contact, side);
                 }
+            }
+        }
+        for (number, drag) in &self.record.drag {
+            if self.pipeline.body(*number) == Some(body) {
+                totals.drag += drag.xy();
+                totals.drag_moment += drag.z;
             }
         }
         totals

@@ -29,6 +29,7 @@ mod queries;
 mod rapier_scenes;
 mod rapier_seam;
 mod reach;
+mod reserves;
 mod resting;
 mod results;
 mod resume;

@@ -108,7 +108,7 @@ fn every_scene_steps_stays_finite_and_makes_no_energy() {
             let start =
                 energy.kinetic_start + energy.potential_end + energy.forces - energy.recovery;
             // pins turn at the end of their arms too: their exchange has closed forms of its own
-            let given = energy.motors + energy.joints + driven(&record, &movers);
+            let given = energy.motors + energy.joints + energy.returned + driven(&record, &movers);
             let recovering = record.recovering > 0;
             let rise = now - total.unwrap_or(start) - given - energy.recovery;
             // what the solves left open: the judge's velocity on all impulses, a few rows a block.
