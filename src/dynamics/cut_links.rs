@@ -28,7 +28,7 @@ use super::solution::Solution;
 use crate::contact::{NO_BODY, Vec3};
 
 /// Most parts of a step.
-const PARTS: f64 = 12.0;
+const PARTS: f64 = 32.0;
 
 /// A link whose island is stepped in parts.
 #[derive(Debug, Clone, Copy)]

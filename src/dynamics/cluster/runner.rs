@@ -108,7 +108,8 @@ impl Runner {
                 located && counts.may_turn(),
             ];
             let part = part_length(&self.cuts, rest.length, context.dt);
-            let next = match part < rest.length && counts.may_turn() {
+            let cut = part < rest.length;
+            let next = match cut {
                 true => {
                     self.record.cut = 1;
                     Some((Next::Turns, part))
@@ -128,7 +129,7 @@ impl Runner {
                             self.stop(model, solver, context, &rules, (slide, time), rest)?;
                         }
                         _ => {
-                            counts.turns += 1;
+                            counts.turns += usize::from(!cut);
                             self.part(model, solver, context, &rules, time, rest)?;
                         }
                     }
