@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Format version of [`PipelineState`].
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// A pipeline between two steps, as plain data for serde.
 ///
