@@ -24,13 +24,14 @@ fn degrees_of_freedom_are_those_of_the_mechanism() {
         ("tower", 30, 0),
         ("bouncing-ball", 3, 0),
         ("woodpecker", 3, 0),
+        ("card-house", 120, 0),
     ] {
         let told = told(&[scene]);
         assert_eq!(told["degrees_of_freedom"], free, "{scene}");
         assert_eq!(told["joint_rows"], rows, "{scene}");
         let [one, all] = ["steps", "run_steps"].map(|key| told["trial"][key].as_u64().unwrap());
-        // three trials, of steps, half and quarter steps
-        assert!(7 * one <= (all / 10).max(7), "{scene}: {one} of {all}");
+        // three trials, of steps, half and quarter steps; the first steps cost more than most of a run
+        assert!(one <= (all / 100).max(1), "{scene}: {one} of {all}");
     }
     assert_eq!(told(&["thresher-study"])["degrees_of_freedom"], 1);
 }
