@@ -1,5 +1,6 @@
 //! `run --accuracy`: the setting is chosen, and the run is held to it.
 
+use super::resume::command_line;
 use super::{Outcome, RunArgs, print_err, run};
 use crate::experiment::{Choice, Ended, RunError, TrialRow, choose, step_count};
 use crate::report::{Progress, number};
@@ -73,6 +74,13 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, asked: f64) -> Result<Outcome, 
     let progress = Progress::new("trials", usual, quiet);
     let mut choice = choose(scene, asked, &progress)?;
     drop(progress);
+    if !quiet && !args.words.is_empty() {
+        print_err(&format!(
+            "chosen by {} trials; {} makes the same run without them, and can be resumed\n",
+            choice.trials.len(),
+            without_trials(args, scene, &choice)
+        ));
+    }
     let mut runs = 0;
     choice.hold(scene, |scene, choice| {
         if runs > 0 && !quiet {
@@ -82,4 +90,34 @@ pub(super) fn run(args: &RunArgs, scene: &Scene, asked: f64) -> Result<Outcome, 
         runs += 1;
         run::once(args, scene, None, Some(choice))
     })
+}
+
+/// The command that makes the chosen run without its trials, as long as it is not made finer.
+fn without_trials(args: &RunArgs, scene: &Scene, choice: &Choice) -> String {
+    let mut words = Vec::new();
+    let mut typed = args.words.iter();
+    while let Some(word) = typed.next() {
+        match word.as_str() {
+            "--accuracy" => _ = typed.next(),
+            word if word.starts_with("--accuracy=") => {}
+            word => words.push(word.to_owned()),
+        }
+    }
+    let step = &choice.step;
+    let [dt, tolerance] = [step.dt, step.tolerance].map(|value| format!("{value:e}"));
+    let chosen = [
+        "--scheme",
+        step.scheme.name(),
+        "--dt",
+        &dt,
+        "--tolerance",
+        &tolerance,
+    ];
+    words.extend(chosen.map(str::to_owned));
+    match (step.events, scene.step.events) {
+        (true, _) => words.push("--events".to_owned()),
+        (false, true) => words.extend(["--set", "step.events=false"].map(str::to_owned)),
+        (false, false) => {}
+    }
+    format!("`{}`", command_line(&words))
 }

@@ -107,6 +107,7 @@ mod self_reference;
 mod setting;
 mod simulate;
 mod throughput;
+mod trial;
 mod verdict;
 mod wear;
 

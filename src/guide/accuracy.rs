@@ -20,6 +20,9 @@
 //! ```sh
 //! moreau2d run rocking-block --dt 0.0057142857142857143 --events --tolerance 1e-5
 //! ```
+//! Such a command is printed before the run starts: a run with `--accuracy` writes no checkpoint, and the command
+//! makes the same run, which does.
+//!
 //! `accuracy` in `summary.json` lists every trial with its work and expected error, and why a run was started
 //! anew, if it was.
 //!

@@ -89,6 +89,7 @@ impl OutputFolder {
     /// `ReportError::Io`.
     pub fn reopen(target: impl AsRef<Path>) -> Result<Reopened, ReportError> {
         let target = target.as_ref().to_path_buf();
+        fs::metadata(&target).map_err(ReportError::io(&target))?;
         if !target.join(super::kept::KEPT).is_dir() {
             return match target.join("summary.json").exists() {
                 true => Ok(Reopened::Finished),

@@ -194,6 +194,10 @@ fn find(name_or_path: &str) -> Result<Document, SceneError> {
     }
     let embedded = document(name_or_path);
     let path = Path::new(name_or_path);
+    if embedded.is_err() && path.is_dir() {
+        let problem = "it is a folder, and a scene is a file, such as NAME.toml";
+        return Err(unread(path, std::io::Error::other(problem)));
+    }
     let file = || path.extension().is_some_and(|e| e == "toml") || path.is_file();
     if embedded.is_err() && file() {
         let document = Document::parse(name_or_path, &read(path)?)?;
@@ -223,6 +227,9 @@ pub(super) fn document(name: &str) -> Result<Document, SceneError> {
 /// The name of a scene that is read from standard input, and what errors call it.
 const STANDARD_INPUT: &str = "-";
 const STDIN: &str = "<stdin>";
+/// What to do where standard input has no scene: also with `run --resume`, which reads it again.
+const PIPE: &str = "pipe a scene into the program, as in `moreau2d run - < FILE` and, if that was stopped, \
+                    `moreau2d run --resume DIR < FILE`";
 
 /// Most bytes of a scene file: 100 000 bodies of 80 bytes each. A scene that is read and built takes some
 /// hundred times the size of its file.
@@ -249,12 +256,16 @@ fn standard_input() -> Result<String, SceneError> {
     if stdin.is_terminal() {
         return Err(SceneError::Read {
             path: STDIN.to_owned(),
-            source: std::io::Error::other(
-                "it is a terminal: pipe a scene into the program, `moreau2d run - < FILE`",
-            ),
+            source: std::io::Error::other(format!("it is a terminal: {PIPE}")),
         });
     }
     let read = bounded(stdin.lock(), STDIN)?;
+    if read.trim().is_empty() {
+        return Err(SceneError::Read {
+            path: STDIN.to_owned(),
+            source: std::io::Error::other(format!("it is empty: {PIPE}")),
+        });
+    }
     *text = Some(read.clone());
     Ok(read)
 }

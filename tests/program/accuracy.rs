@@ -93,11 +93,18 @@ fn the_chosen_setting_is_in_the_summary_and_gives_the_same_run() {
     assert_eq!(typed["end"], chosen["end"]);
     assert_eq!(typed["accuracy"], Value::Null);
     // on the terminal
-    let (_, out, _) = place.run(&["run", "rocking-block", "--accuracy", "1e-2"]);
+    let (_, out, err) = place.run(&["run", "rocking-block", "--accuracy=1e-2", "--every", "7"]);
     assert!(
         out.contains("staggered with events") && out.contains("held: estimated error"),
         "{out}"
     );
+    // the run can be made, and resumed, without its trials
+    let command = err.split('`').nth(1).expect("a command in backticks");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    assert!(
+        words.contains(&"--events") && words.contains(&"--every") && !err.contains("--accuracy")
+    );
+    assert_eq!(told(&words)["end"], chosen["end"], "{err}");
 }
 
 #[test]

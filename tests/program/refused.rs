@@ -44,6 +44,11 @@ fn unknown_names_are_refused_with_the_nearest_known_one() {
     for (args, words) in cases {
         place.refused(args, words);
     }
+    // a folder, such as that of results
+    fs::create_dir(place.path("out.toml")).unwrap();
+    for name in ["out.toml", "."] {
+        place.refused(&["explain", name], &[name, "it is a folder"]);
+    }
     place.refused(&[], &["Usage"]);
     place.refused(&["run"], &["SCENE"]);
 }

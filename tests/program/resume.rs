@@ -214,7 +214,12 @@ fn what_does_not_fit_is_refused_and_stays() {
         &["run", "ball.toml", "--resume", "r"],
         &["--resume", "cannot be used"],
     );
-    place.refused(&["run", "--resume", "s"], &["s: no run was stopped here"]);
+    place.refused(&["run", "--resume", "s"], &["s: No such file"]);
+    fs::create_dir(place.path("empty")).unwrap();
+    place.refused(
+        &["run", "--resume", "empty"],
+        &["empty: no run was stopped here"],
+    );
     let resume = ["run", "--resume", "r"];
     place.write("ball.toml", BALL.replace("0.3", "0.31"));
     place.refused(

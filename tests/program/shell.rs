@@ -125,7 +125,10 @@ fn what_is_wrong_in_standard_input_has_its_place() {
         (
             &["run", "-"],
             b"",
-            ["<stdin>:1".to_owned(), "`scene`".to_owned()],
+            [
+                "<stdin>: cannot read the scene: it is empty".to_owned(),
+                "`moreau2d run - < FILE`".to_owned(),
+            ],
         ),
         (
             &["explain", "-"],
