@@ -70,41 +70,8 @@ fn show(args: &ExplainArgs, scene: &Scene, found: &Explanation) -> Result<Outcom
     Ok(Outcome::Done)
 }
 
-/// The lines about the trial.
-fn tried(e: &Explanation) -> String {
-    let t = &e.trial;
-    let most = [
-        counted(t.most_contacts, "contact"),
-        counted(t.most_islands, "island"),
-        counted(t.most_unknowns, "unknown impulse"),
-    ]
-    .join(", ");
-    let steps = match (t.steps, t.run_steps) {
-        (0, all) => {
-            return format!(
-                "trial: none of {all} steps, scheme {}, solver {}\nat the start: {most}\n",
-                e.scheme, e.solver
-            );
-        }
-        (steps, 0) => counted(steps, "step"),
-        (steps, all) => format!("{steps} of {all} steps"),
-    };
-    format!(
-        "trial: {steps}, {}, scheme {}, solver {}\n\
-         at most in a step: {most}\n\
-         in all: {} times a contact sticks, {} slides; {}, {}, {}\n",
-        quantity(t.time_s, "s", 3),
-        e.scheme,
-        e.solver,
-        t.sticking,
-        t.sliding,
-        counted(t.impacts, "impact"),
-        counted(t.sweeps, "sweep"),
-        counted(t.factorisations, "factorisation"),
-    )
-}
-
 fn text(e: &Explanation) -> String {
+    let t = &e.trial;
     let parts: Vec<String> = [
         (e.dynamic_bodies, "that move"),
         (e.fixed_bodies, "fixed"),
@@ -125,10 +92,28 @@ fn text(e: &Explanation) -> String {
         ),
     };
     let mut out = format!(
-        "degrees of freedom: {} (model {}); {of}\n",
-        e.degrees_of_freedom, e.model
+        "degrees of freedom: {} (model {}); {of}\n\
+         trial: {}, {}, scheme {}, solver {}\n\
+         at most in a step: {}, {}, {}\n\
+         in all: {} times a contact sticks, {} slides; {}, {}, {}\n",
+        e.degrees_of_freedom,
+        e.model,
+        match t.run_steps {
+            0 => counted(t.steps, "step"),
+            all => format!("{} of {all} steps", t.steps),
+        },
+        quantity(t.time_s, "s", 3),
+        e.scheme,
+        e.solver,
+        counted(t.most_contacts, "contact"),
+        counted(t.most_islands, "island"),
+        counted(t.most_unknowns, "unknown impulse"),
+        t.sticking,
+        t.sliding,
+        counted(t.impacts, "impact"),
+        counted(t.sweeps, "sweep"),
+        counted(t.factorisations, "factorisation"),
     );
-    out.push_str(&tried(e));
     out.push_str("left out:\n");
     for left in &e.left_out {
         let key = left.key.map_or(String::new(), |key| format!(" ({key})"));

@@ -1,9 +1,10 @@
 //! What a scene models and how well its step resolves it, measured on a short trial.
 
 use super::setting::step_count;
-use super::simulate::RunError;
-use super::trial::{Tried, dear_start, rows, tried};
-use crate::scene::{BodyKind, JointKind, Scene};
+use super::simulate::{Engine, RunError, Totals, go_on};
+use crate::contact::{Vec2, Vec3};
+use crate::dynamics::record::ContactStatus;
+use crate::scene::{BodyKind, Built, JointKind, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -15,9 +16,6 @@ const TRIALS: f64 = 7.0;
 /// Why no accuracy is stated.
 const AT_REST: &str = "the scene is at rest at the end of the trial, and nothing moves any more";
 const SHORT: &str = "the run has too few steps for trials with shorter ones in a tenth of it";
-const DEAR: &str = "no step is tried, so that it is not known either what sticks, slides or rests: the first solve \
-                    of an island of more than 20000 contacts may take as long as 100 steps at rest, more than a \
-                    tenth of this run; --steps 1000 tries it";
 const NO_ORDER: &str =
     "three trials with shorter and shorter steps do not converge: impacts or chaos";
 const UNSOLVED: &str =
@@ -61,10 +59,8 @@ pub struct Explanation {
 }
 
 /// The trial at the scene's step.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Trial {
-    /// 0 if none is tried, for the reason in `accuracy_unknown`: contacts, islands and unknowns are then those
-    /// at the start, and there are no other figures.
     pub steps: usize,
     pub time_s: f64,
     /// Of all steps that a run takes; 0 for a machine, whose wear decides.
@@ -122,19 +118,32 @@ pub struct StepFor {
     pub dt_s: f64,
 }
 
-/// Explains `scene` by trials of its start, with its step, half and a quarter of it, in all less than a tenth of
-/// the steps of a run. A trial that has come to rest ends there. A run of too few steps has one trial, and so has
-/// one whose contact problems are not all solved: what is left of them hides the error of the step. A run of few
-/// steps that starts with an island too large to be solved once in a tenth of its time has none.
+/// One trial: totals, final positions, and what its records tell.
+struct Tried {
+    totals: Totals,
+    places: Vec<Vec2>,
+    /// Largest way of a body and its size \[m\].
+    way: f64,
+    trial: Trial,
+    islands: usize,
+    /// Rows of all contacts and joints, and those that were solved, of the steps without an island at rest.
+    rows: usize,
+    solved: usize,
+    /// Whether all islands rest at its end and no body moves.
+    at_rest: bool,
+    fastest_turn: f64,
+    turning: usize,
+    fastest: f64,
+}
+
+/// Explains `scene` by trials of its start, with its step, half and a quarter of it, less than a tenth of the
+/// steps of a run in all. A trial that has come to rest ends there. A run of too few steps has one trial, and so has one
+/// whose contact problems are not all solved: what is left of them hides the error of the step.
 ///
 /// # Errors
 /// [`RunError`] if the scene cannot be built or a step fails.
 pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     let run_steps = step_count(&scene.step);
-    if let Some(found) = dear_start(scene, run_steps)? {
-        let none = Tried::none(found, run_steps);
-        return Ok(told(scene, none, Vec::new(), Some(DEAR)));
-    }
     let most = (SHARE * run_steps as f64 / TRIALS) as usize;
     let most = most.clamp(1, MOST_STEPS).min(run_steps.max(1));
     let first = tried(scene, 1, most, run_steps)?;
@@ -152,16 +161,6 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
         let none = found.is_empty().then_some(NO_ORDER);
         (found, none)
     };
-    Ok(told(scene, first, accuracy, unknown))
-}
-
-/// What the trials tell.
-fn told(
-    scene: &Scene,
-    first: Tried,
-    accuracy: Vec<Expected>,
-    unknown: Option<&'static str>,
-) -> Explanation {
     let count = |kind| scene.bodies.iter().filter(|b| b.kind == kind).count();
     let dynamic = count(BodyKind::Dynamic);
     let rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
@@ -169,7 +168,7 @@ fn told(
         Some(linear) => linear.coordinates.len(),
         None => 3 * dynamic,
     };
-    Explanation {
+    Ok(Explanation {
         scene: scene.name.clone(),
         model: scene.model().word(),
         degrees_of_freedom: coordinates.saturating_sub(rows),
@@ -188,7 +187,120 @@ fn told(
         to_choose: to_choose(&scene.name),
         warnings: warnings(scene, &first),
         trial: first.trial,
+    })
+}
+
+/// Coordinates that a joint takes.
+fn rows(kind: JointKind) -> usize {
+    match kind {
+        JointKind::Revolute | JointKind::Prismatic => 2,
+        JointKind::Fixed => 3,
+        JointKind::PinSlot => 1,
+        JointKind::Rope | JointKind::Spring => 0,
     }
+}
+
+fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<Tried, RunError> {
+    let mut scene = scene.clone();
+    scene.step.dt /= finer as f64;
+    let mut built = scene.build()?;
+    let joint_rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
+    let mut trial = Trial {
+        steps,
+        time_s: 0.0,
+        run_steps,
+        most_contacts: 0,
+        most_unknowns: 0,
+        most_islands: 0,
+        sticking: 0,
+        sliding: 0,
+        impacts: 0,
+        sweeps: 0,
+        factorisations: 0,
+        unsolved_islands: 0,
+    };
+    let (mut islands, mut turning) = (0, 0);
+    let (mut fastest_turn, mut fastest) = (0.0, 0.0);
+    let dynamic: Vec<usize> = (0..built.bodies())
+        .filter(|k| {
+            scene
+                .bodies
+                .get(*k)
+                .is_none_or(|b| b.kind == BodyKind::Dynamic)
+        })
+        .collect();
+    let place = |built: &Built, k: usize| Some(built.state(k)?.0.translation);
+    let starts: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
+    Engine::Moreau.prepare(&mut built)?;
+    let mut totals = Totals::start(&mut built, Engine::Moreau);
+    let (mut rows, mut solved, mut at_rest) = (0, 0, false);
+    for step in 1..=finer * steps {
+        totals = go_on(
+            &mut built,
+            Engine::Moreau,
+            totals,
+            step,
+            |record, built, _| {
+                islands += record.islands;
+                trial.most_islands = trial.most_islands.max(record.islands);
+                trial.most_unknowns = trial.most_unknowns.max(record.unknowns);
+                trial.impacts += record.impacts.len();
+                // contacts at rest are in the record too
+                if record.resting == 0 {
+                    rows += 2 * record.contacts.len() + joint_rows;
+                    solved += record.unknowns;
+                }
+                for contact in &record.contacts {
+                    match contact.status {
+                        ContactStatus::Stick => trial.sticking += 1,
+                        ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
+                        ContactStatus::Open | ContactStatus::Impact => {}
+                    }
+                }
+                let mut moves = false;
+                for k in &dynamic {
+                    if let Some((_, u)) = built.state(*k) {
+                        if u.z.abs() > fastest_turn && scene.linear.is_none() {
+                            (fastest_turn, turning) = (u.z.abs(), *k);
+                        }
+                        fastest = u.x.hypot(u.y).max(fastest);
+                        moves |= u != Vec3::zeros();
+                    }
+                }
+                at_rest = record.resting > 0 && record.resting == record.islands && !moves;
+                Ok(())
+            },
+        )?;
+        // what a trial finds at rest, it finds in all later steps
+        if finer == 1 && at_rest {
+            break;
+        }
+    }
+    trial.steps = totals.steps / finer;
+    trial.time_s = totals.time;
+    trial.most_contacts = totals.most_contacts;
+    trial.sweeps = totals.sweeps;
+    trial.factorisations = totals.factorisations;
+    trial.unsolved_islands = totals.unsolved_islands;
+    let places: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
+    let sizes = dynamic.iter().map(|k| built.size(*k).unwrap_or(0.0));
+    let ways = starts.iter().zip(&places).map(|(a, b)| (b - a).norm());
+    Ok(Tried {
+        way: ways
+            .zip(sizes)
+            .map(|(way, size)| way + size)
+            .fold(0.0, f64::max),
+        places,
+        totals,
+        trial,
+        islands,
+        rows,
+        solved,
+        at_rest,
+        fastest_turn,
+        turning,
+        fastest,
+    })
 }
 
 /// The longest step up to `dt` with `2 e (Δt/dt)^p ≤ R L` for the error e and order p of position and the way L, the rule

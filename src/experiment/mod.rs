@@ -107,7 +107,6 @@ mod self_reference;
 mod setting;
 mod simulate;
 mod throughput;
-mod trial;
 mod verdict;
 mod wear;
 
