@@ -87,6 +87,7 @@ mod stepper;
 mod surface_point;
 mod thread_pool;
 mod visco_elastic;
+mod wide_turns;
 mod working_set;
 
 pub(crate) use contact_cache::CachedContact;

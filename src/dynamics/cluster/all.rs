@@ -3,7 +3,6 @@
 use super::context::{Cluster, Context};
 use super::runner::Runner;
 use super::slides::ended_slides;
-use super::turns::wide_turns;
 use super::watched::{is_crowded, near_enough, way};
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::cut_links::CutLink;
@@ -13,6 +12,7 @@ use crate::dynamics::islands::Islands;
 use crate::dynamics::model::{Configuration, ContactPoint, MultibodyModel, NormalLaw};
 use crate::dynamics::settings::StepError;
 use crate::dynamics::solve::IslandSolver;
+use crate::dynamics::wide_turns::wide_turns;
 use rustc_hash::FxHashSet;
 
 /// Steps every cluster of bodies in which a contact closes, a slide ends

@@ -16,4 +16,3 @@ mod watched;
 
 pub(super) use all::locate_impacts;
 pub(super) use context::{Cluster, Context};
-pub(super) use turns::wide_turns;
