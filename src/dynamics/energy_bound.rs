@@ -7,8 +7,9 @@
 //! the largest share of the first one that satisfies the bound. Both solutions lie in the friction
 //! cone and do not penetrate; by convexity this also holds for their blend.
 
+use super::constraint_work::{joint_work, work, work_of};
 use super::contact_cache::JointEnergy;
-use super::island_problem::{BilateralJoint, IslandProblem, Terms};
+use super::island_problem::{IslandProblem, Terms};
 use super::reserve::given_without_impacts;
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
@@ -253,30 +254,6 @@ pub(super) fn bound_contacts(
     let found = blend(solver, problems, start, first, tolerance, all);
     impulses.copy_from_slice(&found.impulses);
     Some(found.report(&report, !found.plastic.solved(), tolerance))
-}
-
-/// `W` of equation (1) of [`bound_contacts`] \[J\].
-fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2) -> f64 {
-    (0..impulses.len())
-        .filter(|&i| terms[i].rigid)
-        .map(|i| 0.5 * impulses[i].dot(&(terms[i].gamma_a + gamma_end(i))))
-        .sum()
-}
-
-/// Energy \[J\] that the rigid contacts of an island add, with impulses that give the velocities
-/// `G P + b`.
-pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
-    work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
-}
-
-/// The same of its pins and locked axes.
-pub(super) fn joint_work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
-    let of = |own: &BilateralJoint| {
-        let k = own.block;
-        let gamma_end = velocities[k] - island.added[k];
-        0.5 * impulses[k].dot(&(island.terms[k].gamma_a + gamma_end))
-    };
-    island.bilateral.iter().map(of).sum()
 }
 
 /// Work that contacts of a crowd may add, as a share of `P · G P`: sweeps leave residuals.

@@ -20,7 +20,7 @@
 //! Own construction. Passivity controllers of haptic devices keep such an account, see Hannaford and
 //! Ryu, *Time-domain passivity control of haptic interfaces* (2002).
 
-use super::energy_bound::{joint_work, work};
+use super::constraint_work::{joint_work, work};
 use super::island_problem::IslandProblem;
 use crate::contact::{Law, Vec2};
 use crate::solver::ImpulseSolver;
