@@ -1,6 +1,7 @@
 //! Large islands that are not solved, over several steps.
 
-use super::super::energy_bound::{bound_swept, work};
+use super::super::constraint_work::work;
+use super::super::energy_bound::bound_swept;
 use super::super::interval::{Block, Collected, Interval, Source};
 use super::super::island_problem::{IslandProblem, LARGE, Terms, is_rigid};
 use super::super::model::{ContactKey, ContactPoint, NormalLaw};

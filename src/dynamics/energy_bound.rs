@@ -7,8 +7,10 @@
 //! the largest share of the first one that satisfies the bound. Both solutions lie in the friction
 //! cone and do not penetrate; by convexity this also holds for their blend.
 
+use super::constraint_work::{joint_work, work, work_of};
 use super::contact_cache::JointEnergy;
-use super::island_problem::{BilateralJoint, IslandProblem, Terms};
+use super::island_problem::{IslandProblem, Terms};
+use super::reserve::given_without_impacts;
 use crate::contact::{ContactProblem, Residual, Vec2, feasibility};
 use crate::solver::{ImpulseSolver, SolveReport, SolveStatus};
 
@@ -149,10 +151,28 @@ fn largest_share([w0, wh, w1]: [f64; 3]) -> f64 {
 /// ```
 ///
 /// An island exceeds the bound if `W > 0` in a step with an impact, or if `W` is above 2 % of
-/// `Σ P² G/2` in any other step. In a step with an impact the sum of `W` and the work of pins and locks
-/// is bounded too, by the reserve of the island, see [`super::reserve`]. `velocities` is `G P + b`
-/// \[m/s\] of the solution. Returns the report of the bounded solution; `None` if the bound already
-/// holds.
+/// `Σ P² G/2` in any other step. `velocities` is `G P + b` \[m/s\] of the solution. Returns the report of
+/// the bounded solution; `None` if the bound already holds.
+///
+/// In a step with an impact the sum with the work `W_J` of pins and locks is bounded too,
+///
+/// ```text
+/// W(P) + W_J(P) ≤ max(R, W(P⁰) + W_J(P⁰), 0)                                 (1a)
+/// ```
+///
+/// with the reserve `R` of the island, see [`super::reserve`]. `P⁰` solves the same step without its
+/// impacts, see [`given_without_impacts`]. Pins have `γ_E = −b_J` whatever the impulses are, `b_J` their
+/// added velocity, so that their work is linear in their impulses:
+///
+/// ```text
+/// W_J(P) = P_J · d,   d = (γ_A − b_J)/2,   W_J(P) − W_J(P⁰) = (P_J − P⁰_J) · d
+/// ```
+///
+/// The difference is the work of the reactions to the impact, which ideal pins do not do, and must not
+/// exceed what the impact loses. `W_J(P⁰)` is the scheme's error of turning bodies. Without an impact it is
+/// bounded by [`bound_joints`] and paid as a debt, and so it is with one: it is no reason to take the
+/// rebound of a small impact in a large island. The plastic solution is no such reference: an impact
+/// without rebound drives pins as well: `1/(1 + e)` of the difference, while no contact opens or slips.
 ///
 /// # Source
 /// Own construction; see Glocker, *Energetic consistency conditions for standard impacts* (2013)
@@ -182,8 +202,8 @@ pub(super) fn bound_contacts(
         true => work + joint_work(island, impulses, velocities),
         false => work,
     };
-    let reserve = island.reserve.max(0.0);
-    if work <= 0.0 && with_joints <= reserve {
+    let mut room = island.reserve.max(0.0);
+    if work <= 0.0 && with_joints <= room {
         return None;
     }
     let rigid = (0..impulses.len()).filter(|&i| terms[i].rigid);
@@ -196,7 +216,10 @@ pub(super) fn bound_contacts(
         let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
         0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
     };
-    if work <= allowed && with_joints <= allowed + reserve {
+    if with_joints > allowed + room {
+        room = room.max(given_without_impacts(solver, island, tolerance));
+    }
+    if work <= allowed && with_joints <= allowed + room {
         return None;
     }
     let plastic_added = |i: usize| {
@@ -220,7 +243,7 @@ pub(super) fn bound_contacts(
         let gamma = |i: usize| plastic_velocities[i].lerp(&gamma_1(i), share);
         let of = |k: usize| 0.5 * p[k].dot(&(terms[k].gamma_a + gamma(k)));
         let joints: f64 = island.bilateral.iter().map(|own| of(own.block)).sum();
-        excess(share, p, plastic_velocities) + joints - reserve
+        excess(share, p, plastic_velocities) + joints - room
     };
     let all: &[Excess] = match impact && !island.bilateral.is_empty() {
         true => &[&excess, &excess_with_joints],
@@ -231,30 +254,6 @@ pub(super) fn bound_contacts(
     let found = blend(solver, problems, start, first, tolerance, all);
     impulses.copy_from_slice(&found.impulses);
     Some(found.report(&report, !found.plastic.solved(), tolerance))
-}
-
-/// `W` of equation (1) of [`bound_contacts`] \[J\].
-fn work_of(terms: &[Terms], impulses: &[Vec2], gamma_end: impl Fn(usize) -> Vec2) -> f64 {
-    (0..impulses.len())
-        .filter(|&i| terms[i].rigid)
-        .map(|i| 0.5 * impulses[i].dot(&(terms[i].gamma_a + gamma_end(i))))
-        .sum()
-}
-
-/// Energy \[J\] that the rigid contacts of an island add, with impulses that give the velocities
-/// `G P + b`.
-pub(super) fn work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
-    work_of(&island.terms, impulses, |i| velocities[i] - island.added[i])
-}
-
-/// The same of its pins and locked axes.
-pub(super) fn joint_work(island: &IslandProblem, impulses: &[Vec2], velocities: &[Vec2]) -> f64 {
-    let of = |own: &BilateralJoint| {
-        let k = own.block;
-        let gamma_end = velocities[k] - island.added[k];
-        0.5 * impulses[k].dot(&(island.terms[k].gamma_a + gamma_end))
-    };
-    island.bilateral.iter().map(of).sum()
 }
 
 /// Work that contacts of a crowd may add, as a share of `P · G P`: sweeps leave residuals.

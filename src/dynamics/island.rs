@@ -2,10 +2,9 @@
 //! the energy that it adds, and judges the solution, in this order.
 
 use super::closings::settle_closings;
+use super::constraint_work::{joint_work, work};
 use super::crowd::simplify;
-use super::energy_bound::{
-    bound_contacts, bound_joints, bound_swept, hopeless, joint_energies, joint_work, work,
-};
+use super::energy_bound::{bound_contacts, bound_joints, bound_swept, hopeless, joint_energies};
 use super::interval::Interval;
 use super::island_problem::{IslandProblem, LARGE, restore_pushes};
 use super::outcome::{IslandOutcome, IslandResult, SolvedProblem};

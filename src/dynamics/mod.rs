@@ -44,6 +44,7 @@ mod at_rest;
 mod closings;
 mod cluster;
 mod collect;
+mod constraint_work;
 mod contact_cache;
 mod crowd;
 mod debts;

@@ -20,9 +20,10 @@
 //! Own construction. Passivity controllers of haptic devices keep such an account, see Hannaford and
 //! Ryu, *Time-domain passivity control of haptic interfaces* (2002).
 
-use super::energy_bound::joint_work;
+use super::constraint_work::{joint_work, work};
 use super::island_problem::IslandProblem;
 use crate::contact::{Law, Vec2};
+use crate::solver::ImpulseSolver;
 
 /// Largest reserve that an island builds up, as a share of its energy.
 const SHARE: f64 = 0.01;
@@ -59,6 +60,34 @@ pub(super) fn reserve_after(island: &IslandProblem, impulses: &[Vec2], velocitie
     let limit = SHARE * (island.kinetic + island.forced);
     let after = (before - all).min((before - lasting).max(0.0));
     after.min(before.max(limit)).max(-limit)
+}
+
+/// Energy \[J\] that the constraints of an island would give in the step if none of its impacts took
+/// place: its work with the impulses of the same problem whose impacts stay open. 0 if no impulses are
+/// found.
+pub(super) fn given_without_impacts(
+    solver: &mut dyn ImpulseSolver,
+    island: &IslandProblem,
+    tolerance: f64,
+) -> f64 {
+    let mut problem = island.problem.clone();
+    let speeds = (problem.free.iter()).zip(&island.terms);
+    let fastest = speeds.fold(0.0, |most: f64, (b, own)| {
+        most.max(b.norm()).max(own.gamma_a.norm())
+    });
+    let impacts = || (0..island.terms.len()).filter(|&i| island.terms[i].impact);
+    // opens them faster than anything moves
+    for i in impacts() {
+        problem.free[i].x += 4.0 * fastest;
+    }
+    let mut impulses = vec![Vec2::zeros(); problem.free.len()];
+    let report = solver.solve(&problem, &mut impulses, tolerance);
+    if !report.solved() || impacts().any(|i| impulses[i] != Vec2::zeros()) {
+        return 0.0;
+    }
+    let mut velocities = Vec::new();
+    problem.velocities(&impulses, &mut velocities);
+    work(island, &impulses, &velocities) + joint_work(island, &impulses, &velocities)
 }
 
 /// The part of a reserve below 0 that is no round-off \[J\].
