@@ -30,6 +30,9 @@ pub(super) struct Debtors<'a, M: ?Sized> {
     pub model: &'a M,
     pub interval: &'a Interval,
     pub inverse_mass: &'a [Vec3],
+    /// Whether they pay now, or keep their debts for a later interval: bodies that are at its end already
+    /// have been moved with the velocities that they owe.
+    pub pays: bool,
 }
 
 impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
@@ -53,7 +56,7 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             }
             let own = &solution.outcomes[k];
             let (mut reserve, bodies) = (own.reserve, own.bodies as f64);
-            if own.debt > 0.0 && self.is_passive(members) {
+            if self.pays && own.debt > 0.0 && self.is_passive(members) {
                 if solution.unpaid.is_empty() {
                     solution.unpaid.clone_from(&solution.end);
                 }
@@ -84,6 +87,7 @@ impl<M: MultibodyModel + ?Sized> Debtors<'_, M> {
             model,
             interval,
             inverse_mass,
+            ..
         } = *self;
         let mut bodies: Vec<u32> = (members.iter())
             .flat_map(|&i| interval.sides[i as usize])

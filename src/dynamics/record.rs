@@ -283,7 +283,8 @@ pub struct StepRecord {
     /// third order in the step. At 1/60 s those of a pendulum of 2 s take and give 3e-5 of its energy in
     /// every swing. What they give beyond what they took is returned, see [`StepEnergy::returned`], and
     /// is part of this sum. Over a run it is therefore not above 0, up to round-off. Exceptions: islands
-    /// that a belt, a motor or a moving support drives, and bodies around impacts located in time.
+    /// that a belt, a motor or a moving support drives, and large debts of bodies around impacts located
+    /// in time, which pay once a step.
     pub constraint_work: f64,
     /// Pairs of bodies of which one passed through the other. Experiments find them from the poses
     /// before and after the step, for every engine alike; a step alone leaves it empty.
@@ -296,6 +297,7 @@ impl StepRecord {
         self.contacts.extend_from_slice(&part.contacts);
         self.impacts.extend_from_slice(&part.impacts);
         self.joints.extend_from_slice(&part.joints);
+        self.drag.extend_from_slice(&part.drag);
         self.islands += part.islands;
         self.resting += part.resting;
         self.sweeps += part.sweeps;

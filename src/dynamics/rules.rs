@@ -106,6 +106,11 @@ impl Rules {
         self.scheme == Scheme::Staggered
     }
 
+    /// Whether islands keep an account of energy: Newton's law is free to give some.
+    pub fn keeps_account(&self) -> bool {
+        self.corrects_gaps() && self.law != ImpactLaw::Newton
+    }
+
     /// Whether contacts can be deferred.
     pub fn locates(&self) -> bool {
         self.events || self.sweeps

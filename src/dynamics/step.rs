@@ -21,7 +21,7 @@ use super::recording::{forces_work, record_interval, working_velocities};
 use super::recovery::{exempt_bodies, find_late, find_overlaps, part_overlaps};
 use super::resting::Begin;
 use super::roles::BodyRoles;
-use super::rules::{ImpactLaw, Rules, Span};
+use super::rules::{Rules, Span};
 use super::settings::{StepError, check_finite};
 use super::stepper::MoreauStepper;
 use crate::contact::Vec3;
@@ -228,9 +228,8 @@ impl MoreauStepper {
         }
         self.count_islands(record, &mut clusters, &in_cluster);
         self.resting.record(record);
-        // Newton's law is free to give energy
-        if rules.corrects_gaps() && rules.law != ImpactLaw::Newton {
-            self.pay_debts(model, record, &in_cluster);
+        if rules.keeps_account() {
+            self.pay_debts(model, record, &clusters, &in_cluster);
         }
         self.record(model, record, &clusters, &in_cluster);
         self.rest(model, &in_cluster, overlaps.as_ref(), dt);
@@ -241,7 +240,7 @@ impl MoreauStepper {
         self.cache.links = find_links(&self.stiff, &self.interval, &self.solution, masses);
         std::mem::swap(&mut self.cache.contacts, &mut self.contacts_next);
         std::mem::swap(&mut self.cache.landings, &mut self.landings_next);
-        if rules.corrects_gaps() && rules.law != ImpactLaw::Newton {
+        if rules.keeps_account() {
             std::mem::swap(&mut self.cache.reserves, &mut self.reserves_next);
         }
         self.solver.cache.commit();
@@ -385,17 +384,24 @@ impl MoreauStepper {
         &mut self,
         model: &M,
         record: &mut StepRecord,
+        clusters: &[Cluster],
         in_cluster: &[bool],
     ) {
         let debtors = Debtors {
             model,
             interval: &self.interval,
             inverse_mass: &self.inverse_mass,
+            pays: true,
         };
         let (interval, none) = (&self.interval, !in_cluster.contains(&true));
         let used = |i| none || interval.is_used(i, in_cluster);
         let reserves = &mut self.reserves_next;
         debtors.settle(&mut self.solution, used, reserves, record);
+        for cluster in clusters {
+            for (&body, reserve) in cluster.bodies.iter().zip(&cluster.reserves) {
+                reserves[body as usize] = *reserve;
+            }
+        }
     }
 
     /// Records contacts and energies: from the clusters for the bodies `in_cluster`, from the

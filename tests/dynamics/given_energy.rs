@@ -193,3 +193,20 @@ fn a_small_impact_in_a_fast_island_keeps_its_rebound() {
         }
     }
 }
+
+/// Bug: what happened around impacts located in time was in no account. Where neither friction nor impacts
+/// take energy, pins gave up to 4e-3 in these of 5000 scenes. (Two more scenes give 5e-4 and 4e-5 still.)
+#[test]
+fn bodies_around_located_impacts_keep_the_account() {
+    for seed in [1194, 3570, 4280] {
+        let text = scene(&mut Random(seed)).replace("[step]", "[step]\nevents = true");
+        let lossless = |line| match line {
+            _ if str::starts_with(line, "friction") => "friction = 0",
+            _ if line.starts_with("restitution") => "restitution = 1",
+            _ => line,
+        };
+        let lines: Vec<&str> = text.lines().map(lossless).collect();
+        let [given, _] = given(&lines.join("\n"));
+        assert!(given < GIVEN, "seed {seed}: {given:.1e}");
+    }
+}

@@ -32,6 +32,8 @@ pub(in crate::dynamics) struct Cluster {
     pub end: Vec<Vec3>,
     pub configuration: Vec<Configuration>,
     pub displacement: Vec<Vec3>,
+    /// Their shares of the reserves of their islands \[J\]; empty where none are kept.
+    pub reserves: Vec<f64>,
     pub record: StepRecord,
     pub contacts: CachedContacts,
     /// Landings that take another step.
@@ -67,6 +69,7 @@ impl Cluster {
             configuration: Vec::new(),
             displacement: vec![Vec3::zeros(); bodies.len()],
             bodies,
+            reserves: Vec::new(),
             record: StepRecord::default(),
             contacts: CachedContacts::default(),
             landings: Vec::new(),

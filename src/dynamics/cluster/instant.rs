@@ -50,6 +50,7 @@ impl Runner {
         let pressed = |k: &ContactKey| pressed(self.own_contacts.as_ref(), k);
         let in_force = |i: usize| participants.in_force[i];
         let instant = &mut self.instant;
+        instant.reserves.clone_from(&self.interval.reserves);
         instant.collect_impact(&context.rules, &self.members, w, in_force, pressed);
         let hit = &mut self.hit;
         solver.solve(instant, hit, w, &context.rules);

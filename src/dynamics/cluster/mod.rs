@@ -1,5 +1,6 @@
 //! Clusters of bodies that collide, stop sliding or turn far within a step. Each is stepped separately from event to event.
 
+mod account;
 mod all;
 mod bounce;
 mod context;

@@ -137,6 +137,7 @@ impl Runner {
                 Sought::Impact(key, time) => {
                     elapsed += time;
                     if time > 0.0 {
+                        self.settle(model, context, false);
                         self.record_last(context, context.time + elapsed, &mut cluster);
                         self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
                     }
@@ -162,6 +163,8 @@ impl Runner {
         let velocity = |b: &u32| self.solution.end[*b as usize];
         cluster.end = cluster.bodies.iter().map(velocity).collect();
         cluster.configuration = places(model, &cluster.bodies);
+        let reserve = |b: &u32| self.interval.reserves.get(*b as usize).copied();
+        cluster.reserves = cluster.bodies.iter().filter_map(reserve).collect();
         for (&b, place) in escorts.iter().zip(&saved) {
             model.set_configuration(b as usize, place);
         }
@@ -187,6 +190,7 @@ impl Runner {
         let rebounds = self.instant.blocks.iter().any(|b| b.impact);
         // what no impulses solve closes all the same, and would do so for ever
         let many = counts.impact(surfaces, bodies, [lone, rebounds]);
+        self.settle_hit(model, context);
         self.hold_landed();
         self.here = places(model, &self.moved);
         std::mem::swap(&mut self.interval.start, &mut self.hit.end);
@@ -198,6 +202,7 @@ impl Runner {
         let origin = |b: &u32| context.origin[*b as usize];
         self.here = self.moved.iter().map(origin).collect();
         self.interval.start.clone_from(&context.main.start);
+        (self.interval.reserves).clone_from(&context.main.reserves);
         for interval in [&mut self.interval, &mut self.instant] {
             interval.roles.clone_from(&context.main.roles);
             let known = &context.main.known_overlaps;
@@ -260,6 +265,7 @@ impl Runner {
             self.restore(model);
             self.advance(model, solver, context, rules, span, rest.at)?;
         }
+        self.settle(model, context, true);
         self.finish_interval(model);
         Ok(None)
     }
@@ -452,6 +458,7 @@ impl Runner {
         elapsed: f64,
         cluster: &mut Cluster,
     ) {
+        self.settle(model, context, false);
         self.record_last(context, context.time + elapsed, cluster);
         self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
         self.here = places(model, &self.moved);
