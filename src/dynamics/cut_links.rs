@@ -30,6 +30,9 @@ use crate::contact::{NO_BODY, Vec3};
 /// Most parts of a step.
 const PARTS: f64 = 32.0;
 
+/// How many times longer than in (1) a part may be to be stable, hardly.
+const TO_STABILITY: f64 = 1.4;
+
 /// A link whose island is stepped in parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CutLink {
@@ -44,7 +47,7 @@ impl CutLink {
     pub fn of(body: usize, link: PulledLink, inverse_mass: &[Vec3]) -> CutLink {
         let inertia = 1.0 / inverse_mass[body].z;
         CutLink {
-            link: StiffLink::cut(body, link.stiffness, inertia),
+            link: StiffLink::in_parts(body, link.stiffness, inertia),
             next: PulledLink {
                 inertia,
                 cut: true,
@@ -58,14 +61,24 @@ impl CutLink {
 /// Length \[s\] of the first of the equal parts of a `rest` of the step that (1) asks for.
 pub(super) fn part_length(links: &[CutLink], rest: f64, step: f64) -> f64 {
     let rate = links.iter().map(|link| link.rate).fold(0.0, f64::max);
-    (rest / (rest * rate).ceil().max(1.0)).max(step / PARTS)
+    let most = (rest * PARTS / step).round();
+    rest / (rest * rate).ceil().min(most).max(1.0)
 }
 
-/// The `links` of islands that are stepped in parts. `inverse_mass` has the true masses.
+/// Whether an interval is long enough for its pin forces to be those of the links, and not of gaps that
+/// are closed in it.
+pub(super) fn is_telling(length: f64, step: f64) -> bool {
+    length > 0.5 * step / PARTS
+}
+
+/// The `links` of islands that are stepped in parts. `start` are the velocities at the start of the step
+/// and `inverse_mass` the masses, both without added inertia. Links of islands that need too many parts
+/// are no longer marked as cut.
 pub(super) fn links_to_cut(
-    links: &[(usize, PulledLink)],
+    links: &mut [(usize, PulledLink)],
     interval: &Interval,
     solution: &Solution,
+    start: &[Vec3],
     inverse_mass: &[Vec3],
 ) -> Vec<CutLink> {
     if links.is_empty() {
@@ -81,7 +94,7 @@ pub(super) fn links_to_cut(
         };
         let (joint, half) = (&interval.detection.joints[index], 0.5 * interval.length);
         // what was open before the step is not opened by it
-        let start = joint.distance_after(-half * block.gamma_a);
+        let start = joint.distance_after(-half * joint.rows.velocity(start));
         let end = joint.distance_after(half * joint.rows.velocity(&solution.end));
         let opened = joint.distance().max(end) - start;
         if opened > LARGE_OVERLAP * least_size(&joint.rows, inverse_mass) {
@@ -93,17 +106,23 @@ pub(super) fn links_to_cut(
         let sides = |i: &u32| movable(interval.blocks[*i as usize].bodies, inverse_mass);
         let bodies: Vec<u32> = solution.islands.blocks(k).iter().flat_map(sides).collect();
         let is_wide = |b: &u32| wide.get(*b as usize) == Some(&true);
-        let own = links.iter().filter(|(b, _)| bodies.contains(&(*b as u32)));
-        if !bodies.iter().any(is_wide) && !own.clone().any(|(_, link)| link.cut) {
+        let own = |body: &usize| bodies.contains(&(*body as u32));
+        let all = || links.iter().filter(|(b, _)| own(b));
+        let before = all().any(|(_, link)| link.cut);
+        if !before && !bodies.iter().any(is_wide) {
             continue;
         }
-        let own: Vec<_> = own
-            .map(|(b, link)| CutLink::of(*b, *link, inverse_mass))
-            .collect();
-        if own.iter().all(|cut| cut.rate * interval.length <= PARTS) {
-            cuts.extend(own);
+        let of = |(b, link): &(usize, PulledLink)| CutLink::of(*b, *link, inverse_mass);
+        let new: Vec<CutLink> = all().map(of).collect();
+        let most = PARTS * if before { TO_STABILITY } else { 1.0 };
+        match new.iter().all(|cut| cut.rate * interval.length <= most) {
+            true => cuts.extend(new),
+            false => (links.iter_mut().filter(|(b, _)| own(b))).for_each(|(_, l)| l.cut = false),
         }
     }
+    // a body that dominates another may be in the islands of both
+    cuts.sort_by_key(|cut| cut.link.body);
+    cuts.dedup_by_key(|cut| cut.link.body);
     cuts
 }
 

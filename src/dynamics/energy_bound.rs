@@ -216,7 +216,7 @@ pub(super) fn bound_contacts(
         let change = |i: usize| impulses[i].norm_squared() * problem.operator.diagonal(i).trace();
         0.02 * rigid.map(|i| 0.5 * change(i)).sum::<f64>()
     };
-    if with_joints > allowed + room {
+    if impact && with_joints > allowed + room {
         room = room.max(given_without_impacts(solver, island, tolerance));
     }
     if work <= allowed && with_joints <= allowed + room {

@@ -98,7 +98,7 @@ pub(super) fn stiffen(
 
 impl StiffLink {
     /// A link that keeps its inertia, as its island is stepped in parts.
-    pub fn cut(body: usize, stiffness: f64, inertia: f64) -> StiffLink {
+    pub fn in_parts(body: usize, stiffness: f64, inertia: f64) -> StiffLink {
         StiffLink {
             body,
             stiffness,
@@ -187,8 +187,14 @@ pub(super) fn find_links(
             continue;
         };
         let before = stiff.iter().find(|link| link.body == body);
-        let stiffness = (own.pull - own.force.dot(&own.arm) / own.count)
-            .max(before.map_or(0.0, |link| FADES * link.stiffness));
+        let faded = FADES.powf(interval.length / step);
+        let pull = own.pull - own.force.dot(&own.arm) / own.count;
+        let stiffness = match before {
+            // the whole step is none of its parts, and may be unstable
+            Some(link) if link.cut && interval.whole => link.stiffness,
+            Some(link) => pull.max(faded * link.stiffness),
+            None => pull,
+        };
         let (support, inertia) = (own.support / w.x, 1.0 / w.z);
         let pulled = step * step * stiffness / STABLE - support > inertia;
         if pulled && is_supported(body, interval, solution) {

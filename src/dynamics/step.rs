@@ -223,8 +223,11 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
-        let (links, cuts) = self.cut_links(model, dt);
+        let (mut links, cuts) = self.cut_links(model, dt);
         let mut clusters = self.locate(model, rules, &cuts, dt)?;
+        for cut in clusters.iter().filter(|c| !c.links.is_empty()) {
+            links.retain(|(body, _)| !cut.bodies.contains(&(*body as u32)));
+        }
         let mut in_cluster = vec![false; self.inverse_mass.len()];
         for &body in clusters.iter().flat_map(|c| &c.bodies) {
             in_cluster[body as usize] = true;
@@ -239,7 +242,7 @@ impl MoreauStepper {
         self.write(model, &clusters, &in_cluster, dt);
         let path = self.path(&clusters, dt);
         let potential = self.close_gaps(model, record, overlaps, in_cluster, path.as_deref())?;
-        self.cache.links = links;
+        self.cache.links = links.into_iter().map(|(_, link)| link).collect();
         let cut = clusters.iter_mut().map(|c| &mut c.links);
         cut.for_each(|links| self.cache.links.append(links));
         let name = |link: &PulledLink| (link.pin, link.side);
@@ -314,10 +317,11 @@ impl MoreauStepper {
         &mut self,
         model: &M,
         dt: f64,
-    ) -> (Vec<PulledLink>, Vec<CutLink>) {
+    ) -> (Vec<(usize, PulledLink)>, Vec<CutLink>) {
         let (interval, solution, w) = (&self.interval, &self.solution, model.inverse_mass());
         let mut links = find_links(&self.stiff, interval, solution, w, dt);
-        let cuts = links_to_cut(&links, interval, solution, w);
+        let start = self.true_start();
+        let cuts = links_to_cut(&mut links, interval, solution, &start, w);
         if !cuts.is_empty() {
             let is_cut = |body: usize| cuts.iter().any(|c| c.link.body == body);
             for link in self.stiff.iter().filter(|link| is_cut(link.body)) {
@@ -327,7 +331,7 @@ impl MoreauStepper {
             self.stiff.retain(|link| !is_cut(link.body));
             links.retain(|(body, _)| !is_cut(*body));
         }
-        (links.into_iter().map(|(_, link)| link).collect(), cuts)
+        (links, cuts)
     }
 
     /// Steps the clusters of bodies that collide within the step, or that `cuts` step in parts.

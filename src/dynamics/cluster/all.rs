@@ -16,7 +16,7 @@ use crate::dynamics::wide_turns::wide_turns;
 use rustc_hash::FxHashSet;
 
 /// Steps every cluster of bodies in which a contact closes, a slide ends
-/// or a contact turns too far. `main` is the whole step, `trial` its
+/// or a contact or link turns too far. `main` is the whole step, `trial` its
 /// solution.
 ///
 /// A cluster that would hit a body outside is merged with that body's cluster and restarted.

@@ -1,4 +1,5 @@
-//! Clusters of bodies that collide, stop sliding or turn far within a step. Each is stepped separately from event to event.
+//! Clusters of bodies that collide, stop sliding or turn far within a step, or whose links need shorter
+//! steps. Each is stepped separately from event to event.
 
 mod account;
 mod all;

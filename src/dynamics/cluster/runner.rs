@@ -7,7 +7,7 @@ use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
 use crate::contact::{Law, NO_BODY, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
-use crate::dynamics::cut_links::{CutLink, part_length};
+use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
 use crate::dynamics::interval::{Interval, belongs};
@@ -28,8 +28,8 @@ pub(super) enum Next {
     Closes(Pair),
     /// A pair stops sliding.
     Stops(Slide),
-    /// A part of an interval with a path too curved for it.
-    Turns,
+    /// A part of an interval that is too long for its path or its links.
+    Part,
 }
 
 /// Steps clusters; reuses its buffers.
@@ -112,7 +112,7 @@ impl Runner {
             let next = match cut {
                 true => {
                     self.record.cut = 1;
-                    Some((Next::Turns, part))
+                    Some((Next::Part, part))
                 }
                 false => self.try_rest(model, solver, context, &rules, rest, wanted)?,
             };
@@ -139,7 +139,10 @@ impl Runner {
                         None => {
                             self.finish_interval(model);
                             elapsed += self.interval.length;
-                            self.cuts = self.cuts_now(context);
+                            let cuts = self.cuts_now(context);
+                            if !cuts.is_empty() {
+                                self.cuts = cuts;
+                            }
                             self.go_on(model, context, elapsed, &mut cluster);
                             continue;
                         }
@@ -270,7 +273,7 @@ impl Runner {
         let closing = closes.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
         let stopping = stops.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
         if part < closing.min(stopping) {
-            return Ok(Some((Next::Turns, part)));
+            return Ok(Some((Next::Part, part)));
         }
         if let Some((slide, time)) = stops.filter(|(_, time)| *time < closing) {
             return Ok(Some((Next::Stops(slide), time)));
@@ -486,8 +489,8 @@ impl Runner {
     /// The links of the cluster with the forces of the interval solved last, if it is stepped in parts
     /// because of some.
     fn cuts_now(&self, context: &Context) -> Vec<CutLink> {
-        if self.cuts.is_empty() {
-            return Vec::new();
+        if self.cuts.is_empty() || !is_telling(self.interval.length, context.dt) {
+            return self.cuts.clone();
         }
         let before: Vec<_> = self.cuts.iter().map(|c| c.link).collect();
         let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);

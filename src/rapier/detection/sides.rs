@@ -72,7 +72,13 @@ impl Finder<'_> {
         let rounded = sides.iter().any(|leaf| leaf.part.rounding > 0.0);
         let one_sided = sides.iter().any(|leaf| is_one_sided(&leaf.part));
         let both = sides.iter().all(|leaf| is_two_sided(&leaf.part));
-        let starts = one_sided || both && (rounded || known & TOUCHED == 0);
+        let starts = one_sided
+            || both
+                && match rounded {
+                    // parts of a step are as long as they like, and begin with a memory
+                    true => self.midpoint || known == 0,
+                    false => known & TOUCHED == 0,
+                };
         let back = match both && rounded && !self.midpoint {
             true => 0.0,
             false => -0.5 * self.step,
