@@ -11,9 +11,10 @@
 //! ```
 //!
 //! and `k`, `I`, `m r²` as in (2) there: half the limit of stability. The forces of each part tell the
-//! length of the next, as the tension may rise within the step. An island that needs more than [`PARTS`]
-//! parts keeps the added inertia. One that was cut is cut in the following steps too, as long as it has
-//! links under tension: the change from one inertia to the other would brake the links.
+//! length of the next, as the tension may rise within the step. An island that needs more than half of
+//! [`PARTS`] keeps the added inertia, and gets it back where parts are no longer stable.
+//! One that was cut is cut in the following steps too, as long as it has links under tension: the change
+//! from one inertia to the other would brake the links.
 //!
 //! # Source
 //! Own construction.
@@ -30,7 +31,7 @@ use crate::contact::{NO_BODY, Vec3};
 /// Most parts of a step.
 const PARTS: f64 = 32.0;
 
-/// How many times longer than in (1) a part may be to be stable, hardly.
+/// How many times longer than in (1) a part may be and still be stable.
 const TO_STABILITY: f64 = 1.4;
 
 /// A link whose island is stepped in parts.
@@ -58,6 +59,13 @@ impl CutLink {
     }
 }
 
+/// Whether the parts of a step are short enough for all links that are stepped in parts.
+pub(super) fn parts_suffice(links: &[PulledLink], step: f64) -> bool {
+    let rate = |link: &PulledLink| (0.5 * link.stiffness / (link.inertia + link.support)).sqrt();
+    let mut cut = links.iter().filter(|link| link.cut);
+    cut.all(|link| rate(link) * step <= TO_STABILITY * PARTS)
+}
+
 /// Length \[s\] of the first of the equal parts of a `rest` of the step that (1) asks for.
 pub(super) fn part_length(links: &[CutLink], rest: f64, step: f64) -> f64 {
     let rate = links.iter().map(|link| link.rate).fold(0.0, f64::max);
@@ -72,10 +80,9 @@ pub(super) fn is_telling(length: f64, step: f64) -> bool {
 }
 
 /// The `links` of islands that are stepped in parts. `start` are the velocities at the start of the step
-/// and `inverse_mass` the masses, both without added inertia. Links of islands that need too many parts
-/// are no longer marked as cut.
+/// and `inverse_mass` the masses, both without added inertia.
 pub(super) fn links_to_cut(
-    links: &mut [(usize, PulledLink)],
+    links: &[(usize, PulledLink)],
     interval: &Interval,
     solution: &Solution,
     start: &[Vec3],
@@ -114,10 +121,13 @@ pub(super) fn links_to_cut(
         }
         let of = |(b, link): &(usize, PulledLink)| CutLink::of(*b, *link, inverse_mass);
         let new: Vec<CutLink> = all().map(of).collect();
-        let most = PARTS * if before { TO_STABILITY } else { 1.0 };
-        match new.iter().all(|cut| cut.rate * interval.length <= most) {
-            true => cuts.extend(new),
-            false => (links.iter_mut().filter(|(b, _)| own(b))).for_each(|(_, l)| l.cut = false),
+        // half of the parts, as the tension may rise
+        if before
+            || new
+                .iter()
+                .all(|cut| cut.rate * interval.length <= 0.5 * PARTS)
+        {
+            cuts.extend(new);
         }
     }
     // a body that dominates another may be in the islands of both

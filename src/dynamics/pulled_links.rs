@@ -51,9 +51,11 @@ pub(super) struct StiffLink {
     pub cut: bool,
 }
 
-/// Applies (2) and (3) to the bodies of a step that has just detected its joints.
+/// Applies (2) and (3) to the bodies of a step that has just detected its joints. With `in_parts` it leaves
+/// out links whose island is stepped in parts.
 pub(super) fn stiffen(
     links: &[PulledLink],
+    in_parts: bool,
     interval: &mut Interval,
     inverse_mass: &mut [Vec3],
     dt: f64,
@@ -72,7 +74,8 @@ pub(super) fn stiffen(
                 continue;
             }
             let (link, own, body) = (&links[found], 1.0 / w.z, body as usize);
-            let inertia = match link.cut {
+            let cut = link.cut && in_parts;
+            let inertia = match cut {
                 true => own,
                 false => own.max(dt * dt * link.stiffness / STABLE - link.support),
             };
@@ -89,7 +92,7 @@ pub(super) fn stiffen(
                 stiffness: link.stiffness,
                 inertia: [own, inertia],
                 spin: [spin, interval.start[body].z],
-                cut: link.cut,
+                cut,
             });
         }
     }

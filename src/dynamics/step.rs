@@ -7,7 +7,7 @@ use super::cluster::{Cluster, Context, locate_impacts};
 use super::contact_cache::Overlaps;
 use super::contact_cache::PulledLink;
 use super::crowd::{crowd_bodies, part_crowd};
-use super::cut_links::{CutLink, links_to_cut};
+use super::cut_links::{CutLink, links_to_cut, parts_suffice};
 use super::debts::Debtors;
 use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
@@ -113,7 +113,9 @@ impl MoreauStepper {
             return Err(error.into());
         }
         let interval = &mut self.interval;
-        self.stiff = stiffen(&self.cache.links, interval, &mut self.inverse_mass, dt);
+        let links = &self.cache.links;
+        let in_parts = parts_suffice(links, dt);
+        self.stiff = stiffen(links, in_parts, interval, &mut self.inverse_mass, dt);
         Ok(BegunStep { rules, record })
     }
 
@@ -321,7 +323,7 @@ impl MoreauStepper {
         let (interval, solution, w) = (&self.interval, &self.solution, model.inverse_mass());
         let mut links = find_links(&self.stiff, interval, solution, w, dt);
         let start = self.true_start();
-        let cuts = links_to_cut(&mut links, interval, solution, &start, w);
+        let cuts = links_to_cut(&links, interval, solution, &start, w);
         if !cuts.is_empty() {
             let is_cut = |body: usize| cuts.iter().any(|c| c.link.body == body);
             for link in self.stiff.iter().filter(|link| is_cut(link.body)) {

@@ -83,10 +83,7 @@ fn a_belt_drives_a_pulley_at_a_sixtieth() {
         assert!(energy.imbalance().abs() < 1e-10, "step {step}: {energy:?}");
         motor += energy.motors;
         cut += record.cut;
-        // two pins are not closed before the first step
-        if step > 0 {
-            gap = gap.max(record.joint_gap);
-        }
+        gap = gap.max(record.joint_gap);
         overlap = overlap.max(record.penetration);
         if step >= 60 {
             turned += built.state(1).unwrap().1.z / 240.0;
@@ -119,10 +116,11 @@ fn a_belt_in_parts_goes_on_bit_for_bit() {
     }
 }
 
-/// Links of 1 g need some 70 parts: they keep the added inertia, and are not stepped with the true one.
+/// Links of 0.01 g need hundreds of parts under tension. They get the added inertia back then; stepped
+/// with the true one, pins opened by 0.3 m.
 #[test]
-fn links_too_light_for_parts_keep_the_added_inertia() {
-    let mut built = parse(&belt(1e-3)).build().unwrap();
+fn links_too_light_for_parts_have_the_added_inertia() {
+    let mut built = parse(&belt(1e-5)).build().unwrap();
     let (mut gap, mut cut) = (0f64, 0);
     for step in 0..120 {
         let record = Engine::Moreau.step(&mut built).unwrap();
@@ -130,7 +128,6 @@ fn links_too_light_for_parts_keep_the_added_inertia() {
         cut += record.cut;
         gap = gap.max(record.joint_gap);
     }
-    println!("{cut} {gap}");
-    // two pins are not closed before the first step
-    assert!(gap < 2.0, "{gap} m");
+    assert!(cut < 60, "{cut}");
+    assert!(gap < 0.1, "{gap} m");
 }
