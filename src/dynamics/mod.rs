@@ -84,6 +84,7 @@ mod settings;
 mod solution;
 mod solve;
 mod step;
+mod step_results;
 mod stepper;
 mod surface_point;
 mod thread_pool;

@@ -10,6 +10,7 @@ mod held;
 mod instant;
 mod runner;
 mod search;
+mod setup;
 mod slides;
 mod stops;
 mod turns;

@@ -5,12 +5,12 @@ use super::context::{Cluster, Context, Rest};
 use super::counts::Counts;
 use super::slides::Slide;
 use super::watched::{Kept, Pair, Sought, kept};
-use crate::contact::{Law, NO_BODY, Vec2};
+use crate::contact::{Law, Vec2};
 use crate::dynamics::contact_cache::CachedContacts;
 use crate::dynamics::cut_links::{CutLink, is_telling, part_length};
 use crate::dynamics::events::{release_lone, see_from_the_start};
 use crate::dynamics::impacts::find_impacts;
-use crate::dynamics::interval::{Interval, belongs};
+use crate::dynamics::interval::Interval;
 use crate::dynamics::model::{Configuration, ContactKey, ContactPoint, MultibodyModel};
 use crate::dynamics::outcome::SolvedProblem;
 use crate::dynamics::pulled_links::find_links;
@@ -44,7 +44,7 @@ pub(super) struct Runner {
     pub pairs: Vec<[u32; 2]>,
     /// Bodies of the cluster, and adjacent bodies with prescribed motion.
     pub moved: Vec<u32>,
-    /// For each body its index in `moved`, or [`NO_BODY`].
+    /// For each body its index in `moved`, or [`NO_BODY`](crate::contact::NO_BODY).
     pub place: Vec<u32>,
     /// Configurations of the `moved` bodies at the start of the interval.
     pub here: Vec<Configuration>,
@@ -308,43 +308,6 @@ impl Runner {
         closes
     }
 
-    /// Finds the bodies of the cluster, the adjacent ones with prescribed motion, and the surface
-    /// pairs that may touch.
-    pub fn gather(&mut self, context: &Context, bodies: &[u32]) {
-        self.members.clear();
-        self.members.resize(context.inverse_mass.len(), false);
-        for &b in bodies {
-            self.members[b as usize] = true;
-        }
-        self.pairs.clear();
-        self.moved.clear();
-        self.place.clear();
-        self.place.resize(context.inverse_mass.len(), NO_BODY);
-        for &b in bodies {
-            self.place[b as usize] = self.moved.len() as u32;
-            self.moved.push(b);
-        }
-        let found = &context.main.detection;
-        let contacts = found.contacts.iter();
-        let contacts = contacts.map(|c| (c.rows.bodies, Some(c.surfaces)));
-        let near = found.near.iter().map(|n| (n.bodies, Some(n.surfaces)));
-        let joints = found.joints.iter().map(|j| (j.rows.bodies, None));
-        for (sides, surfaces) in contacts.chain(near).chain(joints) {
-            if !belongs(sides, Some(&self.members), context.inverse_mass) {
-                continue;
-            }
-            self.pairs.extend(surfaces);
-            for b in sides {
-                if b != NO_BODY && self.place[b as usize] == NO_BODY {
-                    self.place[b as usize] = self.moved.len() as u32;
-                    self.moved.push(b);
-                }
-            }
-        }
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
-    }
-
     pub fn restore<M: MultibodyModel + ?Sized>(&self, model: &mut M) {
         self.place_all(model, &self.here);
     }
@@ -352,40 +315,6 @@ impl Runner {
     pub fn place_all<M: MultibodyModel + ?Sized>(&self, model: &mut M, places: &[Configuration]) {
         for (&b, place) in self.moved.iter().zip(places) {
             model.set_configuration(b as usize, place);
-        }
-    }
-
-    /// Takes the path and the deferred contacts from the trial of the whole step.
-    pub fn take_trial(&mut self, context: &Context) {
-        let (main, trial) = (context.main, context.trial);
-        let (interval, solution) = (&mut self.interval, &mut self.solution);
-        interval.length = main.length;
-        interval.forces.clone_from(&main.forces);
-        interval.accelerations.clone_from(&main.accelerations);
-        interval.detection.clear();
-        interval.blocks.clear();
-        interval.laws.clear();
-        solution.clear();
-        solution.end.clone_from(&trial.end);
-        for &i in &trial.deferred {
-            let contact = main.detection.contacts[i];
-            if self.pairs.binary_search(&contact.surfaces).is_ok() {
-                solution.deferred.push(interval.detection.contacts.len());
-                interval.detection.contacts.push(contact);
-            }
-        }
-        let members = Some(self.members.as_slice());
-        let near = main.detection.near.iter();
-        let near = near.filter(|n| belongs(n.bodies, members, context.inverse_mass));
-        interval.detection.near.extend(near);
-        self.kept.clear();
-        for (i, block) in main.blocks.iter().enumerate() {
-            if belongs(main.sides[i], members, context.inverse_mass) {
-                interval.blocks.push(*block);
-                interval.laws.push(main.laws[i]);
-                solution.impulses.push(trial.impulses[i]);
-                self.kept.extend(kept(main, trial, i, context.dt));
-            }
         }
     }
 
