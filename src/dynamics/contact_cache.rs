@@ -2,7 +2,7 @@
 
 use super::model::ContactKey;
 use super::record::ImpactRecord;
-use crate::contact::Vec2;
+use crate::contact::{NO_BODY, Vec2};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -123,6 +123,11 @@ impl ContactCache {
         let old = std::mem::take(&mut self.reserves);
         let of = |body: &u32| old.get(*body as usize).copied().unwrap_or(0.0);
         self.reserves.extend(before.iter().map(of));
+        let now = |old: u32| before.iter().position(|b| *b == old && old != NO_BODY);
+        for landing in &mut self.landings {
+            let bodies = &mut landing.record.bodies;
+            *bodies = bodies.map(|old| now(old).map_or(NO_BODY, |body| body as u32));
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reserves of energy belong to bodies, whatever numbers these have.
+//! Reserves of energy and landings belong to bodies, whatever numbers these have.
 
 use moreau2d::rapier::engine::prelude::*;
 use moreau2d::rapier::{MoreauPipeline, MoreauSettings, PipelineState};
@@ -61,4 +61,38 @@ fn a_body_that_goes_moves_no_reserve() {
         }
         assert!(paid > 0, "no energy was returned");
     }
+}
+
+/// Bug: a landing that takes two steps was that of the next body if one went in between.
+#[test]
+fn a_body_that_goes_moves_no_landing() {
+    let mut late = 0;
+    for height in (0..24).map(|k| 1.0 + 0.03 * k as Real) {
+        let mut world = PhysicsWorld::new();
+        let ball = |x, y| RigidBodyBuilder::dynamic().translation(Vector::new(x, y));
+        let far = world.insert(ball(50.0, 0.0), ColliderBuilder::ball(0.5)).0;
+        world.insert(
+            RigidBodyBuilder::fixed(),
+            ColliderBuilder::cuboid(10.0, 0.5),
+        );
+        let fallen = world
+            .insert(ball(0.0, height), ColliderBuilder::ball(0.5))
+            .0;
+        world.insert(ball(5.0, 50.0), ColliderBuilder::ball(0.5));
+        let (mut p, mut gone) = (pipeline(), false);
+        for _ in 0..60 {
+            let record = p.step(&mut world).unwrap();
+            for impact in &record.impacts {
+                let bodies = impact.bodies.map(|body| p.body(body));
+                assert!(bodies.contains(&Some(fallen)), "{height}: {impact:?}");
+                late += usize::from(gone);
+            }
+            if !record.contacts.is_empty() && !gone {
+                world.remove_body(far);
+                gone = true;
+            }
+        }
+        assert!(gone);
+    }
+    assert!(late > 0, "no landing took two steps");
 }
