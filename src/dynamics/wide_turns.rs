@@ -26,7 +26,7 @@ pub(super) struct Turn {
 }
 
 /// The contacts among the blocks that `used` selects that need the interval to be cut. Crowds are left
-/// out for their cost, overlaps of the start because they are none of this path, and intervals without a
+/// out for their cost, overlaps of the start because they are none of this path, and islands without a
 /// solution, where bodies are pressed into each other.
 pub(super) fn wide_turns(
     interval: &Interval,
@@ -34,8 +34,10 @@ pub(super) fn wide_turns(
     inverse_mass: &[Vec3],
     used: impl Fn(usize) -> bool,
 ) -> Vec<Turn> {
-    if !solution.outcomes.iter().all(|o| o.report.solved()) {
-        return Vec::new();
+    let mut unsolved = vec![false; interval.blocks.len()];
+    for (k, outcome) in solution.outcomes.iter().enumerate() {
+        let blocks = solution.islands.blocks(k).iter();
+        blocks.for_each(|&i| unsolved[i as usize] = !outcome.report.solved());
     }
     let crowded = |b: &u32| interval.crowded.get(*b as usize).is_some_and(|c| *c > 0);
     let mut found = Vec::new();
@@ -49,6 +51,7 @@ pub(super) fn wide_turns(
             || !matches!(contact.law, NormalLaw::Rigid { .. })
             || interval.known_overlaps.contains(&contact.key.pair)
             || contact.rows.bodies.iter().any(crowded)
+            || unsolved[i]
             || !used(i)
         {
             continue;
