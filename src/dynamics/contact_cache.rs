@@ -85,8 +85,12 @@ pub(super) struct PulledLink {
     pub support: f64,
     /// `Ĩ` of the last step \[kg m²\].
     pub inertia: f64,
-    /// Whether its island is stepped in parts, see [`super::cut_links`].
+    /// `√(k / (2 (I + m r²)))` [1/s] with the true inertia.
+    pub rate: f64,
+    /// Whether its island is stepped in parts where they suffice, and whether it was so in the last step:
+    /// see [`super::cut_links`].
     pub cut: bool,
+    pub in_parts: bool,
 }
 
 /// All data of contacts and joints for the next step, and the reserves of energy.

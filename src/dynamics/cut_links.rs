@@ -12,9 +12,9 @@
 //!
 //! and `k`, `I`, `m r²` as in (2) there: half the limit of stability. The forces of each part tell the
 //! length of the next, as the tension may rise within the step. An island that needs more than half of
-//! [`PARTS`] keeps the added inertia, and gets it back where parts are no longer stable.
+//! [`PARTS`] keeps the added inertia, and gets it back for as long as parts are not stable.
 //! One that was cut is cut in the following steps too, as long as it has links under tension: the change
-//! from one inertia to the other would brake the links.
+//! from one inertia to the other would brake the links. Crowds are not cut, for their cost.
 //!
 //! # Source
 //! Own construction.
@@ -40,8 +40,6 @@ pub(super) struct CutLink {
     pub link: StiffLink,
     /// The same for the next step.
     pub next: PulledLink,
-    /// `√(k / (2 (I + m r²)))` [1/s].
-    rate: f64,
 }
 
 impl CutLink {
@@ -52,23 +50,24 @@ impl CutLink {
             next: PulledLink {
                 inertia,
                 cut: true,
+                in_parts: true,
                 ..link
             },
-            rate: (0.5 * link.stiffness / (inertia + link.support)).sqrt(),
         }
     }
 }
 
-/// Whether the parts of a step are short enough for all links that are stepped in parts.
+/// Whether the parts of a step are short enough for all links that are stepped in parts: for stability,
+/// or well below that if they were not in the last step.
 pub(super) fn parts_suffice(links: &[PulledLink], step: f64) -> bool {
-    let rate = |link: &PulledLink| (0.5 * link.stiffness / (link.inertia + link.support)).sqrt();
+    let most = |link: &PulledLink| PARTS * if link.in_parts { TO_STABILITY } else { 0.5 };
     let mut cut = links.iter().filter(|link| link.cut);
-    cut.all(|link| rate(link) * step <= TO_STABILITY * PARTS)
+    cut.all(|link| link.rate * step <= most(link))
 }
 
 /// Length \[s\] of the first of the equal parts of a `rest` of the step that (1) asks for.
 pub(super) fn part_length(links: &[CutLink], rest: f64, step: f64) -> f64 {
-    let rate = links.iter().map(|link| link.rate).fold(0.0, f64::max);
+    let rate = links.iter().map(|cut| cut.next.rate).fold(0.0, f64::max);
     let most = (rest * PARTS / step).round();
     rest / (rest * rate).ceil().min(most).max(1.0)
 }
@@ -80,13 +79,13 @@ pub(super) fn is_telling(length: f64, step: f64) -> bool {
 }
 
 /// The `links` of islands that are stepped in parts. `start` are the velocities at the start of the step
-/// and `inverse_mass` the masses, both without added inertia.
+/// and `inverse_mass` the masses, both without added inertia. `in_parts` tells whether islands that were cut are cut again.
 pub(super) fn links_to_cut(
     links: &[(usize, PulledLink)],
     interval: &Interval,
     solution: &Solution,
-    start: &[Vec3],
-    inverse_mass: &[Vec3],
+    (start, inverse_mass): (&[Vec3], &[Vec3]),
+    in_parts: bool,
 ) -> Vec<CutLink> {
     if links.is_empty() {
         return Vec::new();
@@ -109,14 +108,14 @@ pub(super) fn links_to_cut(
         }
     }
     let mut cuts = Vec::new();
-    for k in 0..solution.islands.len() {
+    for (k, outcome) in solution.outcomes.iter().enumerate() {
         let sides = |i: &u32| movable(interval.blocks[*i as usize].bodies, inverse_mass);
         let bodies: Vec<u32> = solution.islands.blocks(k).iter().flat_map(sides).collect();
         let is_wide = |b: &u32| wide.get(*b as usize) == Some(&true);
         let own = |body: &usize| bodies.contains(&(*body as u32));
         let all = || links.iter().filter(|(b, _)| own(b));
-        let before = all().any(|(_, link)| link.cut);
-        if !before && !bodies.iter().any(is_wide) {
+        let before = in_parts && all().any(|(_, link)| link.cut);
+        if !before && (outcome.crowd || !bodies.iter().any(is_wide)) {
             continue;
         }
         let of = |(b, link): &(usize, PulledLink)| CutLink::of(*b, *link, inverse_mass);
@@ -125,7 +124,7 @@ pub(super) fn links_to_cut(
         if before
             || new
                 .iter()
-                .all(|cut| cut.rate * interval.length <= 0.5 * PARTS)
+                .all(|cut| cut.next.rate * interval.length <= 0.5 * PARTS)
         {
             cuts.extend(new);
         }

@@ -38,6 +38,11 @@ const STABLE: f64 = 3.0;
 /// Least stiffness of a link in the next step, as a share of its present one.
 const FADES: f64 = 0.99;
 
+/// The same of a link that is stepped in parts, whose inertia does not change with it. An impact within a
+/// part looks like a large force: with 0.9 its parts stay too many, or are refused, for tens of steps; with
+/// 0 the tension of a part may rise above what the one before has told.
+const CUT_FADES: f64 = 0.5;
+
 /// A link in a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StiffLink {
@@ -48,7 +53,9 @@ pub(super) struct StiffLink {
     /// `ω_A` and `ω̃_A` \[rad/s\].
     spin: [f64; 2],
     /// See [`PulledLink::cut`].
-    pub cut: bool,
+    cut: bool,
+    /// Whether it is stepped in parts now.
+    in_parts: bool,
 }
 
 /// Applies (2) and (3) to the bodies of a step that has just detected its joints. With `in_parts` it leaves
@@ -74,8 +81,8 @@ pub(super) fn stiffen(
                 continue;
             }
             let (link, own, body) = (&links[found], 1.0 / w.z, body as usize);
-            let cut = link.cut && in_parts;
-            let inertia = match cut {
+            let in_parts = link.cut && in_parts;
+            let inertia = match in_parts {
                 true => own,
                 false => own.max(dt * dt * link.stiffness / STABLE - link.support),
             };
@@ -92,7 +99,8 @@ pub(super) fn stiffen(
                 stiffness: link.stiffness,
                 inertia: [own, inertia],
                 spin: [spin, interval.start[body].z],
-                cut,
+                cut: link.cut,
+                in_parts,
             });
         }
     }
@@ -108,6 +116,7 @@ impl StiffLink {
             inertia: [inertia; 2],
             spin: [0.0; 2],
             cut: true,
+            in_parts: true,
         }
     }
 
@@ -190,11 +199,16 @@ pub(super) fn find_links(
             continue;
         };
         let before = stiff.iter().find(|link| link.body == body);
-        let faded = FADES.powf(interval.length / step);
+        let fades = if before.is_some_and(|link| link.cut) {
+            CUT_FADES
+        } else {
+            FADES
+        };
+        let faded = fades.powf(interval.length / step);
         let pull = own.pull - own.force.dot(&own.arm) / own.count;
         let stiffness = match before {
             // the whole step is none of its parts, and may be unstable
-            Some(link) if link.cut && interval.whole => link.stiffness,
+            Some(link) if link.in_parts && interval.whole => link.stiffness,
             Some(link) => pull.max(faded * link.stiffness),
             None => pull,
         };
@@ -207,7 +221,9 @@ pub(super) fn find_links(
                 stiffness,
                 support,
                 inertia: before.map_or(inertia, |link| link.inertia[1]),
+                rate: (0.5 * stiffness / (inertia + support)).sqrt(),
                 cut: before.is_some_and(|link| link.cut),
+                in_parts: before.is_some_and(|link| link.in_parts),
             };
             links.push((body, link));
         }

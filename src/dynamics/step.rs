@@ -218,7 +218,7 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
-        let (mut links, cuts) = self.cut_links(model, dt);
+        let (mut links, cuts) = self.cut_links(model, rules, dt);
         let mut clusters = self.locate(model, rules, &cuts, dt)?;
         for cut in clusters.iter().filter(|c| !c.links.is_empty()) {
             links.retain(|(body, _)| !cut.bodies.contains(&(*body as u32)));
@@ -311,12 +311,18 @@ impl MoreauStepper {
     fn cut_links<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &M,
+        rules: &Rules,
         dt: f64,
     ) -> (Vec<(usize, PulledLink)>, Vec<CutLink>) {
         let (interval, solution, w) = (&self.interval, &self.solution, model.inverse_mass());
         let mut links = find_links(&self.stiff, interval, solution, w, dt);
         let start = self.true_start();
-        let cuts = links_to_cut(&links, interval, solution, &start, w);
+        let in_parts = parts_suffice(&self.cache.links, dt);
+        // Moreau's own scheme closes no gaps, so that parts would not close them either
+        let cuts = match rules.corrects_gaps() {
+            true => links_to_cut(&links, interval, solution, (&start, w), in_parts),
+            false => Vec::new(),
+        };
         if !cuts.is_empty() {
             let is_cut = |body: usize| cuts.iter().any(|c| c.link.body == body);
             for link in self.stiff.iter().filter(|link| is_cut(link.body)) {

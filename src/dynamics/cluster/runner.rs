@@ -28,8 +28,10 @@ pub(super) enum Next {
     Closes(Pair),
     /// A pair stops sliding.
     Stops(Slide),
-    /// A part of an interval that is too long for its path or its links.
-    Part,
+    /// A part of an interval with a path too curved for it.
+    Turns,
+    /// A part of an interval too long for its links.
+    Cut,
 }
 
 /// Steps clusters; reuses its buffers.
@@ -107,15 +109,7 @@ impl Runner {
                 located && counts.may_stop(),
                 located && counts.may_turn(),
             ];
-            let part = part_length(&self.cuts, rest.length, context.dt);
-            let cut = part < rest.length;
-            let next = match cut {
-                true => {
-                    self.record.cut = 1;
-                    Some((Next::Part, part))
-                }
-                false => self.try_rest(model, solver, context, &rules, rest, wanted)?,
-            };
+            let next = self.try_rest(model, solver, context, &rules, rest, wanted)?;
             let Some((next, time)) = next else {
                 self.record_last(context, context.time + context.dt, &mut cluster);
                 break;
@@ -128,8 +122,8 @@ impl Runner {
                             counts.stops += 1;
                             self.stop(model, solver, context, &rules, (slide, time), rest)?;
                         }
-                        _ => {
-                            counts.turns += usize::from(!cut);
+                        next => {
+                            counts.turns += usize::from(matches!(next, Next::Turns));
                             self.part(model, solver, context, &rules, time, rest)?;
                         }
                     }
@@ -139,10 +133,6 @@ impl Runner {
                         None => {
                             self.finish_interval(model);
                             elapsed += self.interval.length;
-                            let cuts = self.cuts_now(context);
-                            if !cuts.is_empty() {
-                                self.cuts = cuts;
-                            }
                             self.go_on(model, context, elapsed, &mut cluster);
                             continue;
                         }
@@ -173,6 +163,20 @@ impl Runner {
                 }
             }
         }
+        self.end(model, context, &mut cluster);
+        for (&b, place) in escorts.iter().zip(&saved) {
+            model.set_configuration(b as usize, place);
+        }
+        Ok(cluster)
+    }
+
+    /// Completes a cluster at the end of the step.
+    fn end<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &M,
+        context: &Context,
+        cluster: &mut Cluster,
+    ) {
         cluster.record = std::mem::take(&mut self.record);
         cluster.unclosed.clone_from(&self.solution.unclosed);
         let links = self.cuts_now(context);
@@ -183,10 +187,6 @@ impl Runner {
         cluster.configuration = places(model, &cluster.bodies);
         let reserve = |b: &u32| self.interval.reserves.get(*b as usize).copied();
         cluster.reserves = cluster.bodies.iter().filter_map(reserve).collect();
-        for (&b, place) in escorts.iter().zip(&saved) {
-            model.set_configuration(b as usize, place);
-        }
-        Ok(cluster)
     }
 
     /// Solves the impact of a contact, named by its key and surfaces, where the bodies are, and makes its
@@ -238,8 +238,8 @@ impl Runner {
         self.problems.clear();
     }
 
-    /// Solves the rest of the step without impacts, unless the trial of the whole step has `known`
-    /// it. Returns the first contact to close, or with `slides` the first slide to end, and the time
+    /// Solves the rest of the step without impacts, unless it is too long for the links, or the trial of
+    /// the whole step has `known` it. Returns the first contact to close, or with `slides` the first slide to end, and the time
     /// until then. `None` if there is neither: the bodies are then at the end of the step.
     fn try_rest<M: MultibodyModel + ?Sized>(
         &mut self,
@@ -250,6 +250,11 @@ impl Runner {
         rest: Rest,
         [known, slides, cuts]: [bool; 3],
     ) -> Result<Option<(Next, f64)>, StepError> {
+        let part = part_length(&self.cuts, rest.length, context.dt);
+        if part < rest.length {
+            self.record.cut = 1;
+            return Ok(Some((Next::Cut, part)));
+        }
         let span = Span {
             step: context.dt,
             length: rest.length,
@@ -273,7 +278,7 @@ impl Runner {
         let closing = closes.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
         let stopping = stops.as_ref().map_or(f64::INFINITY, |(_, time)| *time);
         if part < closing.min(stopping) {
-            return Ok(Some((Next::Part, part)));
+            return Ok(Some((Next::Turns, part)));
         }
         if let Some((slide, time)) = stops.filter(|(_, time)| *time < closing) {
             return Ok(Some((Next::Stops(slide), time)));
@@ -409,6 +414,11 @@ impl Runner {
     ) {
         self.settle(model, context, false);
         self.record_last(context, context.time + elapsed, cluster);
+        // tension that is gone for a moment may come back within the step
+        let cuts = self.cuts_now(context);
+        if !cuts.is_empty() {
+            self.cuts = cuts;
+        }
         self.own_contacts = Some(std::mem::take(&mut cluster.contacts));
         self.here = places(model, &self.moved);
         self.interval.start.clone_from(&self.solution.end);
