@@ -87,6 +87,8 @@ pub(super) struct PulledLink {
     pub inertia: f64,
     /// `√(k / (2 (I + m r²)))` [1/s] with the true inertia.
     pub rate: f64,
+    /// The same with the least `k` of all parts of the last step: of what lasts longer than an impact.
+    pub lasting: f64,
     /// Whether its island is stepped in parts where they suffice, and whether it was so in the last step:
     /// see [`super::cut_links`].
     pub cut: bool,

@@ -58,11 +58,11 @@ impl CutLink {
 }
 
 /// Whether the parts of a step are short enough for all links that are stepped in parts: for stability,
-/// or well below that if they were not in the last step.
+/// or well below that if they were not in the last step. Forces of impacts do not count.
 pub(super) fn parts_suffice(links: &[PulledLink], step: f64) -> bool {
     let most = |link: &PulledLink| PARTS * if link.in_parts { TO_STABILITY } else { 0.5 };
     let mut cut = links.iter().filter(|link| link.cut);
-    cut.all(|link| link.rate * step <= most(link))
+    cut.all(|link| link.lasting * step <= most(link))
 }
 
 /// Length \[s\] of the first of the equal parts of a `rest` of the step that (1) asks for.

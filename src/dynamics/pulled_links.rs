@@ -38,10 +38,9 @@ const STABLE: f64 = 3.0;
 /// Least stiffness of a link in the next step, as a share of its present one.
 const FADES: f64 = 0.99;
 
-/// The same of a link that is stepped in parts, whose inertia does not change with it. An impact within a
-/// part looks like a large force: with 0.9 its parts stay too many, or are refused, for tens of steps; with
-/// 0 the tension of a part may rise above what the one before has told.
-const CUT_FADES: f64 = 0.5;
+/// The same of a link that is stepped in parts, whose inertia does not change with it. The less is kept,
+/// the fewer parts follow an impact, and the more often a tension rises above what the last part has told.
+const CUT_FADES: f64 = 0.9;
 
 /// A link in a step.
 #[derive(Debug, Clone, Copy)]
@@ -222,6 +221,7 @@ pub(super) fn find_links(
                 support,
                 inertia: before.map_or(inertia, |link| link.inertia[1]),
                 rate: (0.5 * stiffness / (inertia + support)).sqrt(),
+                lasting: (0.5 * pull.max(0.0) / (inertia + support)).sqrt(),
                 cut: before.is_some_and(|link| link.cut),
                 in_parts: before.is_some_and(|link| link.in_parts),
             };

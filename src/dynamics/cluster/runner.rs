@@ -434,9 +434,14 @@ impl Runner {
         let before: Vec<_> = self.cuts.iter().map(|c| c.link).collect();
         let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);
         let found = find_links(&before, interval, solution, w, context.dt);
-        let all = found
-            .into_iter()
-            .map(|(body, next)| CutLink::of(body, next, w));
+        let first = self.own_contacts.is_none();
+        let all = found.into_iter().map(|(body, mut next)| {
+            let last = self.cuts.iter().find(|c| c.link.body == body);
+            if let Some(last) = last.filter(|_| !first) {
+                next.lasting = next.lasting.min(last.next.lasting);
+            }
+            CutLink::of(body, next, w)
+        });
         all.collect()
     }
 
