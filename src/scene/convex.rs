@@ -5,9 +5,12 @@
 use crate::contact::Vec2;
 
 /// Distance of two cores \[m\]. If they overlap, minus the least overlap; two points never overlap.
-pub(super) fn gap(a: &[Vec2], b: &[Vec2]) -> f64 {
+///
+/// Where the cores are farther apart than `enough`, any distance between `enough` and theirs may be
+/// returned: that from one edge costs a fraction of that of all corners.
+pub(super) fn gap(a: &[Vec2], b: &[Vec2], enough: f64) -> f64 {
     let apart = faces(a, b).max(faces(b, a));
-    if apart < 0.0 && apart.is_finite() {
+    if apart < 0.0 && apart.is_finite() || apart > enough {
         return apart;
     }
     corners(a, b).min(corners(b, a))
@@ -68,9 +71,15 @@ mod tests {
 
     fn depth(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
         let [a, b] = [a, b].map(|c| c.iter().map(|p| Vec2::from(*p)).collect::<Vec<_>>());
-        let found = -gap(&a, &b);
+        let found = -gap(&a, &b, f64::INFINITY);
         // either order, a few roundings apart
-        assert!((found + gap(&b, &a)).abs() < 1e-15);
+        assert!((found + gap(&b, &a, f64::INFINITY)).abs() < 1e-15);
+        // a lower bound suffices above `enough`, and is above it as well
+        for enough in [0.0, 0.3, 3.0] {
+            let bound = gap(&a, &b, enough);
+            let exact = -found;
+            assert!(bound == exact || enough < bound && bound <= exact + 1e-15);
+        }
         found
     }
 

@@ -270,7 +270,8 @@ impl Overlaps {
     fn excess(&mut self, i: u32, j: u32, started: bool, before: &[Option<Pose64>]) -> f64 {
         let (a, b) = (&self.leaves[i as usize], &self.leaves[j as usize]);
         let corners = [i, j].map(|k| self.placed[k as usize].0.as_slice());
-        let depth = a.radius + b.radius - gap(corners[0], corners[1]);
+        let touch = a.radius + b.radius;
+        let depth = touch - gap(corners[0], corners[1], touch);
         if !started {
             if depth > 0.0 {
                 self.least.insert((i, j), depth);

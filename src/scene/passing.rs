@@ -259,13 +259,14 @@ fn is_behind(pair: [&Leaf; 2], poses: [Pose64; 2]) -> bool {
     })
 }
 
-/// Depth \[m\] of two leaves at these poses, negative if they are apart.
+/// Depth \[m\] of two leaves at these poses. Negative if they are apart, by at least as much.
 fn depth(pair: [&Leaf; 2], poses: [Pose64; 2]) -> f64 {
     let place = |k: usize| -> Vec<Vec2> {
         let corners = pair[k].core.iter();
         corners.map(|p| poses[k].apply(*p)).collect()
     };
-    pair[0].radius + pair[1].radius - gap(&place(0), &place(1))
+    let touch = pair[0].radius + pair[1].radius;
+    touch - gap(&place(0), &place(1), touch)
 }
 
 /// The pose at share `s` of the way.
