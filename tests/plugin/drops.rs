@@ -528,6 +528,9 @@ fn drops_that_once_ended_badly_hold() {
         // a free end that slides over a corner, flat or on a hill
         ("open chain", "height field", 1701, 60.0, true),
         ("open chain", "two-sided polyline", 3601, 240.0, true),
+        // corners of two chains meet, above each other for a step
+        ("open chain", "two-sided polyline", 8401, 60.0, false),
+        ("open chain", "height field", 9803, 60.0, true),
         // not below the corner, but beside it
         ("segment", "height field", 1200, 60.0, false),
         ("open chain", "two-sided polyline", 402, 240.0, true),

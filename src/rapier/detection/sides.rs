@@ -3,7 +3,7 @@
 //! A segment has no inside, so positions alone do not give the side. At the midpoint of a step, a
 //! part that lands on the segment may already be on its far side. A part that rests on it is on one
 //! side or the other by rounding. A pair that may touch therefore keeps its side of the last step, and
-//! a new pair takes its side at the start of the step. That includes pairs whose contact belongs to a
+//! a new pair, or one that has clearly parted, takes its side at the start of the step. That includes pairs whose contact belongs to a
 //! neighbour of the segment: it may be theirs in the next step. A segment that slides on to the next one
 //! of a chain may lie below their corner by rounding: it keeps the side that it had.
 
@@ -77,7 +77,7 @@ impl Finder<'_> {
                 && match rounded {
                     // parts of a step are as long as they like, and begin with a memory
                     true => self.midpoint || known == 0,
-                    false => known & TOUCHED == 0,
+                    false => self.midpoint || known & TOUCHED == 0,
                 };
         let back = match both && rounded && !self.midpoint {
             true => 0.0,
@@ -101,6 +101,7 @@ impl Finder<'_> {
                 false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
             },
             start: starts.then(|| poses_at(sides, bodies, back)),
+            touched: !rounded && known & TOUCHED != 0,
         }
     }
 

@@ -105,17 +105,21 @@ pub(super) fn is_two_sided(view: &View) -> bool {
     view.edge.is_some_and(|edge| !edge.one_sided)
 }
 
-/// Distance, as a share of the shorter of two segments, up to which one that touches the neighbour of
-/// the other may be on the wrong side of that other by what is left of an overlap.
+/// Distance, as a share of the shorter of two segments, up to which one that touches the other, or a
+/// neighbour of it, may be on the wrong side by what is left of an overlap.
 const LEFT: f64 = 1e-3;
 
 /// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
 /// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
+///
+/// `None` where they may touch. Two of which the last step found a contact keep the sides that they had,
+/// unless they are clearly apart, and not beyond a corner of a chain.
 fn facing(
     [first, second]: &[View; 2],
     poses: &[Pose64; 2],
-    (beside, motion): ([Option<usize>; 2], f64),
+    sight: &Sight,
 ) -> Option<[Option<usize>; 2]> {
+    let (beside, motion) = (sight.beside, sight.motion);
     let seen = relative(&poses[0], &poses[1]);
     let back = relative(&poses[1], &poses[0]);
     if cross(first, second, &seen, &back) {
@@ -136,7 +140,9 @@ fn facing(
         ),
     };
     let size = size(first).min(size(second));
-    if distance <= 1e-9 * size {
+    // by rounding, or by what is left of an overlap
+    let least = if sight.touched { LEFT } else { 1e-9 };
+    if distance <= least * size {
         return None;
     }
     let way = direction.normalize();
@@ -148,6 +154,9 @@ fn facing(
         let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
         edge.next_normal(corner, 0).filter(|_| leads)
     };
+    if sight.touched && (0..2).any(|i| chained(i).is_some()) {
+        return None;
+    }
     let heights = [0, 1].map(|i| {
         let normal = chained(i).unwrap_or(views[i].normals[0]);
         poses[i].rotate(normal).dot(&ways[i])
@@ -187,7 +196,7 @@ pub(super) fn sides(
 ) -> Result<[Option<usize>; 2], f64> {
     if let Some(start) = sight.start
         && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start, (sight.beside, sight.motion))
+        && let Some(sides) = facing(views, &start, sight)
     {
         return Ok(sides);
     }

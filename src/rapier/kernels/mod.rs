@@ -100,6 +100,9 @@ pub(super) struct Sight {
     /// Poses of the two at the start of the step, for a two-sided segment with another segment, where
     /// they tell the sides.
     pub start: Option<[Pose64; 2]>,
+    /// Whether the last step found a contact of two sharp ones. Their poses at the start of the step
+    /// may then be across each other, by rounding or by what is left of an overlap.
+    pub touched: bool,
 }
 
 /// The part of a [`Sight`] that belongs to one segment, in its frame.
