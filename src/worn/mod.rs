@@ -74,8 +74,10 @@
 
 mod colliders;
 mod face;
+mod jumps;
 
-pub use colliders::{Jumped, WearingSurface, WornColliders};
+pub use colliders::{WearingSurface, WornColliders};
+pub use jumps::Jumped;
 
 use crate::dynamics::ModelError;
 use crate::rapier::MOST_CELLS;
