@@ -12,6 +12,7 @@
 
 mod bodies;
 mod body_checks;
+mod body_reading;
 mod borrowed;
 mod changes;
 #[cfg(feature = "debug-render")]
