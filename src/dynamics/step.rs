@@ -9,6 +9,7 @@ use super::events::{find_crowds, lands, release_lone, see_from_the_start};
 use super::first_step::cache_touching;
 use super::gap_resolution::widen_gap_noise;
 use super::interval::Interval;
+use super::joint_recovery::close_rounded;
 use super::kinetic::kinetic;
 use super::model::{Detection, ModelError, MultibodyModel};
 use super::pulled_links::{find_links, stiffen};
@@ -72,6 +73,9 @@ impl MoreauStepper {
         interval.reserves.clone_from(&self.cache.reserves);
         self.inverse_mass.clear();
         self.inverse_mass.extend_from_slice(model.inverse_mass());
+        if self.time == 0.0 && self.settings.rules().corrects_gaps() {
+            close_rounded(model, &self.inverse_mass, &mut self.solver)?;
+        }
         self.origin.clear();
         let bodies = 0..interval.start.len();
         self.origin
