@@ -61,16 +61,15 @@ pub(crate) struct Left {
 /// A landing that takes a second step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Landing {
-    /// Its impulses are those of the contacts so far, with the share of the applied forces.
+    /// Impulses and energy so far.
     pub record: ImpactRecord,
     /// Force that holds the pair at rest, (n, t) \[N\].
     #[serde(with = "super::saved::pair")]
     pub load: Vec2,
-    /// Relative velocity at the instant of touching \[m/s\].
+    /// Change of the relative velocity by the applied forces from the end of the step to the instant of
+    /// touching, if that is later \[m/s\].
     #[serde(with = "super::saved::pair")]
-    pub before: Vec2,
-    /// `G` of the pair, (nn, nt, tt) [1/kg].
-    pub effective: [f64; 3],
+    pub ahead: Vec2,
     /// End of the last step with an impulse \[s\].
     pub until: f64,
 }

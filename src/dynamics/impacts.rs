@@ -19,7 +19,7 @@
 use super::contact_cache::Landing;
 use super::interval::{Interval, Source};
 use super::model::{ContactPoint, NormalLaw};
-use super::record::{ContactStatus, ImpactRecord, StepRecord};
+use super::record::{ContactRecord, ContactStatus, ImpactRecord, StepRecord};
 use super::rules::applied_acceleration;
 use super::solution::Solution;
 use crate::contact::{Mat2, Rows, Vec2, Vec3};
@@ -32,16 +32,28 @@ const PARALLEL: f64 = 0.99;
 const RESTS: f64 = 1e-9;
 
 impl Landing {
-    /// The finished record.
-    fn finish(self) -> ImpactRecord {
-        let mut record = self.record;
-        let weight = self.load * (self.until - record.time).max(0.0);
-        let p = Vec2::new(record.impulse_n, record.impulse_t) - weight;
-        let [nn, nt, tt] = self.effective;
-        let after = self.before + Mat2::new(nn, nt, nt, tt) * p;
-        (record.impulse_n, record.impulse_t) = (p.x, p.y);
-        record.energy_lost = -0.5 * p.dot(&(self.before + after));
-        record
+    /// Adds what the contacts of the pair did in the next step.
+    fn add(&mut self, step: &[&ContactRecord]) {
+        let normal: f64 = step.iter().map(|c| c.impulse_n).sum();
+        if normal <= 0.0 {
+            return;
+        }
+        let record = &mut self.record;
+        let until = step.iter().map(|c| c.time).fold(self.until, f64::max);
+        let loaded = (until - self.until.max(record.time)).max(0.0);
+        let (mut p, mut lost, mut mean) = (-self.load * loaded, 0.0, Vec2::zeros());
+        for c in step {
+            p += Vec2::new(c.impulse_n, c.impulse_t);
+            lost += c.friction_work - c.normal_work;
+            if loaded > 0.0 {
+                let slip = c.impulse_n * c.slip / (until - self.until);
+                mean += Vec2::new(c.normal_work, slip) / normal;
+            }
+        }
+        record.impulse_n += p.x;
+        record.impulse_t += p.y;
+        record.energy_lost += lost + loaded * self.load.dot(&mean) - 0.5 * p.dot(&self.ahead);
+        self.until = until;
     }
 }
 
@@ -174,17 +186,20 @@ pub(super) fn find_impacts(
             continue;
         }
         record.approach_speed = speed;
-        let landing = Landing {
-            load,
-            before: hit.gamma_a + acceleration * touch,
-            effective: [effective[(0, 0)], effective[(0, 1)], effective[(1, 1)]],
-            until: time,
-            record,
-        };
+        let p = hit.impulse - load * (h - touch).max(0.0);
+        let ahead = acceleration * (touch - h).max(0.0);
+        let before = hit.gamma_a + acceleration * touch;
+        (record.impulse_n, record.impulse_t) = (p.x, p.y);
+        record.energy_lost = -0.5 * p.dot(&(before + hit.gamma_e + ahead));
         if hit.closing >= -RESTS * speed && touch <= h {
-            impacts.push(landing.finish());
+            impacts.push(record);
         } else {
-            landings.push(landing);
+            landings.push(Landing {
+                record,
+                load,
+                ahead,
+                until: time,
+            });
         }
     }
 }
@@ -256,6 +271,7 @@ pub(super) fn finish_landings(landings: &[Landing], record: &mut StepRecord) {
     for (k, landing) in landings.iter().enumerate() {
         of.entry(landing.record.surfaces).or_default().push(k);
     }
+    let mut steps = vec![Vec::new(); landings.len()];
     for contact in &record.contacts {
         let Some(own) = of.get(&contact.surfaces) else {
             continue;
@@ -266,12 +282,12 @@ pub(super) fn finish_landings(landings: &[Landing], record: &mut StepRecord) {
         };
         let found = own.iter().find(parallel);
         if let Some(&k) = found.filter(|_| contact.status != ContactStatus::Impact) {
-            let landing = &mut landings[k];
-            landing.record.impulse_n += contact.impulse_n;
-            landing.record.impulse_t += contact.impulse_t;
-            landing.until = landing.until.max(contact.time);
+            steps[k].push(contact);
         }
     }
-    let finished = landings.into_iter().map(Landing::finish);
+    for (landing, step) in landings.iter_mut().zip(&steps) {
+        landing.add(step);
+    }
+    let finished = landings.into_iter().map(|landing| landing.record);
     record.impacts.extend(finished);
 }

@@ -118,8 +118,9 @@ pub struct ImpactRecord {
     /// [N s], signs as in [`crate::contact`].
     pub impulse_n: f64,
     pub impulse_t: f64,
-    /// Energy that the two bodies lose \[J\], `−P·(γ⁻ + γ⁺)/2` with the relative velocities before
-    /// and after.
+    /// Energy that the impulse takes from the two bodies \[J\], `−P·(γ⁻ + γ⁺)/2` with the relative
+    /// velocities before and after; of a landing that takes two steps the sum of both. Below 0 where impulses
+    /// of other contacts push the two apart while this one acts.
     pub energy_lost: f64,
 }
 

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Format version of [`PipelineState`].
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// A pipeline between two steps, as plain data for serde.
 ///

@@ -361,7 +361,7 @@ fn states_that_do_not_fit_are_refused() {
         assert!(text.contains(from));
         serde_json::from_str(&text.replacen(from, to, 1)).unwrap()
     };
-    let older = changed("\"version\":7", "\"version\":3");
+    let older = changed("\"version\":8", "\"version\":3");
     let error = MoreauPipeline::resume(&older, &mut world).err().unwrap();
     assert!(
         matches!(error, StateError::Version { found: 3, .. }),
