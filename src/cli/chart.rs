@@ -65,7 +65,7 @@ pub(super) struct ChartArgs {
     /// Step each scene with every reduction of the model and without it, and set unknowns, time and
     /// difference side by side; write models.csv and models.svg [scenes: ten of all kinds; steps: 240 at
     /// most].
-    #[arg(long, conflicts_with_all = ["from", "quick", "engine", "accuracy"])]
+    #[arg(long, conflicts_with_all = ["from", "quick", "engine", "accuracy", "report"])]
     models: bool,
 }
 

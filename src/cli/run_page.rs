@@ -149,18 +149,22 @@ pub(super) fn write_compared(
 
 /// Limits for the time bar, from those of the verdict.
 fn watch(summary: &Value, stage: &Stage) -> Watch {
-    let check = |name: &str, key: &str| {
+    let found = |name: &str| {
         let checks = summary["verdict"]["checks"].as_array();
-        let found = checks?.iter().find(|check| check["name"] == name)?;
-        found[key].as_f64()
+        checks?.iter().find(|check| check["name"] == name)
     };
-    let overlap = check("overlap", "limit").map(|share| share * stage.smallest());
+    let check = |name: &str, key: &str| found(name)?[key].as_f64();
+    let held = |name: &str| found(name).is_none_or(|check| check["held"] == true);
+    // steps do not tell pairs: where none overlaps for long, a series of them may
+    let overlap = (check("overlap", "limit").filter(|_| !held("overlap")))
+        .map(|share| share * stage.smallest());
     // the check's value is the worst error over the energy of the scene
     let worst = summary["totals"]["worst_imbalance_j"].as_f64();
     let share = check("imbalance", "value").filter(|share| *share > 0.0);
     let energy = worst.zip(share).map(|(worst, share)| worst / share);
     let imbalance = check("imbalance", "limit").zip(energy);
     Watch {
+        bounded: held("bounded"),
         overlap: overlap.unwrap_or(f64::INFINITY),
         lasting: LASTING,
         imbalance: imbalance.map_or(f64::INFINITY, |(limit, energy)| limit * energy),
@@ -239,6 +243,22 @@ fn settings(summary: &Value, typed: &[String]) -> Section {
             rows.push(vec![name.to_owned(), plain(&summary[key])]);
         }
     }
+    let chosen = &summary["accuracy"];
+    if chosen["reason"].is_string() {
+        rows.push(vec![
+            "why these settings".to_owned(),
+            plain(&chosen["reason"]),
+        ]);
+        let error = chosen["error"].as_f64().map(|error| format!("{error:.1e}"));
+        rows.push(vec![
+            "error of the run, estimated".to_owned(),
+            format!(
+                "{} ({})",
+                error.unwrap_or("—".to_owned()),
+                plain(&chosen["measure"])
+            ),
+        ]);
+    }
     let keys = summary["settings"].as_object().into_iter().flatten();
     rows.extend(keys.map(|(key, value)| vec![key.clone(), figure(value)]));
     Section::Table {
@@ -252,7 +272,10 @@ fn settings(summary: &Value, typed: &[String]) -> Section {
 fn totals(summary: &Value) -> Option<Section> {
     let top = summary.as_object()?.iter();
     let of_top = top.filter(|(key, value)| {
-        !SHOWN.contains(&key.as_str()) && !value.is_object() && !value.is_array()
+        !SHOWN.contains(&key.as_str())
+            && !value.is_object()
+            && !value.is_array()
+            && !value.is_null()
     });
     let totals = summary["totals"].as_object().into_iter().flatten();
     let rows: Vec<Vec<String>> = (of_top.chain(totals))

@@ -13,14 +13,18 @@ const BUDGET: usize = 7_300_000;
 const MOST_FRAMES: usize = 3000;
 /// Part of the budget that impacts may take.
 const OF_IMPACTS: usize = 4;
-/// Pieces of the time bar that can be red.
+/// Pieces of the time bar that can be marked.
 const PIECES: usize = 500;
+/// Mark of a piece with problems that are not certified, but bounded within the limit of the verdict.
+const BOUNDED: u8 = 8;
 /// Characters of a packed number.
 const PACKED: usize = 5;
 
-/// Limits above which a step is red on the time bar.
+/// Limits above which a step is marked on the time bar.
 #[derive(Debug, Clone, Copy)]
 pub struct Watch {
+    /// Whether problems that are bounded, not certified, are within the limit of the verdict.
+    pub bounded: bool,
     /// Penetration \[m\], and how long it must last \[s\].
     pub overlap: f64,
     pub lasting: f64,
@@ -61,8 +65,8 @@ pub struct Replay {
     impacts: Vec<usize>,
     /// Impacts that had no room.
     impacts_left_out: usize,
-    /// Pieces of equal length of the time bar: the sum of 1 unsolved, 2 lasting overlap, 4 energy
-    /// balance.
+    /// Pieces of equal length of the time bar, a hexadecimal digit each: the sum of 1 failed, 2 lasting
+    /// overlap, 4 energy balance, and of [`BOUNDED`].
     red: String,
     /// What the bodies need of the plane in all frames.
     pub view: View,
@@ -308,8 +312,14 @@ impl Shown {
     fn steps(&self, folder: &OutputFolder, watch: Watch) -> Result<(Packed, String), ReportError> {
         let (mut rows, header) = Rows::open::<StepRow>(folder)?;
         let mut step = Packed::new(&header, &[]);
-        let names = ["unsolved", "penetration_m", "imbalance_j", "time_s"];
-        let [unsolved, overlap, imbalance, at] = names.map(|name| column(&header, name));
+        let names = [
+            "unsolved",
+            "failed",
+            "penetration_m",
+            "imbalance_j",
+            "time_s",
+        ];
+        let [unsolved, failed, overlap, imbalance, at] = names.map(|name| column(&header, name));
         let mut red = [0_u8; PIECES];
         let end = self.times.last().copied().unwrap_or(0.0);
         let mut mark = |from: f64, to: f64, bit: u8| {
@@ -330,7 +340,9 @@ impl Shown {
             let to = rows.number(at);
             let from = last.replace(to).unwrap_or(self.start);
             if rows.number(unsolved) > 0.0 {
-                mark(from, to, 1);
+                // a run without the column says nothing of failures
+                let within = watch.bounded && rows.number(failed) == 0.0;
+                mark(from, to, if within { BOUNDED } else { 1 });
             }
             if rows.number(imbalance).abs() > watch.imbalance {
                 mark(from, to, 4);
@@ -343,7 +355,7 @@ impl Shown {
             }
             since = start;
         }
-        let red = red.iter().map(|bits| char::from(b'0' + bits));
+        let red = red.iter().map(|bits| format!("{bits:x}"));
         Ok((step, red.collect()))
     }
 

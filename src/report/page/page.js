@@ -155,24 +155,27 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
     dragged = null;
   });
 
-  // Red pieces of the time bar, in a line for each cause: unsolved, overlap, energy balance.
+  // Marked pieces of the time bar, in a line for each cause: unsolved, overlap, energy balance. Problems
+  // that are bounded within the limit are no failure, and not red.
   const red = get("red");
   red.width = run.red.length;
   red.height = 3;
   const paint = red.getContext("2d");
-  paint.fillStyle = "#c00";
-  [...run.red].forEach((bits, k) => [1, 2, 4].forEach((bit, line) => { if (bits & bit) paint.fillRect(k, line, 1, 1); }));
+  const marks = [...run.red].map((digit) => parseInt(digit, 16));
+  for (const [bit, line, colour] of [[8, 0, "#e69f00"], [1, 0, "#c00"], [2, 1, "#c00"], [4, 2, "#c00"]]) {
+    paint.fillStyle = colour;
+    marks.forEach((bits, k) => { if (bits & bit) paint.fillRect(k, line, 1, 1); });
+  }
   // On to the first frame of the next red place, and from the last one to the first.
   const [begin, end] = [run.time(0), run.time(run.frames - 1)];
   const isRed = (at) => {
-    const piece = (time) => run.red.length * (time - begin) / (end - begin);
+    const piece = (time) => marks.length * (time - begin) / (end - begin);
     const [from, to] = [piece(run.time(at - 1)), piece(run.time(at))];
     // those wholly inside, and that of the middle: a frame may be shorter than a piece
-    const own = run.red.slice(Math.ceil(from), Math.floor(to)) + run.red[Math.floor((from + to) / 2)];
-    return /[1-7]/.test(own);
+    return [...marks.slice(Math.ceil(from), Math.floor(to)), marks[Math.floor((from + to) / 2)]].some((bits) => bits & 7);
   };
   const next = get("next");
-  next.hidden = !/[1-7]/.test(run.red);
+  next.hidden = !marks.some((bits) => bits & 7);
   next.addEventListener("click", () => {
     stop();
     const after = [...Array(run.frames).keys()].map((k) => (frame + 1 + k) % run.frames);
