@@ -10,7 +10,8 @@ use super::rows::ErrorRow;
 use super::world::Outlines;
 use crate::contact::Vec2;
 use crate::report::{
-    Axis, Chart, Colour, OutputFolder, ReportError, Series, Style, number, quantity, write_rows,
+    Axis, Chart, Colour, OutputFolder, PointLabel, ReportError, Series, Style, number, quantity,
+    write_rows,
 };
 use serde_json::{Value, json};
 
@@ -206,7 +207,10 @@ impl ThreshingOutcome {
     }
 }
 
-/// Teeth, crop and concave, to scale.
+/// Distance of the numbers of cells from their tooth \[m\].
+const ABOVE: f64 = 0.008;
+
+/// Drum, teeth, crop and concave, to scale.
 pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
     let mut chart = Chart::new(title, Axis::linear("x [mm]"), Axis::linear("y [mm]"));
     chart.equal_aspect = true;
@@ -229,6 +233,10 @@ pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
     let mut line = Series::new("concave", Style::Line, points(&outlines.concave, false));
     line.colour = Colour::Palette(0);
     chart.series.push(line);
+    let mut drum = Series::new("drum", Style::Line, circle(1e3 * drum_radius(outlines)));
+    drum.colour = Colour::Palette(7);
+    chart.series.push(drum);
+    number_cells(outlines, &mut chart);
     let radius = outlines.teeth.iter().flatten().map(|p| p.norm());
     let mut turn = Series::new(
         "sense of rotation",
@@ -242,6 +250,46 @@ pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
             .to_owned(),
     );
     chart
+}
+
+/// Radius of the drum on which the teeth sit \[m\]: the least of any point of a tooth.
+fn drum_radius(outlines: &Outlines) -> f64 {
+    let least = |tooth: &Vec<Vec2>| {
+        let next = tooth.iter().cycle().skip(1);
+        let middles = tooth.iter().zip(next).map(|(a, b)| (0.5 * (a + b)).norm());
+        middles.fold(f64::INFINITY, f64::min)
+    };
+    let radius = outlines.teeth.iter().map(least);
+    radius.fold(f64::INFINITY, f64::min)
+}
+
+/// A circle about the origin; nothing where the radius is not finite.
+fn circle(radius: f64) -> Vec<(f64, f64)> {
+    let angles = (0..=120).map(|k| f64::from(3 * k).to_radians());
+    angles
+        .map(|a| (radius * a.cos(), radius * a.sin()))
+        .collect()
+}
+
+/// Numbers some cells of the uppermost tooth.
+fn number_cells(outlines: &Outlines, chart: &mut Chart) {
+    let height = |tooth: &Vec<Vec2>| tooth.iter().map(|p| p.y).sum::<f64>() / tooth.len() as f64;
+    let teeth = outlines.teeth.iter().filter(|t| t.len() > outlines.cells);
+    let Some(tooth) = teeth.max_by(|a, b| height(a).total_cmp(&height(b))) else {
+        return;
+    };
+    let shown = (0..outlines.cells).filter(|k| k % 10 == 0 || k + 1 == outlines.cells);
+    for k in shown {
+        let middle = 0.5 * (tooth[k] + tooth[k + 1]);
+        let beside = 1e3 * middle * (1.0 + ABOVE / middle.norm());
+        chart.labels.push(PointLabel {
+            x: beside.x,
+            y: beside.y,
+            text: (k + 1).to_string(),
+        });
+    }
+    let note = "Numbers on a tooth are those of its cells.".to_owned();
+    chart.notes.push(note);
 }
 
 /// An arc with a head about the origin, counter-clockwise.

@@ -67,7 +67,11 @@ pub struct ThreshingWorld {
 /// Outlines for a picture of the machine \[m\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outlines {
+    /// Closed; each begins with the cells of the tooth.
     pub teeth: Vec<Vec<Vec2>>,
+    /// Cells of a tooth.
+    #[serde(default)]
+    pub cells: usize,
     pub crop: Vec<Vec<Vec2>>,
     pub concave: Vec<Vec2>,
 }
@@ -451,6 +455,7 @@ impl ThreshingWorld {
             .collect::<Result<_, WearError>>()?;
         Ok(Outlines {
             teeth,
+            cells: self.profile.node_count() - 1,
             crop: self.crop.outlines(&self.simulation, p),
             concave: self.concave_nodes(),
         })
