@@ -10,9 +10,9 @@
 //! separation two steps after the midpoint, `max g_k(q_M + 2 Δt u_A)`. In front of a real step in
 //! the floor the parts overlap along the floor's normal at the start, so the step stops the box.
 //!
-//! Parts at rest, `|g| ≤ noise`: the contact takes the direction of another contact of one of the
-//! two bodies in the same plane. The two parts then slide on one surface that consists of several
-//! parts.
+//! Parts at rest, `|g| ≤ noise`, and a body that comes down on one that cannot move: the contact takes the
+//! direction of another contact of one of the two bodies in the same plane, if the two parts are apart
+//! along it at the start. They then slide on one surface that consists of several parts.
 
 use super::super::kernels::{Axes, Axis, Touch, with_axes};
 use super::Present;
@@ -38,9 +38,11 @@ pub(super) struct Tie {
     twice: bool,
     setting: Pair,
     sides: [u32; 2],
-    /// The same contact along the other directions.
-    others: Vec<Touch>,
+    /// The same contact along the other directions, and a second one where the parts lie flat.
+    others: Vec<(Touch, Option<Touch>)>,
     noise: f64,
+    /// Whether a body comes down on one that cannot move.
+    lands: bool,
 }
 
 /// Resolution of positions \[m\]: the larger of 1e-7 of the smaller part's size, and the resolution
@@ -131,7 +133,8 @@ impl Finder<'_> {
     }
 
     /// The [`Tie`] of two parts at rest, if their only contact has the same gap along other
-    /// directions. `contact` is its index.
+    /// directions, or of a body that lands on one that cannot move, if others separate the two at the start.
+    /// `contact` is its index.
     #[inline]
     pub(super) fn tie(
         &self,
@@ -141,41 +144,53 @@ impl Finder<'_> {
         found: &[Touch],
         contact: usize,
     ) -> Option<Tie> {
+        let size = sides[0].surface.size;
         let lone = match found {
             [_] => true,
-            [a, b] => (a.point - b.point).norm() <= 1e-3 * sides[0].surface.size,
+            [a, b] => (a.point - b.point).norm() <= 1e-3 * size,
             _ => false,
         };
-        if !lone || found[0].gap.abs() > 1e-3 * sides[0].surface.size {
-            return None;
-        }
         let bodies = sides.map(|leaf| self.present(leaf));
-        let noise = noise(sides, bodies, found);
-        let apart = |t: &Touch| t.gap.abs() > noise || (t.point - found[0].point).norm() > noise;
-        let place = found[0].point;
-        let u = bodies[1].velocity_at(place) - bodies[0].velocity_at(place);
-        if u.norm() * self.step > noise || found.iter().any(apart) {
+        let first = found[0];
+        let on_still = bodies.iter().filter(|body| body.immovable).count() == 1;
+        if !on_still && (!lone || first.gap.abs() > 1e-3 * size) {
             return None;
         }
+        let noise = noise(sides, bodies, found);
+        let u = bodies[1].velocity_at(first.point) - bodies[0].velocity_at(first.point);
+        let lands = u.norm() * self.step > noise;
+        let apart = |t: &Touch| t.gap.abs() > noise || (t.point - first.point).norm() > noise;
         let now = sides.map(|leaf| leaf.pose);
-        let others = with_axes(
-            sides.map(|leaf| &leaf.part),
-            &now,
-            found[0].normal,
-            |axes| {
-                let other = |axis: Axis| {
-                    let direction = axes.direction(&now, axis);
-                    let touches = direction.dot(&found[0].normal) < 1.0 - 1e-9
-                        && axes.separation(&now, direction).abs() <= noise;
-                    if touches {
-                        axes.touch(&now, axis, noise)
-                    } else {
-                        None
-                    }
+        let at = match lands {
+            false if !lone || found.iter().any(apart) => return None,
+            false => now,
+            true => {
+                let closes = |t: &Touch| t.gap + AHEAD * self.step * t.normal.dot(&u) < 0.0;
+                let smaller = size.min(sides[1].surface.size);
+                let fast = u.norm() * self.step > 0.5 * smaller;
+                if !on_still || fast || !found.iter().any(closes) {
+                    return None;
+                }
+                poses_at(sides, bodies, -0.5 * self.step)
+            }
+        };
+        let others = with_axes(sides.map(|leaf| &leaf.part), &now, first.normal, |axes| {
+            let other = |axis: Axis| {
+                let direction = axes.direction(&now, axis);
+                if direction.dot(&first.normal) >= 1.0 - 1e-9 {
+                    return None;
+                }
+                let gap = axes.separation(&at, axes.direction(&at, axis));
+                let touches = match lands {
+                    true => gap >= -noise,
+                    false => gap.abs() <= noise,
                 };
-                axes.all().filter_map(other).collect::<Vec<_>>()
-            },
-        )?;
+                let touch = axes.touch(&now, axis, noise).filter(|_| touches)?;
+                let second = axes.second(&now, axis, &touch, noise);
+                Some((touch, second.filter(|_| lands)))
+            };
+            axes.all().filter_map(other).collect::<Vec<_>>()
+        })?;
         (!others.is_empty()).then_some(Tie {
             contact,
             twice: found.len() > 1,
@@ -183,6 +198,7 @@ impl Finder<'_> {
             sides: leaves,
             others,
             noise,
+            lands,
         })
     }
 
@@ -197,38 +213,48 @@ impl Finder<'_> {
             let edges = |c: &ContactPoint| c.places.map(|place| place.edge);
             let moves = |body: &&u32| **body != NO_BODY && !self.present[**body as usize].immovable;
             let bodies = tie.setting.numbers;
-            let chosen = tie.others.iter().find(|touch| {
-                bodies
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, body)| moves(body))
-                    .any(|(mine, body)| {
-                        let mut contacts =
-                            of_body[*body as usize].iter().map(|c| &out[*c as usize]);
-                        contacts.any(|c| {
-                            let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
-                            (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
-                                && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
-                                && c.normal.dot(&(c.position - touch.point)).abs()
-                                    <= 2.0 * tie.noise
-                                && c.gap.abs() <= 2.0 * tie.noise
-                        })
+            let parts = tie.sides.map(|leaf| self.leaves.get(leaf));
+            let chosen = tie.others.iter().find(|(touch, _)| {
+                let wanted = self.point(&tie.setting, parts, touch);
+                let moving = bodies.iter().enumerate().filter(|(_, body)| moves(body));
+                moving.into_iter().any(|(mine, body)| {
+                    let mut contacts = of_body[*body as usize].iter().map(|c| &out[*c as usize]);
+                    contacts.any(|c| {
+                        let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
+                        (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
+                            && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
+                            && match tie.lands {
+                                true => in_one_plane(&wanted, c, mine, tie.noise),
+                                false => {
+                                    let off = c.normal.dot(&(c.position - touch.point));
+                                    off.abs().max(c.gap.abs()) <= 2.0 * tie.noise
+                                }
+                            }
                     })
+                })
             });
-            let Some(touch) = chosen else {
+            let Some((touch, second)) = chosen else {
                 continue;
             };
-            let sides = tie.sides.map(|leaf| self.leaves.get(leaf));
-            out[tie.contact] = self.point(&tie.setting, sides, touch);
+            out[tie.contact] = self.point(&tie.setting, parts, touch);
             if tie.twice {
-                let second = Touch {
+                let again = Touch {
                     feature: touch.feature ^ 1 << 28,
                     ..*touch
                 };
-                out[tie.contact + 1] = self.point(&tie.setting, sides, &second);
+                let second = second.unwrap_or(again);
+                out[tie.contact + 1] = self.point(&tie.setting, parts, &second);
             }
         }
     }
+}
+
+/// Whether two contacts of a body, which is side `mine` of the first, are on one plane of bodies that cannot
+/// move. Contacts then lie on the body's own surface.
+fn in_one_plane(a: &ContactPoint, b: &ContactPoint, mine: usize, noise: f64) -> bool {
+    let up = if mine == 1 { a.normal } else { -a.normal };
+    let height = |c: &ContactPoint| up.dot(&c.position) - c.gap;
+    (height(a) - height(b)).abs() <= 2.0 * noise
 }
 
 /// The indices of the contacts of each body.
