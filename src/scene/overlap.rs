@@ -135,8 +135,12 @@ impl Overlaps {
     /// - `dt`: time between two calls of [`Overlaps::measure`] \[s\].
     pub fn new(bodies: &[Body], joints: &[Joint], dt: f64) -> Self {
         let extents: Vec<f64> = bodies.iter().map(|body| extent(&body.shape)).collect();
-        let thin = |shape: &Shape| matches!(shape, Shape::Polyline { .. });
-        let solid = bodies.iter().zip(&extents).filter(|(b, _)| !thin(&b.shape));
+        // a closed outline that moves is a body like others, a floor of lines is none
+        let thin = |body: &Body| match body.shape {
+            Shape::Polyline { closed, .. } => !(closed && body.kind == BodyKind::Dynamic),
+            _ => false,
+        };
+        let solid = bodies.iter().zip(&extents).filter(|(b, _)| !thin(b));
         let largest = solid.map(|(_, e)| *e).fold(0.0, f64::max);
         let mut leaves = Vec::new();
         for (k, body) in bodies.iter().enumerate() {

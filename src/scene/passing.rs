@@ -15,6 +15,9 @@ const INSIDE: f64 = 0.25;
 /// Ratio of depth to the thickness of the thinner leaf up to which two leaves count as apart.
 const APART: f64 = 0.01;
 
+/// Thickness that a pair of segments counts with, over the shorter one.
+const THIN: f64 = 4e-3;
+
 /// Largest number of poses that are tested on a path.
 const MOST_SAMPLES: f64 = 256.0;
 
@@ -128,6 +131,11 @@ impl Passing {
             let [a, b] = [i, j].map(|k| now[leaves[k as usize].body as usize]);
             if let (Some(a), Some(b)) = (a, b) {
                 note(i, j, known.from, [a, b]);
+                // a bar on a pin turns past a post: the post passes the bar on a straight path, seen from it
+                for base in 0..2 {
+                    let [from, to] = [known.from, [a, b]].map(|poses| seen_from(base, poses));
+                    note(i, j, from, to);
+                }
             }
         }
         self.followed
@@ -184,6 +192,15 @@ fn crossed(leaves: &[Leaf], before: &[Option<Pose64>], now: &[Option<Pose64>]) -
     found
 }
 
+/// Poses of two bodies in the frame of one of them.
+fn seen_from(base: usize, poses: [Pose64; 2]) -> [Pose64; 2] {
+    let own = poses[base];
+    poses.map(|pose| {
+        let place = own.apply_inverse(pose.translation);
+        Pose64::new(place, turn(&own, &pose))
+    })
+}
+
 /// Longest way \[m\] of any point of a leaf between the poses.
 fn travel(leaf: &Leaf, [from, to]: [Pose64; 2]) -> f64 {
     (to.translation - from.translation).norm() + swept(leaf, [from, to])
@@ -199,10 +216,12 @@ fn turn(from: &Pose64, to: &Pose64) -> f64 {
     (from.cos * to.sin - from.sin * to.cos).atan2(from.cos * to.cos + from.sin * to.sin)
 }
 
-/// Thickness \[m\] of the thinner leaf. If one leaf is a segment, that of the other; 0 if both are.
+/// Thickness \[m\] of the thinner leaf. If one leaf is a segment, that of the other; if both are, a share of
+/// the shorter one: an outline of segments that lies on a line crosses it by rounding.
 fn thinner([a, b]: [&Leaf; 2]) -> f64 {
     match (a.thickness > 0.0, b.thickness > 0.0) {
         (true, true) => a.thickness.min(b.thickness),
+        (false, false) => THIN * a.radius_of_all.min(b.radius_of_all),
         _ => a.thickness.max(b.thickness),
     }
 }
@@ -227,12 +246,12 @@ fn way(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> f64 {
 /// Whether two leaves were inside each other on a straight path.
 fn is_deep(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
     let (thin, way) = (thinner(pair), way(pair, from, to));
-    let samples = if thin > 0.0 {
-        (4.0 * way / (INSIDE * thin))
-            .ceil()
-            .clamp(1.0, MOST_SAMPLES)
+    let samples = (4.0 * way / (INSIDE * thin)).ceil();
+    // two points have no thickness
+    let samples = if samples.is_nan() {
+        1.0
     } else {
-        MOST_SAMPLES
+        samples.clamp(1.0, MOST_SAMPLES)
     };
     let depth = |s: f64| depth(pair, [0, 1].map(|k| between(&from[k], &to[k], s)));
     let mut k = 0.0;
@@ -356,6 +375,83 @@ mod tests {
         let way = |turn: f64| [[-0.6, 1.1, 0.1], [-0.6, 1.1, 0.1 + turn]];
         assert_eq!(passages(bar, &way(-2.1)), [(1, WALL)]);
         assert_eq!(passages(bar, &way(0.8)), []);
+    }
+
+    /// Bug: a bar on a pin turned past a thin post in two steps, 7 cm off its pin in the first, and on the
+    /// straight path between the two poses it missed the post.
+    #[test]
+    fn a_bar_on_a_pin_turns_past_a_post() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n\
+                    [[body]]\nname = \"post\"\nkind = \"fixed\"\ndisc = 0.02\n\
+                    position = [0.6272360961524434, -0.5663358457428]\n\
+                    [[body]]\nname = \"bar\"\nbox = [1, 0.02]\nposition = [0.5, 0]\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let mut overlaps = Overlaps::new(&scene.bodies, &scene.joints, 0.01);
+        let post = Pose64::new(Vec2::new(0.6272360961524434, -0.5663358457428), 0.0);
+        let bar = [
+            [0.5, 0.0, 0.0],
+            [0.3715444792953838, -0.2513629988468769, -0.8396649319038146],
+            [
+                -0.15334733975186868,
+                -0.4759039749687167,
+                -1.8825147312734194,
+            ],
+        ];
+        let passed = bar.map(|[x, y, angle]| {
+            let bar = Pose64::new(Vec2::new(x, y), angle);
+            let measured = overlaps.measure(|body| Some(if body == 0 { post } else { bar }));
+            measured.passed.len()
+        });
+        assert_eq!(passed, [0, 0, 1]);
+    }
+
+    /// Bug: an outline that spun up in the wall was not said to have passed it.
+    #[test]
+    fn a_closed_outline_passes_an_open_line() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n\
+                    [[body]]\nname = \"w\"\nkind = \"fixed\"\npolyline = [[0, -3], [0, 0.1], [0, 3]]\n\
+                    [[body]]\nname = \"b\"\nclosed = true\n\
+                    polyline = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]\nposition = [2, 0]\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let mut overlaps = Overlaps::new(&scene.bodies, &scene.joints, 1.0 / 60.0);
+        let still = Pose64::new(Vec2::zeros(), 0.0);
+        let poses = [
+            [1.6072352154946181, 0.437815218967716, 1.494349159535636],
+            [
+                -0.40709324108320993,
+                0.9025679648379035,
+                -0.2600825668095515,
+            ],
+            [-1.113095956416041, 1.9691719144227193, 2.6050830946292907],
+        ];
+        let passed = poses.map(|[x, y, angle]| {
+            let moved = Pose64::new(Vec2::new(x, y), angle);
+            let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+            measured.passed.len()
+        });
+        assert_eq!(passed.iter().sum::<usize>(), 1, "{passed:?}");
+    }
+
+    /// Bug: an outline of two-sided segments that lay on a line was said to have passed it, by 1e-7 m.
+    #[test]
+    fn an_outline_that_lies_on_a_line_passes_nothing() {
+        let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n\
+                    [[body]]\nname = \"w\"\nkind = \"fixed\"\ntwo_sided = true\npolyline = [[-3, 0], [3, 0]]\n\
+                    [[body]]\nname = \"b\"\nclosed = true\ntwo_sided = true\nmass = 1\n\
+                    polyline = [[-0.1, 0], [0.1, 0], [0.1, 0.2], [-0.1, 0.2]]\nposition = [0, 0]\n";
+        let scene = Scene::parse("s.toml", text, &[]).unwrap();
+        let passes = |depths: &[f64]| {
+            let mut overlaps = Overlaps::new(&scene.bodies, &scene.joints, 1.0 / 60.0);
+            let still = Pose64::new(Vec2::zeros(), 0.0);
+            let count = |(k, y): (usize, &f64)| {
+                let moved = Pose64::new(Vec2::new(0.01 * k as f64, *y), 1e-6 * k as f64);
+                let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+                measured.passed.len()
+            };
+            depths.iter().enumerate().map(count).sum::<usize>()
+        };
+        assert_eq!(passes(&[1e-3, -1e-7, 1e-7, -2e-7, 1e-3, 2e-3]), 0);
+        assert_eq!(passes(&[1e-3, -0.1, -0.25, -0.3]), 1);
     }
 
     /// A one-sided edge stops what comes from its outer side only.
