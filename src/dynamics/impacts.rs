@@ -137,9 +137,13 @@ impl Hit {
 
 /// Finds the impacts of an interval among the blocks that `used` selects. Adds them to `impacts`, and
 /// those that need another step to `landings`. `time` is the end of the interval \[s\].
+///
+/// The landings of the last step, `before`, go on in this one, if on another edge of the same surfaces:
+/// see [`finish_landings`].
 pub(super) fn find_impacts(
     interval: &Interval,
     solution: &Solution,
+    before: &[Landing],
     used: impl Fn(usize) -> bool,
     inverse_mass: &[Vec3],
     time: f64,
@@ -149,6 +153,13 @@ pub(super) fn find_impacts(
     for group in groups(interval, solution, used) {
         let first = group[0].contact;
         let rebounds = interval.blocks[group[0].block].impact;
+        let goes_on = |landing: &Landing| {
+            landing.record.surfaces == first.surfaces
+                && landing.record.normal.dot(&first.normal) > PARALLEL
+        };
+        if !rebounds && interval.length > 0.0 && before.iter().any(goes_on) {
+            continue;
+        }
         let hit = Hit::of(interval, solution, &group);
         let h = interval.length;
         let (touch, speed) = hit.touch(h);
@@ -288,6 +299,8 @@ pub(super) fn finish_landings(landings: &[Landing], record: &mut StepRecord) {
     for (landing, step) in landings.iter_mut().zip(&steps) {
         landing.add(step);
     }
+    // one that only bore the weight of its step was none
     let finished = landings.into_iter().map(|landing| landing.record);
-    record.impacts.extend(finished);
+    let impacts = finished.filter(|impact| impact.impulse_n > 0.0);
+    record.impacts.extend(impacts);
 }

@@ -15,8 +15,8 @@ const STEPS: usize = 8;
 /// Gap \[m\] that counts as closed.
 const CLOSED: f64 = 1e-12;
 
-/// Gaps that [`close_rounded`] closes, in units of the last place of a single-precision coordinate.
-const ROUNDED: f64 = 4.0;
+/// Gaps that [`close_rounded`] closes, over the coordinate: four units of the last place in single precision.
+const ROUNDED: f64 = 4.0 / (1 << 23) as f64;
 
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
@@ -159,7 +159,7 @@ pub(super) fn close_rounded<M: MultibodyModel + ?Sized>(
             known.then(|| model.centre(body as usize)).flatten()
         });
         let far = centres.iter().flatten().map(Vec2::amax).fold(0.0, f64::max);
-        let resolution = ROUNDED * f64::from(f32::EPSILON) * (far + joint.bend.reach());
+        let resolution = ROUNDED * (far + joint.bend.reach());
         let gap = gap(joint).norm();
         CLOSED < gap && gap <= resolution
     };

@@ -67,7 +67,16 @@ impl Runner {
         let all = 0..instant.blocks.len();
         record_interval(instant, hit, all, &mean, over, record, &mut contacts);
         let impacts = &mut record.impacts;
-        find_impacts(instant, hit, |_| true, w, over, impacts, &mut Vec::new());
+        find_impacts(
+            instant,
+            hit,
+            &[],
+            |_| true,
+            w,
+            over,
+            impacts,
+            &mut Vec::new(),
+        );
         record.events += 1;
         self.bounced = participants.lone.then(|| Bounce {
             key,

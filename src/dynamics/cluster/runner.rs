@@ -458,7 +458,16 @@ impl Runner {
         );
         record_interval(interval, solution, all, &mean, time, record, cache);
         let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
-        find_impacts(interval, solution, |_| true, w, time, impacts, landings);
+        find_impacts(
+            interval,
+            solution,
+            &[],
+            |_| true,
+            w,
+            time,
+            impacts,
+            landings,
+        );
         record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);
