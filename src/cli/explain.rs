@@ -4,6 +4,7 @@ use super::{Common, Outcome, print_out, summary};
 use crate::experiment::{Explanation, RunError, explain as of_scene};
 use crate::report::{Align, Table, counted, number, quantity};
 use crate::scene::Scene;
+use crate::solver::SMALL;
 use crate::thresher::{Machine, explain_threshing};
 use clap::Args;
 use serde_json::json;
@@ -85,10 +86,14 @@ fn text(e: &Explanation) -> String {
         (true, _) => "a mechanism of coordinates".to_owned(),
         (false, 0) => format!("bodies: {}", parts.join(", ")),
         (false, n) => format!(
-            "bodies: {}; {}, {} taken",
+            "bodies: {}; {}, {} taken{}",
             parts.join(", "),
             counted(n, "joint"),
-            counted(e.joint_rows, "coordinate")
+            counted(e.coordinates_taken, "coordinate"),
+            match e.joint_rows - e.coordinates_taken {
+                0 => String::new(),
+                more => format!(" ({more} of their rows repeat others)"),
+            }
         ),
     };
     let mut out = format!(
@@ -114,6 +119,7 @@ fn text(e: &Explanation) -> String {
         counted(t.sweeps, "sweep"),
         counted(t.factorisations, "factorisation"),
     );
+    out.push_str(&islands(e));
     out.push_str("left out:\n");
     for left in &e.left_out {
         let key = left.key.map_or(String::new(), |key| format!(" ({key})"));
@@ -121,7 +127,7 @@ fn text(e: &Explanation) -> String {
     }
     for scale in &e.time_scales {
         out.push_str(&format!(
-            "time scale: {} takes {}, {} steps\n",
+            "time scale: {}: {}, {} steps\n",
             scale.what,
             quantity(scale.period_s, "s", 3),
             number(scale.steps, 3)
@@ -148,6 +154,13 @@ fn text(e: &Explanation) -> String {
                 ]);
             }
             out.push_str(&format!("{table}"));
+            let cost = e.accuracy.first().map(|a| a.cost_of_half);
+            if let Some(cost) = cost.filter(|cost| cost.is_finite()) {
+                let cost = number(cost, 2);
+                out.push_str(&format!(
+                    "half the step costs {cost} times the solver's work\n"
+                ));
+            }
         }
     }
     for step in &e.steps_for {
@@ -162,4 +175,53 @@ fn text(e: &Explanation) -> String {
         out.push_str(&format!("warning: {warning}\n"));
     }
     out
+}
+
+/// Kinds of islands that the trial solved, each with how it is solved.
+fn islands(e: &Explanation) -> String {
+    let t = &e.trial;
+    let auto = e.solver == "auto";
+    let kinds = [
+        (
+            t.resting_islands,
+            "at rest, which keep their impulses".to_owned(),
+        ),
+        (
+            t.small_islands,
+            match auto {
+                true => format!(
+                    "of up to {SMALL} contacts and joints, by enumeration of what each contact does"
+                ),
+                false => format!("of up to {SMALL} contacts and joints, by {}", e.solver),
+            },
+        ),
+        (
+            t.other_islands,
+            match auto {
+                true => format!(
+                    "larger, of up to {}, by Newton's method and interior point",
+                    t.largest_island
+                ),
+                false => format!("larger, of up to {}, by {}", t.largest_island, e.solver),
+            },
+        ),
+        (
+            t.swept_islands,
+            format!(
+                "of more than 500 contacts in motion, of up to {}, by sweeps to a stated closing velocity",
+                t.largest_island
+            ),
+        ),
+    ];
+    let own: Vec<String> = (kinds.iter().filter(|(count, _)| *count > 0))
+        .map(|(count, kind)| format!("  {count} {kind}\n"))
+        .collect();
+    match own.is_empty() {
+        true => String::new(),
+        false => format!(
+            "islands, summed over the steps, all with the scheme {}:\n{}",
+            e.scheme,
+            own.concat()
+        ),
+    }
 }

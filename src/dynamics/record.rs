@@ -249,6 +249,10 @@ pub struct StepRecord {
     /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is
     /// not unique.
     pub redundant: usize,
+    /// Islands of at most [`SMALL`](crate::solver::SMALL) contacts and joint rows, and the number of these of the largest
+    /// island that was solved.
+    pub small: usize,
+    pub largest_island: usize,
     /// Islands whose contacts would have added energy: by restitution, or in a crowd by what the
     /// sweeps left. Their impulses were reduced.
     pub capped: usize,
@@ -263,6 +267,8 @@ pub struct StepRecord {
     /// Islands stepped in parts, because links under tension would have opened their pins or pressed into
     /// what they turn about.
     pub cut: usize,
+    /// Smallest gap \[m\] of two surfaces apart that may touch within the step.
+    pub least_gap: Option<f64>,
     /// Largest gap \[m\] of a pin or slot at the midpoint.
     pub joint_gap: f64,
     /// Impacts located in time inside the step.
@@ -313,6 +319,10 @@ impl StepRecord {
         self.failed += part.failed;
         self.redundant += part.redundant;
         self.capped += part.capped;
+        self.small += part.small;
+        self.largest_island = self.largest_island.max(part.largest_island);
+        let least = [self.least_gap, part.least_gap].into_iter().flatten();
+        self.least_gap = least.min_by(f64::total_cmp);
         self.crowds += part.crowds;
         self.relaxed += part.relaxed;
         self.joints_capped += part.joints_capped;

@@ -7,6 +7,9 @@ use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::solution::Solution;
 use crate::contact::{NO_BODY, Rows, Vec2, Vec3};
 
+/// Gap, over the distance of a contact from the centre of a body, from which two bodies are apart.
+const APART: f64 = 1e-3;
+
 /// `(u_A + u_E)/2` of all bodies, on which the impulses of an interval do work: 0 for motion that is
 /// prescribed.
 pub(super) fn working_velocities(
@@ -105,6 +108,13 @@ fn record_contact(
         block.gamma_a
     };
     let gamma_mean = 0.5 * (gamma_a + gamma_e);
+    // a smaller one is what a step leaves between bodies that touch
+    let levers = contact.rows.jacobian.map(|[n, t]| n.z * n.z + t.z * t.z);
+    let far = levers[0].max(levers[1]);
+    if contact.gap > 0.0 && contact.gap * contact.gap > APART * APART * far {
+        let least = record.least_gap.unwrap_or(f64::INFINITY);
+        record.least_gap = Some(contact.gap.min(least));
+    }
     if let NormalLaw::Rigid { .. } = contact.law {
         record.constraint_work += impulse.dot(&gamma_mean);
     }

@@ -1,10 +1,10 @@
 //! What a scene models and how well its step resolves it, measured on a short trial.
 
+use super::freedoms::{coordinates_taken, rows};
 use super::setting::step_count;
-use super::simulate::{Engine, RunError, Totals, go_on};
-use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::ContactStatus;
-use crate::scene::{BodyKind, Built, JointKind, Scene};
+use super::simulate::RunError;
+use super::trial::{Trial, Tried, is_free, tried};
+use crate::scene::{BodyKind, JointKind, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -18,12 +18,22 @@ const AT_REST: &str = "the scene is at rest at the end of the trial, and nothing
 const SHORT: &str = "the run has too few steps for trials with shorter ones in a tenth of it";
 const NO_ORDER: &str =
     "three trials with shorter and shorter steps do not converge: impacts or chaos";
+const FREE: &str = "no contact in the trial, and no joint: free flight is exact, what follows a landing is not \
+                    known";
 const UNSOLVED: &str =
     "the trial leaves contact problems unsolved: their error is not one of the step";
 /// Most steps of the coarsest trial.
 const MOST_STEPS: usize = 500;
 /// Accuracies for which a step is stated.
 const ACCURACIES: [f64; 3] = [1e-2, 1e-3, 1e-4];
+/// Steps from which a time scale says nothing any more.
+const LONG: f64 = 1e5;
+/// A step that could be longer by this factor is said to be finer than it need be.
+const FINE: f64 = 10.0;
+/// Tolerance over the error of the step, below which digits are solved for that the step does not have; not
+/// said of the default.
+const DIGITS: f64 = 1e-5;
+const DEFAULT_TOLERANCE: f64 = 1e-8;
 /// Angle \[rad\] that a body may turn in a step for the second order of joints and faces.
 const TURN: f64 = 0.3;
 
@@ -34,8 +44,8 @@ pub struct Explanation {
     pub scene: String,
     /// The model on which it is built: `rapier`, `planar` or `linear`.
     pub model: &'static str,
-    /// Free coordinates: three for each dynamic body, or those of a mechanism, less the rows of the
-    /// joints. Joints that repeat each other, as in a closed loop, leave more.
+    /// Free coordinates: three for each dynamic body, or those of a mechanism, less those that the joints
+    /// take.
     pub degrees_of_freedom: usize,
     pub dynamic_bodies: usize,
     /// Bodies without unknowns.
@@ -43,6 +53,8 @@ pub struct Explanation {
     pub kinematic_bodies: usize,
     pub joints: usize,
     pub joint_rows: usize,
+    /// Fewer than rows where joints repeat each other.
+    pub coordinates_taken: usize,
     pub scheme: &'static str,
     pub solver: String,
     pub trial: Trial,
@@ -56,26 +68,6 @@ pub struct Explanation {
     /// How to have an accuracy held.
     pub to_choose: String,
     pub warnings: Vec<String>,
-}
-
-/// The trial at the scene's step.
-#[derive(Debug, Clone, Serialize)]
-pub struct Trial {
-    pub steps: usize,
-    pub time_s: f64,
-    /// Of all steps that a run takes; 0 for a machine, whose wear decides.
-    pub run_steps: usize,
-    pub most_contacts: usize,
-    /// Unknown impulses that a step solved at most.
-    pub most_unknowns: usize,
-    pub most_islands: usize,
-    /// Contacts, summed over the steps, by what they did.
-    pub sticking: usize,
-    pub sliding: usize,
-    pub impacts: usize,
-    pub sweeps: usize,
-    pub factorisations: usize,
-    pub unsolved_islands: usize,
 }
 
 /// What is not computed, and why it may be left out.
@@ -118,24 +110,6 @@ pub struct StepFor {
     pub dt_s: f64,
 }
 
-/// One trial: totals, final positions, and what its records tell.
-struct Tried {
-    totals: Totals,
-    places: Vec<Vec2>,
-    /// Largest way of a body and its size \[m\].
-    way: f64,
-    trial: Trial,
-    islands: usize,
-    /// Rows of all contacts and joints, and those that were solved, of the steps without an island at rest.
-    rows: usize,
-    solved: usize,
-    /// Whether all islands rest at its end and no body moves.
-    at_rest: bool,
-    fastest_turn: f64,
-    turning: usize,
-    fastest: f64,
-}
-
 /// Explains `scene` by trials of its start, with its step, half and a quarter of it, less than a tenth of the
 /// steps of a run in all. A trial that has come to rest ends there. A run of too few steps has one trial, and so has one
 /// whose contact problems are not all solved: what is left of them hides the error of the step.
@@ -150,6 +124,8 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     let steps = first.trial.steps;
     let (accuracy, unknown) = if first.at_rest {
         (Vec::new(), Some(AT_REST))
+    } else if is_free(scene, &first) {
+        (Vec::new(), Some(FREE))
     } else if TRIALS > SHARE * run_steps as f64 {
         (Vec::new(), Some(SHORT))
     } else if first.trial.unsolved_islands > 0 {
@@ -164,6 +140,7 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     let count = |kind| scene.bodies.iter().filter(|b| b.kind == kind).count();
     let dynamic = count(BodyKind::Dynamic);
     let rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
+    let taken = coordinates_taken(&scene.bodies, &scene.joints);
     let coordinates = match &scene.linear {
         Some(linear) => linear.coordinates.len(),
         None => 3 * dynamic,
@@ -171,135 +148,23 @@ pub fn explain(scene: &Scene) -> Result<Explanation, RunError> {
     Ok(Explanation {
         scene: scene.name.clone(),
         model: scene.model().word(),
-        degrees_of_freedom: coordinates.saturating_sub(rows),
+        degrees_of_freedom: coordinates.saturating_sub(taken),
         dynamic_bodies: dynamic,
         fixed_bodies: count(BodyKind::Fixed),
         kinematic_bodies: count(BodyKind::Kinematic),
         joints: scene.joints.len(),
         joint_rows: rows,
+        coordinates_taken: taken,
         scheme: scene.step.scheme.name(),
         solver: scene.step.solver.clone(),
         left_out: left_out(scene, &first),
         time_scales: time_scales(scene, &first),
         steps_for: steps_for(scene.step.dt, first.way, &accuracy),
+        warnings: warnings(scene, &first, &accuracy),
         accuracy,
         accuracy_unknown: unknown,
         to_choose: to_choose(&scene.name),
-        warnings: warnings(scene, &first),
         trial: first.trial,
-    })
-}
-
-/// Coordinates that a joint takes.
-fn rows(kind: JointKind) -> usize {
-    match kind {
-        JointKind::Revolute | JointKind::Prismatic => 2,
-        JointKind::Fixed => 3,
-        JointKind::PinSlot => 1,
-        JointKind::Rope | JointKind::Spring => 0,
-    }
-}
-
-fn tried(scene: &Scene, finer: usize, steps: usize, run_steps: usize) -> Result<Tried, RunError> {
-    let mut scene = scene.clone();
-    scene.step.dt /= finer as f64;
-    let mut built = scene.build()?;
-    let joint_rows: usize = scene.joints.iter().map(|joint| rows(joint.kind)).sum();
-    let mut trial = Trial {
-        steps,
-        time_s: 0.0,
-        run_steps,
-        most_contacts: 0,
-        most_unknowns: 0,
-        most_islands: 0,
-        sticking: 0,
-        sliding: 0,
-        impacts: 0,
-        sweeps: 0,
-        factorisations: 0,
-        unsolved_islands: 0,
-    };
-    let (mut islands, mut turning) = (0, 0);
-    let (mut fastest_turn, mut fastest) = (0.0, 0.0);
-    let dynamic: Vec<usize> = (0..built.bodies())
-        .filter(|k| {
-            scene
-                .bodies
-                .get(*k)
-                .is_none_or(|b| b.kind == BodyKind::Dynamic)
-        })
-        .collect();
-    let place = |built: &Built, k: usize| Some(built.state(k)?.0.translation);
-    let starts: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
-    Engine::Moreau.prepare(&mut built)?;
-    let mut totals = Totals::start(&mut built, Engine::Moreau);
-    let (mut rows, mut solved, mut at_rest) = (0, 0, false);
-    for step in 1..=finer * steps {
-        totals = go_on(
-            &mut built,
-            Engine::Moreau,
-            totals,
-            step,
-            |record, built, _| {
-                islands += record.islands;
-                trial.most_islands = trial.most_islands.max(record.islands);
-                trial.most_unknowns = trial.most_unknowns.max(record.unknowns);
-                trial.impacts += record.impacts.len();
-                // contacts at rest are in the record too
-                if record.resting == 0 {
-                    rows += 2 * record.contacts.len() + joint_rows;
-                    solved += record.unknowns;
-                }
-                for contact in &record.contacts {
-                    match contact.status {
-                        ContactStatus::Stick => trial.sticking += 1,
-                        ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
-                        ContactStatus::Open | ContactStatus::Impact => {}
-                    }
-                }
-                let mut moves = false;
-                for k in &dynamic {
-                    if let Some((_, u)) = built.state(*k) {
-                        if u.z.abs() > fastest_turn && scene.linear.is_none() {
-                            (fastest_turn, turning) = (u.z.abs(), *k);
-                        }
-                        fastest = u.x.hypot(u.y).max(fastest);
-                        moves |= u != Vec3::zeros();
-                    }
-                }
-                at_rest = record.resting > 0 && record.resting == record.islands && !moves;
-                Ok(())
-            },
-        )?;
-        // what a trial finds at rest, it finds in all later steps
-        if finer == 1 && at_rest {
-            break;
-        }
-    }
-    trial.steps = totals.steps / finer;
-    trial.time_s = totals.time;
-    trial.most_contacts = totals.most_contacts;
-    trial.sweeps = totals.sweeps;
-    trial.factorisations = totals.factorisations;
-    trial.unsolved_islands = totals.unsolved_islands;
-    let places: Vec<Vec2> = dynamic.iter().filter_map(|k| place(&built, *k)).collect();
-    let sizes = dynamic.iter().map(|k| built.size(*k).unwrap_or(0.0));
-    let ways = starts.iter().zip(&places).map(|(a, b)| (b - a).norm());
-    Ok(Tried {
-        way: ways
-            .zip(sizes)
-            .map(|(way, size)| way + size)
-            .fold(0.0, f64::max),
-        places,
-        totals,
-        trial,
-        islands,
-        rows,
-        solved,
-        at_rest,
-        fastest_turn,
-        turning,
-        fastest,
     })
 }
 
@@ -341,7 +206,10 @@ fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
     }
     if tried.totals.resting > 0 {
         add(
-            format!("{} of {} islands", tried.totals.resting, tried.islands),
+            format!(
+                "{} of {} solves of islands",
+                tried.totals.resting, tried.islands
+            ),
             "at rest with nothing changed since their last solve: they keep its impulses",
             Some("step.keep_rest"),
         );
@@ -371,7 +239,10 @@ fn left_out(scene: &Scene, tried: &Tried) -> Vec<LeftOut> {
     let tied = scene.joints.iter().filter(|j| !j.contacts).count();
     if tied > 0 {
         add(
-            format!("contacts between the bodies of {tied} joints"),
+            match tied {
+                1 => "contacts between the bodies of a joint".to_owned(),
+                _ => format!("contacts between the bodies of {tied} joints"),
+            },
             "bodies that a joint connects do not touch unless they are told to",
             Some("joint.contacts"),
         );
@@ -390,7 +261,7 @@ fn time_scales(scene: &Scene, tried: &Tried) -> Vec<TimeScale> {
     let mut scales = Vec::new();
     let dt = scene.step.dt;
     let mut add = |what: String, period_s: f64| {
-        if period_s.is_finite() {
+        if period_s < LONG * dt {
             scales.push(TimeScale {
                 what,
                 period_s,
@@ -417,6 +288,21 @@ fn time_scales(scene: &Scene, tried: &Tried) -> Vec<TimeScale> {
         add(
             "a period of a spring".to_owned(),
             TAU / (spring.spring[0] * inverse).sqrt(),
+        );
+    }
+    if let Some(gap) = tried.trial.least_gap_m.filter(|_| tried.fastest > 0.0) {
+        add(
+            format!("the smallest gap, {gap:.1e} m, at the largest speed"),
+            gap / tried.fastest,
+        );
+    }
+    if tried.trial.impacts > 0 {
+        let moving = scene.bodies.iter().filter(|b| b.kind == BodyKind::Dynamic);
+        // two bodies meet in an impact
+        let each = 2.0 * tried.trial.impacts as f64 / moving.count().max(1) as f64;
+        add(
+            "from an impact of a body to its next, in the mean,".to_owned(),
+            tried.trial.time_s / each,
         );
     }
     scales.sort_by(|a, b| a.period_s.total_cmp(&b.period_s));
@@ -479,9 +365,28 @@ fn expected(
     })
 }
 
-fn warnings(scene: &Scene, tried: &Tried) -> Vec<String> {
+fn warnings(scene: &Scene, tried: &Tried, accuracy: &[Expected]) -> Vec<String> {
     let mut out = scene.step_warnings();
     let dt = scene.step.dt;
+    let position = accuracy.iter().find(|a| a.measure == "position");
+    if let Some(found) = position.filter(|a| a.error > 0.0 && tried.way > 0.0) {
+        let finest = ACCURACIES[ACCURACIES.len() - 1];
+        let longer = (finest * tried.way / (2.0 * found.error)).powf(1.0 / found.order);
+        if longer > FINE {
+            out.push(format!(
+                "the step is finer than an accuracy of {finest:e} needs: by this trial step.dt = {:.1e} would do",
+                longer * dt
+            ));
+        }
+        let share = found.error / tried.way;
+        if scene.step.tolerance < DIGITS * share.min(DEFAULT_TOLERANCE / DIGITS) {
+            out.push(format!(
+                "step.tolerance = {:e} asks for digits that the step does not have: its error is {share:.0e} of \
+                 the way; {DEFAULT_TOLERANCE:e} would do",
+                scene.step.tolerance
+            ));
+        }
+    }
     let turn = tried.fastest_turn * dt;
     if turn > TURN && !scene.joints.is_empty() {
         out.push(format!(
@@ -501,13 +406,16 @@ fn warnings(scene: &Scene, tried: &Tried) -> Vec<String> {
         }
     }
     if tried.trial.unsolved_islands > 0 {
+        let other = match scene.step.solver.as_str() {
+            "auto" => "",
+            _ => "step.solver = \"auto\", ",
+        };
         out.push(format!(
-            "{} islands of the trial are unsolved: step.solver = \"auto\", a looser step.tolerance or a \
-             shorter step.dt",
+            "{} islands of the trial are unsolved: {other}a looser step.tolerance or a shorter step.dt",
             tried.trial.unsolved_islands
         ));
     }
-    if tried.trial.most_contacts == 0 && scene.bodies.len() > 1 {
+    if is_free(scene, tried) {
         out.push(format!(
             "no contact in the trial, the first {:.3} s: what is said here holds before the first landing \
              (fastest body {:.3} m/s)",

@@ -25,7 +25,7 @@ pub struct Auto {
 }
 
 /// Most blocks for enumeration. Its systems are dense, and pins add no combinations to the count.
-const ENUMERATED: usize = 8;
+pub const SMALL: usize = 8;
 
 impl Default for Auto {
     fn default() -> Self {
@@ -76,7 +76,7 @@ impl Auto {
         cache: Option<&mut FactorCache>,
     ) -> SolveReport {
         self.direct_last = false;
-        let few = problem.len() <= ENUMERATED
+        let few = problem.len() <= SMALL
             && Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
         let mut report = if few {
             let report = self.enumeration.solve(problem, impulses, tolerance);

@@ -68,7 +68,7 @@ mod table;
 #[cfg(test)]
 mod direct_tests;
 
-pub use auto::Auto;
+pub use auto::{Auto, SMALL};
 pub(crate) use crowd::Crowd;
 pub use direct::Direct;
 pub use enumeration::Enumeration;

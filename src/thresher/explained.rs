@@ -79,12 +79,12 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
         kinematic_bodies: 1,
         joints: 1 + slots,
         joint_rows: 2 + slots,
+        coordinates_taken: 2 + slots,
         scheme: scene.step.scheme.name(),
         solver: scene.step.solver.clone(),
         trial: Trial {
             steps,
             time_s: totals.time,
-            run_steps: 0,
             most_contacts: seen.contacts,
             most_unknowns: seen.unknowns,
             most_islands: seen.islands,
@@ -94,6 +94,7 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
             sweeps: totals.sweeps,
             factorisations: totals.factorisations,
             unsolved_islands: totals.unsolved_islands,
+            ..Trial::default()
         },
         left_out: left_out(setup),
         time_scales: (motions.into_iter())

@@ -49,6 +49,41 @@ fn what_is_left_out_was_seen_in_the_trial() {
     assert!(!solved["left_out"].to_string().contains("keep_rest"));
 }
 
+/// How each kind of island is solved, and which steps ask for more than they can use.
+#[test]
+fn kinds_of_islands_and_needless_digits_are_named() {
+    let place = Place::new();
+    let text = |args: &[&str]| place.run(&[&["explain"], args].concat()).1;
+    let tower = text(&["tower"]);
+    assert!(tower.contains("  1 at rest, which keep"), "{tower}");
+    assert!(
+        tower.contains("  1 larger, of up to 20, by Newton"),
+        "{tower}"
+    );
+    let cards = &told(&["card-house"])["trial"];
+    let counts = ["small_islands", "other_islands", "swept_islands"];
+    let [small, other, swept] = counts.map(|key| cards[key].as_u64().unwrap());
+    assert!(small > other && other > 0 && swept == 0, "{cards}");
+    // no contact: nothing is known of what follows
+    let ball = text(&["bouncing-ball"]);
+    assert!(
+        ball.contains("accuracy: not known: no contact in the trial"),
+        "{ball}"
+    );
+    let gap = told(&["drum"])["trial"]["least_gap_m"].as_f64().unwrap();
+    assert!((1e-4..1e-2).contains(&gap), "{gap}");
+    let fine = text(&["pendulum", "--dt", "1e-3"]);
+    assert!(
+        fine.contains("finer than an accuracy of 1e-4 needs"),
+        "{fine}"
+    );
+    let digits = text(&["pendulum", "--tolerance", "1e-14"]);
+    assert!(
+        digits.contains("asks for digits that the step does not have"),
+        "{digits}"
+    );
+}
+
 #[test]
 fn a_machine_is_tried_over_its_first_cycle() {
     let told = told(&["thresher", "--set", "step.dt=3.2e-4"]);
