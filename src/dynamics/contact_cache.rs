@@ -70,6 +70,8 @@ pub(super) struct Landing {
     /// touching, if that is later \[m/s\].
     #[serde(with = "super::saved::pair")]
     pub ahead: Vec2,
+    /// How far from its place its contacts of the next step may lie \[m\].
+    pub reach: f64,
     /// End of the last step with an impulse \[s\].
     pub until: f64,
 }

@@ -32,6 +32,14 @@ const PARALLEL: f64 = 0.99;
 const RESTS: f64 = 1e-9;
 
 impl Landing {
+    /// Whether a contact of the next step belongs to it.
+    fn is_at(&self, surfaces: [u32; 2], normal: Vec2, position: Vec2) -> bool {
+        let own = &self.record;
+        own.surfaces == surfaces
+            && own.normal.dot(&normal) > PARALLEL
+            && (own.position - position).norm() <= self.reach
+    }
+
     /// Adds what the contacts of the pair did in the next step.
     fn add(&mut self, step: &[&ContactRecord]) {
         let normal: f64 = step.iter().map(|c| c.impulse_n).sum();
@@ -138,25 +146,22 @@ impl Hit {
 /// Finds the impacts of an interval among the blocks that `used` selects. Adds them to `impacts`, and
 /// those that need another step to `landings`. `time` is the end of the interval \[s\].
 ///
-/// The landings of the last step, `before`, go on in this one, if on another edge of the same surfaces:
-/// see [`finish_landings`].
+/// The landings of the last step, `before`, go on in this one, if on another edge of the same surfaces
+/// near by: see [`finish_landings`].
 pub(super) fn find_impacts(
     interval: &Interval,
     solution: &Solution,
-    before: &[Landing],
     used: impl Fn(usize) -> bool,
     inverse_mass: &[Vec3],
     time: f64,
     impacts: &mut Vec<ImpactRecord>,
-    landings: &mut Vec<Landing>,
+    (before, landings): (&[Landing], &mut Vec<Landing>),
 ) {
     for group in groups(interval, solution, used) {
         let first = group[0].contact;
         let rebounds = interval.blocks[group[0].block].impact;
-        let goes_on = |landing: &Landing| {
-            landing.record.surfaces == first.surfaces
-                && landing.record.normal.dot(&first.normal) > PARALLEL
-        };
+        let normal = first.normal;
+        let goes_on = |landing: &Landing| landing.is_at(first.surfaces, normal, first.position);
         if !rebounds && interval.length > 0.0 && before.iter().any(goes_on) {
             continue;
         }
@@ -203,13 +208,16 @@ pub(super) fn find_impacts(
         (record.impulse_n, record.impulse_t) = (p.x, p.y);
         record.energy_lost = -0.5 * p.dot(&(before + hit.gamma_e + ahead));
         if hit.closing >= -RESTS * speed && touch <= h {
-            impacts.push(record);
+            impacts.extend((p.x > 0.0).then_some(record));
         } else {
+            let far = |t: &Touching| (t.contact.position - hit.position).norm();
+            let width = group.iter().map(far).fold(0.0, f64::max);
             landings.push(Landing {
                 record,
                 load,
                 ahead,
                 until: time,
+                reach: width + 1.5 * h * hit.gamma_a.norm(),
             });
         }
     }
@@ -287,11 +295,9 @@ pub(super) fn finish_landings(landings: &[Landing], record: &mut StepRecord) {
         let Some(own) = of.get(&contact.surfaces) else {
             continue;
         };
-        let parallel = |k: &&usize| {
-            let normal = landings[**k].record.normal;
-            normal.dot(&contact.normal) > PARALLEL
-        };
-        let found = own.iter().find(parallel);
+        let here =
+            |k: &&usize| landings[**k].is_at(contact.surfaces, contact.normal, contact.position);
+        let found = own.iter().find(here);
         if let Some(&k) = found.filter(|_| contact.status != ContactStatus::Impact) {
             steps[k].push(contact);
         }

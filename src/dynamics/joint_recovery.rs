@@ -15,8 +15,8 @@ const STEPS: usize = 8;
 /// Gap \[m\] that counts as closed.
 const CLOSED: f64 = 1e-12;
 
-/// Gaps that [`close_rounded`] closes, over the coordinate: four units of the last place in single precision.
-const ROUNDED: f64 = 4.0 / (1 << 23) as f64;
+/// Gaps that [`close_rounded`] closes, over the coordinate: two units of the last place in single precision.
+const ROUNDED: f64 = 2.0 / (1 << 23) as f64;
 
 /// Largest turn of a body in one Newton step \[rad\].
 const TURN: f64 = 0.5;
@@ -140,8 +140,8 @@ fn displace<M: MultibodyModel + ?Sized>(
     (closed, all)
 }
 
-/// Closes the gaps that single precision leaves of closed joints, before the first step: those within
-/// the resolution of their bodies' coordinates. The velocities that would close them in a step contradict
+/// Closes the gaps that single precision leaves of closed pins, before the first step: those within the
+/// resolution of their bodies' coordinates. The velocities that would close them in a step contradict
 /// each other in a rope that lies on a drum, which then slips.
 ///
 /// # Errors
@@ -160,8 +160,10 @@ pub(super) fn close_rounded<M: MultibodyModel + ?Sized>(
         });
         let far = centres.iter().flatten().map(Vec2::amax).fold(0.0, f64::max);
         let resolution = ROUNDED * (far + joint.bend.reach());
-        let gap = gap(joint).norm();
-        CLOSED < gap && gap <= resolution
+        let JointKind::Pin { gap } = joint.kind else {
+            return false;
+        };
+        CLOSED < gap.norm() && gap.norm() <= resolution
     };
     let closes: Vec<bool> = found.iter().map(rounded).collect();
     if !closes.contains(&true) {

@@ -4,7 +4,7 @@ use super::contact_cache::JointEnergy;
 use super::model::ContactKey;
 use super::record::StepRecord;
 use crate::contact::{ContactProblem, Vec2, Vec3};
-use crate::solver::SolveReport;
+use crate::solver::{SMALL, SolveReport};
 
 /// How one island was solved.
 #[derive(Debug, Clone, Copy)]
@@ -51,8 +51,10 @@ impl IslandOutcome {
         record.pivots += self.report.pivots;
     }
 
-    /// Adds the outcome, if the result is used.
-    pub fn count(&self, record: &mut StepRecord) {
+    /// Adds the outcome of an island of so many contacts and joint rows, if the result is used.
+    pub fn count(&self, blocks: usize, record: &mut StepRecord) {
+        record.small += usize::from(blocks <= SMALL && !self.crowd);
+        record.largest_island = record.largest_island.max(blocks);
         record.unsolved += usize::from(!self.report.solved());
         record.failed += usize::from(self.failed());
         record.residual = record.residual.max(self.report.residual.relative);

@@ -249,8 +249,8 @@ pub struct StepRecord {
     /// Islands whose active contacts outnumber the coordinates, so that the impulse distribution is
     /// not unique.
     pub redundant: usize,
-    /// Islands of at most [`SMALL`](crate::solver::SMALL) contacts and joint rows, and the number of these of the largest
-    /// island that was solved.
+    /// Islands of at most [`SMALL`](crate::solver::SMALL) contacts and joint rows, and how many of these
+    /// the largest island has that was solved.
     pub small: usize,
     pub largest_island: usize,
     /// Islands whose contacts would have added energy: by restitution, or in a crowd by what the

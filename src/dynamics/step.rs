@@ -35,7 +35,7 @@ impl MoreauStepper {
     ///
     /// # Errors
     /// [`StepError::Dt`], [`StepError::NonFinite`], [`StepError::Model`]. The model is then
-    /// unchanged, including its velocities.
+    /// unchanged, including its velocities; but gaps of pins that are round-off may be closed.
     pub fn step<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,

@@ -15,7 +15,6 @@ use super::recovery::{exempt_bodies, find_late, part_overlaps};
 use super::settings::StepError;
 use super::stepper::MoreauStepper;
 use crate::contact::Vec3;
-use crate::solver::SMALL;
 
 impl MoreauStepper {
     /// Adds the solver work of all islands to the record. Adds the results and problems of an island
@@ -33,10 +32,7 @@ impl MoreauStepper {
             let mut blocks = solution.islands.blocks(k).iter();
             counts[k] = blocks.any(|&i| interval.is_used(i as usize, in_cluster));
             if counts[k] {
-                outcome.count(record);
-                let blocks = solution.islands.blocks(k).len();
-                record.small += usize::from(blocks <= SMALL && !outcome.crowd);
-                record.largest_island = record.largest_island.max(blocks);
+                outcome.count(solution.islands.blocks(k).len(), record);
             }
         }
         if self.solver.store_problems {
@@ -97,9 +93,11 @@ impl MoreauStepper {
         let landings = &mut self.landings_next;
         landings.clear();
         let impacts = &mut record.impacts;
-        let before = &self.cache.landings;
-        let time = record.time;
-        find_impacts(interval, solution, before, used, w, time, impacts, landings);
+        let (time, both) = (
+            record.time,
+            (self.cache.landings.as_slice(), &mut *landings),
+        );
+        find_impacts(interval, solution, used, w, time, impacts, both);
         let inside = |b: &u32| in_cluster.get(*b as usize).is_some_and(|c| *c);
         let joints = &interval.detection.joints;
         let outside = |k: &usize| !joints[*k].rows.bodies.iter().any(inside);

@@ -292,7 +292,7 @@ fn time_scales(scene: &Scene, tried: &Tried) -> Vec<TimeScale> {
     }
     if let Some(gap) = tried.trial.least_gap_m.filter(|_| tried.fastest > 0.0) {
         add(
-            format!("the smallest gap, {gap:.1e} m, at the largest speed"),
+            format!("to cross the smallest gap, {gap:.1e} m, at the largest speed"),
             gap / tried.fastest,
         );
     }
@@ -301,7 +301,7 @@ fn time_scales(scene: &Scene, tried: &Tried) -> Vec<TimeScale> {
         // two bodies meet in an impact
         let each = 2.0 * tried.trial.impacts as f64 / moving.count().max(1) as f64;
         add(
-            "from an impact of a body to its next, in the mean,".to_owned(),
+            "the mean time between two impacts of a body".to_owned(),
             tried.trial.time_s / each,
         );
     }

@@ -18,8 +18,9 @@ pub struct Trial {
     /// Unknown impulses that a step solved at most.
     pub most_unknowns: usize,
     pub most_islands: usize,
-    /// Islands, summed over the steps: at rest, of at most [`SMALL`](crate::solver::SMALL) contacts and joint rows, larger ones in
-    /// motion that were swept, and all others; and the contacts and joint rows of the largest that was solved.
+    /// Islands, summed over the steps: at rest, of at most [`SMALL`](crate::solver::SMALL) contacts and
+    /// joint rows, larger ones in motion that were swept, and all others; and the contacts and joint rows of
+    /// the largest that was solved.
     pub resting_islands: usize,
     pub small_islands: usize,
     pub swept_islands: usize,
@@ -56,7 +57,8 @@ pub(super) struct Tried {
 
 /// Whether nothing but gravity moved the bodies in a trial, though they may meet later.
 pub(super) fn is_free(scene: &Scene, tried: &Tried) -> bool {
-    tried.trial.most_contacts == 0 && scene.joints.is_empty() && scene.bodies.len() > 1
+    let met = tried.trial.most_contacts + tried.trial.impacts;
+    met == 0 && scene.joints.is_empty() && scene.bodies.len() > 1
 }
 
 /// Runs the first `steps` steps of a scene, each divided by `finer`.

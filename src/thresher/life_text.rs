@@ -10,8 +10,8 @@ use super::rows::ErrorRow;
 use super::world::Outlines;
 use crate::contact::Vec2;
 use crate::report::{
-    Axis, Chart, Colour, OutputFolder, PointLabel, ReportError, Series, Style, number, quantity,
-    write_rows,
+    Axis, Chart, Colour, Dash, OutputFolder, PointLabel, ReportError, Series, Style, number,
+    quantity, write_rows,
 };
 use serde_json::{Value, json};
 
@@ -208,7 +208,7 @@ impl ThreshingOutcome {
 }
 
 /// Distance of the numbers of cells from their tooth \[m\].
-const ABOVE: f64 = 0.008;
+const ABOVE: f64 = 0.02;
 
 /// Drum, teeth, crop and concave, to scale.
 pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
@@ -234,7 +234,8 @@ pub(super) fn picture(title: &str, outlines: &Outlines) -> Chart {
     line.colour = Colour::Palette(0);
     chart.series.push(line);
     let mut drum = Series::new("drum", Style::Line, circle(1e3 * drum_radius(outlines)));
-    drum.colour = Colour::Palette(7);
+    drum.colour = Colour::Palette(2);
+    drum.dash = Dash::Dashed;
     chart.series.push(drum);
     number_cells(outlines, &mut chart);
     let radius = outlines.teeth.iter().flatten().map(|p| p.norm());
@@ -271,11 +272,11 @@ fn circle(radius: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Numbers some cells of the uppermost tooth.
+/// Numbers some cells of the leftmost tooth, where there is room beside it.
 fn number_cells(outlines: &Outlines, chart: &mut Chart) {
-    let height = |tooth: &Vec<Vec2>| tooth.iter().map(|p| p.y).sum::<f64>() / tooth.len() as f64;
+    let place = |tooth: &Vec<Vec2>| tooth.iter().map(|p| p.x).sum::<f64>() / tooth.len() as f64;
     let teeth = outlines.teeth.iter().filter(|t| t.len() > outlines.cells);
-    let Some(tooth) = teeth.max_by(|a, b| height(a).total_cmp(&height(b))) else {
+    let Some(tooth) = teeth.min_by(|a, b| place(a).total_cmp(&place(b))) else {
         return;
     };
     let shown = (0..outlines.cells).filter(|k| k % 10 == 0 || k + 1 == outlines.cells);

@@ -57,9 +57,9 @@ impl Runner {
         hit.end_velocities(instant, w);
         self.problems.append(&mut hit.problems);
         let record = &mut self.record;
-        for outcome in &hit.outcomes {
+        for (k, outcome) in hit.outcomes.iter().enumerate() {
             outcome.count_work(record);
-            outcome.count(record);
+            outcome.count(hit.islands.blocks(k).len(), record);
         }
         let solved = hit.outcomes.iter().all(|o| o.report.solved());
         let mut contacts = CachedContacts::default();
@@ -67,16 +67,8 @@ impl Runner {
         let all = 0..instant.blocks.len();
         record_interval(instant, hit, all, &mean, over, record, &mut contacts);
         let impacts = &mut record.impacts;
-        find_impacts(
-            instant,
-            hit,
-            &[],
-            |_| true,
-            w,
-            over,
-            impacts,
-            &mut Vec::new(),
-        );
+        let landings = (&[][..], &mut Vec::new());
+        find_impacts(instant, hit, |_| true, w, over, impacts, landings);
         record.events += 1;
         self.bounced = participants.lone.then(|| Bounce {
             key,

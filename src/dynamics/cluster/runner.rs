@@ -450,7 +450,9 @@ impl Runner {
         self.problems.append(&mut self.solution.problems);
         let (interval, solution, w) = (&self.interval, &self.solution, context.inverse_mass);
         let (record, cache) = (&mut self.record, &mut cluster.contacts);
-        solution.outcomes.iter().for_each(|o| o.count(record));
+        for (k, outcome) in solution.outcomes.iter().enumerate() {
+            outcome.count(solution.islands.blocks(k).len(), record);
+        }
         cache.clear();
         let (all, mean) = (
             0..interval.blocks.len(),
@@ -458,16 +460,8 @@ impl Runner {
         );
         record_interval(interval, solution, all, &mean, time, record, cache);
         let (impacts, landings) = (&mut record.impacts, &mut cluster.landings);
-        find_impacts(
-            interval,
-            solution,
-            &[],
-            |_| true,
-            w,
-            time,
-            impacts,
-            landings,
-        );
+        let landings = (&[][..], landings);
+        find_impacts(interval, solution, |_| true, w, time, impacts, landings);
         record.energy.forces += forces_work(interval, solution, w, |k| self.members[k]);
         for (&b, d) in cluster.bodies.iter().zip(&mut cluster.displacement) {
             *d += 0.5 * interval.length * (interval.start[b as usize] + solution.end[b as usize]);

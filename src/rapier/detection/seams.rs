@@ -132,8 +132,8 @@ impl Finder<'_> {
         }
     }
 
-    /// The [`Tie`] of two parts at rest, if their only contact has the same gap along other
-    /// directions, or of a body that lands on one that cannot move, if others separate the two at the start.
+    /// The [`Tie`] of two parts: at rest, if their only contact has the same gap along other directions;
+    /// of a body that lands on one that cannot move, if other directions separate the two at the start.
     /// `contact` is its index.
     #[inline]
     pub(super) fn tie(
@@ -174,6 +174,7 @@ impl Finder<'_> {
                 poses_at(sides, bodies, -0.5 * self.step)
             }
         };
+        let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * self.step;
         let others = with_axes(sides.map(|leaf| &leaf.part), &now, first.normal, |axes| {
             let other = |axis: Axis| {
                 let direction = axes.direction(&now, axis);
@@ -186,6 +187,10 @@ impl Finder<'_> {
                     false => gap.abs() <= noise,
                 };
                 let touch = axes.touch(&now, axis, noise).filter(|_| touches)?;
+                // a face that the body does not get to
+                if lands && axes.beyond(&now, axis, touch.point) > slide {
+                    return None;
+                }
                 let second = axes.second(&now, axis, &touch, noise);
                 Some((touch, second.filter(|_| lands)))
             };
@@ -221,7 +226,10 @@ impl Finder<'_> {
                     let mut contacts = of_body[*body as usize].iter().map(|c| &out[*c as usize]);
                     contacts.any(|c| {
                         let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
+                        let other = c.bodies[usize::from(c.bodies[0] == *body)];
+                        let still = other == NO_BODY || self.present[other as usize].immovable;
                         (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
+                            && (still || !tie.lands)
                             && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
                             && match tie.lands {
                                 true => in_one_plane(&wanted, c, mine, tie.noise),

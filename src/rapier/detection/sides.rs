@@ -2,10 +2,11 @@
 //!
 //! A segment has no inside, so positions alone do not give the side. At the midpoint of a step, a
 //! part that lands on the segment may already be on its far side. A part that rests on it is on one
-//! side or the other by rounding. A pair that may touch therefore keeps its side of the last step, and
-//! a new pair, or one that has clearly parted, takes its side at the start of the step. That includes pairs whose contact belongs to a
-//! neighbour of the segment: it may be theirs in the next step. A segment that slides on to the next one
-//! of a chain may lie below their corner by rounding: it keeps the side that it had.
+//! side or the other by rounding. A pair that may touch therefore keeps its side of the last step,
+//! and a new pair, or one that has clearly parted, takes its side at the start of the step. That
+//! includes pairs whose contact belongs to a neighbour of the segment: it may be theirs in the next
+//! step. A segment that slides on to the next one of a chain may lie below their corner by rounding:
+//! it keeps the side that it had.
 
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
