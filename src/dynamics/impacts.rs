@@ -217,7 +217,7 @@ pub(super) fn find_impacts(
                 load,
                 ahead,
                 until: time,
-                reach: width + 1.5 * h * hit.gamma_a.norm(),
+                reach: width + 1.5 * h * hit.gamma_a.norm().max(hit.gamma_f.norm()),
             });
         }
     }

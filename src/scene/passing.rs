@@ -16,7 +16,7 @@ const INSIDE: f64 = 0.25;
 const APART: f64 = 0.01;
 
 /// Thickness that a pair of segments counts with, over the shorter one.
-const THIN: f64 = 4e-5;
+const THIN: f64 = 4e-3;
 
 /// Largest number of poses that are tested on a path.
 const MOST_SAMPLES: f64 = 256.0;
