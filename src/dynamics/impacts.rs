@@ -157,12 +157,17 @@ pub(super) fn find_impacts(
     impacts: &mut Vec<ImpactRecord>,
     (before, landings): (&[Landing], &mut Vec<Landing>),
 ) {
-    for group in groups(interval, solution, used) {
+    for mut group in groups(interval, solution, used) {
         let first = group[0].contact;
         let rebounds = interval.blocks[group[0].block].impact;
-        let normal = first.normal;
-        let goes_on = |landing: &Landing| landing.is_at(first.surfaces, normal, first.position);
-        if !rebounds && interval.length > 0.0 && before.iter().any(goes_on) {
+        if !rebounds && interval.length > 0.0 {
+            let goes_on = |c: &ContactPoint| {
+                let is_at = |l: &Landing| l.is_at(c.surfaces, c.normal, c.position);
+                before.iter().any(is_at)
+            };
+            group.retain(|touching| !goes_on(touching.contact));
+        }
+        if group.is_empty() {
             continue;
         }
         let hit = Hit::of(interval, solution, &group);
