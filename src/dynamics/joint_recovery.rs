@@ -148,21 +148,22 @@ fn displace<M: MultibodyModel + ?Sized>(
 /// Those of the model.
 pub(super) fn close_rounded<M: MultibodyModel + ?Sized>(
     model: &mut M,
+    dt: f64,
     inverse_mass: &[Vec3],
     solver: &mut IslandSolver,
 ) -> Result<(), ModelError> {
     let mut found = Vec::new();
-    model.detect_joints(0.0, &mut found)?;
+    model.detect_joints(dt, &mut found)?;
     let rounded = |joint: &JointRow| {
+        let JointKind::Pin { gap } = joint.kind else {
+            return false;
+        };
         let centres = joint.rows.bodies.map(|body| {
             let known = (body as usize) < inverse_mass.len();
             known.then(|| model.centre(body as usize)).flatten()
         });
         let far = centres.iter().flatten().map(Vec2::amax).fold(0.0, f64::max);
         let resolution = ROUNDED * (far + joint.bend.reach());
-        let JointKind::Pin { gap } = joint.kind else {
-            return false;
-        };
         CLOSED < gap.norm() && gap.norm() <= resolution
     };
     let closes: Vec<bool> = found.iter().map(rounded).collect();

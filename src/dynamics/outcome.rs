@@ -53,7 +53,7 @@ impl IslandOutcome {
 
     /// Adds the outcome of an island of so many contacts and joint rows, if the result is used.
     pub fn count(&self, blocks: usize, record: &mut StepRecord) {
-        record.small += usize::from(blocks <= SMALL && !self.crowd);
+        record.small_islands += usize::from(blocks <= SMALL && !self.crowd);
         record.largest_island = record.largest_island.max(blocks);
         record.unsolved += usize::from(!self.report.solved());
         record.failed += usize::from(self.failed());

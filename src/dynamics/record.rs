@@ -251,7 +251,7 @@ pub struct StepRecord {
     pub redundant: usize,
     /// Islands of at most [`SMALL`](crate::solver::SMALL) contacts and joint rows, and how many of these
     /// the largest island has that was solved.
-    pub small: usize,
+    pub small_islands: usize,
     pub largest_island: usize,
     /// Islands whose contacts would have added energy: by restitution, or in a crowd by what the
     /// sweeps left. Their impulses were reduced.
@@ -319,7 +319,7 @@ impl StepRecord {
         self.failed += part.failed;
         self.redundant += part.redundant;
         self.capped += part.capped;
-        self.small += part.small;
+        self.small_islands += part.small_islands;
         self.largest_island = self.largest_island.max(part.largest_island);
         let least = [self.least_gap, part.least_gap].into_iter().flatten();
         self.least_gap = least.min_by(f64::total_cmp);

@@ -74,7 +74,7 @@ impl MoreauStepper {
         self.inverse_mass.clear();
         self.inverse_mass.extend_from_slice(model.inverse_mass());
         if self.time == 0.0 && self.settings.rules().corrects_gaps() {
-            close_rounded(model, &self.inverse_mass, &mut self.solver)?;
+            close_rounded(model, dt, &self.inverse_mass, &mut self.solver)?;
         }
         self.origin.clear();
         let bodies = 0..interval.start.len();
