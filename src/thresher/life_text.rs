@@ -272,11 +272,13 @@ fn circle(radius: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Numbers some cells of the leftmost tooth, where there is room beside it.
+/// Numbers some cells of the leftmost tooth above the axle: the concave and the crop are below.
 fn number_cells(outlines: &Outlines, chart: &mut Chart) {
-    let place = |tooth: &Vec<Vec2>| tooth.iter().map(|p| p.x).sum::<f64>() / tooth.len() as f64;
-    let teeth = outlines.teeth.iter().filter(|t| t.len() > outlines.cells);
-    let Some(tooth) = teeth.min_by(|a, b| place(a).total_cmp(&place(b))) else {
+    let middle = |tooth: &[Vec2]| tooth.iter().sum::<Vec2>() / tooth.len() as f64;
+    let known = outlines.teeth.iter().filter(|t| t.len() > outlines.cells);
+    let above = known.filter(|tooth| middle(tooth).y > 0.0);
+    let leftmost = above.min_by(|a, b| middle(a).x.total_cmp(&middle(b).x));
+    let Some(tooth) = leftmost else {
         return;
     };
     let shown = (0..outlines.cells).filter(|k| k % 10 == 0 || k + 1 == outlines.cells);
