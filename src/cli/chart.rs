@@ -60,7 +60,7 @@ pub(super) struct ChartArgs {
     #[arg(long, value_name = "R,...", value_delimiter = ',', require_equals = true, num_args = 0..,
           default_missing_values = ["1e-2", "1e-3", "1e-4"], value_parser = super::accuracy,
           conflicts_with_all = ["from", "quick", "repeats", "engine", "dt", "time", "steps", "scheme", "events",
-                                "tolerance", "threads"])]
+                                "tolerance", "threads", "report"])]
     pub accuracy: Option<Vec<f64>>,
     /// Step each scene with every reduction of the model and without it, and set unknowns, time and
     /// difference side by side; write models.csv and models.svg [scenes: ten of all kinds; steps: 240 at

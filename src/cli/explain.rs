@@ -133,36 +133,7 @@ fn text(e: &Explanation) -> String {
             number(scale.steps, 3)
         ));
     }
-    match e.accuracy_unknown {
-        Some(why) => out.push_str(&format!("accuracy: not known: {why}\n")),
-        None => {
-            let mut table = Table::new([
-                ("expected after the trial", Align::Left),
-                ("error", Align::Right),
-                ("with half the step", Align::Right),
-                ("order", Align::Right),
-            ]);
-            for a in &e.accuracy {
-                table.push([
-                    a.measure.to_owned(),
-                    quantity(a.error, a.unit, 2),
-                    quantity(a.error_of_half, a.unit, 2),
-                    match a.order.is_nan() {
-                        true => "exact".to_owned(),
-                        false => number(a.order, 2),
-                    },
-                ]);
-            }
-            out.push_str(&format!("{table}"));
-            let cost = e.accuracy.first().map(|a| a.cost_of_half);
-            if let Some(cost) = cost.filter(|cost| cost.is_finite()) {
-                let cost = number(cost, 2);
-                out.push_str(&format!(
-                    "half the step costs {cost} times the solver's work\n"
-                ));
-            }
-        }
-    }
+    out.push_str(&accuracy(e));
     for step in &e.steps_for {
         out.push_str(&format!(
             "for an accuracy of {:e} over the trial alone: step.dt = {}\n",
@@ -173,6 +144,39 @@ fn text(e: &Explanation) -> String {
     out.push_str(&format!("to choose: {}\n", e.to_choose));
     for warning in &e.warnings {
         out.push_str(&format!("warning: {warning}\n"));
+    }
+    out
+}
+
+/// The errors to expect, or why they are not known.
+fn accuracy(e: &Explanation) -> String {
+    if let Some(why) = e.accuracy_unknown {
+        return format!("accuracy: not known: {why}\n");
+    }
+    let mut table = Table::new([
+        ("expected after the trial", Align::Left),
+        ("error", Align::Right),
+        ("with half the step", Align::Right),
+        ("order", Align::Right),
+    ]);
+    for a in &e.accuracy {
+        table.push([
+            a.measure.to_owned(),
+            quantity(a.error, a.unit, 2),
+            quantity(a.error_of_half, a.unit, 2),
+            match a.order.is_nan() {
+                true => "exact".to_owned(),
+                false => number(a.order, 2),
+            },
+        ]);
+    }
+    let mut out = table.to_string();
+    let cost = e.accuracy.first().map(|a| a.cost_of_half);
+    if let Some(cost) = cost.filter(|cost| cost.is_finite()) {
+        let cost = number(cost, 2);
+        out.push_str(&format!(
+            "half the step costs {cost} times the solver's work\n"
+        ));
     }
     out
 }

@@ -3,7 +3,7 @@
 use super::freedoms::rows;
 use super::simulate::{Engine, RunError, Totals, go_on};
 use crate::contact::{Vec2, Vec3};
-use crate::dynamics::record::ContactStatus;
+use crate::dynamics::record::{ContactStatus, StepRecord};
 use crate::scene::{BodyKind, Built, Scene};
 use serde::Serialize;
 
@@ -35,6 +35,30 @@ pub struct Trial {
     pub sweeps: usize,
     pub factorisations: usize,
     pub unsolved_islands: usize,
+}
+
+impl Trial {
+    /// Adds what a step tells.
+    fn add(&mut self, record: &StepRecord) {
+        self.most_islands = self.most_islands.max(record.islands);
+        self.most_unknowns = self.most_unknowns.max(record.unknowns);
+        self.impacts += record.impacts.len();
+        self.resting_islands += record.resting;
+        self.small_islands += record.small_islands;
+        self.swept_islands += record.crowds;
+        let known = record.resting + record.small_islands + record.crowds;
+        self.other_islands += record.islands.saturating_sub(known);
+        self.largest_island = self.largest_island.max(record.largest_island);
+        let least = [self.least_gap_m, record.least_gap].into_iter().flatten();
+        self.least_gap_m = least.min_by(f64::total_cmp);
+        for contact in &record.contacts {
+            match contact.status {
+                ContactStatus::Stick => self.sticking += 1,
+                ContactStatus::SlipPlus | ContactStatus::SlipMinus => self.sliding += 1,
+                ContactStatus::Open | ContactStatus::Impact => {}
+            }
+        }
+    }
 }
 
 /// One trial: totals, final positions, and what its records tell.
@@ -99,28 +123,11 @@ pub(super) fn tried(
             step,
             |record, built, _| {
                 islands += record.islands;
-                trial.most_islands = trial.most_islands.max(record.islands);
-                trial.most_unknowns = trial.most_unknowns.max(record.unknowns);
-                trial.impacts += record.impacts.len();
-                trial.resting_islands += record.resting;
-                trial.small_islands += record.small;
-                trial.swept_islands += record.crowds;
-                let known = record.resting + record.small + record.crowds;
-                trial.other_islands += record.islands.saturating_sub(known);
-                trial.largest_island = trial.largest_island.max(record.largest_island);
-                let least = [trial.least_gap_m, record.least_gap].into_iter().flatten();
-                trial.least_gap_m = least.min_by(f64::total_cmp);
+                trial.add(record);
                 // contacts at rest are in the record too
                 if record.resting == 0 {
                     rows += 2 * record.contacts.len() + joint_rows;
                     solved += record.unknowns;
-                }
-                for contact in &record.contacts {
-                    match contact.status {
-                        ContactStatus::Stick => trial.sticking += 1,
-                        ContactStatus::SlipPlus | ContactStatus::SlipMinus => trial.sliding += 1,
-                        ContactStatus::Open | ContactStatus::Impact => {}
-                    }
                 }
                 let mut moves = false;
                 for k in &dynamic {

@@ -285,6 +285,9 @@ fn bad_input_is_refused_before_anything_runs() {
         (&["tower", "--from", "none.csv"], "--from"),
         (&["--from", "none.csv", "--dt", "0.5"], "--dt"),
         (&["--from", "none.csv", "--set", "foo=1"], "--set"),
+        // they write no page
+        (&["--models", "--report"], "--report"),
+        (&["--accuracy", "--report"], "--report"),
     ] {
         Place::new().refused(&[&["chart"], args].concat(), &[words]);
     }

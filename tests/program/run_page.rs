@@ -176,6 +176,30 @@ fn a_run_that_did_not_hold_says_so_first() {
     );
 }
 
+/// Bug: problems that are bounded within the limit of the verdict were red beside "Nothing must be done".
+#[test]
+fn what_the_verdict_allows_is_not_red() {
+    let place = Place::new();
+    let marks = |more: &[&str]| {
+        let args = [&["hit-heap", "--time", "1.4"], more].concat();
+        let (html, data) = page(&place, &args);
+        let red = data["red"].as_str().unwrap().to_owned();
+        let has = |bit: u32| red.chars().any(|d| d.to_digit(16).unwrap() & bit != 0);
+        (html.contains("Nothing must be done"), has(1), has(8))
+    };
+    assert_eq!(marks(&[]), (true, false, true));
+    assert_eq!(marks(&["--set", "verdict.bounded=0"]), (false, true, false));
+}
+
+/// The settings that an accuracy chose, and why, are on the page.
+#[test]
+fn the_choice_of_an_accuracy_is_told() {
+    let place = Place::new();
+    let (html, _) = page(&place, &["pendulum", "--time", "1", "--accuracy", "1e-2"]);
+    let reason = place.json("r/summary.json")["accuracy"]["reason"].clone();
+    assert!(html.contains(reason.as_str().unwrap()), "{reason}");
+}
+
 /// Frames are left out where all would be too much; the red places are not.
 #[test]
 fn a_long_run_is_thinned_and_a_large_one_stays_small() {
