@@ -88,6 +88,9 @@ impl Body {
 
 /// The rigid motion of an island without support that has its momenta.
 struct Rigid {
+    /// The centre of the first body, and the centre of mass from there \[m\]: far from the origin the
+    /// round-off of an arm from a centre of mass would be a momentum `m Ω × r`.
+    first: Vec2,
     centre: Vec2,
     drift: Vec2,
     /// `J` [kg m²] and `L` [kg m²/s].
@@ -98,28 +101,35 @@ struct Rigid {
 impl Rigid {
     fn of(bodies: &[Body], velocities: &[Vec3]) -> Rigid {
         let (mut mass, mut centre, mut momentum) = (0.0, Vec2::zeros(), Vec2::zeros());
+        let first = bodies.first().map_or(Vec2::zeros(), |own| own.centre);
         for own in bodies {
             mass += own.mass;
-            centre += own.mass * own.centre;
+            centre += own.mass * (own.centre - first);
             momentum += own.mass * velocities[own.index].xy();
         }
         let mut rigid = Rigid {
+            first,
             centre: centre / mass,
             drift: momentum / mass,
             inertia: 0.0,
             momentum: 0.0,
         };
         for own in bodies {
-            let (r, u) = (own.centre - rigid.centre, velocities[own.index]);
+            let (r, u) = (rigid.arm(own), velocities[own.index]);
             rigid.inertia += own.mass * r.norm_squared() + own.inertia;
             rigid.momentum += own.mass * r.perp(&(u.xy() - rigid.drift)) + own.inertia * u.z;
         }
         rigid
     }
 
+    /// `r` of a body \[m\].
+    fn arm(&self, body: &Body) -> Vec2 {
+        (body.centre - self.first) - self.centre
+    }
+
     /// Velocity of a body at the angular momentum `momentum`.
     fn velocity(&self, body: &Body, momentum: f64) -> Vec3 {
-        let (r, spin) = (body.centre - self.centre, momentum / self.inertia);
+        let (r, spin) = (self.arm(body), momentum / self.inertia);
         Vec3::new(self.drift.x - spin * r.y, self.drift.y + spin * r.x, spin)
     }
 }
