@@ -182,6 +182,8 @@ impl Interval {
             pressed: held || cached.is_some_and(|m| m.impulse.x > 0.0),
             stuck: cached.is_some_and(|m| m.stuck),
             turning: left.map(|l| quiet(gamma_a - l.gamma) / since(l)),
+            first: self.first && left.is_some_and(|l| l.on_surface),
+            ahead: self.ahead.get(&contact.key).copied(),
             left,
             rebounded: cached.is_some_and(|m| m.rebounded),
             located,

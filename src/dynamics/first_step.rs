@@ -1,15 +1,30 @@
-//! Contacts that touch when a simulation starts.
+//! Contacts that touch when a simulation starts: their velocities, and how their rows turn.
+//!
+//! Later steps expect the turning of the rows from their midpoint to their end by a straight line
+//! through that of the two steps before. The first step has but its own first half, which lacks what the
+//! forces change: its force would be off by `a dt` in place of `a dt²`. So it is solved twice.
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::events::detect_at;
-use super::interval::Interval;
-use super::model::{Configuration, ContactPoint, ModelError, MultibodyModel, NormalLaw};
-use super::rules::{reference_acceleration, rest_velocity};
+use super::interval::{Interval, Source};
+use super::model::{
+    Configuration, ContactKey, ContactPoint, ModelError, MultibodyModel, NormalLaw,
+};
+use super::record::StepRecord;
+use super::rules::{Rules, Span, reference_acceleration, rest_velocity};
+use super::settings::StepError;
+use super::solution::Solution;
+use super::stepper::MoreauStepper;
 use crate::contact::{NO_BODY, Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
 /// Largest gap of a touching contact, as a share of the distance that the reference acceleration
 /// covers in a step. Poses in single precision leave gaps of 1e-8 m between bodies that touch.
 const TOUCHES: f64 = 1e-2;
+
+/// Change of `c` within the first step, as a share of the reference acceleration, below which the step is
+/// not solved again.
+const STEADY: f64 = 1e-4;
 
 /// Caches the velocities of contacts that touch and neither open nor close at the start, as if a
 /// step had just ended there. The first step can then use the change of their rows since the start,
@@ -79,6 +94,130 @@ pub(super) fn cache_touching<M: MultibodyModel + ?Sized>(
         }
     }
     Ok(())
+}
+
+impl MoreauStepper {
+    /// Solves the first step once more with the turning of the rows that its first solution predicts. If
+    /// the second solution does not confirm it, the first one is restored.
+    pub(super) fn solve_again<M: MultibodyModel + ?Sized>(
+        &mut self,
+        model: &mut M,
+        rules: &Rules,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        let dt = record.dt;
+        let ahead = look_ahead(model, &self.interval, &self.solution, dt)?;
+        if !ahead.differs {
+            return Ok(());
+        }
+        self.solve_anew(rules, ahead.turning.clone(), record)?;
+        let again = look_ahead(model, &self.interval, &self.solution, dt)?;
+        if ahead.is_confirmed_by(&again) {
+            return Ok(());
+        }
+        self.solve_anew(rules, FxHashMap::default(), record)
+    }
+
+    /// Solves the interval of the first step with `turning` as its [`Interval::ahead`].
+    fn solve_anew(
+        &mut self,
+        rules: &Rules,
+        turning: FxHashMap<ContactKey, Vec2>,
+        record: &mut StepRecord,
+    ) -> Result<(), StepError> {
+        for outcome in &self.solution.outcomes {
+            outcome.count_work(record);
+        }
+        self.solver.cache.drop_step();
+        self.solver.cache.begin();
+        let (interval, w) = (&mut self.interval, self.inverse_mass.as_slice());
+        interval.ahead = turning;
+        let (cache, span) = (&self.cache.contacts, Span::whole(record.dt));
+        interval.collect(rules, cache, None, w, span, &self.threads);
+        self.solve(rules, record.dt)
+    }
+}
+
+/// How the rows of the contacts that touched at the start and have an impulse turn in the first step.
+struct Ahead {
+    /// `c` \[m/s²\] of [`Situation`](super::rules::Situation) in the first half of the step.
+    before: FxHashMap<ContactKey, Vec2>,
+    /// The same from the midpoint to the end, along the path of a solution.
+    turning: FxHashMap<ContactKey, Vec2>,
+    /// Whether they differ.
+    differs: bool,
+}
+
+impl Ahead {
+    /// Whether `again`, along the path of the solution that used these, is nearer to them than they are
+    /// to those of the first half. Where a rod slides near the friction at which it jams, a small turn
+    /// decides its impulse.
+    fn is_confirmed_by(&self, again: &Ahead) -> bool {
+        let far = |from: &FxHashMap<ContactKey, Vec2>| {
+            let missing = Vec2::repeat(f64::INFINITY);
+            let one = |(key, c): (_, &Vec2)| (from.get(key).unwrap_or(&missing) - c).norm();
+            self.turning.iter().map(one).fold(0.0, f64::max)
+        };
+        far(&again.turning) <= 0.5 * far(&self.before)
+    }
+}
+
+/// Follows the path of `solution` from the midpoint of the first step to its end.
+///
+/// # Errors
+/// Those of the model.
+fn look_ahead<M: MultibodyModel + ?Sized>(
+    model: &mut M,
+    interval: &Interval,
+    solution: &Solution,
+    dt: f64,
+) -> Result<Ahead, ModelError> {
+    let end = &solution.end;
+    let (mut pairs, mut bodies): (Vec<[u32; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
+    let mut middle: FxHashMap<ContactKey, Vec2> = FxHashMap::default();
+    let mut ahead = Ahead {
+        before: FxHashMap::default(),
+        turning: FxHashMap::default(),
+        differs: false,
+    };
+    for (block, p) in interval.blocks.iter().zip(&solution.impulses) {
+        let Source::Contact(index) = block.source else {
+            continue;
+        };
+        let contact = &interval.detection.contacts[index];
+        if !block.on_surface || p.x <= 0.0 || moving(contact, end).next().is_none() {
+            continue;
+        }
+        middle.insert(contact.key, contact.rows.velocity(end));
+        let before = block.turning.unwrap_or_default();
+        ahead.before.insert(contact.key, before);
+        pairs.push(contact.surfaces);
+        bodies.extend(moving(contact, end));
+    }
+    if pairs.is_empty() {
+        return Ok(ahead);
+    }
+    pairs.dedup();
+    let mut places = FxHashMap::default();
+    for &body in &bodies {
+        let here = model.configuration(body as usize);
+        model.shift(body as usize, &end[body as usize], 0.5 * dt);
+        places.insert(body, model.configuration(body as usize));
+        model.set_configuration(body as usize, &here);
+    }
+    let place = |body: u32| places.get(&body).copied();
+    for contact in detect_at(model, &pairs, bodies, place, dt)?.contacts {
+        let (Some(gamma), Some(before)) =
+            (middle.get(&contact.key), ahead.before.get(&contact.key))
+        else {
+            continue;
+        };
+        let c = (contact.rows.velocity(end) - gamma) / (0.5 * dt);
+        let a = reference_acceleration(&contact, end, &interval.accelerations);
+        ahead.differs |= (c - before).norm() > STEADY * a;
+        ahead.turning.insert(contact.key, c);
+    }
+    Ok(ahead)
 }
 
 /// The bodies of a contact that move.

@@ -7,6 +7,7 @@ use super::model::{
 };
 use super::roles::BodyRoles;
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
+use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 
 /// One block of rows that takes part.
@@ -83,6 +84,10 @@ pub(super) struct Interval {
     pub crowded: Vec<u32>,
     /// The pair of surfaces whose landing is located: no crowd keeps it from closing.
     pub sought: Option<[u32; 2]>,
+    /// Whether the simulation starts with it, and `c` \[m/s²\] from its midpoint to its end of the
+    /// contacts that [`super::first_step`] has followed.
+    pub first: bool,
+    pub ahead: FxHashMap<ContactKey, Vec2>,
     /// What threads collect, kept to reuse its memory.
     pub parts: Vec<Collected>,
 }

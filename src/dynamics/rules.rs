@@ -160,6 +160,10 @@ pub(super) struct Situation {
     /// alone, `c = (γ_A − γ_E,prev)/τ` \[m/s²\] with the time `τ` from that midpoint to this.
     pub left: Option<Left>,
     pub turning: Option<Vec2>,
+    /// Whether the simulation starts with a touching contact in this interval, and its `c` from the
+    /// midpoint to the end, if known.
+    pub first: bool,
+    pub ahead: Option<Vec2>,
     /// Whether that impulse was a rebound.
     pub rebounded: bool,
     /// Whether it is deferred if it closes fast.
@@ -329,7 +333,8 @@ fn friction(rules: &Rules, contact: &ContactPoint) -> f64 {
 /// and `b_T = c_T h/2` for a contact that stuck last step, with `c` of [`Situation`] and the length `h`
 /// of the interval: half of the change of `γ_T` since the last step, in equal steps. A contact that
 /// began with a gap of 0 takes the `b` of [`on_surface`], and `b_T` with the turning of the rows that
-/// [`turning_at_end`] expects. So does an interval that ends in an impact located in time, in both
+/// [`turning_at_end`] expects. In the first step of a simulation both take the turning that
+/// [`super::first_step`] has found. So does an interval that ends in an impact located in time, in both
 /// rows: `γ_E` then vanishes on the rows of that instant. On the rows of the midpoint it would be an
 /// average over the interval, off by first order, which the impact would keep.
 ///
@@ -356,7 +361,7 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     // γ_A differs from the velocity that the last interval left because the rows have turned since.
     // They turn on from the midpoint to the end: `turned` is what that adds to γ.
     let half = 0.5 * now.span.length;
-    let turned = half * turning_at_end(now);
+    let turned = half * now.ahead.unwrap_or_else(|| turning_at_end(now));
     if smooth && now.span.strikes && now.left.is_some() {
         // the impact needs the velocities of its instant
         free.x = turned.x;
@@ -379,6 +384,9 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         // under the uniform law in both rows; a contact that only touches keeps b = g/Δt, or order
         // 2 is lost
         free = rebound(rules, e, now.gamma_a);
+    } else if stays && now.first {
+        // the gap is that of the start, round-off, and that of the turn so far
+        free.x = turned.x.max(-closing.max(0.0));
     } else if stays && (e == 0.0 || g < g_r) {
         free.x = on_surface(g, turned.x, &now.span).max(-closing.max(0.0));
     } else if g >= 0.0 {

@@ -222,6 +222,9 @@ impl MoreauStepper {
         let dt = record.dt;
         let overlaps = self.set_up(model, rules, dt)?;
         self.solve(rules, dt)?;
+        if self.interval.first {
+            self.solve_again(model, rules, record)?;
+        }
         let (mut links, cuts) = self.cut_links(model, rules, dt);
         let mut clusters = self.locate(model, rules, &cuts, dt)?;
         for cut in clusters.iter().filter(|c| !c.links.is_empty()) {
@@ -281,7 +284,9 @@ impl MoreauStepper {
         self.solver.clock.lap(|t| &mut t.detection);
         interval.free_velocities(w, dt);
         widen_gap_noise(interval, self.solver.tolerance, dt);
-        if self.time == 0.0 && rules.corrects_gaps() {
+        interval.first = self.time == 0.0 && rules.corrects_gaps();
+        interval.ahead.clear();
+        if interval.first {
             cache_touching(model, interval, &self.origin, &mut self.cache.contacts, dt)?;
         }
         if rules.events {
@@ -299,7 +304,7 @@ impl MoreauStepper {
     }
 
     /// Solves the interval of the step.
-    fn solve(&mut self, rules: &Rules, dt: f64) -> Result<(), StepError> {
+    pub(super) fn solve(&mut self, rules: &Rules, dt: f64) -> Result<(), StepError> {
         let (interval, solution) = (&self.interval, &mut self.solution);
         let w = self.inverse_mass.as_slice();
         self.solver.solve(interval, solution, w, rules);

@@ -202,8 +202,8 @@ fn momenta(world: &PhysicsWorld, p: &MoreauPipeline, bodies: &[RigidBodyHandle])
     bodies.iter().map(of).sum()
 }
 
-/// Five bars, pinned end to end on a circle, to a ring or to an open chain. They turn about their
-/// centre, and drift.
+/// Five bars of different densities, pinned end to end on a circle, to a ring or to an open chain. They turn
+/// about their centre, and drift.
 fn bars(closed: bool, spin: f64, dt: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     let mut world = world(0.0, dt);
     let half = 0.5 * (TAU / 10.0).sin();
@@ -220,7 +220,7 @@ fn bars(closed: bool, spin: f64, dt: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>
                 .rotation((angle + 0.25 * TAU) as Real)
                 .linvel(Vector::new((0.5 - spin * y) as Real, (spin * x) as Real))
                 .angvel(spin as Real);
-            let bar = ColliderBuilder::cuboid(half as Real, 0.02).density(10.0);
+            let bar = ColliderBuilder::cuboid(half as Real, 0.02).density(10.0 + 3.0 * k as Real);
             world
                 .insert(body, bar.collision_groups(InteractionGroups::none()))
                 .0
@@ -240,23 +240,24 @@ fn bars(closed: bool, spin: f64, dt: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>
 
 /// The impulses of a pin once acted at both ends of its gap, which is a couple: 1.8 % of the angular
 /// momentum were lost in 3 s at 10 rad/s, and 67 % at 60 rad/s. Corrections of positions once
-/// changed it too: an open chain lost 19 % at 60 rad/s.
+/// changed it too: an open chain lost 19 % at 60 rad/s. Far from the origin the round-off of a centre of
+/// mass, times the spin, was a momentum: 3e-8 at 1000 rad/s.
 #[test]
 fn free_rings_and_chains_keep_their_momenta() {
-    for closed in [true, false] {
-        for spin in [1.0, 10.0, 60.0, 300.0] {
-            let (mut world, bodies) = bars(closed, spin, 1.0 / 60.0);
+    for (closed, rate) in [(true, 60), (false, 60), (true, 240), (false, 240)] {
+        for spin in [1.0, 10.0, 60.0, 300.0, 1000.0] {
+            let (mut world, bodies) = bars(closed, spin, 1.0 / f64::from(rate));
             let mut p = pipeline(false);
             p.step(&mut world).unwrap();
             let start = momenta(&world, &p, &bodies);
-            for _ in 0..600 {
+            for _ in 0..10 * rate {
                 p.step(&mut world).unwrap();
             }
             let end = momenta(&world, &p, &bodies);
             let change = (end - start).component_div(&Vec3::new(start.x, start.x, start.z));
             assert!(
                 change.amax() < 1e-9,
-                "closed {closed}, {spin} rad/s: {change:?}"
+                "closed {closed}, {spin} rad/s, 1/{rate} s: {change:?}"
             );
         }
     }
@@ -320,10 +321,24 @@ fn located_impacts_of_rocking_blocks_are_of_second_order() {
 }
 
 /// A box on its corner that turns about it from the start: the force of its first step is that of
-/// the closed form. It once was 11 % off, at every step length.
+/// the closed form. It once was 11 % off, at every step length, and then of a plate 0.7 %.
 #[test]
 fn the_first_step_bears_the_load_of_a_turning_body() {
-    let (b, h, start, spin, dt) = (0.1, 0.5, 0.6f64, 2.0, 1.0 / 960.0);
+    for (size, angle, spin) in [
+        ([0.1, 0.5], 0.6, 2.0),
+        ([0.1, 0.5], 0.6, 0.0),
+        ([0.5, 0.1], 0.4, -3.0),
+        ([0.2, 0.3], 0.5, 1.0),
+    ] {
+        let error = |n: f64| first_force_error(size, angle, spin, 1.0 / n);
+        assert!(error(960.0) < 2e-5, "{size:?}: {}", error(960.0));
+        // of second order in the step
+        assert!(error(240.0) < 2e-4, "{size:?}: {}", error(240.0));
+    }
+}
+
+/// Relative error of the force on a box of half sizes `b`, `h` in its first step.
+fn first_force_error([b, h]: [f64; 2], start: f64, spin: f64, dt: f64) -> f64 {
     let mut world = world(-9.81, dt);
     let floor = ColliderBuilder::cuboid(20.0, 1.0).friction(5.0);
     let below = RigidBodyBuilder::fixed().translation(Vector::new(0.0, -1.0));
@@ -349,5 +364,5 @@ fn the_first_step_bears_the_load_of_a_turning_body() {
     let (x, y) = arm(start + 0.5 * dt * spin);
     let omega = spin + 0.5 * dt * rate(x);
     let exact = 9.81 + rate(x) * x - omega * omega * y;
-    assert!((force / exact - 1.0).abs() < 1e-3, "{force} {exact}");
+    (force / exact - 1.0).abs()
 }
