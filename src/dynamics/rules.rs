@@ -339,7 +339,7 @@ fn friction(rules: &Rules, contact: &ContactPoint) -> f64 {
 /// average over the interval, off by first order, which the impact would keep.
 ///
 /// With event location, new contacts that close fast are deferred: those that rebound, and outside
-/// crowds those that land faster than `v_r/2`. In a crowd the step before keeps a contact from
+/// crowds those that land faster than `v_r/2`, see [`landing_speed`]. In a crowd the step before keeps a contact from
 /// closing; one that took no part in it, and is closed at the midpoint, is deferred too. So is one that is
 /// deeper than `g_r`: an impact inside the step drove it in. And so it is in the intervals that are tried
 /// up to its landing, whose own midpoints lie before that.
@@ -352,7 +352,8 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
     let persists = now.pressed && g < g_r && !again;
     let late = now.few && g < if now.unseen { 0.0 } else { -g_r };
     let alone = !now.crowded || now.sought || late;
-    let fast = e * closing > v_r || alone && closing > 0.5 * v_r;
+    let landing = landing_speed(g, now);
+    let fast = e * landing > v_r || alone && landing > 0.5 * v_r;
     if now.located && fast && !persists {
         return Choice::Deferred;
     }
@@ -409,6 +410,19 @@ fn staggered(rules: &Rules, contact: &ContactPoint, e: f64, g: f64, now: &Situat
         law: rigid(rules, contact),
         impact: !smooth,
     })
+}
+
+/// Normal speed \[m/s\] at which a contact with the gap `g` at the midpoint closes, or at which it would at
+/// the end of the interval: that of the start, faster by the applied forces until then. A body that
+/// is let go just above the floor starts with a speed of 0.
+fn landing_speed(g: f64, now: &Situation) -> f64 {
+    let (closing, gained) = (-now.gamma_a.x, now.gamma_a.x - now.gamma_f.x);
+    let start = g + 0.5 * now.span.length * closing;
+    if closing < 0.0 || gained <= 0.0 || start <= 0.0 {
+        return closing;
+    }
+    let square = closing * closing + 2.0 * gained / now.span.length * start;
+    square.sqrt().min(closing + gained)
 }
 
 /// `c` \[m/s²\] of [`Situation`] at the end of the interval, by a straight line through that at its
