@@ -32,12 +32,11 @@ const PARALLEL: f64 = 0.99;
 const RESTS: f64 = 1e-9;
 
 impl Landing {
-    /// Whether a contact of the next step belongs to it.
-    fn is_at(&self, surfaces: [u32; 2], normal: Vec2, position: Vec2) -> bool {
+    /// Whether a contact of the next step belongs to it, if it has one of its [`Place::names`].
+    fn is_at(&self, contact: &Place) -> bool {
         let own = &self.record;
-        own.surfaces == surfaces
-            && own.normal.dot(&normal) > PARALLEL
-            && (own.position - position).norm() <= self.reach
+        own.normal.dot(&contact.normal) > PARALLEL
+            && (own.position - contact.position).norm() <= self.reach
     }
 
     /// Adds what the contacts of the pair did in the next step.
@@ -62,6 +61,86 @@ impl Landing {
         record.impulse_t += p.y;
         record.energy_lost += lost + loaded * self.load.dot(&mean) - 0.5 * p.dot(&self.ahead);
         self.until = until;
+    }
+}
+
+/// Where a contact is, and whose.
+struct Place {
+    bodies: [u32; 2],
+    surfaces: [u32; 2],
+    normal: Vec2,
+    position: Vec2,
+}
+
+impl Place {
+    fn of_point(contact: &ContactPoint) -> Place {
+        Place {
+            bodies: contact.bodies,
+            surfaces: contact.surfaces,
+            normal: contact.normal,
+            position: contact.position,
+        }
+    }
+
+    fn of_record(contact: &ContactRecord) -> Place {
+        Place {
+            bodies: contact.bodies,
+            surfaces: contact.surfaces,
+            normal: contact.normal,
+            position: contact.position,
+        }
+    }
+
+    fn of_impact(impact: &ImpactRecord) -> Place {
+        Place {
+            bodies: impact.bodies,
+            surfaces: impact.surfaces,
+            normal: impact.normal,
+            position: impact.position,
+        }
+    }
+
+    /// By what a landing finds its contacts: its surfaces, and on a body that cannot move the other one's
+    /// alone, as a floor may go on in the next body.
+    fn names(&self, inverse_mass: &[Vec3]) -> impl Iterator<Item = [Option<u32>; 2]> {
+        let [a, b] = self.surfaces;
+        let fixed = self.bodies.map(|body| {
+            let w = inverse_mass.get(body as usize);
+            w.is_none_or(|w| *w == Vec3::zeros())
+        });
+        let on_floor = [[Some(a), None], [None, Some(b)]].into_iter();
+        let on_floor = on_floor.zip([fixed[1], fixed[0]]);
+        let alone = on_floor.filter_map(|(name, fixed)| fixed.then_some(name));
+        std::iter::once([Some(a), Some(b)]).chain(alone)
+    }
+}
+
+/// The landings of the last step by the names of their places.
+struct Landings<'a> {
+    all: &'a [Landing],
+    of: FxHashMap<[Option<u32>; 2], Vec<usize>>,
+}
+
+impl<'a> Landings<'a> {
+    fn new(all: &'a [Landing], inverse_mass: &[Vec3]) -> Landings<'a> {
+        let mut of: FxHashMap<_, Vec<usize>> = FxHashMap::default();
+        for (k, landing) in all.iter().enumerate() {
+            for name in Place::of_impact(&landing.record).names(inverse_mass) {
+                of.entry(name).or_default().push(k);
+            }
+        }
+        Landings { all, of }
+    }
+
+    /// The landing that goes on in a contact.
+    fn find(&self, contact: &Place, inverse_mass: &[Vec3]) -> Option<usize> {
+        if self.all.is_empty() {
+            return None;
+        }
+        let mut known = contact
+            .names(inverse_mass)
+            .filter_map(|name| self.of.get(&name));
+        known.find_map(|own| own.iter().copied().find(|&k| self.all[k].is_at(contact)))
     }
 }
 
@@ -157,13 +236,14 @@ pub(super) fn find_impacts(
     impacts: &mut Vec<ImpactRecord>,
     (before, landings): (&[Landing], &mut Vec<Landing>),
 ) {
+    let before = Landings::new(before, inverse_mass);
     for mut group in groups(interval, solution, used) {
         let first = group[0].contact;
         let rebounds = interval.blocks[group[0].block].impact;
         if !rebounds && interval.length > 0.0 {
             let goes_on = |c: &ContactPoint| {
-                let is_at = |l: &Landing| l.is_at(c.surfaces, c.normal, c.position);
-                before.iter().any(is_at)
+                let place = Place::of_point(c);
+                before.find(&place, inverse_mass).is_some()
             };
             group.retain(|touching| !goes_on(touching.contact));
         }
@@ -215,8 +295,7 @@ pub(super) fn find_impacts(
         if hit.closing >= -RESTS * speed && touch <= h {
             impacts.extend((p.x > 0.0).then_some(record));
         } else {
-            let far = |t: &Touching| (t.contact.position - hit.position).norm();
-            let width = group.iter().map(far).fold(0.0, f64::max);
+            let width = width(interval, group[0].block, &hit);
             landings.push(Landing {
                 record,
                 load,
@@ -226,6 +305,28 @@ pub(super) fn find_impacts(
             });
         }
     }
+}
+
+/// Largest distance \[m\] from `hit` of a contact of its pair that lands with it: also of one without an
+/// impulse, as the corners of a box that lies flat share it in any way. `block` is one of its blocks.
+fn width(interval: &Interval, block: usize, hit: &Hit) -> f64 {
+    let all = &interval.detection.contacts;
+    let Source::Contact(index) = interval.blocks[block].source else {
+        return 0.0;
+    };
+    let own = &all[index];
+    // contacts of a pair follow each other
+    let of_pair = |c: &&ContactPoint| c.surfaces == own.surfaces;
+    let before = all[..index].iter().rev().take_while(of_pair);
+    let after = all[index..].iter().take_while(of_pair);
+    let level = hit.gap + 2.0 * own.gap_noise;
+    let lands = |c: &&ContactPoint| c.normal.dot(&own.normal) > PARALLEL && c.gap <= level;
+    let far = |c: &ContactPoint| (c.position - hit.position).norm();
+    before
+        .chain(after)
+        .filter(lands)
+        .map(far)
+        .fold(0.0, f64::max)
 }
 
 /// The blocks of rigid contacts that may be impacts, by pair of surfaces and normal.
@@ -286,27 +387,23 @@ fn resting_load(g: &Mat2, acceleration: Vec2, friction: f64, p: Vec2) -> Vec2 {
 }
 
 /// Ends the landings of the last step with the impulses of this one.
-pub(super) fn finish_landings(landings: &[Landing], record: &mut StepRecord) {
+pub(super) fn finish_landings(
+    landings: &[Landing],
+    record: &mut StepRecord,
+    inverse_mass: &[Vec3],
+) {
     if landings.is_empty() {
         return;
     }
-    let mut landings = landings.to_vec();
-    let mut of: FxHashMap<[u32; 2], Vec<usize>> = FxHashMap::default();
-    for (k, landing) in landings.iter().enumerate() {
-        of.entry(landing.record.surfaces).or_default().push(k);
-    }
+    let known = Landings::new(landings, inverse_mass);
     let mut steps = vec![Vec::new(); landings.len()];
     for contact in &record.contacts {
-        let Some(own) = of.get(&contact.surfaces) else {
-            continue;
-        };
-        let here =
-            |k: &&usize| landings[**k].is_at(contact.surfaces, contact.normal, contact.position);
-        let found = own.iter().find(here);
-        if let Some(&k) = found.filter(|_| contact.status != ContactStatus::Impact) {
+        let found = known.find(&Place::of_record(contact), inverse_mass);
+        if let Some(k) = found.filter(|_| contact.status != ContactStatus::Impact) {
             steps[k].push(contact);
         }
     }
+    let mut landings = landings.to_vec();
     for (landing, step) in landings.iter_mut().zip(&steps) {
         landing.add(step);
     }

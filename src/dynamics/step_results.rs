@@ -112,7 +112,7 @@ impl MoreauStepper {
             }
         }
         solution.unclosed.sort_unstable();
-        finish_landings(&self.cache.landings, record);
+        finish_landings(&self.cache.landings, record, w);
         record.impacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         record.energy.kinetic_end = kinetic(&solution.end, w);
         for link in &self.stiff {
