@@ -23,7 +23,8 @@
 //! times as long.
 //!
 //! Bodies that are fixed or move as prescribed have no columns in `G`: with or without them, the operator is
-//! the same, so that there is nothing to compare. The same holds for the joint rows that move no body.
+//! the same, so that there is no time to compare. They end where bodies of 1e12 times the mass do, which a test
+//! asserts, with `body.kind` as the switch. Joint rows that move no body have no columns either.
 //! `body.touches`, `joint.contacts` and `step.events` are choices of another model, not reductions.
 //! The jumps of a wear life have an error of their own, which the run states.
 

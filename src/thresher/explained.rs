@@ -144,7 +144,8 @@ fn left_out(setup: &Setup<Thresher>) -> Vec<LeftOut> {
     all.extend([
         left(
             format!("{} of {} shapes of a worn tooth", p.bars - 1, p.bars),
-            "all bars are simulated and share the mean wear: bars that started alike stay alike",
+            "all bars are simulated and share the mean wear: single bars differ by no more than single \
+             revolutions do",
             None,
         ),
         left(

@@ -1,6 +1,6 @@
 //! What the model leaves out changes no motion and adds no unknown.
 
-use crate::common::load;
+use crate::common::{load, run_steps};
 use moreau2d::experiment::{Engine, REDUCTIONS, against_full, simulate};
 use moreau2d::report::Progress;
 use std::collections::HashSet;
@@ -50,6 +50,16 @@ fn reductions_change_nothing() {
                 "{name} {}",
                 row.reduction
             );
+            // sweeps, factorisations and pivots; of islands there are more, and each is of a smaller problem
+            if row.key != "step.split_islands" {
+                assert!(
+                    row.work <= row.work_full,
+                    "{name} {}: {} of {}",
+                    row.reduction,
+                    row.work,
+                    row.work_full
+                );
+            }
             assert_eq!(
                 row.unknowns < row.unknowns_full,
                 fewer,
@@ -57,6 +67,73 @@ fn reductions_change_nothing() {
                 row.reduction
             );
         }
+    }
+}
+
+/// Problems of islands are never larger than the one of all, and the entries of their dense operators never more.
+#[test]
+fn islands_pose_smaller_problems() {
+    for (name, steps) in [("many-pyramids", 1), ("card-house", 20), ("drum", 150)] {
+        let [all, split] = ["false", "true"].map(|on| {
+            let mut built = load(name, &[&format!("step.split_islands={on}")])
+                .build()
+                .unwrap();
+            built.keep_problems(true);
+            let (mut most, mut entries) = (0, 0);
+            simulate(&mut built, Engine::Moreau, steps, |_, built| {
+                for stored in built.problems() {
+                    most = most.max(stored.problem.len());
+                    entries += stored.problem.len().pow(2);
+                }
+                Ok(())
+            })
+            .unwrap();
+            (most, entries)
+        });
+        println!("{name}: {split:?} of {all:?}");
+        assert!(
+            split.0 <= all.0 && split.1 <= all.1,
+            "{name}: {split:?} of {all:?}"
+        );
+        assert!(split.1 < all.1, "{name}");
+    }
+}
+
+/// A body without unknowns is one of endless mass: with 1e12 times the mass of what lies on it, and without
+/// weight, it has moved by less than 1e-11 m after a second, and so have those on it. `body.kind` is the switch.
+#[test]
+fn a_body_without_unknowns_is_one_of_endless_mass() {
+    for (name, body, light) in [
+        ("incline", "floor", "block"),
+        ("tower", "floor", "box"),
+        ("sliding-block", "floor", "block"),
+    ] {
+        let light = format!("body.{light}.mass=1");
+        let common = [light.as_str(), "step.tolerance=1e-12"];
+        let full = [
+            "kind=dynamic",
+            "mass=1e12",
+            "inertia=1e15",
+            "gravity_scale=0",
+        ];
+        let full = full.map(|change| format!("body.{body}.{change}"));
+        let full: Vec<&str> = full.iter().map(String::as_str).chain(common).collect();
+        let [reduced, full] = [&common[..], &full].map(|flags| {
+            let run = run_steps(&load(name, flags), 60);
+            let places = (0..run.built.bodies()).filter_map(|k| run.built.state(k));
+            let places: Vec<_> = places
+                .map(|(pose, _)| (pose.translation, pose.angle()))
+                .collect();
+            (places, run.totals)
+        });
+        let apart = reduced.0.iter().zip(&full.0);
+        let apart = apart.map(|(a, b)| (a.0 - b.0).norm().max((a.1 - b.1).abs()));
+        let apart = apart.fold(0.0, f64::max);
+        let work = [&reduced.1, &full.1].map(|t| t.sweeps + t.factorisations + t.pivots);
+        println!("{name}: {apart:e}, work {work:?}");
+        assert!(apart <= 1e-9, "{name}: {apart:e}");
+        assert!(work[0] <= work[1], "{name}: {work:?}");
+        assert!(reduced.1.unknowns <= full.1.unknowns, "{name}");
     }
 }
 
