@@ -21,6 +21,8 @@ pub(super) const LANES: &str =
 pub struct Stage {
     pub bodies: Vec<Actor>,
     pub links: Vec<Link>,
+    /// [m/s²]
+    pub gravity: [f64; 2],
     /// Distance \[m\] of the rows in which coordinates of a mechanism are drawn; 0 for bodies.
     pub lane: f64,
 }
@@ -32,6 +34,13 @@ pub struct Actor {
     /// `dynamic`, `fixed`, `kinematic`, `coordinate`, or `driven`: turned by a machine's drive.
     pub kind: &'static str,
     pub pieces: Vec<Piece>,
+    /// Velocity of its surface as a belt [m/s], counter-clockwise round it.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub belt: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// A part of a body in the body's frame \[m\].
@@ -90,10 +99,12 @@ impl Stage {
                 name: name.clone(),
                 kind: "coordinate",
                 pieces: vec![Piece::Disc([0.0, 0.0, 0.15 * lane, 0.0])],
+                belt: 0.0,
             };
             return Stage {
                 bodies: linear.coordinates.iter().map(mark).collect(),
                 links: Vec::new(),
+                gravity: [0.0; 2],
                 lane,
             };
         }
@@ -108,6 +119,11 @@ impl Stage {
                     BodyKind::Kinematic => "kinematic",
                 },
                 pieces,
+                // a line or bowl without end has no sense round it
+                belt: match body.shape {
+                    Shape::Line | Shape::Bowl { .. } => 0.0,
+                    _ => body.surface_velocity,
+                },
             }
         });
         let links = scene.joints.iter().map(|joint| Link {
@@ -119,6 +135,7 @@ impl Stage {
         Stage {
             bodies: bodies.collect(),
             links: links.collect(),
+            gravity: scene.gravity,
             lane: 0.0,
         }
     }

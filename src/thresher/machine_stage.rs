@@ -46,6 +46,7 @@ impl ThreshingWorld {
                 name: if p.grains.is_some() { "grain" } else { "crop" }.to_owned(),
                 kind: "dynamic",
                 pieces: vec![crop.clone()],
+                belt: 0.0,
             })
             .collect();
         let hub = base_radius(p, tooth);
@@ -69,12 +70,14 @@ impl ThreshingWorld {
                     name: name.to_owned(),
                     kind,
                     pieces,
+                    belt: 0.0,
                 };
             }
         }
         Ok(Stage {
             bodies,
             links: Vec::new(),
+            gravity: [0.0; 2],
             lane: 0.0,
         })
     }

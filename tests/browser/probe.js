@@ -22,6 +22,19 @@ addEventListener("load", () => setTimeout(async () => {
     return hash;
   }
   const to = (frame) => { bar.value = frame; bar.dispatchEvent(new Event("input", { bubbles: true })); return seen(); };
+  // the drawn scene, to be measured
+  let drawn = null;
+  const draw = Scene.prototype.draw;
+  Scene.prototype.draw = function (...args) { drawn = this; return draw.apply(this, args); };
+  // how far a contact is drawn from the rim of its disc, beyond its gap, over the disc's radius
+  const off = () => Math.max(0, ...drawn.dots.filter((dot) => dot.table === drawn.run.contact).map(({ row, at }) => {
+    const body = ["body_2", "body_1"].map((side) => drawn.run.contact.get(row, side)).find((k) => drawn.run.stage.bodies[k]?.kind === "dynamic");
+    const disc = drawn.pieces[body]?.length === 1 && drawn.pieces[body][0].disc;
+    if (!disc) return 0;
+    const [x, y] = moved(drawn.poses[body], disc), place = drawn.point(at);
+    const gap = Math.abs(drawn.run.contact.get(row, "gap_m"));
+    return (Math.abs(Math.hypot(place[0] - x, place[1] - y) - disc[2]) - gap) / disc[2];
+  }));
   const found = { frames: Number(bar.max) + 1, picks: [] };
   found.start = to(0);
   found.middle = to(Math.floor(bar.max / 2));
@@ -47,6 +60,15 @@ addEventListener("load", () => setTimeout(async () => {
       }
     }
   }
+  found.off = 0;
+  for (let k = 1; k <= 40; k++) {
+    to(Math.floor((k * bar.max) / 40));
+    found.off = Math.max(found.off, off());
+  }
+  const few = seen().canvas;
+  get("all").click();
+  found.arrows = [drawn.hidden, few !== seen().canvas];
+  get("all").click();
   to(0);
   get("next").click();
   found.next = get("next").hidden ? null : { frame: Number(bar.value), step: cells("step") };

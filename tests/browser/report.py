@@ -116,6 +116,8 @@ def check(browser, folder, scene, contacts, width, command="run"):
     for what in ("canvas", "now", "step"):
         if scene != "tower" or what != "canvas":  # a tower stands as it stood
             assert start[what] != middle[what], (scene, what)
+    # contacts lie on the bodies as they are drawn
+    assert found["off"] < 1e-3, (scene, found["off"])
     steps, bodies = rows(folder, "steps.csv"), rows(folder, "bodies.csv")
     if scene == "hit-heap":
         # what is not solved between two written steps is red as well

@@ -111,6 +111,10 @@ class Run {
   status(row) {
     return WORDS[this.statuses[row]];
   }
+  // A contact that slips has all of the friction that its normal impulse allows: without any, it has none.
+  frictionless(row) {
+    return "pm".includes(this.statuses[row]) && this.contact.get(row, "impulse_t_ns") === 0;
+  }
 }
 
 // A number as in the CSV file, rounded to six digits.

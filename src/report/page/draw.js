@@ -3,14 +3,43 @@
 
 // Bodies that are turned, with an arrow for the sense; a machine's steel is in front of its crop.
 const TURNED = ["kinematic", "driven"];
+const MOVED = ["dynamic", "coordinate"]; // by impulses
 const KINDS = ["fixed", "kinematic", "dynamic", "coordinate", "driven"];
 const FILL = { driven: ["#f5e3c3", "#8a6d2f"], fixed: ["#e2e2e2", "#7a7a7a"], kinematic: ["#f5e3c3", "#8a6d2f"], dynamic: ["#d3e5f3", "#33596f"], coordinate: ["#d3e5f3", "#33596f"] };
 const COLOUR = { "stick": "#0072b2", "slip+": "#d55e00", "slip-": "#d55e00", "impact": "#cc79a7", "open": "#969696" };
+const NO_FRICTION = "#00805a"; // a closed contact that nothing holds along its surface neither sticks nor slips
+const MOST = 60; // arrows of a frame, the largest, unless all are asked for
 const ARROW = 0.2; // length of a usual large impulse's arrow, of the canvas's shorter side
 
 function moved([x, y, angle], [px, py]) {
   const c = Math.cos(angle), s = Math.sin(angle);
   return [x + c * px - s * py, y + s * px + c * py];
+}
+
+// The point of an outline that is next to p, if it is no farther than `most`; p itself otherwise.
+function onOutline(pieces, p, most) {
+  let best = p, least = most;
+  const offer = (q) => {
+    const far = Math.hypot(q[0] - p[0], q[1] - p[1]);
+    if (far < least) [best, least] = [q, far];
+  };
+  for (const piece of pieces) {
+    if (piece.disc) {
+      const [x, y, radius] = piece.disc;
+      const far = Math.hypot(p[0] - x, p[1] - y) || 1;
+      offer([x + (radius * (p[0] - x)) / far, y + (radius * (p[1] - y)) / far]);
+      continue;
+    }
+    const points = piece.area || piece.line;
+    for (let k = piece.area ? 0 : 1; k < points.length; k++) {
+      const b = points[k], a = points[(k || points.length) - 1];
+      const along = [b[0] - a[0], b[1] - a[1]];
+      const t = ((p[0] - a[0]) * along[0] + (p[1] - a[1]) * along[1]) / (along[0] ** 2 + along[1] ** 2 || 1);
+      const s = Math.min(1, Math.max(0, t));
+      offer([a[0] + s * along[0], a[1] + s * along[1]]);
+    }
+  }
+  return best;
 }
 
 class Scene {
@@ -19,6 +48,7 @@ class Scene {
     this.run = run;
     this.context = canvas.getContext("2d");
     this.arrows = 1;
+    this.all = false;
     this.picked = null;
     this.whole();
   }
@@ -68,10 +98,91 @@ class Scene {
       });
     }
     run.stage.bodies.forEach((body, k) => {
+      if (body.belt) this.drawBelt(this.pieces[k], this.poses[k], body.belt);
       if (TURNED.includes(body.kind)) this.drawTurn(this.poses[k], run.body.get(run.bodyRow(frame, k), "omega_rad_s"));
     });
     for (const link of run.stage.links) this.drawLink(link);
     this.drawContacts(frame);
+    this.drawGravity();
+    if (!run.stage.lane) this.drawLength();
+  }
+
+  // A bar of a round length in the lower left corner, about an eighth of the picture.
+  drawLength() {
+    const { context } = this;
+    const wanted = this.width / 8 / this.scale;
+    const decade = 10 ** Math.floor(Math.log10(wanted));
+    const length = decade * [5, 2, 1].find((k) => k * decade <= wanted);
+    const [x, y, wide] = [10, this.height - 10, length * this.scale];
+    context.strokeStyle = context.fillStyle = "#555";
+    context.lineWidth = 1.6;
+    this.trace([[x, y - 4], [x, y], [x + wide, y], [x + wide, y - 4]], false);
+    context.stroke();
+    context.font = "12px sans-serif";
+    context.textAlign = "left";
+    context.fillText(`${words(length)} m`, x + wide + 6, y + 2);
+  }
+
+  // Heads along the outline of a body whose surface runs as a belt; counter-clockwise if `speed` is positive.
+  drawBelt(pieces, pose, speed) {
+    const { context } = this;
+    context.fillStyle = "#8a6d2f";
+    const apart = 46, half = 4.5;
+    for (const piece of pieces) {
+      let points = piece.area || piece.line;
+      if (piece.disc) {
+        const [x, y, r] = piece.disc;
+        points = Array.from({ length: 48 }, (_, k) => [x + r * Math.cos(k * Math.PI / 24), y + r * Math.sin(k * Math.PI / 24)]);
+      }
+      points = points.map((p) => this.px(moved(pose, p)));
+      if (!piece.line) points.push(points[0]);
+      // pixels point down: an outline that turns left has a negative area here
+      const area = points.slice(1).reduce((sum, b, k) => sum + points[k][0] * b[1] - points[k][1] * b[0], 0);
+      const sense = Math.sign(speed) * (piece.line || area <= 0 ? 1 : -1);
+      let next = apart / 2;
+      for (let k = 0; k + 1 < points.length; k++) {
+        const [a, b] = [points[k], points[k + 1]];
+        const long = Math.hypot(b[0] - a[0], b[1] - a[1]);
+        const [ux, uy] = [(b[0] - a[0]) / long * sense, (b[1] - a[1]) / long * sense];
+        // an edge without end has heads where it is seen
+        const hidden = this.enters(a, b, long) - next;
+        let at = next + (hidden > 0 ? apart * Math.ceil(hidden / apart) : 0);
+        for (let heads = 0; at < long && heads < 200; at += apart, heads++) {
+          const [x, y] = [a[0] + (b[0] - a[0]) * at / long, a[1] + (b[1] - a[1]) * at / long];
+          this.trace([[x + 2 * half * ux, y + 2 * half * uy], [x - half * uy, y + half * ux], [x + half * uy, y - half * ux]], true);
+          context.fill();
+        }
+        next = Math.min(apart, Math.max(0, at - long));
+      }
+    }
+  }
+  // Pixels along the edge from a to b before it may be seen.
+  enters(a, b, long) {
+    let enter = 0;
+    [this.width, this.height].forEach((size, k) => {
+      const slope = (b[k] - a[k]) / long;
+      if (Math.abs(slope) < 1e-9) return;
+      enter = Math.max(enter, ((slope > 0 ? -20 : size + 20) - a[k]) / slope);
+    });
+    return enter;
+  }
+
+  // The sense of gravity, in the upper right corner.
+  drawGravity() {
+    const { context, run } = this;
+    const [gx, gy] = run.stage.gravity;
+    const size = Math.hypot(gx, gy);
+    if (!(size > 0)) return;
+    const [ux, uy] = [gx / size, -gy / size], x = this.width - 26, y = 28, half = 14;
+    context.strokeStyle = context.fillStyle = "#555";
+    context.lineWidth = 1.6;
+    this.trace([[x - half * ux, y - half * uy], [x + (half - 7) * ux, y + (half - 7) * uy]], false);
+    context.stroke();
+    this.trace([[x + half * ux, y + half * uy], [x + (half - 8) * ux - 4 * uy, y + (half - 8) * uy + 4 * ux], [x + (half - 8) * ux + 4 * uy, y + (half - 8) * uy - 4 * ux]], true);
+    context.fill();
+    context.font = "italic 13px sans-serif";
+    context.textAlign = "right";
+    context.fillText("g", x - 7 - 6 * Math.abs(ux), y + 4 - 8 * Math.abs(ux));
   }
 
   trace(points, close) {
@@ -201,27 +312,58 @@ class Scene {
     return this.usualImpulse;
   }
 
+  // A point that lay on a body when the contact was found, within the step, and its normal, as the body has
+  // carried them on: back by the body's motion since then, and forth with the body as it is drawn. In a step with
+  // an impact that motion is known roughly: the point is then put on the outline.
+  carried(frame, table, row) {
+    const { run } = this;
+    const get = (name) => table.get(row, name);
+    const place = [get("x_m"), get("y_m")], normal = [get("nx"), get("ny")];
+    const body = ["body_2", "body_1"].map(get).find((k) => MOVED.includes(run.stage.bodies[k]?.kind));
+    // a step detects its contacts at its middle; an impact has an instant of its own
+    const dt = run.step.get(frame - 1, "dt_s"), since = run.time(frame) - get("time_s");
+    const late = table === run.contact ? 0.5 * dt : since;
+    if (body === undefined || run.stage.lane || !(late >= 0 && late <= dt)) return { place, normal };
+    const at = (name) => run.body.get(run.bodyRow(frame, body), name);
+    const turned = late * at("omega_rad_s");
+    const then = [at("x_m") - late * at("vx_m_s"), at("y_m") - late * at("vy_m_s"), at("angle_rad") - turned];
+    const now = this.poses[body];
+    const own = moved([0, 0, -then[2]], [place[0] - then[0], place[1] - then[1]]);
+    const out = Math.hypot(...own);
+    const far = 0.05 * out + 2 * dt * (Math.hypot(at("vx_m_s"), at("vy_m_s")) + Math.abs(at("omega_rad_s")) * out);
+    const carried = moved(now, onOutline(this.pieces[body], own, far + Math.abs(get("gap_m") || 0)));
+    if (!carried.every(Number.isFinite)) return { place, normal };
+    return { place: carried, normal: moved([0, 0, now[2] - then[2]], normal) };
+  }
+
   drawContacts(frame) {
     const { context, run } = this;
-    const rows = run.contactRows(frame);
-    const crowd = Math.max(1, Math.sqrt(rows.length) / 5);
+    const shown = run.contactRows(frame).map((row) => ({ table: run.contact, row, colour: run.frictionless(row) ? NO_FRICTION : COLOUR[run.status(row)] }));
+    for (const row of run.impactsOf.get(frame) || []) shown.push({ table: run.impact, row, colour: COLOUR.impact });
+    for (const one of shown) one.size = Math.hypot(one.table.get(one.row, "impulse_n_ns"), one.table.get(one.row, "impulse_t_ns"));
+    const sizes = shown.map((one) => one.size).filter((size) => size > 0).sort((a, b) => b - a);
+    const least = this.all || sizes.length <= MOST ? 0 : sizes[MOST - 1];
+    this.hidden = sizes.filter((size) => size < least).length;
+    const crowd = Math.max(1, Math.min(this.all ? Infinity : 2.5, Math.sqrt(sizes.length) / 5));
     const longest = (ARROW * Math.max(200, Math.min(this.width, this.height)) * this.arrows) / crowd;
+    const dot = Math.max(1.2, 2.4 / Math.max(1, Math.sqrt(shown.length) / 5));
     this.dots = [];
-    const one = (table, row, status) => {
+    for (const { table, row, colour, size } of shown) {
       const get = (name) => table.get(row, name);
-      const at = this.px([get("x_m"), get("y_m")]);
-      const [nx, ny, n, t] = [get("nx"), get("ny"), get("impulse_n_ns"), get("impulse_t_ns")];
+      const { place, normal: [nx, ny] } = this.carried(frame, table, row);
+      const at = this.px(place);
+      const [n, t] = [get("impulse_n_ns"), get("impulse_t_ns")];
       const second = run.stage.bodies[get("body_2")];
-      const sign = second && (second.kind === "dynamic" || second.kind === "coordinate") ? 1 : -1;
-      const size = Math.hypot(n, t);
-      const length = this.usual > 0 ? longest * Math.min(3, size / this.usual) : 0;
+      const sign = second && MOVED.includes(second.kind) ? 1 : -1;
+      const chosen = this.picked && this.picked.table === table && this.picked.row === row;
+      const drawn = size >= least || chosen;
+      const length = this.usual > 0 && drawn ? longest * Math.min(3, size / this.usual) : 0;
       const scale = size > 0 ? (sign * length) / size : 0;
       const dx = scale * (n * nx - t * ny), dy = -scale * (n * ny + t * nx);
-      const chosen = this.picked && this.picked.table === table && this.picked.row === row;
-      context.strokeStyle = context.fillStyle = COLOUR[status];
+      context.strokeStyle = context.fillStyle = colour;
       context.lineWidth = chosen ? 3 : Math.max(0.8, 1.8 / crowd);
       context.beginPath();
-      context.arc(at[0], at[1], chosen ? 5 : Math.max(1.2, 2.4 / crowd), 0, 2 * Math.PI);
+      context.arc(at[0], at[1], chosen ? 5 : dot, 0, 2 * Math.PI);
       context.fill();
       if (length >= 2 && Number.isFinite(length)) {
         const head = Math.min(8, Math.max(2.5, 0.35 * length));
@@ -239,9 +381,7 @@ class Scene {
         context.setLineDash([]);
       }
       this.dots.push({ table, row, at });
-    };
-    for (const row of rows) one(run.contact, row, run.status(row));
-    for (const row of run.impactsOf.get(frame) || []) one(run.impact, row, "impact");
+    }
   }
 
   // The contact within 10 pixels, else the body under the pixel.

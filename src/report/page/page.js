@@ -17,6 +17,7 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   if (run.impacts_left_out) get("thinned").textContent += ` ${run.impacts_left_out} weaker impacts are in impacts.csv only.`;
   if (scene.usual > 0) get("longest").textContent = `: nine in ten of the run are below ${words(scene.usual)} N s, which is a fifth of the picture where contacts are few; longer arrows are cut at three times that`;
 
+  if (run.stage.bodies.some((body) => body.belt)) get("belts").textContent = " Heads along an outline: its surface runs that way, as a belt.";
   // a motion of less than a second would be over at once
   if (run.end - run.start < 1) get("speed").value = [...get("speed").options].map((option) => option.value).findLast((speed) => Number(speed) * 2 <= run.end - run.start) ?? "0.01";
   const charts = [...document.querySelectorAll(".plot[data-from]")].map((plot) => {
@@ -65,7 +66,8 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
     }
     const pair = ["body_1", "body_2"].map((side) => nameOf(picked.table.get(picked.row, side)));
     const what = picked.table === run.contact ? "Contact" : "Impact";
-    get("picked-name").textContent = `${what}: ${pair.join(" and ")}`;
+    const free = picked.table === run.contact && run.frictionless(picked.row) ? ", without friction" : "";
+    get("picked-name").textContent = `${what}: ${pair.join(" and ")}${free}`;
     const status = picked.table === run.contact ? [["status", run.status(picked.row)]] : [];
     fill(get("picked"), [...status, ...figures(picked.table, picked.row)]);
   }
@@ -76,6 +78,7 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
     frame = Math.max(0, Math.min(run.frames - 1, to));
     share = part;
     scene.draw(frame, share);
+    get("hidden").textContent = scene.hidden ? ` Here the ${MOST} largest impulses have arrows, ${scene.hidden} smaller ones only a dot.` : "";
     const time = run.time(frame);
     const next = frame + 1 < run.frames ? run.time(frame + 1) : time;
     charts.forEach((place) => place(time + share * (next - time)));
@@ -120,6 +123,7 @@ const MAIN = ["time_s", "contacts", "unsolved", "residual", "kinetic_j", "potent
   get("back").addEventListener("click", () => { stop(); show(frame - 1, 0); });
   get("on").addEventListener("click", () => { stop(); show(frame + 1, 0); });
   get("arrows").addEventListener("input", (event) => { scene.arrows = 10 ** (Number(event.target.value) / 2); show(frame, share); });
+  get("all").addEventListener("change", (event) => { scene.all = event.target.checked; show(frame, share); });
   const middle = () => [scene.width / 2, scene.height / 2];
   get("nearer").addEventListener("click", () => { scene.nearer(1.5, middle()); show(frame, share); });
   get("farther").addEventListener("click", () => { scene.nearer(1 / 1.5, middle()); show(frame, share); });
