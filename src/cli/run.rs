@@ -390,6 +390,11 @@ pub(super) fn write_still(
     let still = Still {
         stage: &Stage::of(scene),
         poses: &poses.collect::<Vec<_>>(),
+        velocities: &states
+            .iter()
+            .map(|(_, _, u)| [u.x, u.y, u.z])
+            .collect::<Vec<_>>(),
+        dt: scene.step.dt,
         contacts,
         title: &format!("{}: {}", scene.name, scene.title),
         time: *time,

@@ -13,11 +13,12 @@ const LENGTH: f64 = 0.2;
 const SHORTEST: f64 = 2.0;
 
 /// Colour of a contact by its status, and the words in the legend.
-pub(super) const STATUSES: [(RGBColor, &str); 4] = [
+pub(super) const STATUSES: [(RGBColor, &str); 5] = [
     (QUALITATIVE[0], "contact sticks"),
     (QUALITATIVE[1], "contact slips"),
     (QUALITATIVE[3], "impact"),
     (RGBColor(150, 150, 150), "open contact, no impulse"),
+    (RGBColor(0, 128, 90), "closed, without friction"),
 ];
 
 /// An impulse at a contact, as it acts on the body that it can move.
@@ -50,6 +51,8 @@ impl Arrow {
             impulse: [sign * (n * nx - t * ny), sign * (n * ny + t * nx)],
             status: match status {
                 ContactStatus::Stick => 0,
+                // one that slips has all of the friction that there is
+                ContactStatus::SlipPlus | ContactStatus::SlipMinus if t == 0.0 => 4,
                 ContactStatus::SlipPlus | ContactStatus::SlipMinus => 1,
                 ContactStatus::Impact => 2,
                 ContactStatus::Open => 3,
@@ -99,8 +102,8 @@ pub(super) struct Paths {
 ///
 /// # Arguments
 /// - `length`: pixels of an impulse.
-pub(super) fn paths(map: &Map, arrows: &[Arrow], length: impl Fn(f64) -> f64) -> [Paths; 4] {
-    let mut all: [Paths; 4] = Default::default();
+pub(super) fn paths(map: &Map, arrows: &[Arrow], length: impl Fn(f64) -> f64) -> [Paths; 5] {
+    let mut all: [Paths; 5] = Default::default();
     for arrow in arrows {
         let [x, y] = map.px(arrow.at);
         let size = arrow.size();

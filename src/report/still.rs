@@ -5,7 +5,7 @@ use super::layout::width_of;
 use super::markup::{escaped, six_digits};
 use super::palette::{FAINT_INK, INK};
 use super::sheet::Sheet;
-use super::stage::{LANES, Link, Piece, Pose, Stage, View};
+use super::stage::{LANES, Link, Piece, Pose, Stage, View, moved};
 use super::still_bodies::{Drawn, KINDS, Map, draw_body, drawn, hex, mark_radius, path};
 use super::table::number;
 use crate::dynamics::record::ContactRecord;
@@ -16,6 +16,10 @@ pub struct Still<'a> {
     pub stage: &'a Stage,
     /// Of each body of the stage.
     pub poses: &'a [Pose],
+    /// Velocity and spin of each body at that time [m/s, rad/s].
+    pub velocities: &'a [[f64; 3]],
+    /// Length of the last step \[s\], at whose middle its contacts were found.
+    pub dt: f64,
     /// Of the last step.
     pub contacts: &'a [ContactRecord],
     /// One line.
@@ -36,7 +40,7 @@ impl Still<'_> {
         let sheet = Sheet::of(View::of(self.stage, [self.poses]));
         let map = &sheet.map;
         let contacts = self.contacts.iter();
-        let arrows: Vec<Arrow> = contacts.map(|c| Arrow::of(self.stage, c)).collect();
+        let arrows: Vec<Arrow> = contacts.map(|c| self.arrow(c)).collect();
         let most = arrows.iter().map(Arrow::size).fold(0.0, f64::max);
         // a mechanism shows no arrows
         let most = if most.is_finite() && self.stage.lane == 0.0 {
@@ -60,12 +64,32 @@ impl Still<'_> {
         }
         self.draw_names(&mut svg, map);
         if most > 0.0 {
-            let crowd = crowd(arrows.len());
+            let crowd = crowd(arrows.len().min(MOST));
             let px_per_ns = longest(sheet.wide, sheet.high, crowd) / most;
-            draw_arrows(&mut svg, map, &arrows, crowd, px_per_ns);
+            let least = least_drawn(&arrows);
+            draw_arrows(&mut svg, map, &arrows, crowd, |size| match size < least {
+                true => 0.0,
+                false => px_per_ns * size,
+            });
         }
         sheet.close(&mut svg, self.stage.unit(), &legend);
         svg
+    }
+
+    /// The impulse of a contact, where a body has carried its point since it was found.
+    fn arrow(&self, contact: &ContactRecord) -> Arrow {
+        let mut arrow = Arrow::of(self.stage, contact);
+        let late = match contact.time < self.time {
+            true => self.time - contact.time,
+            false => 0.5 * self.dt,
+        };
+        let moved = |number: &&u32| self.stage.moves(**number);
+        let body = contact.bodies.iter().rev().find(moved).map(|k| *k as usize);
+        let known = body.and_then(|k| self.poses.get(k).zip(self.velocities.get(k)));
+        if let Some((pose, velocity)) = known.filter(|_| late <= self.dt) {
+            arrow.at = carried(arrow.at, *pose, *velocity, late);
+        }
+        arrow
     }
 
     /// Lines of the legend, of SVG text.
@@ -77,7 +101,11 @@ impl Still<'_> {
             return vec!["no contact carries an impulse in the last step".to_owned()];
         }
         let longest = format!(
-            "arrows: impulses of the last step on the bodies that they move, the longest {} N s",
+            "arrows: {}impulses of the last step on the bodies that they move, the longest {} N s",
+            match least_drawn(arrows) > 0.0 {
+                true => format!("the {MOST} largest "),
+                false => String::new(),
+            },
             number(most, 3)
         );
         vec![longest, keys(arrows)]
@@ -120,6 +148,7 @@ impl Still<'_> {
         if self.stage.bodies.len() > 40 {
             return;
         }
+        let mut taken: Vec<[f64; 3]> = Vec::new();
         for (k, (body, pose)) in self.stage.bodies.iter().zip(self.poses).enumerate() {
             let pose = self.stage.place(k, *pose);
             let room = 1.6 * map.scale * body.pieces.iter().map(Piece::reach).fold(0.0, f64::max);
@@ -132,6 +161,14 @@ impl Still<'_> {
                 true => (x + 0.2 * map.scale * self.stage.lane, "start"),
                 false => (x, "middle"),
             };
+            // of names that would cover each other the first stays
+            let half = 0.5 * width_of(&body.name, 11.0);
+            let covered =
+                |[ox, oy, other]: &[f64; 3]| (x - ox).abs() < half + other && (y - oy).abs() < 12.0;
+            if !beside && taken.iter().any(covered) {
+                continue;
+            }
+            taken.push([x, y, half]);
             let _ = writeln!(
                 svg,
                 "<text x=\"{x:.1}\" y=\"{:.1}\" font-size=\"11\" text-anchor=\"{anchor}\" fill=\"{}\" \
@@ -144,9 +181,40 @@ impl Still<'_> {
     }
 }
 
-fn draw_arrows(svg: &mut String, map: &Map, arrows: &[Arrow], crowd: f64, px_per_ns: f64) {
+/// Arrows of a picture, the largest: more lie on each other.
+const MOST: usize = 60;
+
+/// The least impulse [N s] that is drawn as an arrow and not as a dot alone; 0 for all.
+fn least_drawn(arrows: &[Arrow]) -> f64 {
+    let mut sizes: Vec<f64> = arrows.iter().map(Arrow::size).collect();
+    sizes.retain(|size| *size > 0.0);
+    match sizes.len() > MOST {
+        true => {
+            *sizes
+                .select_nth_unstable_by(MOST - 1, |a, b| b.total_cmp(a))
+                .1
+        }
+        false => 0.0,
+    }
+}
+
+/// Where a point that lay at `at` a time `late` \[s\] ago is now, if a body has carried it.
+fn carried(at: [f64; 2], pose: Pose, velocity: [f64; 3], late: f64) -> [f64; 2] {
+    let [x, y, _] = pose;
+    let then = [x - late * velocity[0], y - late * velocity[1]];
+    let turned = late * velocity[2];
+    moved([x, y, turned], [at[0] - then[0], at[1] - then[1]])
+}
+
+fn draw_arrows(
+    svg: &mut String,
+    map: &Map,
+    arrows: &[Arrow],
+    crowd: f64,
+    length: impl Fn(f64) -> f64,
+) {
     let [dot, shaft] = widths(crowd);
-    let paths = paths(map, arrows, |size| px_per_ns * size);
+    let paths = paths(map, arrows, length);
     for (
         Paths {
             dots,
@@ -186,6 +254,8 @@ mod tests {
         let still = Still {
             stage: &stage,
             poses: &poses,
+            velocities: &[],
+            dt: 0.0,
             contacts: &[],
             title: "a < b & \"c\"",
             time: 0.0,
