@@ -1,6 +1,6 @@
 use super::atlas_table::{Broken, Share, explanations, shares, table};
 use super::compared_lead::of_rungs;
-use super::summary::{self, Say};
+use super::summary::{self, OneOf, Say};
 use super::{Outcome, issues, print_out, run_page};
 use crate::experiment::{Atlas, Engine, Preset, RunError};
 use crate::report::{OutputFolder, Progress, matrix};
@@ -60,6 +60,7 @@ struct Found<'a> {
     pictures: [&'static str; 1],
     engines: Vec<Counts>,
     not_passed: &'a [Broken<'a>],
+    scenes: Vec<OneOf>,
     warnings: &'a [String],
 }
 
@@ -119,6 +120,9 @@ pub(super) fn atlas(args: &AtlasArgs) -> Result<Outcome, RunError> {
         pictures: [picture],
         engines: shares(&rows).into_iter().map(Counts::of).collect(),
         not_passed: &broken,
+        scenes: (atlas.hashes().into_iter())
+            .map(|(entry, rungs, hash)| OneOf::new(entry, None, rungs, hash))
+            .collect(),
         warnings: &results.notes,
     };
     let say = Say::of(args.json, args.quiet);

@@ -1,6 +1,7 @@
 use super::chart_table::table;
 use super::compare::{leave_out, schemes};
 use super::compared_lead::of_points;
+use super::summary::OneOf;
 use super::{Flags, Outcome, chart_accuracy, chart_models, effect, run_page, summary};
 use crate::experiment::{
     Baseline, ChartPlan, Comparison, Engine, RunError, Setting, charted_scenes,
@@ -142,7 +143,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     }
     if let Some(file) = &args.from {
         let folder = OutputFolder::create(target)?;
-        return show(args, folder, &read_rows(file)?, Vec::new());
+        return show(args, folder, &read_rows(file)?, &[], Vec::new());
     }
     let mut names = args.scenes.clone();
     if names.is_empty() {
@@ -182,7 +183,7 @@ pub(super) fn chart(args: &ChartArgs) -> Result<Outcome, RunError> {
     file.finish()?;
     points.finish()?;
     let rows: Vec<ResultRow> = written_rows(&folder)?;
-    show(args, folder, &rows, notes)
+    show(args, folder, &rows, &works, notes)
 }
 
 /// Refuses keys and flags that have no effect on any of the scenes.
@@ -438,6 +439,8 @@ struct Found<'a> {
     peer_points: usize,
     dominated: usize,
     dominated_strictly: usize,
+    /// Empty with `--from`, whose rows say nothing of it.
+    scenes: Vec<OneOf>,
     warnings: &'a [String],
 }
 
@@ -446,6 +449,7 @@ fn show(
     args: &ChartArgs,
     folder: OutputFolder,
     rows: &[ResultRow],
+    works: &[Work],
     mut notes: Vec<String>,
 ) -> Result<Outcome, RunError> {
     notes.extend(scatter(rows));
@@ -460,6 +464,12 @@ fn show(
         peer_points: peers,
         dominated,
         dominated_strictly: strictly,
+        scenes: (works.iter())
+            .map(|work| {
+                let (scene, points) = (&work.scene, work.settings.len());
+                OneOf::new(&scene.name, Some(scene.step.time), points, scene.hash)
+            })
+            .collect(),
         warnings: &notes,
     };
     let text = summary::write(&folder, summary::program("chart"), more)?;

@@ -133,6 +133,7 @@ pub(super) fn write_compared(
     });
     sections.extend(notes(&summary));
     sections.push(settings(&summary, &super::resume::typed()));
+    sections.extend(scenes(&summary));
     sections.extend(totals(&summary));
     sections.push(Section::List {
         title: "Files beside this page".to_owned(),
@@ -266,6 +267,21 @@ fn settings(summary: &Value, typed: &[String]) -> Section {
         header: words(&["setting", "value"]),
         rows,
     }
+}
+
+/// The scenes of a command on several, with their hashes.
+fn scenes(summary: &Value) -> Option<Section> {
+    let scenes = summary["scenes"].as_array().filter(|s| !s.is_empty())?;
+    let row = |scene: &Value| {
+        let text = ["scene", "scene_hash"].map(|key| plain(&scene[key]));
+        let figures = ["time_s", "points"].map(|key| figure(&scene[key]));
+        [&text[..], &figures[..]].concat()
+    };
+    Some(Section::Table {
+        title: "Scenes".to_owned(),
+        header: words(&["scene", "hash", "time [s]", "points or rungs"]),
+        rows: scenes.iter().map(row).collect(),
+    })
 }
 
 /// Totals, and all other plain figures of the summary.

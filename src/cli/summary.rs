@@ -93,6 +93,29 @@ pub(super) struct OfScene<'a> {
     pub warnings: Vec<String>,
 }
 
+/// One of the scenes of a command on several.
+#[derive(Serialize)]
+pub(super) struct OneOf {
+    pub scene: String,
+    /// Of a scene whose points do not differ in them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Rungs or points.
+    pub points: usize,
+    pub scene_hash: String,
+}
+
+impl OneOf {
+    pub fn new(scene: &str, time_s: Option<f64>, points: usize, hash: u64) -> OneOf {
+        OneOf {
+            scene: scene.to_owned(),
+            time_s,
+            points,
+            scene_hash: format!("{hash:016x}"),
+        }
+    }
+}
+
 /// Settings of the run; a setting that a peer does not have is null.
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {

@@ -212,6 +212,19 @@ impl Atlas {
         self.plan.len()
     }
 
+    /// Of each entry its name, the number of its rungs to be run, and a hash of their scenes in order.
+    pub fn hashes(&self) -> Vec<(&str, usize, u64)> {
+        let entries = self.entries.iter().enumerate();
+        let of = entries.map(|(k, entry)| {
+            let scenes = self.plan.iter().filter(|task| task.entry == k);
+            let hashes: Vec<u64> = scenes.map(|task| task.scene.hash).collect();
+            let bytes = hashes.iter().flat_map(|hash| hash.to_le_bytes());
+            let hash = crate::scene::fnv1a(&bytes.collect::<Vec<_>>());
+            (entry.name.as_str(), hashes.len(), hash)
+        });
+        of.collect()
+    }
+
     /// Runs every rung with `engines` at their defaults, see [`Atlas::run_presets`].
     ///
     /// # Errors
