@@ -2,12 +2,18 @@
 
 use super::run_files::BodyState;
 use crate::experiment::{Engine, Measure, Totals, Verdict};
-use crate::report::{Lead, Stage, number, plus_minus, quantity};
+use crate::report::{Lead, Stage, counted, number, plus_minus, quantity};
 use crate::scene::Scene;
 use serde_json::Value;
 
 /// Below this speed [m/s], and this spin [rad/s] times a metre, a body counts as at rest here.
 const REST: f64 = 1e-3;
+/// The assumptions of a threshing machine that move its hours most, as the table in
+/// [`thresher`](crate::thresher) has them.
+const MOST_ASSUMED: &str = ". Assumed, not measured, are the strength of the crop (thresher.crop_strength) and \
+                            its friction on the concave (thresher.friction_concave): within what is plausible \
+                            they move the hours by a factor of up to 18 with this wear coefficient, and of up \
+                            to 4 with one that is fitted again";
 
 /// The words for a run of bodies.
 ///
@@ -40,11 +46,11 @@ fn outcome(scene: &Scene, totals: &Totals, found: &[Measure], states: &[BodyStat
         (n, None) => format!("{n} bodies that move"),
     };
     let mut text = format!(
-        "{} with {who} ran {} in {} steps, with up to {} contacts at once. ",
+        "{} with {who} ran {} in {} steps, with up to {} at once. ",
         scene.name,
         quantity(totals.time, "s", 4),
         totals.steps,
-        totals.most_contacts
+        counted(totals.most_contacts, "contact")
     );
     let speed = |state: &&BodyState| state.2.x.hypot(state.2.y);
     let dynamic = |state: &&BodyState| {
@@ -255,16 +261,19 @@ pub(super) fn machine_lead(
         (true, None) => format!(
             "The computation is sound: every contact problem of its {} steps is solved, to the residual \
              {}.{} The hours are no better than what was calibrated and assumed, and the error stated is that of \
-             the computation alone: see the results below.",
+             the computation alone{}.",
             totals.steps,
             number(totals.residual, 2),
-            beside_published(found)
+            beside_published(found),
+            match found.get("calibrated").is_some() {
+                true => MOST_ASSUMED,
+                false => ": see the results below",
+            }
         ),
     };
     let to_do = match (solved && wrong.is_none(), notes) {
         (true, 0) => {
-            "Read the assumptions below, and measure on your machine the one that moves the hours \
-                      most."
+            "Measure the assumption that moves the hours most on your machine before you plan by them."
         }
         _ => "Read the notes and the assumptions below before the hours.",
     };
