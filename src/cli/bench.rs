@@ -1,14 +1,12 @@
+use super::bench_problems::{OF_CATALOGUE, OF_SOURCES, collection, of_catalogue};
 use super::bench_scenes::bench_scenes;
 use super::bench_table::{CLASSES, class_name, tables};
 use super::{Flags, Outcome, effect, summary, tolerance};
-use crate::experiment::{Engine, NamedProblem, RunError, bench_solvers};
+use crate::experiment::{Engine, RunError, bench_solvers};
 use crate::oracles::SOLVERS;
-use crate::problems::{StoredProblem, read};
-use crate::report::{OutputFolder, Performance, Progress, ReportError, Score, write_rows};
+use crate::report::{OutputFolder, Performance, Progress, Score, write_rows};
 use clap::Args;
 use serde::Serialize;
-use std::collections::HashMap;
-use std::io;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -39,7 +37,8 @@ pub(super) struct BenchArgs {
     #[arg(long)]
     solvers: bool,
     /// Folder of contact problems (.json or .dat), as `run --dump-problems` writes them [default:
-    /// tests/data/problems in the current folder, which the sources have and the program does not].
+    /// tests/data/problems in the current folder, which the sources have; without it, problems of the
+    /// catalogue's scenes].
     #[arg(long, value_name = "DIR", requires = "solvers")]
     problems: Option<PathBuf>,
     /// Number of timings of each solver on each problem; they are interleaved and times are their
@@ -48,9 +47,6 @@ pub(super) struct BenchArgs {
           value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
 }
-
-/// The problems that are stored with the sources.
-const OF_SOURCES: &str = "tests/data/problems";
 
 const PICTURE: &str = "performance-profile.svg";
 
@@ -72,16 +68,13 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     }
     let target = flags.out.clone();
     let target = target.unwrap_or_else(|| PathBuf::from("out").join("bench-solvers"));
-    let stored = args.problems.as_deref();
-    let source = stored.unwrap_or(Path::new(OF_SOURCES));
-    if stored.is_none() && !source.is_dir() {
-        return Err(RunError::Unfit(format!(
-            "bench --solvers: {OF_SOURCES}: no such folder here: the stored problems come with the sources of \
-             the program; run it there, or give a folder of your own with --problems DIR, which `run SCENE \
-             --dump-problems DIR` writes"
-        )));
-    }
-    let (problems, notes) = collection(source)?;
+    let (source, (problems, notes)) = match &args.problems {
+        Some(folder) => (folder.display().to_string(), collection(folder)?),
+        None if Path::new(OF_SOURCES).is_dir() => {
+            (OF_SOURCES.to_owned(), collection(Path::new(OF_SOURCES))?)
+        }
+        None => (OF_CATALOGUE.to_owned(), of_catalogue()?),
+    };
     let folder = OutputFolder::create(target)?;
     let repeats = args.repeats as usize;
     let timings = problems.len() * SOLVERS.len() * repeats;
@@ -98,7 +91,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<Outcome, RunError> {
     });
     let more = Found {
         settings: Settings {
-            problems: source.display().to_string(),
+            problems: source,
             tolerance,
             repeats,
         },
@@ -142,82 +135,6 @@ fn refuse_idle(flags: &Flags) -> Result<(), RunError> {
         .iter()
         .map(|(words, value)| (words.as_str(), value.clone()));
     run.refuse(flags, &typed.chain(flags.of_runs()).collect::<Vec<_>>())
-}
-
-/// The contact problems of a folder, sorted by name, and notes about them.
-///
-/// A problem is named after its file, without the extension if that name is unique in the folder.
-fn collection(folder: &Path) -> Result<(Vec<NamedProblem>, Vec<String>), RunError> {
-    let unfit = |what: &str| {
-        RunError::Unfit(format!(
-            "--problems {}: {what}; give a folder of contact problems (.json or .dat), as `run \
-             SCENE --dump-problems DIR` writes them",
-            folder.display()
-        ))
-    };
-    let files = problem_files(folder).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => unfit("no such folder"),
-        io::ErrorKind::NotADirectory => unfit("not a folder"),
-        _ => unreadable(folder)(error).into(),
-    })?;
-    let stem = |path: &PathBuf| path.file_stem().map(|s| s.to_string_lossy().into_owned());
-    let mut stems: HashMap<Option<String>, usize> = HashMap::new();
-    for path in &files {
-        *stems.entry(stem(path)).or_default() += 1;
-    }
-    let mut problems = Vec::new();
-    let mut notes = Vec::new();
-    let mut lcps = 0;
-    for path in &files {
-        let bytes = std::fs::read(path).map_err(unreadable(path))?;
-        let loaded = read(&bytes).map_err(|source| RunError::Problem {
-            path: path.clone(),
-            source,
-        })?;
-        let StoredProblem::Contact { problem, .. } = loaded.problem else {
-            lcps += 1;
-            continue;
-        };
-        let alone = stem(path).filter(|s| stems.get(&Some(s.clone())) == Some(&1));
-        let full = path.file_name().map(|name| name.to_string_lossy());
-        let name = alone.unwrap_or_else(|| full.unwrap_or_default().into_owned());
-        let warned = loaded.warnings.iter();
-        notes.extend(warned.map(|warning| format!("{name}: {warning}")));
-        problems.push(NamedProblem { name, problem });
-    }
-    if problems.is_empty() {
-        return Err(unfit(match lcps {
-            0 => "no problem files",
-            _ => "holds plain LCPs only, which only lemke solves",
-        }));
-    }
-    if lcps > 0 {
-        notes.push(format!(
-            "{lcps} plain LCPs left out: only lemke solves them"
-        ));
-    }
-    Ok((problems, notes))
-}
-
-/// Files with the extension of a problem file, sorted; without those of subfolders.
-fn problem_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
-        if extension.is_some_and(|e| e == "json" || e == "dat") && path.is_file() {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
-}
-
-fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReportError + '_ {
-    move |source| ReportError::Io {
-        path: path.to_path_buf(),
-        source,
-    }
 }
 
 /// The part of `summary.json` that only `bench --solvers` writes.

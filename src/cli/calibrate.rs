@@ -14,6 +14,8 @@ use std::path::PathBuf;
 const CHANGE: f64 = 0.05;
 
 #[derive(Args)]
+#[command(override_usage = "moreau2d calibrate [OPTIONS] --hours <H>\n       \
+                            <--mass-loss <G>|--depth <M>|--profile <FILE.csv>> <SCENE>")]
 #[command(group(ArgGroup::new("data").required(true).args(["mass_loss", "depth", "profile"])))]
 pub(super) struct CalibrateArgs {
     #[command(flatten)]

@@ -3,6 +3,7 @@
 mod atlas;
 mod atlas_table;
 mod bench;
+mod bench_problems;
 mod bench_scenes;
 mod bench_table;
 mod calibrate;
@@ -239,6 +240,9 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // clap reports help and version as errors for standard output
             let code = u8::from(error.use_stderr());
+            if let Some(why) = resume::conflict(&error) {
+                return failed(&RunError::Unfit(why));
+            }
             return match unless_closed(error.print()) {
                 Ok(()) => ExitCode::from(code),
                 Err(error) => failed(&error),

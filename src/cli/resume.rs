@@ -7,6 +7,7 @@ use crate::report::{Checkpoint, KEPT, OutputFolder, Reopened, ReportError, RunRe
 use crate::scene::Scene;
 use crate::thresher::Machine;
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use serde_json::Value;
 use std::path::Path;
 
@@ -26,6 +27,31 @@ pub(super) fn command(args: &mut RunArgs) -> Result<Outcome, RunError> {
 pub(super) fn typed() -> Vec<String> {
     let words = std::env::args_os().skip(1);
     words.map(|w| w.to_string_lossy().into_owned()).collect()
+}
+
+/// What was typed beside `--resume`, which goes on with what was typed when the run was started.
+pub(super) fn conflict(error: &clap::Error) -> Option<String> {
+    let of_resume = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(arg)) => arg.starts_with("--resume"),
+        _ => false,
+    };
+    if error.kind() != ErrorKind::ArgumentConflict || !of_resume {
+        return None;
+    }
+    let mut words = typed().into_iter().skip(1).peekable();
+    let mut others = Vec::new();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--resume" => drop(words.next()),
+            word if word.starts_with("--resume=") => {}
+            word => others.push(word.to_owned()),
+        }
+    }
+    Some(format!(
+        "--resume cannot be used with `{}`: it goes on with all that was typed when the run was started, and \
+         with a report if one was asked for then",
+        command_line(&others).trim_start_matches("moreau2d ")
+    ))
 }
 
 fn resume(target: &Path) -> Result<Outcome, RunError> {

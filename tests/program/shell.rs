@@ -206,7 +206,7 @@ fn a_closed_pipe_is_no_error() {
 }
 
 #[test]
-fn a_bench_draws_its_throughput_and_names_the_problems_it_lacks() {
+fn a_bench_draws_its_throughput() {
     let place = Place::new();
     let args = [
         "bench", "wedge", "--steps", "3", "--settle", "2", "--quiet", "--out", "b",
@@ -220,10 +220,5 @@ fn a_bench_draws_its_throughput_and_names_the_problems_it_lacks() {
     assert_eq!(
         place.json("b/summary.json")["pictures"][0],
         "throughput.svg"
-    );
-    let place = Place::new();
-    place.refused(
-        &["bench", "--solvers"],
-        &["tests/data/problems", "--problems DIR", "--dump-problems"],
     );
 }
