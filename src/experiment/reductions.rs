@@ -26,7 +26,8 @@
 //! the same, so that there is no time to compare. They end where bodies of 1e12 times the mass do, which a test
 //! asserts, with `body.kind` as the switch. Joint rows that move no body have no columns either.
 //! `body.touches`, `joint.contacts` and `step.events` are choices of another model, not reductions.
-//! The jumps of a wear life have an error of their own, which the run states.
+//! The jumps of a wear life have an error of their own, which the run states; where the rates are constant, a jump
+//! wears what its seconds wear, each measured by itself, which a test asserts.
 
 use super::setting::step_count;
 use super::simulate::{Engine, RunError, Totals};

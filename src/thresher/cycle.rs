@@ -346,52 +346,6 @@ mod tests {
     use crate::peers::ShapeSpec;
     use crate::thresher::{Machine, load};
 
-    /// All bars share the mean wear: no bar differs from the others by more than the revolutions of each do from
-    /// one another. `F = between/within` of 8 bars over 4 revolutions is below 2.42 with 95 % where bars are equal
-    /// (7 and 24 degrees of freedom).
-    #[test]
-    fn bars_are_equal_but_for_their_scatter() {
-        const TURNS: usize = 4;
-        let flags = ["step.dt=1.6e-4".to_owned()];
-        let (scene, Some(Machine::Thresher(setup))) = load("thresher", &flags).unwrap() else {
-            panic!("no thresher");
-        };
-        let (p, tooth) = (&setup.parameters, &setup.tooth);
-        let profile = tooth.profile().unwrap().raised_to(0.0).unwrap();
-        let mut machine = Threshing::new(&scene, p, tooth, &profile).unwrap();
-        let hidden = Progress::new("", 1, true);
-        machine.run(FILLING, &hidden).unwrap();
-        let mut worn = vec![Vec::new(); p.bars as usize];
-        for _ in 0..TURNS {
-            let mut sums = vec![0.0; p.bars as usize];
-            let mut observe = |record: &StepRecord, world: &ThreshingWorld| {
-                for contact in &record.contacts {
-                    if let Some((bar, _)) = world.worn_place(contact, &profile) {
-                        sums[bar] += contact.load_slip;
-                    }
-                }
-                Ok(())
-            };
-            machine.measure(&profile, 1, &hidden, &mut observe).unwrap();
-            worn.iter_mut()
-                .zip(&sums)
-                .for_each(|(bar, sum)| bar.push(*sum));
-        }
-        let (bars, turns) = (worn.len() as f64, TURNS as f64);
-        let means: Vec<f64> = worn.iter().map(|w| w.iter().sum::<f64>() / turns).collect();
-        let mean = means.iter().sum::<f64>() / bars;
-        let between = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() * turns / (bars - 1.0);
-        let off = worn.iter().zip(&means);
-        let off = off.flat_map(|(turns, mean)| turns.iter().map(move |w| (w - mean).powi(2)));
-        let within = off.sum::<f64>() / (bars * (turns - 1.0));
-        println!("F = {:.2}, means {means:.3?}", between / within);
-        assert!(
-            mean > 0.0 && between / within < 2.42,
-            "{:.2}",
-            between / within
-        );
-    }
-
     /// Regression test: wear combined the position of a contact, which is at the midpoint of the
     /// step, with the pose at the end of the step, and so found another cell than detection. At
     /// this step length it did so for 16 843 of 18 468 contacts.

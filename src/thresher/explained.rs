@@ -144,8 +144,8 @@ fn left_out(setup: &Setup<Thresher>) -> Vec<LeftOut> {
     all.extend([
         left(
             format!("{} of {} shapes of a worn tooth", p.bars - 1, p.bars),
-            "all bars are simulated and share the mean wear: single bars differ by no more than single \
-             revolutions do",
+            "all bars are simulated and share their mean wear; over a few revolutions single bars differ from it by \
+             up to a quarter",
             None,
         ),
         left(

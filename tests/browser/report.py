@@ -119,6 +119,8 @@ def check(browser, folder, scene, contacts, width, command="run"):
     # contacts lie on the bodies as they are drawn
     assert found["off"] < 1e-3, (scene, found["off"])
     steps, bodies = rows(folder, "steps.csv"), rows(folder, "bodies.csv")
+    hidden, differs = found["arrows"]
+    assert differs == (hidden > 0), (scene, found["arrows"])
     if scene == "hit-heap":
         # what is not solved between two written steps is red as well
         red = found["next"]["frame"]

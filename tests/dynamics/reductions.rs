@@ -50,16 +50,6 @@ fn reductions_change_nothing() {
                 "{name} {}",
                 row.reduction
             );
-            // sweeps, factorisations and pivots; of islands there are more, and each is of a smaller problem
-            if row.key != "step.split_islands" {
-                assert!(
-                    row.work <= row.work_full,
-                    "{name} {}: {} of {}",
-                    row.reduction,
-                    row.work,
-                    row.work_full
-                );
-            }
             assert_eq!(
                 row.unknowns < row.unknowns_full,
                 fewer,
@@ -103,13 +93,18 @@ fn islands_pose_smaller_problems() {
 /// weight, it has moved by less than 1e-11 m after a second, and so have those on it. `body.kind` is the switch.
 #[test]
 fn a_body_without_unknowns_is_one_of_endless_mass() {
-    for (name, body, light) in [
-        ("incline", "floor", "block"),
-        ("tower", "floor", "box"),
-        ("sliding-block", "floor", "block"),
+    // a closed form would refuse the full model
+    let none = "reference.closed_form=none";
+    for (name, body, light, more) in [
+        ("incline", "floor", "block", Some(none)),
+        ("tower", "floor", "box", None),
+        ("sliding-block", "floor", "block", Some(none)),
     ] {
         let light = format!("body.{light}.mass=1");
-        let common = [light.as_str(), "step.tolerance=1e-12"];
+        let common: Vec<&str> = [light.as_str(), "step.tolerance=1e-12"]
+            .into_iter()
+            .chain(more)
+            .collect();
         let full = [
             "kind=dynamic",
             "mass=1e12",
@@ -117,7 +112,11 @@ fn a_body_without_unknowns_is_one_of_endless_mass() {
             "gravity_scale=0",
         ];
         let full = full.map(|change| format!("body.{body}.{change}"));
-        let full: Vec<&str> = full.iter().map(String::as_str).chain(common).collect();
+        let full: Vec<&str> = full
+            .iter()
+            .map(String::as_str)
+            .chain(common.iter().copied())
+            .collect();
         let [reduced, full] = [&common[..], &full].map(|flags| {
             let run = run_steps(&load(name, flags), 60);
             let places = (0..run.built.bodies()).filter_map(|k| run.built.state(k));

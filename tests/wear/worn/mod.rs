@@ -176,11 +176,11 @@ fn a_pin_wears_by_its_closed_form() {
 /// twentieth of the steps.
 #[test]
 fn a_jump_wears_what_its_seconds_wear() {
-    let seconds = 5e3;
+    let seconds = 100.0;
     let [reduced, full] = [1, 20].map(|jumps| {
         let mut stand = Stand::flat(1.0);
         let pin = stand.pin;
-        stand.yielding(pin, 5e8);
+        stand.yielding(pin, 1e11);
         stand.add(pin, foot(Some(1e-3)));
         for k in 1..=jumps {
             let until = seconds * f64::from(k) / f64::from(jumps);
@@ -193,7 +193,7 @@ fn a_jump_wears_what_its_seconds_wear() {
     let apart = apart.fold(0.0, f64::max);
     println!("{apart:e} m of {:e} m", full[0]);
     assert!(apart <= 1e-9, "{apart:e} m");
-    assert!(full[0] > 1e-4, "{:e} m", full[0]);
+    assert!(full[0] > 1e-6, "{:e} m", full[0]);
 }
 
 /// Both sides, each by its own coefficient: the areas are as the coefficients, whatever the load.
