@@ -65,9 +65,9 @@ addEventListener("load", () => setTimeout(async () => {
     to(Math.floor((k * bar.max) / 40));
     found.off = Math.max(found.off, off());
   }
-  const few = seen().canvas;
+  const few = seen().canvas, hidden = drawn.hidden;
   get("all").click();
-  found.arrows = [drawn.hidden, few !== seen().canvas];
+  found.arrows = [hidden, few !== seen().canvas];
   get("all").click();
   to(0);
   get("next").click();
