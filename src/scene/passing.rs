@@ -157,7 +157,9 @@ impl Passing {
             if let (Some(a), Some(b)) = (a, b) {
                 note(i, j, known.from, [a, b]);
                 // a bar on a pin turns past a post: the post passes the bar on a straight path, seen from it
-                for base in 0..2 {
+                // a disc that turns about its centre passes nothing
+                let round = |base: &usize| leaves[[i, j][*base] as usize].core.len() == 1;
+                for base in (0..2).filter(|base| !round(base)) {
                     let [from, to] = [known.from, [a, b]].map(|poses| seen_from(base, poses));
                     note(i, j, from, to);
                 }

@@ -68,6 +68,18 @@ fn a_way_around_that_touches_all_along_is_none() {
     assert_eq!(passages("disc = 0.2", &way), []);
 }
 
+/// Bug: a disc that turned by half a turn, 0.12 m deep in the wall, passed it, it was said: seen from the
+/// disc the wall is on its other side then.
+#[test]
+fn a_disc_that_turns_in_the_wall_passes_nothing() {
+    let deep = [0.0, 1.0, 2.0, 3.0].map(|angle| [-0.13, 0.0, angle]);
+    let way: Vec<_> = std::iter::once([-0.3, 0.0, 0.0])
+        .chain(deep)
+        .chain([[-0.3, 0.0, std::f64::consts::PI]])
+        .collect();
+    assert_eq!(passages("disc = 0.2", &way), []);
+}
+
 #[test]
 fn a_turning_bar_sweeps_what_it_turns_through() {
     let bar = "box = [2, 0.04]";
