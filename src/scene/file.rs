@@ -4,6 +4,7 @@
 use super::joint::JointEntry;
 use super::linear::LinearBlock;
 use super::machine::Kept;
+use super::outline::signed_area;
 use super::wear::{Life, WearEntry};
 use super::{Part, Shape};
 use crate::dynamics::Effort;
@@ -267,6 +268,8 @@ pub struct BodyEntry {
     pub polyline: Option<Vec<[f64; 2]>>,
     pub closed: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub hollow: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub two_sided: Option<bool>,
     pub rod: Option<f64>,
     pub line: Option<bool>,
@@ -313,9 +316,17 @@ impl BodyEntry {
         let polygon = |points: &Vec<_>| Shape::Polygon {
             points: points.clone(),
         };
-        let polyline = |points: &Vec<_>| Shape::Polyline {
-            points: points.clone(),
-            closed: self.closed.unwrap_or(false),
+        let polyline = |points: &Vec<_>| {
+            let (mut points, closed) = (points.clone(), self.closed == Some(true));
+            // whichever way it is written
+            let clockwise = signed_area(&points) < 0.0;
+            if closed
+                && clockwise != (self.hollow == Some(true))
+                && let Some(others) = points.get_mut(1..)
+            {
+                others.reverse();
+            }
+            Shape::Polyline { points, closed }
         };
         self.disc
             .map(|radius| Shape::Disc { radius })

@@ -85,7 +85,7 @@ fn discs(p: &[f64]) -> String {
     })
 }
 
-/// Points of a circle, clockwise: the solid is outside.
+/// Points of a circle, clockwise.
 fn circle(p: &[f64]) -> String {
     let [radius, count] = [p[0], p[1]];
     array(count, |k| {

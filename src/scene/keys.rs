@@ -135,7 +135,8 @@ pub const KEYS: &[Key] = &[
     key("body.polygon", POINT, "m", "Shape: corners [x, y], convex, counter-clockwise"),
     key("body.sector", Real(1e-6, 1e6), "m, m, rad", "Shape: a voussoir, [mean radius, thickness, angle] of a straight-sided sector of a ring round the body's origin, its axis along x"),
     key("body.polyline", POINT, "m", "Shape: points [x, y] of a one-sided chain, the solid on the left of its direction"),
-    key("body.closed", Flag, "", "Whether a polyline's last point is joined to its first: counter-clockwise encloses the solid, clockwise a hollow; default false"),
+    key("body.closed", Flag, "", "Whether a polyline's last point is joined to its first: the outline of a solid, whichever way it is wound; default false"),
+    key("body.hollow", Flag, "", "Whether the solid is outside of a closed polyline; default false"),
     key("body.two_sided", Flag, "", "Whether a polyline touches from both sides, as rapier's plain polylines do; default false"),
     key("body.rod", SIZE, "m", "Shape: length of a thin rod along the body's x axis that touches with its two ends; makes the scene planar"),
     key("body.line", Flag, "", "Shape: true for the body's x axis without end, the solid below it; fixed or kinematic; makes the scene planar"),
@@ -183,7 +184,7 @@ pub const KEYS: &[Key] = &[
 
     key("wear.body", Text, "", "Name of a body that wears by Archard's law where it is touched: a disc, box, polygon, sector or one-sided polyline, without surface_velocity; the stiffness of its contacts counts per metre of its surface"),
     key("wear.coefficient", Real(COEFFICIENTS[0], COEFFICIENTS[1]), "m²/N", "Wear coefficient K of its material: worn volume per load and slip"),
-    key("wear.edges", Whole(0, 1_000_000), "", "[first, last] of the edges that wear, from 0: of a box the lower one is 0, of a polygon or polyline the one from its first point; may go round a closed outline; default all"),
+    key("wear.edges", Whole(0, 1_000_000), "", "[first, last] of the edges that wear, from 0: of a box the lower one is 0, of a polygon or polyline the one from its first point, counter-clockwise round a solid; may go round a closed outline; default all"),
     key("wear.cell", Real(1e-9, 1e3), "m", "Length of a cell, at most twice the shortest edge that wears, and at least a 10 000th of all that wear; default that edge; a disc becomes a polygon of such edges, default 64"),
     key("wear.mass", Flag, "", "Whether the body loses the mass and inertia of what is worn; default false"),
     key("life.duration", Real(1e-6, 1e12), "s", "Wear to reach; measured cycles of `step.time` alternate with jumps"),

@@ -3,7 +3,7 @@
 use super::*;
 use crate::scene::file::{BodyEntry, BodyKind};
 use crate::scene::joint::WORLD;
-use crate::scene::outline::{check_chain, check_polygon, signed_area};
+use crate::scene::outline::{check_chain, check_polygon};
 
 pub(super) fn check(top: &At<'_>, file: &SceneFile) -> Result<(), SceneError> {
     let at = top.key("body");
@@ -125,9 +125,15 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     }
     let chain = body.polyline.is_some();
     at.refuse(
-        &["closed", "two_sided"],
+        &["closed", "hollow", "two_sided"],
         !chain,
         "{key} is a property of a polyline",
+    )?;
+    let closed = body.closed == Some(true);
+    at.refuse(
+        &["hollow"],
+        !closed || body.two_sided == Some(true),
+        "{key} is a property of a closed polyline that is not two-sided",
     )?;
     let outline = |key, faults: Result<(), String>| {
         faults.map_err(|problem| SceneError::Outline {
@@ -139,7 +145,6 @@ fn check_shape(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
         outline("polygon", check_polygon(points))?;
     }
     if let Some(points) = &body.polyline {
-        let closed = body.closed == Some(true);
         outline("polyline", check_chain(points, closed))?;
     }
     Ok(())
@@ -164,12 +169,10 @@ fn check_mass(at: &At<'_>, body: &BodyEntry) -> Result<(), SceneError> {
     let why = "inertia needs a mass";
     at.refuse(&["inertia"], body.mass.is_none(), why)?;
     // A polyline has an area only if it encloses the solid.
-    let encloses = |points: &Vec<_>| body.closed == Some(true) && signed_area(points) > 0.0;
+    let encloses = body.closed == Some(true) && body.hollow != Some(true);
     if body.kind == BodyKind::Dynamic
-        && body
-            .polyline
-            .as_ref()
-            .is_some_and(|points| !encloses(points))
+        && body.polyline.is_some()
+        && !encloses
         && body.inertia.is_none()
     {
         let key = "mass and inertia (the polyline encloses no solid to take them from)";

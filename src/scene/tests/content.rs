@@ -311,3 +311,25 @@ fn the_hash_sees_values_and_not_their_spelling() {
     assert_eq!(hash(BALL, &[]), hash(&same, &[]));
     assert_ne!(hash(BALL, &[]), hash(BALL, &["step.dt=0.02"]));
 }
+
+/// Bug: a closed outline that was wound clockwise was a hollow, and nothing said so.
+#[test]
+fn a_closed_outline_is_a_solid_whichever_way_it_is_wound() {
+    let solid = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    let clockwise = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]];
+    let read = |points: [[f64; 2]; 3], more: &str| {
+        let shape = format!("polyline = {points:?}\nclosed = true\n{more}");
+        parse(&BALL.replacen("disc = 0.5", &shape, 1), &[]).map(|scene| scene.bodies[1].clone())
+    };
+    let written = |points: [[f64; 2]; 3]| Shape::Polyline {
+        points: points.to_vec(),
+        closed: true,
+    };
+    for points in [solid, clockwise] {
+        assert_eq!(read(points, "").unwrap().shape, written(solid));
+        let hollow = read(points, "hollow = true\nmass = 1\ninertia = 1").unwrap();
+        assert_eq!(hollow.shape, written(clockwise));
+        let error = read(points, "hollow = true").unwrap_err().to_string();
+        assert!(error.contains("missing key `mass and inertia"), "{error}");
+    }
+}

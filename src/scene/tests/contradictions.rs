@@ -23,6 +23,10 @@ fn a_body_has_one_whole_shape() {
             "closed is a property of a polyline",
         ),
         (
+            "polyline = [[0, 0], [1, 0], [0, 1]]\nhollow = true",
+            "hollow is a property of a closed polyline that is not two-sided",
+        ),
+        (
             "disc = 0.5\ntwo_sided = true",
             "two_sided is a property of a polyline",
         ),

@@ -14,6 +14,7 @@ title = "All blocks"
 name = "steel"
 [[body]]
 name = "ball"
+hollow = false
 two_sided = false
 oscillation = { amplitude = [0, 0], angular_frequency = 1 }
 parts = [{ disc = 1 }]
