@@ -55,6 +55,48 @@ impl MoreauPipeline {
     /// assert!((bodies[ball].translation().y - 0.6).abs() < 1e-6);
     /// # Ok::<(), moreau2d::dynamics::StepError>(())
     /// ```
+    ///
+    /// # With bevy_rapier
+    /// bevy_rapier2d 0.37 keeps the sets of rapier2d 0.36 in public fields of its components. With
+    /// `TimestepMode::Variable { time_scale: 0.0, .. }` it takes no step of its own, and writes back all the
+    /// same; a system in `PhysicsSet::StepSimulation` takes the step in its place. Its messages of
+    /// collisions are then not sent: pass an event handler of your own.
+    ///
+    /// ```ignore
+    /// fn step(
+    ///     mut moreau: ResMut<Moreau>, // struct Moreau(MoreauPipeline), a resource
+    ///     mut contexts: Query<(
+    ///         &mut RapierContextSimulation,
+    ///         &mut RapierContextColliders,
+    ///         &mut RapierContextJoints,
+    ///         &mut RapierRigidBodySet,
+    ///         &RapierConfiguration,
+    ///     )>,
+    /// ) -> Result {
+    ///     for (mut s, mut colliders, mut joints, mut bodies, configuration) in &mut contexts {
+    ///         let (s, joints, bodies) = (&mut *s, &mut *joints, &mut *bodies);
+    ///         let parameters = IntegrationParameters { dt: 1.0 / 60.0, ..s.integration_parameters };
+    ///         moreau.0.step_sets(
+    ///             configuration.gravity,
+    ///             &parameters,
+    ///             &mut s.islands,
+    ///             &mut s.broad_phase,
+    ///             &mut s.narrow_phase,
+    ///             &mut bodies.bodies,
+    ///             &mut colliders.colliders,
+    ///             &mut joints.impulse_joints,
+    ///             &mut joints.multibody_joints,
+    ///             &mut bodies.soft_bodies,
+    ///             &mut s.ccd_solver,
+    ///             &(),
+    ///             &(),
+    ///         )?;
+    ///     }
+    ///     Ok(())
+    /// }
+    /// ```
+    /// This block is not compiled with the crate, as bevy 0.20 asks for a newer Rust than the crate does. What
+    /// is tested is a small engine that keeps its sets in the same way (`tests/plugin/borrowed.rs`).
     // the arguments of rapier's own step, in its order
     #[allow(clippy::too_many_arguments)]
     pub fn step_sets(

@@ -128,7 +128,7 @@ fn an_error_gives_the_sets_back() {
         .unwrap();
 }
 
-/// An engine around rapier, as `bevy_rapier` is: sets in components of their own, a step of fixed
+/// An engine around rapier. It stands for bevy_rapier, whose bevy asks for a newer Rust than this crate: sets in components of their own, a step of fixed
 /// length as often as the time that passed asks for, hooks and events through channels, and poses
 /// written back to the entities.
 mod wrapped {
