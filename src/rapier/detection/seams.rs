@@ -54,6 +54,12 @@ fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
         .max(4.0 * f64::from(f32::EPSILON) * far)
 }
 
+/// Whether two parts that move by `motion` \[m\] in a step may have passed each other before its midpoint:
+/// sweeps handle these. `size` \[m\] is that of the smaller one.
+fn passed(motion: f64, size: f64, noise: f64, found: &[Touch]) -> bool {
+    motion > 0.5 * size && found.iter().any(|touch| touch.gap < -noise)
+}
+
 /// Poses of two parts at another time, by their present velocities.
 pub(super) fn poses_at(sides: [&Leaf; 2], bodies: [&Present; 2], time: f64) -> [Pose64; 2] {
     [0, 1].map(|i: usize| {
@@ -78,10 +84,8 @@ impl Finder<'_> {
         let dt = self.step;
         let size = sides[0].surface.size.min(sides[1].surface.size);
         let motion = (bodies[0].speed + bodies[1].speed) * dt;
-        // leave out parts at rest, and parts so fast that one may pass the other in a step: sweeps
-        // handle these
-        if !(1e-7 * size..=0.5 * size).contains(&motion) {
-            return;
+        if motion < 1e-7 * size {
+            return; // at rest
         }
         // the kernel of a chain chooses the face within it; at its ends and sharp corners another
         // part may lie flush, and a moving chain may slide over seams of other parts
@@ -91,6 +95,9 @@ impl Finder<'_> {
         // a contact may have the wrong direction if it may close while forces accelerate the bodies,
         // or if it overlapped at the start of the step
         let noise = noise(sides, bodies, found);
+        if passed(motion, size, noise, found) {
+            return;
+        }
         let misled = |t: &Touch| {
             let u = bodies[1].velocity_at(t.point) - bodies[0].velocity_at(t.point);
             let way = dt * t.normal.dot(&u);
@@ -114,7 +121,8 @@ impl Finder<'_> {
         let (now, dt) = (sides.map(|leaf| leaf.pose), self.step);
         let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
         let present = found[0].normal;
-        let flush = noise.max(FLUSH * sides[0].surface.size.min(sides[1].surface.size));
+        let size = sides[0].surface.size.min(sides[1].surface.size);
+        let flush = noise.max(FLUSH * size);
         let better = with_axes(sides.map(|leaf| &leaf.part), &now, present, |axes| {
             let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * dt;
             // an impact is located at the instant of touching: what lies deeper then was crossed before
@@ -122,7 +130,12 @@ impl Finder<'_> {
                 true => f64::NEG_INFINITY,
                 false => axes.separation(&now, present).min(0.0) - flush,
             };
-            let sizes = [noise, flush, slide, least];
+            // parts so fast that they may pass each other in a step slide, or are left as they are
+            let highest = match 2.0 * self.step * (bodies[0].speed + bodies[1].speed) <= size {
+                true => f64::INFINITY,
+                false => flush,
+            };
+            let sizes = [noise, flush, highest, slide, least];
             best_axis(axes, [&start, &now, &next], present, sizes)
         });
         if let Some(Some(touches)) = better {
@@ -159,6 +172,8 @@ impl Finder<'_> {
         let noise = noise(sides, bodies, found);
         let u = bodies[1].velocity_at(first.point) - bodies[0].velocity_at(first.point);
         let lands = u.norm() * self.step > noise;
+        let smaller = size.min(sides[1].surface.size);
+        let fast = u.norm() * self.step > 0.5 * smaller;
         let apart = |t: &Touch| t.gap.abs() > noise || (t.point - first.point).norm() > noise;
         let now = sides.map(|leaf| leaf.pose);
         let at = match lands {
@@ -166,8 +181,6 @@ impl Finder<'_> {
             false => now,
             true => {
                 let closes = |t: &Touch| t.gap + AHEAD * self.step * t.normal.dot(&u) < 0.0;
-                let smaller = size.min(sides[1].surface.size);
-                let fast = u.norm() * self.step > 0.5 * smaller;
                 if !on_still || fast || !found.iter().any(closes) {
                     return None;
                 }
@@ -212,38 +225,23 @@ impl Finder<'_> {
         if ties.is_empty() {
             return;
         }
-        let of_body = contacts_of_bodies(self.present.len(), out);
+        let mut known = Known::new(self.present.len(), ties, out);
         for tie in ties {
             let own = out[tie.contact];
-            let edges = |c: &ContactPoint| c.places.map(|place| place.edge);
-            let moves = |body: &&u32| **body != NO_BODY && !self.present[**body as usize].immovable;
-            let bodies = tie.setting.numbers;
+            // it lands on a plane with another contact already
+            if tie.lands && self.is_told(tie, &own, &known, out) {
+                known.decide(tie);
+                continue;
+            }
             let parts = tie.sides.map(|leaf| self.leaves.get(leaf));
             let chosen = tie.others.iter().find(|(touch, _)| {
                 let wanted = self.point(&tie.setting, parts, touch);
-                let moving = bodies.iter().enumerate().filter(|(_, body)| moves(body));
-                moving.into_iter().any(|(mine, body)| {
-                    let mut contacts = of_body[*body as usize].iter().map(|c| &out[*c as usize]);
-                    contacts.any(|c| {
-                        let sign = if c.bodies[mine] == *body { 1.0 } else { -1.0 };
-                        let other = c.bodies[usize::from(c.bodies[0] == *body)];
-                        let still = other == NO_BODY || self.present[other as usize].immovable;
-                        (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
-                            && (still || !tie.lands)
-                            && sign * c.normal.dot(&touch.normal) > 1.0 - 1e-9
-                            && match tie.lands {
-                                true => in_one_plane(&wanted, c, mine, tie.noise),
-                                false => {
-                                    let off = c.normal.dot(&(c.position - touch.point));
-                                    off.abs().max(c.gap.abs()) <= 2.0 * tie.noise
-                                }
-                            }
-                    })
-                })
+                self.is_told(tie, &wanted, &known, out)
             });
             let Some((touch, second)) = chosen else {
                 continue;
             };
+            known.decide(tie);
             out[tie.contact] = self.point(&tie.setting, parts, touch);
             if tie.twice {
                 let again = Touch {
@@ -255,6 +253,42 @@ impl Finder<'_> {
             }
         }
     }
+
+    /// Whether another contact of one of the bodies has the direction of `wanted`, in the same plane.
+    fn is_told(
+        &self,
+        tie: &Tie,
+        wanted: &ContactPoint,
+        known: &Known,
+        out: &[ContactPoint],
+    ) -> bool {
+        let own = out[tie.contact];
+        let edges = |c: &ContactPoint| c.places.map(|place| place.edge);
+        let bodies = tie.setting.numbers.into_iter().enumerate();
+        let moves = |body: u32| body != NO_BODY && !self.present[body as usize].immovable;
+        bodies.filter(|(_, body)| moves(*body)).any(|(mine, body)| {
+            let mut contacts = known.of_body[body as usize].iter();
+            contacts.any(|&k| {
+                let c = &out[k as usize];
+                let sign = if c.bodies[mine] == body { 1.0 } else { -1.0 };
+                let other = c.bodies[usize::from(c.bodies[0] == body)];
+                let still = other == NO_BODY || self.present[other as usize].immovable;
+                (c.key.pair, edges(c)) != (own.key.pair, edges(&own))
+                    && (still || !tie.lands)
+                    && sign * c.normal.dot(&wanted.normal) > 1.0 - 1e-9
+                    && match tie.lands {
+                        true => {
+                            (!known.open[k as usize] || (c.gap - wanted.gap).abs() <= tie.noise)
+                                && in_one_plane(wanted, c, mine, tie.noise)
+                        }
+                        false => {
+                            let off = c.normal.dot(&(c.position - wanted.position));
+                            off.abs().max(c.gap.abs()) <= 2.0 * tie.noise
+                        }
+                    }
+            })
+        })
+    }
 }
 
 /// Whether two contacts of a body, which is side `mine` of the first, are on one plane of bodies that cannot
@@ -265,21 +299,51 @@ fn in_one_plane(a: &ContactPoint, b: &ContactPoint, mine: usize, noise: f64) -> 
     (height(a) - height(b)).abs() <= 2.0 * noise
 }
 
-/// The indices of the contacts of each body.
-fn contacts_of_bodies(bodies: usize, contacts: &[ContactPoint]) -> Vec<Vec<u32>> {
-    let mut of_body = vec![Vec::new(); bodies];
-    for (k, contact) in contacts.iter().enumerate() {
-        for body in contact.bodies.iter().filter(|b| **b != NO_BODY) {
-            of_body[*body as usize].push(k as u32);
+/// What tells the directions of ties.
+struct Known {
+    /// The indices of the contacts of each body.
+    of_body: Vec<Vec<u32>>,
+    /// Contacts of a landing that may still take another direction. They tell nothing of others, unless the
+    /// body's own surface goes on there: their gap is the same then. The inner face between two parts of a
+    /// body may face the side of a tile far ahead.
+    open: Vec<bool>,
+}
+
+impl Known {
+    fn new(bodies: usize, ties: &[Tie], contacts: &[ContactPoint]) -> Known {
+        let mut known = Known {
+            of_body: vec![Vec::new(); bodies],
+            open: vec![false; contacts.len()],
+        };
+        for (k, contact) in contacts.iter().enumerate() {
+            for body in contact.bodies.iter().filter(|b| **b != NO_BODY) {
+                known.of_body[*body as usize].push(k as u32);
+            }
+        }
+        for tie in ties.iter().filter(|tie| tie.lands) {
+            known.set_open(tie, true);
+        }
+        known
+    }
+
+    fn set_open(&mut self, tie: &Tie, open: bool) {
+        self.open[tie.contact] = open;
+        if tie.twice {
+            self.open[tie.contact + 1] = open;
         }
     }
-    of_body
+
+    /// The direction of its contact is that of another one.
+    fn decide(&mut self, tie: &Tie) {
+        self.set_open(tie, false);
+    }
 }
 
 /// The contact along the axis that will separate two parts most, of the `present` one and those
 /// along which they touch at the start; of all that separate them at the start if the present one
 /// does not. `None` if the `present` direction is that one, or if the corner that touches lies
-/// farther beyond the face than the parts `slide` \[m\]: nearly parallel faces then meet elsewhere.
+/// farther beyond the face than the parts `slide` \[m\]: nearly parallel faces then meet elsewhere. Of
+/// fast parts, with the `flush` as the highest separation, only those along which they touch.
 /// No contact if a neighbour of a segment has it. Directions with a separation below `least` \[m\] now do
 /// not count. Poses of the start, now, and of the time
 /// to come. The contacts are at most two.
@@ -287,11 +351,12 @@ fn best_axis(
     axes: &Axes,
     [start, now, next]: [&[Pose64; 2]; 3],
     present: crate::contact::Vec2,
-    [noise, flush, slide, least]: [f64; 4],
+    [noise, flush, highest, slide, least]: [f64; 5],
 ) -> Option<[Option<Touch>; 2]> {
     let (mut own, highest) = match axes.separation(start, present) >= -noise {
         true => (axes.separation(next, present), flush),
-        false => (f64::NEG_INFINITY, f64::INFINITY),
+        false if highest == flush => return None,
+        false => (f64::NEG_INFINITY, highest),
     };
     let mut best: Option<(f64, Axis)> = None;
     for axis in axes.all() {
