@@ -139,13 +139,13 @@ fn header(canvas: &Canvas) -> Drawn {
         ("pass", "pass"),
         ("unsolved", "unsolved, and said so"),
         ("fail", "fail"),
-        ("", "cannot run it, or not built in"),
+        ("", "not run"),
     ] {
         let (fill, _) = look(verdict);
         frame(canvas, (x, y - 6.0), (x + 22.0, y + 6.0), fill)?;
         let at = (x + 28.0, y);
         canvas.text(text, at, (TEXT, palette::INK), LEFT, flat())?;
-        x += 60.0 + super::layout::width_of(text, TEXT);
+        x += 44.0 + super::layout::width_of(text, TEXT);
     }
     Ok(())
 }

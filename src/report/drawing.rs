@@ -4,7 +4,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use super::canvas::{Canvas, Drawn, Point, picture, stroke};
 use super::chart::{Chart, Dash, Extent, Style};
 use super::labels;
-use super::layout::{LEGEND_ROW, Layout, MARGIN, NOTE_ROW, SMALL, TEXT, TITLE};
+use super::layout::{LEGEND_NAME, Layout, MARGIN, NOTE_ROW, SMALL, TEXT, TITLE};
 use super::legend::{Entry, Look, legend, looks};
 use super::palette;
 
@@ -118,7 +118,7 @@ fn draw_frame(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
         canvas.text(line, (l.left, y), look, corner(), flat.clone())?;
         y += 1.4 * TEXT;
     }
-    let mut y = below + 1.7 * TEXT;
+    let mut y = l.notes_top;
     for note in &l.notes {
         let look = (SMALL, palette::FAINT_INK);
         canvas.text(note, (l.left, y), look, corner(), flat.clone())?;
@@ -249,9 +249,9 @@ fn draw_labels(canvas: &Canvas, chart: &Chart, l: &Layout) -> Drawn {
 }
 
 fn draw_legend(canvas: &Canvas, l: &Layout, entries: &[Entry]) -> Drawn {
-    for (row, entry) in entries.iter().enumerate() {
-        let y = l.top + LEGEND_ROW * (row as f64 + 0.5);
-        let (a, b) = (l.legend, l.legend + 26.0);
+    for (entry, ((a, top), name)) in entries.iter().zip(&l.legend) {
+        let (a, y) = (*a, top + 0.5 * TEXT);
+        let b = a + LEGEND_NAME - 8.0;
         let middle = ((a + b) / 2.0, y);
         match entry.look {
             None => canvas.note_of_crossing(middle, Some([a + 2.0, b - 2.0]))?,
@@ -271,7 +271,10 @@ fn draw_legend(canvas: &Canvas, l: &Layout, entries: &[Entry]) -> Drawn {
         }
         let anchor = (HPos::Left, VPos::Center);
         let look = (TEXT, palette::INK);
-        canvas.text(&entry.name, (b + 8.0, y), look, anchor, FontTransform::None)?;
+        for (k, line) in name.iter().enumerate() {
+            let at = (a + LEGEND_NAME, y + 1.2 * TEXT * k as f64);
+            canvas.text(line, at, look, anchor, FontTransform::None)?;
+        }
     }
     Ok(())
 }

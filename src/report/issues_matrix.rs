@@ -154,12 +154,12 @@ fn header(canvas: &Canvas) -> Drawn {
         (Reply::Pass, "pass"),
         (Reply::Said, "fails, and says so"),
         (Reply::Silent, "fails in silence"),
-        (Reply::None, "cannot, or not run"),
+        (Reply::None, "not run"),
     ] {
         frame(canvas, (x, y - 6.0), (x + 22.0, y + 6.0), reply.look().0)?;
         let ink = (TEXT, palette::INK);
         canvas.text(text, (x + 28.0, y), ink, LEFT, flat())?;
-        x += 60.0 + width_of(text, TEXT);
+        x += 44.0 + width_of(text, TEXT);
     }
     Ok(())
 }

@@ -3,13 +3,15 @@ use super::canvas::Point;
 use super::chart::{Chart, Extent};
 use super::legend::Entry;
 
-/// Lengths in pixels.
-pub(super) const PLOT: Point = (560.0, 340.0);
+/// Lengths in pixels: of a plot with the labels beside it, so wide that text is legible on a screen of 400.
+pub(super) const PLOT: Point = (455.0, 320.0);
 pub(super) const MARGIN: f64 = 16.0;
 pub(super) const TITLE: f64 = 16.0;
 pub(super) const TEXT: f64 = 12.5;
 pub(super) const SMALL: f64 = 11.5;
-pub(super) const LEGEND_ROW: f64 = 20.0;
+const LEGEND_ROW: f64 = 20.0;
+/// From the left edge of an entry of the legend to its name.
+pub(super) const LEGEND_NAME: f64 = 34.0;
 pub(super) const NOTE_ROW: f64 = 1.5 * SMALL;
 
 /// Width in px to allow for a text: a generic sans-serif may turn out as wide as DejaVu Sans.
@@ -50,12 +52,13 @@ pub(super) struct Layout {
     pub y: Ticks,
     pub title: Vec<String>,
     pub subtitle: Vec<String>,
-    /// Left edge of the legend.
-    pub legend: f64,
+    /// Where each entry of the legend begins, beneath the axis label, and the lines of its name.
+    pub legend: Vec<(Point, Vec<String>)>,
     /// Labels of the reference lines, and how far below the top of the plot.
     pub lines: Vec<(f64, String)>,
-    /// Lines of small print beneath the axis label.
+    /// Lines of small print beneath the legend, and their top.
     pub notes: Vec<String>,
+    pub notes_top: f64,
 }
 
 /// Close lines must not have their labels on top of each other.
@@ -75,6 +78,29 @@ fn line_labels(chart: &Chart, range: (f64, f64), height: f64) -> Vec<(f64, Strin
     labels
 }
 
+/// Names of a legend in as many columns of this width as there is room for, and how high they are.
+fn in_columns(
+    legend: &[Entry],
+    (left, top): Point,
+    width: f64,
+) -> (Vec<(Point, Vec<String>)>, f64) {
+    let names = legend
+        .iter()
+        .map(|e| wrapped(&e.name, TEXT, width - LEGEND_NAME));
+    let names: Vec<Vec<String>> = names.collect();
+    let lines = names.iter().flatten().map(|line| width_of(line, TEXT));
+    let column = LEGEND_NAME + TEXT + lines.fold(0.0, f64::max);
+    let columns = ((width + TEXT) / column).max(1.0) as usize;
+    let (mut placed, mut y) = (Vec::new(), top);
+    for row in names.chunks(columns) {
+        let places = row.iter().enumerate();
+        placed.extend(places.map(|(k, name)| ((left + column * k as f64, y), name.clone())));
+        let lines = row.iter().map(Vec::len).fold(1, usize::max);
+        y += LEGEND_ROW + 1.2 * TEXT * (lines - 1) as f64;
+    }
+    (placed, y - top)
+}
+
 impl Layout {
     pub(super) fn new(chart: &Chart, mut extent: Extent, legend: &[Entry], plot: Point) -> Self {
         // No axis is shorter than its label.
@@ -82,7 +108,23 @@ impl Layout {
             width_of(&chart.x.label, TEXT),
             width_of(&chart.y.label, TEXT),
         );
-        let (mut width, mut height) = (plot.0.max(least.0), plot.1.max(least.1));
+        let widest = |texts: &mut dyn Iterator<Item = &str>, size: f64| {
+            texts.map(|t| width_of(t, size)).fold(0.0, f64::max)
+        };
+        let line_width = widest(&mut chart.lines.iter().map(|l| l.label.as_str()), SMALL);
+        let mut height = plot.1.max(least.1);
+        let y_ticks = |extent: &Extent, height: f64| {
+            let mut y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
+            if let Some(zero) = chart.zero.and_then(|zero| chart.y.scale.place(zero)) {
+                y.major.retain(|(place, _)| *place > zero);
+                y.minor.retain(|place| *place > zero);
+                y.major.push((zero, "0".to_owned()));
+            }
+            let labels = widest(&mut y.major.iter().map(|t| t.1.as_str()), TEXT);
+            (y, labels)
+        };
+        let beside = y_ticks(&extent, height).1 + line_width;
+        let mut width = (plot.0 - beside).max(least.0);
         if chart.equal_aspect {
             let scale = |e: Extent| (e.x.1 - e.x.0, e.y.1 - e.y.0);
             let (most_wide, most_high) = (width, 1.5 * height);
@@ -98,9 +140,6 @@ impl Layout {
             let per_unit = (most_wide / w).min(most_high / h);
             (width, height) = (w * per_unit, h * per_unit);
         }
-        let widest = |texts: &mut dyn Iterator<Item = &str>, size: f64| {
-            texts.map(|t| width_of(t, size)).fold(0.0, f64::max)
-        };
         let mut wanted = (width / 70.0) as usize;
         let x = loop {
             let x = ticks(extent.x, chart.x.scale, wanted);
@@ -110,36 +149,22 @@ impl Layout {
             }
             wanted -= 1;
         };
-        let mut y = ticks(extent.y, chart.y.scale, (height / 42.0) as usize);
-        if let Some(zero) = chart.zero.and_then(|zero| chart.y.scale.place(zero)) {
-            y.major.retain(|(place, _)| *place > zero);
-            y.minor.retain(|place| *place > zero);
-            y.major.push((zero, "0".to_owned()));
-        }
-        let y_labels = widest(&mut y.major.iter().map(|t| t.1.as_str()), TEXT);
+        let (y, y_labels) = y_ticks(&extent, height);
         let left = MARGIN + 1.6 * TEXT + y_labels + 14.0;
         let right = left + width;
         let last_tick = x.major.last().map_or(0.0, |t| width_of(&t.1, TEXT) / 2.0);
-        let names = widest(&mut legend.iter().map(|e| e.name.as_str()), TEXT);
         let lines = line_labels(chart, extent.y, height);
-        let line_width = widest(&mut lines.iter().map(|l| l.1.as_str()), SMALL);
-        let legend_height = LEGEND_ROW * legend.len() as f64;
-        // The legend keeps clear of the labels of the lines: above them, else beside them.
-        let crossed = lines.iter().any(|l| l.0 - SMALL < legend_height);
-        let legend_left = right + 18.0 + if crossed { line_width + 10.0 } else { 0.0 };
-        let legend_right = if legend.is_empty() {
-            right
-        } else {
-            legend_left + 34.0 + names
-        };
         let lines_right = right + 6.0 + line_width;
-        let total = legend_right.max(lines_right).max(right + last_tick) + MARGIN;
+        let total = lines_right.max(right + last_tick) + MARGIN;
         let title = wrapped(&chart.title, 1.1 * TITLE, total - left - MARGIN);
         let subtitle = wrapped(&chart.subtitle, TEXT, total - left - MARGIN);
         let top =
             MARGIN + 1.35 * TITLE * title.len() as f64 + 1.4 * TEXT * subtitle.len() as f64 + 10.0;
         let bottom = top + height;
-        let legend_bottom = top + legend_height;
+        let apart = if legend.is_empty() { 2.8 } else { 3.8 };
+        let legend_top = bottom + 8.0 + apart * TEXT;
+        let (legend, legend_height) =
+            in_columns(legend, (MARGIN, legend_top), total - 2.0 * MARGIN);
         let skipped = match chart.skipped() {
             0 => None,
             1 => Some("1 point not drawn: not finite, or not positive on a log axis".to_owned()),
@@ -156,8 +181,7 @@ impl Layout {
         Layout {
             size: (
                 total,
-                (bottom + 8.0 + 2.8 * TEXT + NOTE_ROW * notes.len() as f64).max(legend_bottom)
-                    + MARGIN,
+                legend_top + legend_height + NOTE_ROW * notes.len() as f64 + MARGIN,
             ),
             left,
             top,
@@ -168,9 +192,10 @@ impl Layout {
             y,
             title,
             subtitle,
-            legend: legend_left,
+            legend,
             lines,
             notes,
+            notes_top: legend_top + legend_height,
         }
     }
 
@@ -182,5 +207,33 @@ impl Layout {
             self.left + along(x, e.x) * (self.right - self.left),
             self.bottom - along(y, e.y) * (self.bottom - self.top),
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axis::Axis;
+    use super::super::chart::{Series, Style};
+    use super::*;
+
+    /// A picture is at most so wide that its text, at 12.5, is 8.5 on a screen of 400 less its margins of 16.
+    #[test]
+    fn a_picture_fits_a_telephone_with_its_legend() {
+        let mut chart = Chart::new("t", Axis::linear("time [s]"), Axis::linear("height [m]"));
+        for name in [
+            "moreau, staggered, with events, tolerance 1e-8, effort exact, sixteen threads, resumed twice",
+            "rapier",
+            "Box2D",
+            "rapier-stiff",
+        ] {
+            let points = vec![(0.0, 1e-6), (1.0, 2e-6)];
+            chart.series.push(Series::new(name, Style::Line, points));
+        }
+        let svg = chart.to_svg().unwrap();
+        let width = super::super::panels::size(&svg, "width");
+        assert!(8.5 * width <= TEXT * (400.0 - 32.0), "{width}");
+        for name in ["moreau,", "twice", "rapier-stiff"] {
+            assert!(svg.contains(name), "{name}");
+        }
     }
 }

@@ -8,8 +8,8 @@ use super::legend::looks;
 use super::palette;
 use plotters::style::RGBColor;
 
-/// Width and height of the plot in pixels: with its axes as wide as a telephone.
-const PLOT: (f64, f64) = (300.0, 150.0);
+/// Width of the plot with the labels beside it and height in pixels: with its axes as wide as a telephone.
+const PLOT: (f64, f64) = (330.0, 150.0);
 /// Columns of the plot in which points are told apart.
 const COLUMNS: usize = 300;
 

@@ -1,5 +1,12 @@
 use super::{Chart, ReportError};
 
+/// Width or height in an SVG document of ours, whose header has both.
+pub(super) fn size(svg: &str, name: &str) -> f64 {
+    let from = svg.split_once(&format!("{name}=\"")).map_or("", |s| s.1);
+    let number = from.split('"').next().unwrap_or("");
+    number.parse().unwrap_or(0.0)
+}
+
 /// Charts one below the other in a single SVG document.
 ///
 /// # Errors
@@ -9,15 +16,9 @@ pub fn panels(charts: &[Chart]) -> Result<String, ReportError> {
     let mut inner = String::new();
     for chart in charts {
         let svg = chart.to_svg()?;
-        let size = |name: &str| -> f64 {
-            let from = svg.split_once(&format!("{name}=\"")).map_or("", |s| s.1);
-            let number = from.split('"').next().unwrap_or("");
-            // the header is our own: both sizes are there
-            number.parse().unwrap_or(0.0)
-        };
         inner.push_str(&svg.replacen("<svg ", &format!("<svg y=\"{height}\" "), 1));
-        width = width.max(size("width"));
-        height += size("height");
+        width = width.max(size(&svg, "width"));
+        height += size(&svg, "height");
     }
     Ok(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \

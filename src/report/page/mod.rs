@@ -4,6 +4,7 @@ use super::ReportError;
 use super::chart::Chart;
 use super::markup::{escaped, in_script};
 use super::panel::{Panel, inline};
+use super::panels::size;
 use super::replay::Replay;
 use super::stage::Stage;
 use std::fmt::Write;
@@ -16,6 +17,9 @@ const SCRIPTS: [&str; 3] = [
     include_str!("draw.js"),
     include_str!("page.js"),
 ];
+
+/// A picture is shown no smaller than this, so that its text stays legible, and is scrolled instead.
+const SMALLEST: f64 = 0.68;
 
 /// What a reader must know before the rest, a sentence each.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,8 +184,9 @@ fn section_html(section: &Section) -> Result<String, ReportError> {
             for (caption, svg) in pictures {
                 let _ = write!(
                     out,
-                    "<figure><div class=\"wide\">\n{}</div><figcaption><span>{}</span></figcaption></figure>\n",
-                    inline(svg),
+                    "<figure><div class=\"wide\">\n<svg style=\"min-width:{}px\"{}</div><figcaption><span>{}</span></figcaption></figure>\n",
+                    (SMALLEST * size(svg, "width")).ceil(),
+                    inline(svg).trim_start_matches("<svg"),
                     escaped(caption)
                 );
             }
