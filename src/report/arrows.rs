@@ -1,7 +1,7 @@
 //! Impulses of contacts as arrows, coloured by status.
 
 use super::palette::QUALITATIVE;
-use super::stage::Stage;
+use super::stage::{Pose, Stage, moved};
 use super::still_bodies::{Map, hex};
 use crate::dynamics::record::{ContactRecord, ContactStatus};
 use plotters::style::RGBColor;
@@ -77,6 +77,38 @@ impl Arrow {
     /// \[N s\]
     pub fn size(&self) -> f64 {
         self.impulse[0].hypot(self.impulse[1])
+    }
+}
+
+/// The bodies at the end of a step.
+pub(super) struct AtEnd<'a> {
+    pub stage: &'a Stage,
+    pub poses: &'a [Pose],
+    /// Velocity and spin of each body [m/s, rad/s].
+    pub velocities: &'a [[f64; 3]],
+    /// \[s\]
+    pub time: f64,
+    /// Length of the step \[s\].
+    pub dt: f64,
+}
+
+impl AtEnd<'_> {
+    /// An arrow between these bodies where the one that it moves has carried its point since the contact was
+    /// found: in the middle of the step, or at its instant.
+    pub fn carried(&self, arrow: Arrow, bodies: [u32; 2], instant: Option<f64>) -> Arrow {
+        let late = instant.map_or(0.5 * self.dt, |instant| self.time - instant);
+        let moves = |number: &&u32| self.stage.moves(**number);
+        let body = bodies.iter().rev().find(moves).map(|k| *k as usize);
+        let known = body.and_then(|k| self.poses.get(k).zip(self.velocities.get(k)));
+        match known.filter(|_| (0.0..=self.dt).contains(&late)) {
+            Some(([x, y, _], velocity)) => {
+                let then = [x - late * velocity[0], y - late * velocity[1]];
+                let own = [arrow.at[0] - then[0], arrow.at[1] - then[1]];
+                let at = moved([*x, *y, late * velocity[2]], own);
+                Arrow { at, ..arrow }
+            }
+            None => arrow,
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::arrows::{Arrow, Paths, STATUSES, crowd, keys, longest, paths, widths}
 use super::markup::{escaped, six_digits};
 use super::moving_frames::Frame;
 use super::palette::INK;
-use super::replay::step_times;
+use super::replay::steps;
 use super::sheet::Sheet;
 use super::stage::{LANES, Pose, Stage, View};
 use super::still_bodies::{Drawn, KINDS, Map, draw_body, drawn, hex, mark_radius, path};
@@ -145,15 +145,15 @@ impl Moving<'_> {
     /// # Errors
     /// `ReportError::Io` and `ReportError::Csv`.
     pub fn to_svg(&self, folder: &OutputFolder) -> Result<String, ReportError> {
-        let mut times = step_times(folder)?;
-        if let [first, second, .., before, last] = times[..]
+        let mut steps = steps(folder)?;
+        if let [[first, _], [second, _], .., [before, _], [last, _]] = steps[..]
             && last - before < 0.99 * (second - first)
         {
             // the last step of a run, sooner after the row before than any other
-            times.pop();
+            steps.pop();
         }
-        let stride = times.len().div_ceil(MOST_FRAMES - 1).max(1);
-        let mut frames = Frame::read(self.stage, folder, &times, stride)?;
+        let stride = steps.len().div_ceil(MOST_FRAMES - 1).max(1);
+        let mut frames = Frame::read(self.stage, folder, &steps, stride)?;
         for frame in &mut frames {
             frame.arrows.sort_by(|a, b| b.size().total_cmp(&a.size()));
         }

@@ -193,7 +193,8 @@ struct Shown {
 impl Shown {
     /// As many frames of `count` bodies as there is room for.
     fn of(folder: &OutputFolder, count: usize, budget: usize) -> Result<Shown, ReportError> {
-        let times = step_times(folder)?;
+        let times = steps(folder)?.into_iter().map(|[end, _]| end);
+        let times: Vec<f64> = times.collect();
         let all_contacts = count_rows::<ContactRow>(folder)?;
         let numbers = times.len() * (BodyRow::HEADER.len() * count + StepRow::HEADER.len())
             + all_contacts * ContactRow::HEADER.len();
@@ -434,15 +435,15 @@ fn count_rows<R: Row>(folder: &OutputFolder) -> Result<usize, ReportError> {
     Ok(count)
 }
 
-/// Ends of the written steps \[s\].
-pub(super) fn step_times(folder: &OutputFolder) -> Result<Vec<f64>, ReportError> {
+/// Ends and lengths of the written steps \[s\].
+pub(super) fn steps(folder: &OutputFolder) -> Result<Vec<[f64; 2]>, ReportError> {
     let (mut rows, header) = Rows::open::<StepRow>(folder)?;
-    let at = column(&header, "time_s");
-    let mut times = Vec::new();
+    let columns = ["time_s", "dt_s"].map(|name| column(&header, name));
+    let mut steps = Vec::new();
     while rows.next()? {
-        times.push(rows.number(at));
+        steps.push(columns.map(|column| rows.number(column)));
     }
-    Ok(times)
+    Ok(steps)
 }
 
 /// One letter for a status.

@@ -1,11 +1,11 @@
 //! One picture of a scene: its bodies as they lie, its joints, and the impulses of its contacts.
 
-use super::arrows::{Arrow, Paths, STATUSES, crowd, keys, longest, paths, widths};
+use super::arrows::{Arrow, AtEnd, Paths, STATUSES, crowd, keys, longest, paths, widths};
 use super::layout::width_of;
 use super::markup::{escaped, six_digits};
 use super::palette::{FAINT_INK, INK};
 use super::sheet::Sheet;
-use super::stage::{LANES, Link, Piece, Pose, Stage, View, moved};
+use super::stage::{LANES, Link, Piece, Pose, Stage, View};
 use super::still_bodies::{Drawn, KINDS, Map, draw_body, drawn, hex, mark_radius, path};
 use super::table::number;
 use crate::dynamics::record::ContactRecord;
@@ -39,8 +39,18 @@ impl Still<'_> {
     pub fn to_svg(&self) -> String {
         let sheet = Sheet::of(View::of(self.stage, [self.poses]));
         let map = &sheet.map;
-        let contacts = self.contacts.iter();
-        let arrows: Vec<Arrow> = contacts.map(|c| self.arrow(c)).collect();
+        let at_end = AtEnd {
+            stage: self.stage,
+            poses: self.poses,
+            velocities: self.velocities,
+            time: self.time,
+            dt: self.dt,
+        };
+        let arrow = |c: &ContactRecord| {
+            let instant = (c.time < self.time).then_some(c.time);
+            at_end.carried(Arrow::of(self.stage, c), c.bodies, instant)
+        };
+        let arrows: Vec<Arrow> = self.contacts.iter().map(arrow).collect();
         let most = arrows.iter().map(Arrow::size).fold(0.0, f64::max);
         // a mechanism shows no arrows
         let most = if most.is_finite() && self.stage.lane == 0.0 {
@@ -74,22 +84,6 @@ impl Still<'_> {
         }
         sheet.close(&mut svg, self.stage.unit(), &legend);
         svg
-    }
-
-    /// The impulse of a contact, where a body has carried its point since it was found.
-    fn arrow(&self, contact: &ContactRecord) -> Arrow {
-        let mut arrow = Arrow::of(self.stage, contact);
-        let late = match contact.time < self.time {
-            true => self.time - contact.time,
-            false => 0.5 * self.dt,
-        };
-        let moved = |number: &&u32| self.stage.moves(**number);
-        let body = contact.bodies.iter().rev().find(moved).map(|k| *k as usize);
-        let known = body.and_then(|k| self.poses.get(k).zip(self.velocities.get(k)));
-        if let Some((pose, velocity)) = known.filter(|_| late <= self.dt) {
-            arrow.at = carried(arrow.at, *pose, *velocity, late);
-        }
-        arrow
     }
 
     /// Lines of the legend, of SVG text.
@@ -196,14 +190,6 @@ fn least_drawn(arrows: &[Arrow]) -> f64 {
         }
         false => 0.0,
     }
-}
-
-/// Where a point that lay at `at` a time `late` \[s\] ago is now, if a body has carried it.
-fn carried(at: [f64; 2], pose: Pose, velocity: [f64; 3], late: f64) -> [f64; 2] {
-    let [x, y, _] = pose;
-    let then = [x - late * velocity[0], y - late * velocity[1]];
-    let turned = late * velocity[2];
-    moved([x, y, turned], [at[0] - then[0], at[1] - then[1]])
 }
 
 fn draw_arrows(

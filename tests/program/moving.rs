@@ -74,6 +74,42 @@ fn a_falling_ball_is_where_the_files_say() {
     assert!(svg.contains("every written step is shown"), "{svg}");
 }
 
+/// Contacts are found in the middle of a step, and drawn where the body has carried them by its end. They once
+/// lagged by half the way of a step, here by a quarter of the box.
+#[test]
+fn contacts_lie_on_the_body_that_carries_them() {
+    let scene = "[scene]\nname = \"slide\"\ntitle = \"A box slides\"\n[step]\ntime = 0.3\n\
+                 [[material]]\nname = \"m\"\nfriction = 0.2\n\
+                 [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [10, 1]\nposition = [0, -0.5]\nmaterial = \"m\"\n\
+                 [[body]]\nname = \"box\"\nbox = [0.2, 0.1]\nposition = [-2, 0.05]\nvelocity = [6, 0]\nmaterial = \"m\"\n";
+    let place = Place::new();
+    place.write("slide.toml", scene);
+    let (code, _, err) = place.run(&["run", "slide.toml", "--animate", "--quiet", "--out", "r"]);
+    assert_eq!(code, 0, "{err}");
+    let svg = fs::read_to_string(place.path("r/scene-moving.svg")).unwrap();
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let across = |value: &String| number(value.split(' ').next().unwrap());
+    let middles: Vec<f64> = values(&svg, "type=\"translate\"")[0]
+        .iter()
+        .map(across)
+        .collect();
+    let last = place.rows("r/bodies.csv").len() / 2 - 1;
+    let rows = place.rows("r/bodies.csv");
+    let way = number(&rows[2 * last + 1][2]) - number(&rows[1][2]);
+    let half = 0.1 * (middles[last] - middles[0]) / way;
+    // in the frame of the end, which is drawn last, the dots of contacts that slip
+    let end = svg.rsplit("<path class=\"d1\" d=\"").next().unwrap();
+    let dots = end.split('"').next().unwrap().split('M').skip(1);
+    let dots: Vec<f64> = dots
+        .map(|dot| number(dot.split(' ').next().unwrap()))
+        .collect();
+    assert_eq!(dots.len(), 2, "{dots:?}");
+    for dot in &dots {
+        let off = (dot - middles[last]).abs() - half;
+        assert!(off.abs() < 0.2, "{dots:?} of {} +- {half}", middles[last]);
+    }
+}
+
 #[test]
 fn frames_are_thinned_and_said_so() {
     let svg = moving(&["hit-heap", "--time", "1.5"]);
