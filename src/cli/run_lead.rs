@@ -8,12 +8,10 @@ use serde_json::Value;
 
 /// Below this speed [m/s], and this spin [rad/s] times a metre, a body counts as at rest here.
 const REST: f64 = 1e-3;
-/// The assumptions of a threshing machine that move its hours most, as the table in
-/// [`thresher`](crate::thresher) has them.
-const MOST_ASSUMED: &str = ". Assumed, not measured, are the strength of the crop (thresher.crop_strength) and \
-                            its friction on the concave (thresher.friction_concave): within what is plausible \
-                            they move the hours by a factor of up to 18 with this wear coefficient, and of up \
-                            to 4 with one that is fitted again";
+/// Where no input was varied: what of a threshing machine nobody measured.
+const ASSUMED: &str = ". Assumed, not measured, are the strength of the crop (thresher.crop_strength) and its friction \
+                       on the concave (thresher.friction_concave): bounds of both in [uncertain] of the scene file \
+                       make the run say what they do to the hours";
 
 /// The words for a run of bodies.
 ///
@@ -265,16 +263,15 @@ pub(super) fn machine_lead(
             totals.steps,
             number(totals.residual, 2),
             beside_published(found),
-            match found.get("calibrated").is_some() {
-                true => MOST_ASSUMED,
-                false => ": see the results below",
+            match (most_moving(found), found.get("calibrated")) {
+                (Some(input), _) => input,
+                (None, Some(_)) => ASSUMED.to_owned(),
+                (None, None) => ": see the results below".to_owned(),
             }
         ),
     };
     let to_do = match (solved && wrong.is_none(), notes) {
-        (true, 0) => {
-            "Measure the assumption that moves the hours most on your machine before you plan by them."
-        }
+        (true, 0) => "Measure what is assumed on your machine before you plan by the hours.",
         _ => "Read the notes and the assumptions below before the hours.",
     };
     Lead {
@@ -283,6 +280,21 @@ pub(super) fn machine_lead(
         can_it_be_trusted: trust,
         what_to_do: to_do.to_owned(),
     }
+}
+
+/// The input of `[uncertain]` that moves the first result most, and the range within which it moves it.
+fn most_moving(found: &Value) -> Option<String> {
+    let bands = found["uncertain"].get(0)?;
+    let cause = bands["causes"].get(0)?;
+    let [from, to] = [0, 1].map(|end| cause["band"][end].as_f64());
+    Some(format!(
+        ". Of the inputs that were varied {} moves the result most: {} {} to {} {} between its bounds",
+        cause["input"].as_str()?,
+        bands["result"].as_str()?,
+        number(from?, 3),
+        number(to?, 3),
+        bands["unit"].as_str()?
+    ))
 }
 
 /// How a study compares with its published numbers, in a sentence; empty for other machines.
