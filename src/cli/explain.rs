@@ -100,7 +100,7 @@ fn text(e: &Explanation) -> String {
         "degrees of freedom: {} (model {}); {of}\n\
          trial: {}, {}, scheme {}, solver {}\n\
          at most in a step: {}, {}, {}\n\
-         in all: {} times a contact sticks, {} slides; {}, {}, {}\n",
+         in all: {} times a contact sticks, {} slides{}; {}, {}, {}\n",
         e.degrees_of_freedom,
         e.model,
         match t.run_steps {
@@ -115,6 +115,10 @@ fn text(e: &Explanation) -> String {
         counted(t.most_unknowns, "unknown impulse"),
         t.sticking,
         t.sliding,
+        match t.frictionless {
+            0 => String::new(),
+            n => format!(", {n} is closed without friction"),
+        },
         counted(t.impacts, "impact"),
         counted(t.sweeps, "sweep"),
         counted(t.factorisations, "factorisation"),

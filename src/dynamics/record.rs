@@ -79,6 +79,16 @@ impl ContactRecord {
         Some(self.places[side])
     }
 
+    /// Whether nothing rubs: a contact that slips has all the friction that its normal impulse allows, so
+    /// that one without any has no friction.
+    pub fn is_frictionless(&self) -> bool {
+        let slips = matches!(
+            self.status,
+            ContactStatus::SlipPlus | ContactStatus::SlipMinus
+        );
+        slips && self.impulse_t == 0.0
+    }
+
     /// The cell on each surface.
     pub fn cells(&self) -> [u32; 2] {
         self.places.map(|place| place.edge)

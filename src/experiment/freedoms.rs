@@ -52,12 +52,33 @@ fn root(group: &mut [usize], mut k: usize) -> usize {
     k
 }
 
+/// Whether no joints of a group close a loop, through bodies that do not move neither: then no row repeats
+/// others, since each joint alone holds all that hangs on it.
+fn is_open(bodies: usize, joints: &[&Joint], sides: impl Fn(&Joint) -> [Option<usize>; 2]) -> bool {
+    let mut group: Vec<usize> = (0..=bodies).collect();
+    let mut binding = joints.iter().filter(|joint| rows(joint.kind) > 0);
+    binding.all(|joint| {
+        let [a, b] = sides(joint).map(|k| root(&mut group, k.unwrap_or(bodies)));
+        group[a] = b;
+        a != b
+    })
+}
+
 /// Rank of the rows of joints that hang together.
 fn rank(bodies: &[Body], joints: &[&Joint], sides: impl Fn(&Joint) -> [Option<usize>; 2]) -> usize {
     let count = joints.iter().map(|joint| rows(joint.kind)).sum();
-    if count > MOST_ROWS {
+    if count > MOST_ROWS || is_open(bodies.len(), joints, &sides) {
         return count;
     }
+    rank_of_rows(bodies, joints, sides)
+}
+
+fn rank_of_rows(
+    bodies: &[Body],
+    joints: &[&Joint],
+    sides: impl Fn(&Joint) -> [Option<usize>; 2],
+) -> usize {
+    let count: usize = joints.iter().map(|joint| rows(joint.kind)).sum();
     let mut columns: Vec<usize> = joints.iter().flat_map(|j| sides(j)).flatten().collect();
     columns.sort_unstable();
     columns.dedup();
@@ -132,6 +153,20 @@ mod tests {
         }
         let scene = Scene::parse("s.toml", &text, &[]).unwrap();
         3 * scene.bodies.len() - coordinates_taken(&scene.bodies, &scene.joints)
+    }
+
+    /// What is said of groups without a loop is what the rank of their rows says.
+    #[test]
+    fn groups_without_a_loop_need_no_rank() {
+        for name in ["capstan", "double-pendulum", "slider-crank", "chain"] {
+            let scene = crate::scene::load(name, &[]).unwrap();
+            let moves = |k: &usize| scene.bodies[*k].kind == BodyKind::Dynamic;
+            let sides = |joint: &Joint| joint.bodies.map(|k| k.filter(moves));
+            let all: Vec<&Joint> = scene.joints.iter().collect();
+            assert!(is_open(scene.bodies.len(), &all, sides), "{name}");
+            let count: usize = all.iter().map(|joint| rows(joint.kind)).sum();
+            assert_eq!(rank_of_rows(&scene.bodies, &all, sides), count, "{name}");
+        }
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub struct Trial {
     /// Contacts, summed over the steps, by what they did.
     pub sticking: usize,
     pub sliding: usize,
+    /// Closed without friction: they neither stick nor slide.
+    pub frictionless: usize,
     pub impacts: usize,
     pub sweeps: usize,
     pub factorisations: usize,
@@ -42,7 +44,7 @@ pub struct Trial {
 
 impl Trial {
     /// Adds what a step tells.
-    fn add(&mut self, record: &StepRecord) {
+    pub(crate) fn add(&mut self, record: &StepRecord) {
         self.most_islands = self.most_islands.max(record.islands);
         self.most_unknowns = self.most_unknowns.max(record.unknowns);
         self.impacts += record.impacts.len();
@@ -57,6 +59,7 @@ impl Trial {
         for contact in &record.contacts {
             match contact.status {
                 ContactStatus::Stick => self.sticking += 1,
+                _ if contact.is_frictionless() => self.frictionless += 1,
                 ContactStatus::SlipPlus | ContactStatus::SlipMinus => self.sliding += 1,
                 ContactStatus::Open | ContactStatus::Impact => {}
             }

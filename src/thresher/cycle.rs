@@ -29,8 +29,7 @@ const PASSAGES: f64 = 1.5;
 /// Revolutions between a new profile and its measurement.
 pub(super) const SETTLING: f64 = 0.25;
 /// Parts of a measured revolution whose scatter tells the error of its mean. All bars together meet
-/// the crop in every phase of its segments within half a revolution; the bars by themselves do not, and
-/// differ by three times the scatter of their mean.
+/// the crop in every phase of its segments within half a revolution; the bars by themselves do so in 64.
 pub(super) const PARTS: usize = 2;
 
 /// One measured cycle.

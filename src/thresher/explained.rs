@@ -3,44 +3,18 @@
 use super::cycle::{first_cycle, first_cycle_steps};
 use super::machine::{Machine, Setup};
 use super::parameters::Thresher;
-use super::world::ThreshingWorld;
-use crate::dynamics::record::{ContactStatus, StepRecord};
 use crate::experiment::{Explanation, LeftOut, RunError, TimeScale, Trial};
 use crate::report::Progress;
 use crate::scene::{Motion, Scene};
 
-/// What a cycle shows besides its wear.
-#[derive(Default)]
-struct Seen {
-    contacts: usize,
-    unknowns: usize,
-    islands: usize,
-    sticking: usize,
-    sliding: usize,
-    impacts: usize,
-    crop: usize,
-}
-
-impl Seen {
-    fn add(&mut self, record: &StepRecord, world: &ThreshingWorld) {
-        self.contacts = self.contacts.max(record.contacts.len());
-        self.unknowns = self.unknowns.max(record.unknowns);
-        self.islands = self.islands.max(record.islands);
-        self.impacts += record.impacts.len();
-        self.crop = self.crop.max(world.crop_bodies());
-        for contact in &record.contacts {
-            match contact.status {
-                ContactStatus::Stick => self.sticking += 1,
-                ContactStatus::SlipPlus | ContactStatus::SlipMinus => self.sliding += 1,
-                ContactStatus::Open | ContactStatus::Impact => {}
-            }
-        }
-    }
-}
-
 /// Why no accuracy is stated: with half and a quarter of the catalogue's step the wear of one revolution does
 /// not converge.
 const SCATTER: &str = "the wear of single revolutions differs by more than the step changes it";
+
+/// Why one profile stands for all bars; the figures are those of the catalogue's machine, which a test has.
+const EQUAL_BARS: &str = "all bars are simulated and share their mean wear: over 64 revolutions no bar of `thresher` \
+                          is worn by 1.5 % more or less; over four, up to 35 %, as bars meet the segments of the \
+                          crop in phases that come round slowly";
 
 /// Explains a machine by the start of its run: the machine is filled in two revolutions, and one is
 /// measured, with the stiffness of the file.
@@ -49,10 +23,12 @@ const SCATTER: &str = "the wear of single revolutions differs by more than the s
 /// [`RunError`] if the machine cannot be built or a step fails.
 pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Explanation, RunError> {
     let p = &setup.parameters;
-    let mut seen = Seen::default();
+    let (mut trial, mut crop) = (Trial::default(), 0);
     let hidden = Progress::new("", 0, true);
     let cycle = first_cycle(scene, setup, &hidden, &mut |record, world| {
-        seen.add(record, world);
+        trial.add(record);
+        trial.most_contacts = trial.most_contacts.max(record.contacts.len());
+        crop = crop.max(world.crop_bodies());
         Ok(())
     })?;
     let totals = &cycle.totals;
@@ -60,8 +36,8 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
     // grains are free; of the strip the feeder moves the newest segment, and each of the others ends in a
     // slot of the one behind it
     let (free, each, slots) = match p.grains {
-        Some(_) => (seen.crop, 3, 0),
-        None => (seen.crop.saturating_sub(1), 2, seen.crop.saturating_sub(1)),
+        Some(_) => (crop, 3, 0),
+        None => (crop.saturating_sub(1), 2, crop.saturating_sub(1)),
     };
     let machine = Machine::Thresher(setup.clone());
     let dt = scene.step.dt;
@@ -85,16 +61,10 @@ pub fn explain_threshing(scene: &Scene, setup: &Setup<Thresher>) -> Result<Expla
         trial: Trial {
             steps,
             time_s: totals.time,
-            most_contacts: seen.contacts,
-            most_unknowns: seen.unknowns,
-            most_islands: seen.islands,
-            sticking: seen.sticking,
-            sliding: seen.sliding,
-            impacts: seen.impacts,
             sweeps: totals.sweeps,
             factorisations: totals.factorisations,
             unsolved_islands: totals.unsolved_islands,
-            ..Trial::default()
+            ..trial
         },
         left_out: left_out(setup),
         time_scales: (motions.into_iter())
@@ -144,8 +114,10 @@ fn left_out(setup: &Setup<Thresher>) -> Vec<LeftOut> {
     all.extend([
         left(
             format!("{} of {} shapes of a worn tooth", p.bars - 1, p.bars),
-            "all bars are simulated and share their mean wear; over a few revolutions single bars differ from it by \
-             up to a quarter",
+            match p.grains {
+                Some(_) => "all bars are simulated and share their mean wear",
+                None => EQUAL_BARS,
+            },
             None,
         ),
         left(

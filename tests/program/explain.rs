@@ -49,6 +49,22 @@ fn what_is_left_out_was_seen_in_the_trial() {
     assert!(!solved["left_out"].to_string().contains("keep_rest"));
 }
 
+/// A contact without friction neither sticks nor slides: it was counted as one that slides.
+#[test]
+fn contacts_without_friction_are_counted_by_themselves() {
+    let place = Place::new();
+    place.write(
+        "ice.toml",
+        "[scene]\nname = \"ice\"\ntitle = \"t\"\n[step]\ntime = 1\n[[material]]\nname = \"ice\"\nfriction = 0\n\
+         [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [9, 1]\nposition = [0, -0.5]\nmaterial = \"ice\"\n\
+         [[body]]\nname = \"box\"\nbox = [1, 1]\nposition = [0, 0.5]\nvelocity = [1, 0]\nmaterial = \"ice\"\n",
+    );
+    let (code, out, err) = place.run(&["explain", "ice.toml"]);
+    assert_eq!(code, 0, "{err}");
+    let closed = "0 times a contact sticks, 0 slides, 2 is closed without friction";
+    assert!(out.contains(closed), "{out}");
+}
+
 /// How each kind of island is solved, and which steps ask for more than they can use.
 #[test]
 fn kinds_of_islands_and_needless_digits_are_named() {

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod closed_forms;
+mod equal_bars;
 mod grains;
 mod machine_life;
 mod operation;
