@@ -47,7 +47,8 @@ fn held_at_little_cost(scenes: &[&str], accuracies: &[f64]) {
 fn the_accuracy_is_held_at_little_more_than_the_least_cost() {
     held_at_little_cost(&["sliding-block", "falling-rod", "pendulum"], &[1e-2, 1e-3]);
     // three runs of `moreau` agree there on a peak that is off by 2.6 %
-    held_at_little_cost(&["rocking-block"], &[1e-2]);
+    // at 1e-4 the landing time does not halve in three halvings of the step, and falls to a tenth in the fourth
+    held_at_little_cost(&["rocking-block"], &[1e-2, 1e-3, 1e-4]);
 }
 
 /// The gate: twelve scenes at three accuracies, half a minute.
@@ -116,7 +117,7 @@ fn an_accuracy_out_of_reach_names_the_measure_and_how_near_it_came() {
         "not reached on scene rocking-block",
         "landing-time comes to",
         " at best, with a factor of 2 for safety",
-        "no longer halves",
+        "shorter steps are not tried",
     ] {
         assert!(err.contains(words), "{words}: {err}");
     }

@@ -16,7 +16,7 @@ const COARSEST: f64 = 4.0;
 /// Halvings of the coarsest step, with it: the finest is 1/512 of the scene's.
 const LEVELS: usize = 12;
 /// Trials in a row over which the error must become less than half.
-pub(super) const PATIENCE: usize = 3;
+pub(super) const PATIENCE: usize = 4;
 /// The solver's tolerance as a share of the accuracy.
 const DIGITS: f64 = 1e-2;
 
@@ -110,7 +110,7 @@ pub struct Choice {
 /// neither is believed until further trials say which is wrong; if the scheme of the scene holds (2) at three
 /// levels and the others still contradict it, they converge to another motion and are dropped. A scheme
 /// that another beats in error and work at two levels is dropped, and so is one whose error does not halve in
-/// three halvings of the step.
+/// four halvings of the step.
 ///
 /// Between the coarsest trial k that fulfils (2) and the one before, the step is the longest with
 ///
@@ -238,8 +238,9 @@ impl Judge {
             .as_ref()
             .map_or(1.0, |t| t.steps as f64 / steps as f64);
         let (measure, error) = worst(errors.iter().copied().chain(known));
-        // the error of half the step is half of it or less
-        let spare = errors.iter().map(|(name, e)| (*name, 0.5 * e)).collect();
+        // the error of half the step is half of it or less, and estimated like that of the trial
+        let spare = errors.iter().map(|(name, e)| (*name, 0.5 * SAFETY * e));
+        let spare = spare.collect();
         let level_steps = mode.trials[k].as_ref().map_or(steps, |t| t.steps);
         let mut step = with(scene, mode, steps).step;
         step.tolerance = step.tolerance.max(DIGITS * self.asked);
@@ -306,7 +307,7 @@ impl Judge {
         };
         let why = match k + 2 < LEVELS {
             true => {
-                "its error no longer halves in three halvings of the step, as with impacts in another order, or chaos"
+                "its error no longer halves in four halvings of the step, as with impacts in another order, or chaos"
             }
             false => "shorter steps are not tried",
         };
