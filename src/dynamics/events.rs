@@ -225,8 +225,11 @@ pub(super) fn see_from_the_start<M: MultibodyModel + ?Sized>(
     // contacts of such a pair that touch at the start may be pressed, though they open
     found.contacts.retain(|c| passed.contains(&c.surfaces));
     let replaced = |c: &ContactPoint| found.contacts.iter().any(|f| f.surfaces == c.surfaces);
+    // another contact of the two that closes is not the far side of anything: it was far away before
+    let known = |c: &ContactPoint| found.contacts.iter().any(|f| f.key == c.key);
+    let closes = |c: &ContactPoint| c.rows.velocity(&interval.start).x < 0.0 && !known(c);
     let contacts = &mut interval.detection.contacts;
-    contacts.retain(|c| !replaced(c) || holds(c));
+    contacts.retain(|c| !replaced(c) || holds(c) || closes(c));
     contacts.append(&mut found.contacts);
     Ok(())
 }

@@ -534,6 +534,9 @@ fn drops_that_once_ended_badly_hold() {
         // not below the corner, but beside it
         ("segment", "height field", 1200, 60.0, false),
         ("open chain", "two-sided polyline", 402, 240.0, true),
+        // a tooth lands while another one rises
+        ("gear", "voxels", 5300, 60.0, true),
+        ("gear", "polyline", 6103, 60.0, true),
     ] {
         let (end, deep) = drop_one(kind, on, seed, 1.0 / hz, events);
         assert_eq!(end, End::Held, "{kind} on {on}, {seed}: {deep:e}");
