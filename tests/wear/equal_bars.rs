@@ -45,17 +45,17 @@ fn off(worn: &[Vec<f64>]) -> Vec<f64> {
 /// One profile stands for all bars, since over 64 revolutions none is worn by 1.5 % more or less than the mean.
 /// Over a few it is: a bar meets the segments of the crop in a phase that comes round slowly, and the deviations
 /// of eight revolutions return with the other sign in the next eight (correlation -0.4 to -0.8).
-fn bars_are_equal(flags: &[&str]) {
-    let worn = worn(64, flags);
+fn bars_are_equal(turns: usize, bound: f64, flags: &[&str]) {
+    let worn = worn(turns, flags);
     let largest = |turns: usize| {
         let parts = worn.chunks(turns).flat_map(off);
         parts.map(f64::abs).fold(0.0, f64::max)
     };
-    let found = [4, 8, 16, 32, 64].map(largest);
-    println!("{flags:?}: over 4, 8, 16, 32, 64 revolutions {found:.4?}");
-    assert!(found[4] < 0.015, "{found:?}");
+    let (few, all) = (largest(4), largest(turns));
+    println!("{flags:?}: {few:.4} over 4 revolutions, {all:.4} over {turns}");
+    assert!(all < bound, "{all}");
     // bars that differ for good would have passed a test of few revolutions less well than one of many
-    assert!(found[0] > 0.1 && found[0] < 0.35, "{found:?}");
+    assert!(few > 0.1 && few < 0.35, "{few}");
     let (mut even, mut odd) = (Vec::new(), Vec::new());
     for pair in worn.chunks_exact(16) {
         even.extend(off(&pair[..8]));
@@ -69,12 +69,18 @@ fn bars_are_equal(flags: &[&str]) {
 }
 
 #[test]
+fn deviations_of_bars_die_away() {
+    bars_are_equal(32, 0.07, &["step.dt=1.6e-4"]);
+}
+
+#[test]
+#[ignore = "two minutes"]
 fn bars_are_equal_over_many_revolutions() {
-    bars_are_equal(&["step.dt=1.6e-4"]);
+    bars_are_equal(64, 0.015, &["step.dt=1.6e-4"]);
 }
 
 #[test]
 #[ignore = "some four minutes"]
 fn bars_are_equal_at_the_step_of_the_scene() {
-    bars_are_equal(&[]);
+    bars_are_equal(64, 0.015, &[]);
 }
