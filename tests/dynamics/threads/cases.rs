@@ -104,6 +104,25 @@ fn seams(world: &mut PhysicsWorld) {
     }
 }
 
+/// Open outlines of two-sided segments that slide over flush ones: the sides on which they touch are
+/// remembered from step to step.
+fn sheets(world: &mut PhysicsWorld) {
+    let line = |points: &[(Real, Real)]| {
+        let points = points.iter().map(|p| Vector::new(p.0, p.1)).collect();
+        ColliderBuilder::polyline(points, None).friction(0.0)
+    };
+    for k in 0..1300 {
+        let tile = RigidBodyBuilder::fixed().translation(Vector::new(0.375 * k as Real, 50.0));
+        world.insert(tile, line(&[(-0.1875, 0.0), (0.0375, 0.0), (0.1875, 0.0)]));
+    }
+    for k in 0..600 {
+        let tray = at(0.8 * k as Real, 50.2).linvel(Vector::new(8.0, 0.0));
+        let tray = tray.additional_mass_properties(MassProperties::new(Vector::ZERO, 1.0, 0.02));
+        let outline = [(-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2), (0.3, 0.2)];
+        world.insert(tray, line(&outline).density(0.0));
+    }
+}
+
 /// One of the two flat boxes of a compound.
 fn half(k: usize) -> SharedShape {
     SharedShape::cuboid(0.2 + 0.002 * (k % 5) as Real, 0.1)
@@ -211,6 +230,13 @@ fn cases() -> Vec<Case> {
             },
             world: seams,
             steps: 4,
+            shows: |c| c.found >= 2000,
+        },
+        Case {
+            name: "sheets on sheets",
+            settings: settings(),
+            world: sheets,
+            steps: 6,
             shows: |c| c.found >= 2000,
         },
         Case {
