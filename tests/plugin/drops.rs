@@ -534,6 +534,12 @@ fn drops_that_once_ended_badly_hold() {
         // not below the corner, but beside it
         ("segment", "height field", 1200, 60.0, false),
         ("open chain", "two-sided polyline", 402, 240.0, true),
+        // nearer to the neighbour of a segment than to the segment: outside, and behind it
+        ("hollow", "two-sided polyline", 1, 240.0, true),
+        // each of three segments of a floor leaves a sheet to the next
+        ("segment", "two-sided polyline", 5202, 60.0, false),
+        // nearly in line with a segment, and a little behind it
+        ("hollow", "two-sided polyline", 5603, 60.0, true),
         // a tooth lands while another one rises
         ("gear", "voxels", 5300, 60.0, true),
         ("gear", "polyline", 6103, 60.0, true),

@@ -33,6 +33,7 @@ mod reserves;
 mod resting;
 mod results;
 mod resume;
+mod seam_matrix;
 mod seams;
 mod sleeping;
 mod springs;

@@ -4,7 +4,7 @@ use crate::common::at;
 use moreau2d::contact::Vec3;
 use moreau2d::dynamics::StepperSettings;
 use moreau2d::rapier::engine::prelude::*;
-use moreau2d::rapier::{MoreauPipeline, MoreauSettings};
+use moreau2d::rapier::{MoreauPipeline, MoreauSettings, widen};
 
 const SPEED: f64 = 8.0;
 const TILE: f64 = 0.37;
@@ -61,16 +61,17 @@ fn slider(kind: &str) -> ColliderBuilder {
     }
 }
 
-/// A world with a floor whose top is y = 0 turned by an angle, and the angle.
-fn floor(kind: &str) -> (PhysicsWorld, f64) {
+/// A world with a floor whose top is y = 0 turned by an angle, and that turn.
+fn floor(kind: &str) -> (PhysicsWorld, Rotation) {
     let mut world = PhysicsWorld::new();
-    let turn: f64 = match kind {
-        "incline" => -0.3,
-        "side wall" => -std::f64::consts::FRAC_PI_2,
-        _ => 0.0,
+    let turn = match kind {
+        "incline" => Rotation::from_angle(-0.3),
+        // exactly: an angle in single precision would place the tiles 1e-8 m off
+        "side wall" => Rotation::from_cos_sin_unchecked(0.0, -1.0),
+        _ => Rotation::IDENTITY,
     };
-    let (sin, cos) = turn.sin_cos();
-    let place = |x: f64, y: f64| Pose::new(at(cos * x - sin * y, sin * x + cos * y), turn as Real);
+    let (cos, sin) = (widen(turn.re), widen(turn.im));
+    let place = |x: f64, y: f64| Pose::from_parts(at(cos * x - sin * y, sin * x + cos * y), turn);
     let fixed = |x: f64, y: f64| RigidBodyBuilder::fixed().pose(place(x, y));
     let smooth = |c: ColliderBuilder| c.friction(0.0);
     let tile = || smooth(ColliderBuilder::cuboid((0.5 * TILE) as Real, 0.25));
@@ -185,11 +186,11 @@ fn land(
         "side wall" => at(-9.81, 0.0),
         _ => at(0.0, -9.81),
     };
-    let (sin, cos) = turn.sin_cos();
+    let (cos, sin) = (widen(turn.re), widen(turn.im));
     let lift = 0.2 + height;
+    let place = at(cos * start - sin * lift, sin * start + cos * lift);
     let body = RigidBodyBuilder::dynamic()
-        .translation(at(cos * start - sin * lift, sin * start + cos * lift))
-        .rotation(turn as Real)
+        .pose(Pose::from_parts(place, turn))
         .linvel(at(speed * cos, speed * sin))
         .can_sleep(false);
     let e = if on == "bouncy" { 0.5 } else { 0.0 };
@@ -197,6 +198,8 @@ fn land(
     let settings = MoreauSettings {
         stepper: StepperSettings {
             events,
+            // the boxes of a bed are tilted by what the tolerance leaves
+            tolerance: if on == "bed" { 1e-12 } else { 1e-8 },
             ..StepperSettings::default()
         },
         dt: Some(dt),
@@ -236,12 +239,8 @@ fn worst(speeds: &[f64], starts: &[f64], runs: &[(f64, bool)]) -> f64 {
             .flat_map(|u| starts.iter().map(move |x| (u, x)))
         {
             for &(dt, events) in runs {
-                // open: once in nine runs it meets a tile of the incline from its side
-                if events && (*on, kind) == ("incline", "parts") {
-                    continue;
-                }
                 let (lost, _) = slide(kind, on, start, speed, dt, events);
-                let granted = granted(on, kind);
+                let granted = granted(on);
                 if lost > granted {
                     println!(
                         "{kind} on {on} from {start} at {speed} m/s, {dt} s, {events}: {lost:e}"
@@ -254,13 +253,11 @@ fn worst(speeds: &[f64], starts: &[f64], runs: &[(f64, bool)]) -> f64 {
     worst
 }
 
-/// Relative change of speed that is round-off: on an incline the slider's angle and the tiles'
-/// places are rounded to single precision.
-fn granted(on: &str, kind: &str) -> f64 {
-    match (on, kind) {
-        ("incline" | "bed" | "side wall", _) => 1e-6,
-        _ => 1e-9,
-    }
+/// Relative change of speed that is round-off: on an incline the tiles' places are rounded to single precision,
+/// which makes steps of up to 5e-7 m. A box loses 4e-8 of its speed by them, and nothing on a wall whose tiles
+/// are placed exactly.
+fn granted(on: &str) -> f64 {
+    if on == "incline" { 1e-6 } else { 1e-9 }
 }
 
 /// Bugs: a frictionless box at 8 m/s over flush boxes ended at 3.0 m/s; a capsule whose end came to

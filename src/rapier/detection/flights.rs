@@ -53,7 +53,7 @@ impl Finder<'_> {
         let now = sides.map(|leaf| leaf.pose);
         let next = poses_at(sides, bodies, self.step);
         let toward = bodies[1].center - bodies[0].center;
-        with_axes(sides.map(|leaf| &leaf.part), &now, toward, |axes| {
+        with_axes(sides.map(|leaf| &leaf.part), &now, (toward, None), |axes| {
             let Some(axis) = last_axis(axes, [&now, &next]) else {
                 return;
             };

@@ -12,6 +12,8 @@ pub(super) struct Marks {
     /// The values of the last pass, if there are any, during a pass over all pairs. All threads read
     /// them.
     past: Option<Arc<FxHashMap<[u32; 4], u32>>>,
+    /// Whether a pass is going on.
+    passing: bool,
 }
 
 impl Marks {
@@ -19,23 +21,28 @@ impl Marks {
     pub fn begin(&mut self) {
         let now = std::mem::take(&mut self.now);
         self.past = (!now.is_empty()).then(|| Arc::new(now));
+        self.passing = true;
     }
 
     /// Values for a part of a pass that has begun, over pairs of its own.
     pub fn begin_part(&mut self, pass: &Marks) {
         self.now.clear();
         self.past.clone_from(&pass.past);
+        self.passing = true;
     }
 
     /// Takes over the values that a part of the pass has stored, and ends the part.
     pub fn end_part(&mut self, part: &mut Marks) {
-        self.now.extend(part.now.drain());
+        for (order, mark) in part.now.drain() {
+            self.add(order, mark);
+        }
         part.past = None;
     }
 
     /// Ends it.
     pub fn end(&mut self) {
         self.past = None;
+        self.passing = false;
     }
 
     /// Whether the last pass stored values, during a pass.
@@ -69,6 +76,20 @@ impl Marks {
         let past = self.past.as_ref().and_then(|past| past.get(order));
         let known = past.or_else(|| self.now.get(order));
         known.copied().unwrap_or(0)
+    }
+
+    /// The value before the pass that is going on: that of the pass so far depends on the order of pairs.
+    pub fn before(&self, order: &[u32; 4]) -> u32 {
+        let known = match (self.passing, &self.past) {
+            (true, past) => past.as_ref().and_then(|past| past.get(order)),
+            (false, _) => self.now.get(order),
+        };
+        known.copied().unwrap_or(0)
+    }
+
+    /// Adds bits to the value that this pass stores.
+    pub fn add(&mut self, order: [u32; 4], bits: u32) {
+        *self.now.entry(order).or_default() |= bits;
     }
 
     pub fn set(&mut self, order: [u32; 4], mark: u32) {

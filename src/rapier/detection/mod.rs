@@ -30,6 +30,7 @@ mod sides;
 mod span;
 mod sweeps;
 mod terms;
+mod ties;
 
 use super::bodies::Bodies;
 use super::engine::prelude::*;

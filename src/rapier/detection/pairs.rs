@@ -10,6 +10,7 @@ use super::output::Group;
 use super::points::Pair;
 use super::rows::{Row, Rows, retain};
 use super::scratch::{EventContact, Scratch};
+use super::sides::forget_side;
 use super::terms::{Apart, Terms};
 use super::{Present, Span, present, shapes};
 use crate::dynamics::Detection;
@@ -61,6 +62,9 @@ impl Pairs {
             marks.set(order, 0);
             faces.set(order, 0);
         });
+        for leaf in gone {
+            forget_side(&leaves.names[*leaf as usize], faces);
+        }
     }
 
     /// See [`super::Detector::event_contacts`].
@@ -341,8 +345,13 @@ impl Finder<'_> {
         {
             self.meet_in_flight(sides, bodies, (bound, reach), found);
         }
-        if !found.is_empty() && !met && (self.midpoint || self.within) {
-            self.meet_moving(sides, bodies, reach, found);
+        if !met && (self.midpoint || self.within) {
+            match bound {
+                Some(bound) if found.is_empty() => {
+                    self.meet_at_corner(sides, bodies, (bound, reach, &sight), found);
+                }
+                _ => self.meet_moving(sides, bodies, (reach, &sight), found),
+            }
         }
         if self.midpoint
             && let Some(bound) = bound
@@ -355,7 +364,7 @@ impl Finder<'_> {
             let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
             if out.contacts.len() == next + found.len() {
-                let tie = self.tie(sides, leaves, &setting, found, next);
+                let tie = self.tie(sides, leaves, &setting, (found, &sight), next);
                 scratch.ties.extend(tie);
             }
         }
@@ -405,7 +414,7 @@ impl Finder<'_> {
                 self.meet_in_flight(sides, bodies, (bound, reach), found);
             }
             if !met && (self.midpoint || self.within) {
-                self.meet_moving(sides, bodies, reach, found);
+                self.meet_moving(sides, bodies, (reach, &sight), found);
             }
             if self.midpoint {
                 let near = (found.as_slice(), bound);

@@ -3,7 +3,7 @@
 use super::super::engine::prelude::*;
 use super::super::kernels::Touch;
 use super::marks::Marks;
-use super::seams::Tie;
+use super::ties::Tie;
 
 /// A contact that only makes events: its groups or a hook forbid it to push, or neither body can
 /// move.

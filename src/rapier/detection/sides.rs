@@ -6,11 +6,12 @@
 //! and a new pair, or one that has clearly parted, takes its side at the start of the step. That
 //! includes pairs whose contact belongs to a neighbour of the segment: it may be theirs in the next
 //! step. A segment that slides on to the next one of a chain may lie below their corner by rounding:
-//! it keeps the side that it had.
+//! it keeps the side that it had. The same holds for one that slides on to the next of several flush sheets:
+//! the side on which a segment touches others is remembered as well.
 
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
 use super::Present;
-use super::leaves::Leaf;
+use super::leaves::{Leaf, Name};
 use super::marks::Marks;
 use super::pairs::Finder;
 use super::rows::Row;
@@ -38,11 +39,21 @@ fn side_beside(order: [u32; 4], i: usize, part: &Part, memory: &Marks) -> Option
         let (sub, reversed) = edge.next[end].filter(|_| edge.goes_on_at(end))?;
         let mut order = order;
         order[2 + i] = sub;
-        let marks = memory.get(&order);
+        let marks = memory.before(&order);
         let face = (marks >> (2 * i) & 3).checked_sub(1)? as usize;
         (marks & TOUCHED != 0).then_some(if reversed { 1 - face } else { face })
     };
     at(0).or_else(|| at(1))
+}
+
+/// The key of the side on which a part touches others: no pair has it.
+fn own_order(name: &Name) -> [u32; 4] {
+    [name.slot, name.slot, name.sub, name.sub]
+}
+
+/// Forgets the side on which a part touches others.
+pub(super) fn forget_side(name: &Name, memory: &mut Marks) {
+    memory.set(own_order(name), 0);
 }
 
 impl Finder<'_> {
@@ -80,6 +91,12 @@ impl Finder<'_> {
                     true => self.midpoint || known == 0,
                     false => self.midpoint || known & TOUCHED == 0,
                 };
+        let elsewhere =
+            |i: usize| match memory.before(&own_order(&self.leaves.names[leaves[i] as usize])) {
+                1 => Some(0),
+                2 => Some(1),
+                _ => None,
+            };
         let back = match both && rounded && !self.midpoint {
             true => 0.0,
             false => -0.5 * self.step,
@@ -102,6 +119,11 @@ impl Finder<'_> {
                 false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
             },
             start: starts.then(|| poses_at(sides, bodies, back)),
+            elsewhere: match both && known & TOUCHED == 0 && !memory.is_empty() {
+                true => [elsewhere(0), elsewhere(1)],
+                false => [None; 2],
+            },
+            centers: bodies.map(|body| body.center + back * body.velocity.xy()),
             touched: !rounded && known & TOUCHED != 0,
         }
     }
@@ -146,6 +168,10 @@ impl Finder<'_> {
         for (i, face) in (0..).zip(faces) {
             if let Some(face) = face.filter(|_| is_two_sided(&sides[i].part)) {
                 known |= (1 + face as u32) << (2 * i);
+                if deepest.is_some() {
+                    let name = &self.leaves.names[leaves[i] as usize];
+                    memory.add(own_order(name), 1 << face);
+                }
             }
         }
         memory.set(Row::order(leaves, &self.leaves.names), known);

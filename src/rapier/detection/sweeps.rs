@@ -116,10 +116,13 @@ impl Finder<'_> {
                 }
                 // parts that slide along each other meet at the corners of a seam, and pass it
                 let now = sides.map(|leaf| leaf.pose);
-                let passes = with_axes(parts, &poses, early[0].normal, |axes| {
+                let view = (early[0].normal, Some(&sight));
+                let passes = with_axes(parts, &poses, view, |axes| {
+                    // a sheet has no depth
+                    let most = if axes.with_sheet() { touching } else { shallow };
                     axes.all().any(|axis| {
                         let apart = |at| axes.separation(at, axes.direction(at, axis));
-                        apart(&poses) >= -touching && apart(&now) >= -shallow
+                        apart(&poses) >= -touching && apart(&now) >= -most
                     })
                 });
                 if passes == Some(true) {

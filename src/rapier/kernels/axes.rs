@@ -1,8 +1,10 @@
 //! The directions along which two convex parts can be separated: the normals of all their faces.
 
 use super::convex::clipped_incident;
+use super::edges::TILT;
+use super::facing;
 use super::polygon::View;
-use super::{Core, Part, Touch, corners, relative};
+use super::{Core, Part, Sight, Touch, corners, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
@@ -14,8 +16,7 @@ const BOX_NORMALS: [Vec2; 4] = [
     Vec2::new(0.0, -1.0),
 ];
 
-/// A face of one of two parts; for a one-sided segment, `2 + end` stands for that of the neighbour
-/// at an end.
+/// A face of one of two parts; for a segment, `2 + end` stands for that of the neighbour at an end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::rapier) struct Axis {
     pub part: usize,
@@ -31,14 +32,14 @@ pub(in crate::rapier) struct Axes<'a> {
 }
 
 /// Calls `run` with two parts at their poses. The second part lies in the direction `toward` of the
-/// first.
+/// first. Of two segments of which one has two sides `sight` tells the sides.
 ///
-/// `None` if a part has no corners, and for pairs whose own kernel chooses the face at corners: a
-/// ball with a segment within a chain, and two segments of which one has two sides.
+/// `None` if a part has no corners, for a ball with a segment within a chain, whose own kernel chooses the
+/// face at corners, and where the sides are not known.
 pub(in crate::rapier) fn with_axes<R>(
     parts: [&Part; 2],
     poses: &[Pose64; 2],
-    toward: Vec2,
+    (toward, sight): (Vec2, Option<&Sight>),
     run: impl FnOnce(&Axes) -> R,
 ) -> Option<R> {
     let half = |part: &Part| match part.core {
@@ -73,7 +74,7 @@ pub(in crate::rapier) fn with_axes<R>(
     let solid = views
         .iter()
         .all(|view| view.edge.is_some_and(|edge| edge.one_sided));
-    if chained_ball || lines && !solid && rounding == [0.0; 2] {
+    if chained_ball {
         return None;
     }
     let side = |i: usize, sign: f64| {
@@ -83,14 +84,30 @@ pub(in crate::rapier) fn with_axes<R>(
             !edge.one_sided && sign * right.dot(&toward) < 0.0,
         ))
     };
+    let sides = match lines && !solid && rounding == [0.0; 2] {
+        true => {
+            let [a, b] = poses;
+            let seen = [relative(a, b), relative(b, a)];
+            facing::sides([a, b], &views, [&seen[0], &seen[1]], sight?).ok()?
+        }
+        false => [side(0, 1.0), side(1, -1.0)],
+    };
     Some(run(&Axes {
         views,
         rounding,
-        sides: [side(0, 1.0), side(1, -1.0)],
+        sides,
     }))
 }
 
 impl Axes<'_> {
+    /// Whether these are two sharp segments of which one has two sides.
+    pub fn with_sheet(&self) -> bool {
+        let edges = [0, 1].map(|i| self.views[i].edge);
+        self.rounding == [0.0; 2]
+            && edges.iter().all(Option::is_some)
+            && edges.iter().flatten().any(|edge| !edge.one_sided)
+    }
+
     /// All faces that the other part can touch.
     pub fn all(&self) -> impl Iterator<Item = Axis> + '_ {
         (0..2).flat_map(move |part| {
@@ -103,10 +120,10 @@ impl Axes<'_> {
         })
     }
 
-    /// Normal of the neighbour of a one-sided segment, see [`Axis`].
+    /// Normal of the neighbour of a segment, see [`Axis`].
     fn beside(&self, part: usize, face: usize) -> Option<Vec2> {
-        let edge = self.views[part].edge.filter(|edge| edge.one_sided)?;
-        edge.next_normal(face.checked_sub(2)?, 0)
+        let end = face.checked_sub(2)?;
+        self.views[part].edge?.next_normal(end, self.sides[part]?)
     }
 
     /// The direction of an axis, from part 1 to part 2.
@@ -147,22 +164,12 @@ impl Axes<'_> {
         }
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let outward = poses[part].rotate(base.normals[face]);
-        let along = Vec2::new(-outward.y, outward.x);
         let ends = [
             base.points[face],
             base.points[(face + 1) % base.points.len()],
         ];
-        let middle = along.dot(&poses[part].apply(0.5 * (ends[0] + ends[1])));
-        let placed = || {
-            let points = other.points.iter().enumerate();
-            points.map(|(j, q)| (j, poses[1 - part].apply(*q)))
-        };
-        let low = placed().map(|(_, p)| outward.dot(&p));
-        let low = low.fold(f64::INFINITY, f64::min);
-        let off = |p: &Vec2| (along.dot(p) - middle).abs();
-        let (j, p) = placed()
-            .filter(|(_, p)| outward.dot(p) <= low + noise)
-            .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)))?;
+        let middle = poses[part].apply(0.5 * (ends[0] + ends[1]));
+        let (j, p) = self.lowest(poses, 1 - part, (outward, middle), noise)?;
         if let Some(edge) = base.edge {
             // beyond an end with a neighbour, the contact belongs to the neighbour
             let reached = poses[part].apply_inverse(p);
@@ -177,18 +184,54 @@ impl Axes<'_> {
             let facing = edge.normals[face].dot(&inward);
             // both faces of a two-sided segment end in its free end
             let free_end = !edge.one_sided && edge.neighbours[j].is_none();
-            if facing < 0.0 && !free_end || facing < 1.0 - 1e-12 && !edge.admits(j, inward) {
+            // at a rectangular corner both segments may then have the contact
+            if facing < -TILT && !free_end
+                || facing < 1.0 - 1e-12 && !edge.admits_within(j, inward, TILT)
+            {
                 return None;
             }
         }
+        Some(self.touch_of(poses, axis, (j, p), outward))
+    }
+
+    /// The corner of a part, and its place, that is lowest along a direction; of several within `noise` \[m\]
+    /// the one nearest to a point.
+    fn lowest(
+        &self,
+        poses: &[Pose64; 2],
+        part: usize,
+        (up, near): (Vec2, Vec2),
+        noise: f64,
+    ) -> Option<(usize, Vec2)> {
+        let along = Vec2::new(-up.y, up.x);
+        let placed = || {
+            let points = self.views[part].points.iter().enumerate();
+            points.map(|(j, q)| (j, poses[part].apply(*q)))
+        };
+        let low = placed().map(|(_, p)| up.dot(&p));
+        let low = low.fold(f64::INFINITY, f64::min);
+        let off = |p: &Vec2| along.dot(&(p - near)).abs();
+        placed()
+            .filter(|(_, p)| up.dot(p) <= low + noise)
+            .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)))
+    }
+
+    /// The contact of a corner, at its place, along an axis that leads `outward` from its part.
+    fn touch_of(
+        &self,
+        poses: &[Pose64; 2],
+        Axis { part, face }: Axis,
+        (corner, place): (usize, Vec2),
+        outward: Vec2,
+    ) -> Touch {
         let direction = if part == 0 { outward } else { -outward };
         let gap = self.separation(poses, direction);
-        Some(Touch {
+        Touch {
             normal: direction,
-            point: p - outward * (self.rounding[1 - part] + 0.5 * gap),
+            point: place - outward * (self.rounding[1 - part] + 0.5 * gap),
             gap,
-            feature: 1 << 30 | (part as u32) << 29 | (face as u32) << 12 | j as u32,
-        })
+            feature: 1 << 30 | (part as u32) << 29 | (face as u32) << 12 | corner as u32,
+        }
     }
 
     /// The other contact of two sharp polygons along an axis, at the far end of the face that lies over

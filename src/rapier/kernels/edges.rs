@@ -14,6 +14,9 @@ use super::{Past, Touch};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 
+/// Angle \[rad\] by which a part may be tilted that meets a rectangular step, or an end, at its side.
+pub(super) const TILT: f64 = 1e-3;
+
 /// A segment with the data of its neighbours, in the frame of its collider \[m\].
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::rapier) struct Edge {
@@ -191,12 +194,22 @@ impl Edge {
 
     /// Whether a contact at corner `end` may have this direction.
     pub fn admits(&self, end: usize, direction: Vec2) -> bool {
-        if self.one_sided && direction.dot(&self.normals[0]) < 0.0 {
+        self.admits_within(end, direction, 0.0)
+    }
+
+    /// [`Edge::admits`] for a direction that is known within an angle, `slack` over its length.
+    pub fn admits_within(&self, end: usize, direction: Vec2, slack: f64) -> bool {
+        // the end of an open surface is met at its side, by what is tilted a little too
+        let behind = match self.neighbours[end] {
+            None => slack.max(TILT * direction.norm()),
+            Some(_) => slack,
+        };
+        if self.one_sided && direction.dot(&self.normals[0]) < -behind {
             return false;
         }
         let outward = self.ends[end] - self.ends[1 - end];
-        direction.dot(&outward) >= 0.0
-            && self.neighbours[end].is_none_or(|leads| direction.dot(&leads) <= 0.0)
+        direction.dot(&outward) >= -slack * self.length()
+            && self.neighbours[end].is_none_or(|leads| direction.dot(&leads) <= slack)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::edges::Edge;
 use super::polygon::{View, size};
+use super::sheets::sides_of_sheets;
 use super::{Part, Sight, relative, with_view};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
@@ -105,86 +106,6 @@ pub(super) fn is_two_sided(view: &View) -> bool {
     view.edge.is_some_and(|edge| !edge.one_sided)
 }
 
-/// Distance, as a share of the shorter of two segments, up to which one that touches the other, or a
-/// neighbour of it, may be on the wrong side by what is left of an overlap.
-const LEFT: f64 = 1e-3;
-
-/// The sides on which two segments lie that do not touch: those that their nearest points face. Centres
-/// do not tell them, as a segment beside another may lie on both sides of its line. See [`Sight::beside`].
-///
-/// `None` where they may touch. Two of which the last step found a contact keep the sides that they had,
-/// unless they are clearly apart, and not beyond a corner of a chain.
-fn facing(
-    [first, second]: &[View; 2],
-    poses: &[Pose64; 2],
-    sight: &Sight,
-) -> Option<[Option<usize>; 2]> {
-    let (beside, motion) = (sight.beside, sight.motion);
-    let seen = relative(&poses[0], &poses[1]);
-    let back = relative(&poses[1], &poses[0]);
-    if cross(first, second, &seen, &back) {
-        return None;
-    }
-    let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
-        Nearest::Corners([i, j], distance) => {
-            let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
-            (way, distance, [Some(i), Some(j)])
-        }
-        Nearest::Face(0, [k, j], distance) => {
-            (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
-        }
-        Nearest::Face(_, [k, i], distance) => (
-            -poses[1].rotate(second.normals[k]),
-            distance,
-            [Some(i), None],
-        ),
-    };
-    let size = size(first).min(size(second));
-    // by rounding, or by what is left of an overlap
-    let least = if sight.touched { LEFT } else { 1e-9 };
-    if distance <= least * size {
-        return None;
-    }
-    let way = direction.normalize();
-    let ways = [way, -way];
-    let views = [first, second];
-    // beyond a corner of a chain the neighbour tells the side
-    let chained = |i: usize| {
-        let (edge, corner) = (views[i].edge?, corners[i]?);
-        let leads = edge.leads_on(corner, poses[i].unrotate(ways[i]));
-        edge.next_normal(corner, 0).filter(|_| leads)
-    };
-    if sight.touched && (0..2).any(|i| chained(i).is_some()) {
-        return None;
-    }
-    let heights = [0, 1].map(|i| {
-        let normal = chained(i).unwrap_or(views[i].normals[0]);
-        poses[i].rotate(normal).dot(&ways[i])
-    });
-    let straight = |i: usize| heights[i].abs() > std::f64::consts::FRAC_1_SQRT_2;
-    let mut faces = heights.map(|height| usize::from(height < 0.0));
-    // what may get to the corner in this step
-    if distance <= motion {
-        for i in 0..2 {
-            let known = beside[i].filter(|_| chained(i).is_some());
-            faces[i] = known.unwrap_or(faces[i]);
-        }
-    }
-    let came_through = |i: usize| straight(i) && beside[i].is_some_and(|face| face != faces[i]);
-    if distance <= LEFT * size && (0..2).any(came_through) {
-        faces = faces.map(|face| 1 - face);
-    }
-    // a free end that slides towards a corner of a chain is about to be above it
-    for (i, j) in [(0, 1), (1, 0)] {
-        let free = |edge: &Edge| corners[i].is_some_and(|end| edge.neighbours[end].is_none());
-        if views[i].edge.is_some_and(free) && !straight(i) && chained(j).is_some() {
-            let normal = poses[j].rotate(views[j].normals[faces[j]]);
-            faces[i] = usize::from(poses[i].rotate(views[i].normals[0]).dot(&normal) > 0.0);
-        }
-    }
-    Some(faces.map(Some))
-}
-
 /// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
 /// behind a one-sided segment \[m\]. `seen` are the poses of the second in the frame of the first, and
 /// of the first in that of the second.
@@ -196,7 +117,7 @@ pub(super) fn sides(
 ) -> Result<[Option<usize>; 2], f64> {
     if let Some(start) = sight.start
         && views.iter().all(is_two_sided)
-        && let Some(sides) = facing(views, &start, sight)
+        && let Some(sides) = sides_of_sheets(views, &start, sight)
     {
         return Ok(sides);
     }

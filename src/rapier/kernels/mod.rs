@@ -10,6 +10,7 @@ mod convex;
 mod edges;
 mod facing;
 mod polygon;
+mod sheets;
 
 pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
@@ -47,6 +48,17 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// Whether this is a sharp segment with two sides.
+    pub fn is_sheet(&self) -> bool {
+        self.rounding == 0.0 && matches!(&self.core, Core::Edge(edge) if !edge.one_sided)
+    }
+
+    /// Whether this is a segment with a neighbour at more than 45 degrees.
+    pub fn has_sharp_corner(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge)
+            if (0..2).any(|end| edge.neighbours[end].is_some() && !edge.goes_on_at(end)))
+    }
+
     /// Whether this is a segment of a chain that goes on at both ends, without a sharp corner.
     pub fn goes_on(&self) -> bool {
         matches!(&self.core, Core::Edge(edge) if edge.goes_on())
@@ -100,6 +112,10 @@ pub(super) struct Sight {
     /// Poses of the two at the start of the step, for a two-sided segment with another segment, where
     /// they tell the sides.
     pub start: Option<[Pose64; 2]>,
+    /// Per part that is a two-sided segment, the one face on which it touched others in the last step.
+    pub elsewhere: [Option<usize>; 2],
+    /// Centres of mass of the two bodies at the start of the step.
+    pub centers: [Vec2; 2],
     /// Whether the last step found a contact of two sharp ones. Their poses at the start of the step
     /// may then be across each other, by rounding or by what is left of an overlap.
     pub touched: bool,
