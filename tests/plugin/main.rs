@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bent_seams;
 mod bodies;
 mod borrowed;
 mod cells;
