@@ -44,6 +44,12 @@ const ENOUGH: f64 = 1e-6;
 /// Largest displacement of a body in a step, as a share of its size: (1) is linear in `d`.
 const STRIDE: f64 = 0.1;
 
+/// Largest displacement of a body, as a multiple of the sum of what an island has to correct: in a row of bodies
+/// the last one may have to make room for all overlaps. Between walls that are off parallel by less than half a
+/// degree (1) has solutions that are farther away: a box that a piston presses into a wall would go up by a
+/// tenth of its size in each step, as its sides are off by 1e-4 rad.
+const FARTHEST: f64 = 100.0;
+
 /// Compliance of the rows of (1) in [`part_overlaps`] if (1) has no solution, or none is found, as a
 /// share of their own inverse mass. The first is for rows that ask for a displacement, which may get
 /// only a part of it. The second is for all other rows, which must hardly be violated.
@@ -150,9 +156,9 @@ pub(super) fn find_late(
 /// times the overlap. All displacements of an island are therefore scaled down by the same factor,
 /// so that no body moves farther than a tenth of its size.
 ///
-/// If (1) has no solution, for example for a body wedged between walls, it is regularised: its rows
-/// get `R P_N` on the left, with a large `R` for rows that ask for a displacement and a very small
-/// one for all others. The body then moves to where it overlaps the walls least.
+/// If (1) has no solution, or none within [`FARTHEST`], for example for a body wedged between walls, it is
+/// regularised: its rows get `R P_N` on the left, with a large `R` for rows that ask for a displacement and
+/// a very small one for all others. The body then moves to where it overlaps the walls least.
 ///
 /// Zero displacements may solve (1) to its tolerance, [`ENOUGH`] of the widest gap of the island. A pair
 /// with an excess of at most a slop that they leave where it is needs no further step either: until it
@@ -263,11 +269,11 @@ pub(super) fn displacements(
     let mut local = LocalBodies::default();
     for k in 0..islands.len() {
         let members = islands.blocks(k);
-        let moves = |i: &u32| match laws[*i as usize] {
-            Law::Contact { .. } => free[*i as usize].x < 0.0,
-            _ => free[*i as usize] != Vec2::zeros(),
+        let moves = |i: &&u32| match laws[**i as usize] {
+            Law::Contact { .. } => free[**i as usize].x < 0.0,
+            _ => free[**i as usize] != Vec2::zeros(),
         };
-        if !members.iter().any(moves) {
+        if !members.iter().any(|i| moves(&i)) {
             continue;
         }
         let of = |i: &u32| *i as usize;
@@ -285,8 +291,15 @@ pub(super) fn displacements(
         let pushed: Vec<bool> = (problem.free.iter().zip(&problem.laws))
             .map(|(b, law)| matches!(law, Law::Contact { .. }) && b.x < 0.0)
             .collect();
-        // contradictory walls have no solution
-        if !solved && pushed.contains(&true) {
+        let asked: f64 = members
+            .iter()
+            .filter(moves)
+            .map(|i| free[of(i)].norm())
+            .sum();
+        let mut d = displaced(&problem, &push);
+        let far = farthest(&d) > FARTHEST * asked;
+        // contradictory walls have no solution, or none near by
+        if (!solved || far) && pushed.contains(&true) {
             *wedged |= large;
             regularise(&mut problem, |i| {
                 if pushed[i] {
@@ -297,12 +310,9 @@ pub(super) fn displacements(
             });
             push.fill(Vec2::zeros());
             solved = own.solve(&problem, &mut push, tolerance).solved();
+            d = displaced(&problem, &push);
         }
         if solved && let Delassus::Bodies(op) = &problem.operator {
-            let mut d = vec![Vec3::zeros(); op.inverse_mass.len()];
-            for (rows, p) in op.rows.iter().zip(&push) {
-                rows.push(*p, &op.inverse_mass, &mut d);
-            }
             let share = within(stride, &op.rows, &d);
             for (body, d) in local.bodies.iter().zip(&d) {
                 moved[*body as usize] = d * share;
@@ -311,6 +321,24 @@ pub(super) fn displacements(
     }
     let some = |(_, d): &(u32, Vec3)| *d != Vec3::zeros();
     (0..).zip(moved).filter(some).collect()
+}
+
+/// Displacements of the bodies of a problem by its impulses.
+fn displaced(problem: &ContactProblem, push: &[Vec2]) -> Vec<Vec3> {
+    let Delassus::Bodies(op) = &problem.operator else {
+        return Vec::new();
+    };
+    let mut d = vec![Vec3::zeros(); op.inverse_mass.len()];
+    for (rows, p) in op.rows.iter().zip(push) {
+        rows.push(*p, &op.inverse_mass, &mut d);
+    }
+    d
+}
+
+/// The largest distance that a body goes \[m\].
+fn farthest(displacements: &[Vec3]) -> f64 {
+    let ways = displacements.iter().map(|d| d.xy().norm());
+    ways.fold(0.0, f64::max)
 }
 
 /// Gives the rigid contacts of a problem `ξ_N + R P_N` in place of `ξ_N`, with
