@@ -114,7 +114,8 @@ pub(super) fn links_to_cut(
         let is_wide = |b: &u32| wide.get(*b as usize) == Some(&true);
         let own = |body: &usize| bodies.contains(&(*body as u32));
         let all = || links.iter().filter(|(b, _)| own(b));
-        let before = in_parts && all().any(|(_, link)| link.cut);
+        // few links are cut, and to look for one among the bodies takes long
+        let before = in_parts && links.iter().any(|(b, link)| link.cut && own(b));
         if !before && (outcome.crowd || !bodies.iter().any(is_wide)) {
             continue;
         }

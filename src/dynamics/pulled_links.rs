@@ -192,28 +192,32 @@ pub(super) fn find_links(
             }
         }
     }
+    let mut stiff_of = vec![None; if stiff.is_empty() { 0 } else { pins.len() }];
+    for link in stiff {
+        stiff_of[link.body].get_or_insert(link);
+    }
+    let mut supported = None;
     let mut links = Vec::new();
     for (body, (own, w)) in pins.iter().zip(inverse_mass).enumerate() {
         let Some((pin, side)) = own.first.filter(|_| !own.held && w.x > 0.0 && w.z > 0.0) else {
             continue;
         };
-        let before = stiff.iter().find(|link| link.body == body);
-        let fades = if before.is_some_and(|link| link.cut) {
-            CUT_FADES
-        } else {
-            FADES
+        let before = stiff_of.get(body).copied().flatten();
+        let faded = |link: &StiffLink| {
+            let fades = if link.cut { CUT_FADES } else { FADES };
+            fades.powf(interval.length / step) * link.stiffness
         };
-        let faded = fades.powf(interval.length / step);
         let pull = own.pull - own.force.dot(&own.arm) / own.count;
         let stiffness = match before {
             // the whole step is none of its parts, and may be unstable
             Some(link) if link.in_parts && interval.whole => link.stiffness,
-            Some(link) => pull.max(faded * link.stiffness),
+            Some(link) => pull.max(faded(link)),
             None => pull,
         };
         let (support, inertia) = (own.support / w.x, 1.0 / w.z);
         let pulled = step * step * stiffness / STABLE - support > inertia;
-        if pulled && is_supported(body, interval, solution) {
+        let bodies = pins.len();
+        if pulled && supported.get_or_insert_with(|| supports(bodies, interval, solution))[body] {
             let link = PulledLink {
                 pin,
                 side,
@@ -231,11 +235,20 @@ pub(super) fn find_links(
     links
 }
 
-/// Whether the island of a body touches a body that no impulse moves, or is pinned to one. Scaling
-/// spins changes the angular momentum, which an island without support must keep.
-fn is_supported(body: usize, interval: &Interval, solution: &Solution) -> bool {
-    let sides = |i: &u32| interval.sides[*i as usize];
-    let mut islands = (0..solution.islands.len()).map(|k| solution.islands.blocks(k));
-    let own = islands.find(|blocks| blocks.iter().any(|i| sides(i).contains(&(body as u32))));
-    own.is_some_and(|blocks| blocks.iter().any(|i| sides(i).contains(&NO_BODY)))
+/// Whether the island of each body touches a body that no impulse moves, or is pinned to one. Scaling
+/// spins changes the angular momentum, which an island without support must keep. Of a body in several
+/// islands, as it dominates another, the first counts.
+fn supports(bodies: usize, interval: &Interval, solution: &Solution) -> Vec<bool> {
+    let mut supported = vec![None; bodies];
+    for k in 0..solution.islands.len() {
+        let sides = |i: &u32| interval.sides[*i as usize];
+        let blocks = solution.islands.blocks(k);
+        let touches = blocks.iter().any(|i| sides(i).contains(&NO_BODY));
+        for body in blocks.iter().flat_map(sides) {
+            if let Some(own) = supported.get_mut(body as usize) {
+                own.get_or_insert(touches);
+            }
+        }
+    }
+    supported.into_iter().map(|s| s == Some(true)).collect()
 }
