@@ -91,6 +91,18 @@ impl Bend {
         }
     }
 
+    /// No less than the length of [`Bend::after`] \[m\], and fast for pins: `|R(φ) r − r − φ × r| ≤ φ² r/2`.
+    pub(super) fn most(&self, velocities: [Vec3; 2], time: f64) -> f64 {
+        match self {
+            Bend::Straight => 0.0,
+            Bend::Point { arms } => {
+                let of = |k: usize| arms[k].norm() * (velocities[k].z * time).powi(2);
+                0.5 * (of(0) + of(1))
+            }
+            Bend::Along { .. } | Bend::Distance { .. } => f64::INFINITY,
+        }
+    }
+
     /// Largest arm \[m\] that a turn acts on; the scale of its error.
     pub fn reach(&self) -> f64 {
         let of = |arms: &[Vec2; 2]| arms[0].norm().max(arms[1].norm());
