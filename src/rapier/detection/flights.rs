@@ -13,11 +13,10 @@
 //! Source: Eberly, *Intersection of Convex Objects: The Method of Separating Axes* (2001), on objects
 //! with constant velocity.
 
-use super::super::kernels::{Axes, Axis, Core, Touch, with_axes};
-use super::Present;
-use super::leaves::Leaf;
+use super::super::kernels::{Axes, Axis, Core, Part, Touch, with_axes};
+use super::couple::Couple;
 use super::pairs::Finder;
-use super::seams::{FLUSH, poses_at};
+use super::seams::FLUSH;
 use crate::dynamics::Pose64;
 
 impl Finder<'_> {
@@ -26,34 +25,26 @@ impl Finder<'_> {
     #[inline]
     pub(super) fn meet_in_flight(
         &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
+        couple: &Couple,
         (bound, reach): (f64, f64),
         found: &mut Vec<Touch>,
     ) {
-        let motion = (bodies[0].speed + bodies[1].speed) * self.step;
-        let size = sides[0].surface.size.min(sides[1].surface.size);
+        let motion = couple.speed() * self.step;
+        let size = couple.size();
         let flies = bound > if found.is_empty() { 0.0 } else { FLUSH * size };
-        let sharp = |leaf: &Leaf| {
-            leaf.part.rounding == 0.0 && matches!(leaf.part.core, Core::Box(_) | Core::Polygon(_))
+        let sharp = |part: &Part| {
+            part.rounding == 0.0 && matches!(part.core, Core::Box(_) | Core::Polygon(_))
         };
-        if flies && bound < motion && sides.into_iter().all(sharp) {
-            self.meet_last(sides, bodies, [1e-7 * size, reach], found);
+        if flies && bound < motion && couple.parts.into_iter().all(sharp) {
+            self.meet_last(couple, [1e-7 * size, reach], found);
         }
     }
 
     #[inline(never)]
-    fn meet_last(
-        &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        [noise, reach]: [f64; 2],
-        found: &mut Vec<Touch>,
-    ) {
-        let now = sides.map(|leaf| leaf.pose);
-        let next = poses_at(sides, bodies, self.step);
-        let toward = bodies[1].center - bodies[0].center;
-        with_axes(sides.map(|leaf| &leaf.part), &now, (toward, None), |axes| {
+    fn meet_last(&self, couple: &Couple, [noise, reach]: [f64; 2], found: &mut Vec<Touch>) {
+        let (now, next) = (couple.poses(), couple.poses_at(self.step));
+        let toward = couple.bodies[1].center - couple.bodies[0].center;
+        with_axes(couple.parts, &now, (toward, None), |axes| {
             let Some(axis) = last_axis(axes, [&now, &next]) else {
                 return;
             };

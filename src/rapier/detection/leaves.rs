@@ -7,6 +7,7 @@ use super::colliders::{Colliders, Surface};
 use super::shapes;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
+use std::sync::Arc;
 
 /// One part of a collider, with only what the narrow phase reads of every pair, to be close in
 /// memory.
@@ -14,6 +15,8 @@ pub(super) struct Leaf {
     /// Present pose.
     pub pose: Pose64,
     pub part: Part,
+    /// See [`shapes::Piece`].
+    pub solid: Option<Arc<[Part; 2]>>,
     /// Surface of its collider.
     pub surface: Surface,
     /// Index of the collider, and number of the part in it.
@@ -108,6 +111,14 @@ impl Leaves {
         }
     }
 
+    /// The leaf of a collider with this number.
+    pub fn of(&self, slot: u32, sub: u32) -> Option<&Leaf> {
+        let own = self.of_slot.get(slot as usize)?;
+        let number = |leaf: &u32| self.names[*leaf as usize].sub;
+        let place = own.binary_search_by_key(&sub, number).ok()?;
+        Some(self.get(own[place]))
+    }
+
     /// Removes the leaves of a collider and returns their numbers.
     pub fn remove(&mut self, slot: u32) -> Vec<u32> {
         let gone = match self.of_slot.get_mut(slot as usize) {
@@ -142,6 +153,7 @@ impl Leaves {
             let leaf = Leaf {
                 pose: old.compose(&local),
                 part: piece.part.clone(),
+                solid: piece.solid.clone(),
                 surface: known.surface,
                 slot,
                 sub: piece.sub,

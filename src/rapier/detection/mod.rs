@@ -11,7 +11,9 @@
 //! rapier's own broad and narrow phase are not used: they would cost as much as rapier's step, and
 //! they recycle manifolds while a pair moves by up to a millimetre.
 
+mod chains;
 mod colliders;
+mod couple;
 mod exhaustive;
 mod flights;
 mod grid;

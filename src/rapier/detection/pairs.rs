@@ -3,6 +3,7 @@
 use super::super::engine::prelude::*;
 use super::super::kernels::{Sight, Touch, cell_touches, relative, touches};
 use super::colliders::Colliders;
+use super::couple::Couple;
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
@@ -322,11 +323,11 @@ impl Finder<'_> {
             let terms = self.terms(sides)?;
             return self.contacts_on(&terms, leaves, sides, reach, group, scratch, out);
         }
-        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
-        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
+        let poses = sides.map(|leaf| &leaf.pose);
+        let couple = Couple::new(self, leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
         found.clear();
-        let bound = touches(poses, parts, &sight, reach, found);
+        let bound = touches(poses, couple.parts, &couple.sight, reach, found);
         if bound.is_none() {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
         }
@@ -338,33 +339,33 @@ impl Finder<'_> {
                 out.add_near(near);
             }
         }
-        let met = self.meet_fast(sides, bodies, found);
+        let met = self.meet_fast(&couple, found);
         if self.midpoint
             && !met
             && let Some(bound) = bound
         {
-            self.meet_in_flight(sides, bodies, (bound, reach), found);
+            self.meet_in_flight(&couple, (bound, reach), found);
         }
         if !met && (self.midpoint || self.within) {
             match bound {
                 Some(bound) if found.is_empty() => {
-                    self.meet_at_corner(sides, bodies, (bound, reach, &sight), found);
+                    self.meet_at_corner(&couple, (bound, reach), found);
                 }
-                _ => self.meet_moving(sides, bodies, (reach, &sight), found),
+                _ => self.meet_moving(&couple, reach, found),
             }
         }
         if self.midpoint
             && let Some(bound) = bound
         {
             let near = (found.as_slice(), bound);
-            self.remember_sides(leaves, sides, bodies, near, &sight, &mut scratch.faces);
+            self.remember_sides(&couple, near, &mut scratch.faces);
         }
         if !found.is_empty() {
             let setting = self.plain_setting(sides);
             let next = out.contacts.len();
             self.give(setting, sides, &Terms::default(), group, found, out);
             if out.contacts.len() == next + found.len() {
-                let tie = self.tie(sides, leaves, &setting, (found, &sight), next);
+                let tie = self.tie(&couple, &setting, found, next);
                 scratch.ties.extend(tie);
             }
         }
@@ -402,23 +403,24 @@ impl Finder<'_> {
         out: &mut Detection,
     ) -> Option<f64> {
         let bodies = sides.map(|leaf| self.present(leaf));
-        let sight = self.sight(leaves, sides, bodies, &scratch.faces);
+        let couple = Couple::new(self, leaves, sides, bodies, &scratch.faces);
         let found = &mut scratch.touches;
         let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
         found.clear();
         let cell = terms.foundation;
         let pressed = cell.and_then(|cell| cell_touches(poses, parts, cell, reach, found));
-        if let Some(bound) = pressed.or_else(|| touches(poses, parts, &sight, reach, found)) {
-            let met = pressed.is_some() || self.meet_fast(sides, bodies, found);
+        let (parts, sight) = (couple.parts, &couple.sight);
+        if let Some(bound) = pressed.or_else(|| touches(poses, parts, sight, reach, found)) {
+            let met = pressed.is_some() || self.meet_fast(&couple, found);
             if self.midpoint && !met {
-                self.meet_in_flight(sides, bodies, (bound, reach), found);
+                self.meet_in_flight(&couple, (bound, reach), found);
             }
             if !met && (self.midpoint || self.within) {
-                self.meet_moving(sides, bodies, (reach, &sight), found);
+                self.meet_moving(&couple, reach, found);
             }
             if self.midpoint {
                 let near = (found.as_slice(), bound);
-                self.remember_sides(leaves, sides, bodies, near, &sight, &mut scratch.faces);
+                self.remember_sides(&couple, near, &mut scratch.faces);
             }
             if terms.events_only {
                 let least = found.iter().map(|t| t.gap).reduce(f64::min);

@@ -12,9 +12,8 @@
 //!
 //! Parts at rest, and those that land, see [`super::ties`].
 
-use super::super::kernels::{Axes, Axis, Sight, Touch, with_axes};
-use super::Present;
-use super::leaves::Leaf;
+use super::super::kernels::{Axes, Axis, Touch, with_axes};
+use super::couple::Couple;
 use super::pairs::Finder;
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
@@ -28,60 +27,35 @@ pub(super) const AHEAD: f64 = 2.0;
 /// that flies past corners higher up meets what it meets.
 pub(super) const FLUSH: f64 = 1e-3;
 
-/// Resolution of positions \[m\]: the larger of 1e-7 of the smaller part's size, and the resolution
-/// of the user's coordinates in `f32`.
-pub(super) fn noise(sides: [&Leaf; 2], bodies: [&Present; 2], found: &[Touch]) -> f64 {
-    let far = bodies[0].coordinate.max(bodies[1].coordinate);
-    let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
-    (1e-7 * sides[0].surface.size.min(sides[1].surface.size))
-        .max(4.0 * f64::from(f32::EPSILON) * far)
-}
-
 /// Whether two parts that move by `motion` \[m\] in a step may have passed each other before its midpoint:
 /// sweeps handle these. `size` \[m\] is that of the smaller one.
 fn passed(motion: f64, size: f64, noise: f64, found: &[Touch]) -> bool {
     motion > 0.5 * size && found.iter().any(|touch| touch.gap < -noise)
 }
 
-/// Poses of two parts at another time, by their present velocities.
-pub(super) fn poses_at(sides: [&Leaf; 2], bodies: [&Present; 2], time: f64) -> [Pose64; 2] {
-    [0, 1].map(|i: usize| {
-        let mut pose = sides[i].pose;
-        let center = pose.apply_inverse(bodies[i].center);
-        pose.advance(&bodies[i].velocity, center, time);
-        pose
-    })
-}
-
 impl Finder<'_> {
     /// Replaces the contacts of two moving parts if the parts meet along another direction than that
     /// of the contacts.
     #[inline]
-    pub(super) fn meet_moving(
-        &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        (reach, sight): (f64, &Sight),
-        found: &mut Vec<Touch>,
-    ) {
+    pub(super) fn meet_moving(&self, couple: &Couple, reach: f64, found: &mut Vec<Touch>) {
+        let Couple { parts, bodies, .. } = *couple;
         let dt = self.step;
-        let size = sides[0].surface.size.min(sides[1].surface.size);
-        let motion = (bodies[0].speed + bodies[1].speed) * dt;
+        let size = couple.size();
+        let motion = couple.speed() * dt;
         if motion < 1e-7 * size {
             return; // at rest
         }
         // the kernel of a chain chooses the face within it; at its ends and sharp corners another
         // part may lie flush, and a moving chain may slide over seams of other parts. The two ends of a
         // sheet that slides on a chain may lie on either side of it by rounding
-        let chain = |i: usize| {
-            bodies[i].immovable && sides[i].part.goes_on() && !sides[1 - i].part.is_sheet()
-        };
+        let chain =
+            |i: usize| bodies[i].immovable && parts[i].goes_on() && !parts[1 - i].is_sheet();
         if chain(0) || chain(1) {
             return;
         }
         // a contact may have the wrong direction if it may close while forces accelerate the bodies,
         // or if it overlapped at the start of the step
-        let noise = noise(sides, bodies, found);
+        let noise = couple.noise(found);
         if passed(motion, size, noise, found) {
             return;
         }
@@ -91,7 +65,7 @@ impl Finder<'_> {
             way < -1e-9 * size && t.gap + AHEAD * way < 0.0 || t.gap - 0.5 * way < -noise
         };
         if found.iter().any(misled) {
-            self.meet_another(sides, bodies, (reach, sight), noise, found);
+            self.meet_another(couple, reach, noise, found);
         }
     }
 
@@ -101,51 +75,43 @@ impl Finder<'_> {
     #[inline]
     pub(super) fn meet_at_corner(
         &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        (bound, reach, sight): (f64, f64, &Sight),
+        couple: &Couple,
+        (bound, reach): (f64, f64),
         found: &mut Vec<Touch>,
     ) {
-        if bound >= 0.0 || !sides.iter().any(|leaf| leaf.part.has_sharp_corner()) {
+        if bound >= 0.0 || !couple.parts.iter().any(|part| part.has_sharp_corner()) {
             return;
         }
-        let size = sides[0].surface.size.min(sides[1].surface.size);
-        let motion = (bodies[0].speed + bodies[1].speed) * self.step;
+        let size = couple.size();
+        let motion = couple.speed() * self.step;
         if !(1e-7 * size..=0.5 * size).contains(&motion) || motion < -bound {
             return;
         }
-        let noise = noise(sides, bodies, found);
+        let noise = couple.noise(found);
         if bound < -noise {
-            self.meet_another(sides, bodies, (reach, sight), noise, found);
+            self.meet_another(couple, reach, noise, found);
         }
     }
 
     #[inline(never)]
-    fn meet_another(
-        &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        (reach, sight): (f64, &Sight),
-        noise: f64,
-        found: &mut Vec<Touch>,
-    ) {
-        let at = |time| poses_at(sides, bodies, time);
-        let (now, dt) = (sides.map(|leaf| leaf.pose), self.step);
-        let (start, next) = (at(-0.5 * dt), at(AHEAD * dt));
+    fn meet_another(&self, couple: &Couple, reach: f64, noise: f64, found: &mut Vec<Touch>) {
+        let bodies = couple.bodies;
+        let (now, dt) = (couple.poses(), self.step);
+        let (start, next) = (couple.poses_at(-0.5 * dt), couple.poses_at(AHEAD * dt));
         let present = found.first().map(|touch| touch.normal);
         let toward = present.unwrap_or_else(|| bodies[1].center - bodies[0].center);
-        let size = sides[0].surface.size.min(sides[1].surface.size);
+        let size = couple.size();
         let flush = noise.max(FLUSH * size);
-        let view = (toward, Some(sight));
-        let better = with_axes(sides.map(|leaf| &leaf.part), &now, view, |axes| {
-            let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * dt;
+        let view = (toward, Some(&couple.sight));
+        let better = with_axes(couple.parts, &now, view, |axes| {
+            let slide = (0.5 + AHEAD) * couple.speed() * dt;
             // an impact is located at the instant of touching: what lies deeper then was crossed before
             let least = match self.midpoint {
                 true => f64::NEG_INFINITY,
                 false => present.map_or(0.0, |n| axes.separation(&now, n).min(0.0)) - flush,
             };
             // parts so fast that they may pass each other in a step slide, or are left as they are
-            let highest = match 2.0 * self.step * (bodies[0].speed + bodies[1].speed) <= size {
+            let highest = match 2.0 * self.step * couple.speed() <= size {
                 true => f64::INFINITY,
                 false => flush,
             };

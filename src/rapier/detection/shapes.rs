@@ -8,11 +8,14 @@ use crate::dynamics::Pose64;
 use crate::rapier::parry::bounding_volume::{Aabb, BoundingVolume};
 use crate::rapier::parry::shape::{PolylineFlags, TriMesh, TypedShape, VoxelData, Voxels};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::sync::Arc;
 
 /// One part of a collider.
 #[derive(Clone)]
 pub(super) struct Piece {
     pub part: Part,
+    /// Of a segment of a chain with two sides, the parts with solid behind it, as seen from each face.
+    pub solid: Option<Arc<[Part; 2]>>,
     /// Pose in the collider's frame.
     pub local: Pose64,
     /// Number of the segment, triangle or sub-shape.
@@ -81,6 +84,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
             let rounding = skin;
             out.push(Piece {
                 part: Part { core, rounding },
+                solid: None,
                 local: local.compose(&Pose64::new(vec2(c.segment.a), 0.0)),
                 sub,
             });
@@ -113,6 +117,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
                             core,
                             rounding: skin,
                         },
+                        solid: None,
                         local,
                         sub: 3 * t as u32,
                     }));
@@ -134,6 +139,7 @@ fn add(shape: &SharedShape, skin: f64, local: Pose64, out: &mut Vec<Piece>) {
                     core: core.unwrap_or_else(|| Core::Other(shape.clone())),
                     rounding: rounding + skin,
                 },
+                solid: None,
                 local,
                 sub,
             });
@@ -182,22 +188,31 @@ fn surface(
             edges[mine].1.owns[end] = mine < other;
         }
     }
-    if one_sided && edges.len() <= COARSE {
-        for i in 0..edges.len() {
-            let others = edges
-                .iter()
-                .filter_map(|(_, other)| edges[i].1.depth_to(other));
-            edges[i].1.depth = others.fold(edges[i].1.depth, f64::min);
+    // the solid behind a segment ends where another one is
+    let measured = |edge: Edge| match edges.len() <= COARSE {
+        true => {
+            let depths = edges.iter().filter_map(|(_, other)| edge.depth_to(other));
+            let depth = depths.fold(edge.depth, f64::min);
+            Edge { depth, ..edge }
         }
-    }
-    out.extend(edges.into_iter().map(|(sub, edge)| Piece {
-        part: Part {
-            core: Core::Edge(edge.into()),
-            rounding: skin,
-        },
+        false => edge,
+    };
+    let part = |edge: Edge| Part {
+        core: Core::Edge(edge.into()),
+        rounding: skin,
+    };
+    let piece = |(sub, edge): &(u32, Edge)| Piece {
+        part: part(match one_sided {
+            true => measured(edge.clone()),
+            false => edge.clone(),
+        }),
+        solid: edge
+            .solid()
+            .map(|both| Arc::new(both.map(|edge| part(measured(edge))))),
         local,
-        sub,
-    }));
+        sub: *sub,
+    };
+    out.extend(edges.iter().map(piece));
 }
 
 /// The sides of triangles that no other triangle shares, solid on their left, numbered three to a

@@ -10,24 +10,21 @@
 //! the side on which a segment touches others is remembered as well.
 
 use super::super::kernels::{Core, Part, Sight, Touch, sides_of};
-use super::Present;
-use super::leaves::{Leaf, Name};
+use super::couple::Couple;
+use super::leaves::Name;
 use super::marks::Marks;
 use super::pairs::Finder;
 use super::rows::Row;
-use super::seams::poses_at;
 use crate::contact::Vec2;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Mark of a pair whose contact a step has found. The marks below it are two bits for each part: 1 plus
 /// the face of its segment.
-const TOUCHED: u32 = 1 << 4;
+pub(super) const TOUCHED: u32 = 1 << 4;
 
-fn is_two_sided(part: &Part) -> bool {
-    matches!(&part.core, Core::Edge(edge) if !edge.one_sided)
-}
-
-fn is_one_sided(part: &Part) -> bool {
-    matches!(&part.core, Core::Edge(edge) if edge.one_sided)
+/// The face of part `i` in the mark of a pair.
+pub(super) fn face_of(marks: u32, i: usize) -> Option<usize> {
+    Some((marks >> (2 * i) & 3).checked_sub(1)? as usize)
 }
 
 /// The face of segment `i` of a pair on whose side the other part touches a neighbour of the segment.
@@ -40,7 +37,7 @@ fn side_beside(order: [u32; 4], i: usize, part: &Part, memory: &Marks) -> Option
         let mut order = order;
         order[2 + i] = sub;
         let marks = memory.before(&order);
-        let face = (marks >> (2 * i) & 3).checked_sub(1)? as usize;
+        let face = face_of(marks, i)?;
         (marks & TOUCHED != 0).then_some(if reversed { 1 - face } else { face })
     };
     at(0).or_else(|| at(1))
@@ -58,14 +55,15 @@ pub(super) fn forget_side(name: &Name, memory: &mut Marks) {
 
 impl Finder<'_> {
     /// Data of earlier poses of a pair that the kernels need.
-    pub(super) fn sight(
-        &self,
-        leaves: [u32; 2],
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        memory: &Marks,
-    ) -> Sight {
-        if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
+    pub(super) fn sight(&self, couple: &Couple, memory: &Marks) -> Sight {
+        let Couple {
+            leaves,
+            sides,
+            bodies,
+            parts,
+            ..
+        } = *couple;
+        if !parts.iter().any(|part| part.is_two_sided()) {
             return Sight::default();
         }
         let order = Row::order(leaves, &self.leaves.names);
@@ -81,9 +79,9 @@ impl Finder<'_> {
         };
         // the cores of rounded parts are apart at the start of a step, those of sharp ones that touch
         // are so by rounding
-        let rounded = sides.iter().any(|leaf| leaf.part.rounding > 0.0);
-        let one_sided = sides.iter().any(|leaf| is_one_sided(&leaf.part));
-        let both = sides.iter().all(|leaf| is_two_sided(&leaf.part));
+        let rounded = parts.iter().any(|part| part.rounding > 0.0);
+        let one_sided = parts.iter().any(|part| part.is_one_sided());
+        let both = parts.iter().all(|part| part.is_two_sided());
         let starts = one_sided
             || both
                 && match rounded {
@@ -102,10 +100,7 @@ impl Finder<'_> {
             false => -0.5 * self.step,
         };
         Sight {
-            faces: [0, 1].map(|i| match known >> (2 * i) & 3 {
-                0 => None,
-                face => Some(face as usize - 1),
-            }),
+            faces: [0, 1].map(|i| face_of(known, i)),
             moved: match self.midpoint {
                 true => [moved(0, 1), moved(1, 0)],
                 false => [Vec2::zeros(); 2],
@@ -118,7 +113,7 @@ impl Finder<'_> {
                 true => [None; 2],
                 false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
             },
-            start: starts.then(|| poses_at(sides, bodies, back)),
+            start: starts.then(|| couple.poses_at(back)),
             elsewhere: match both && known & TOUCHED == 0 && !memory.is_empty() {
                 true => [elsewhere(0), elsewhere(1)],
                 false => [None; 2],
@@ -128,45 +123,67 @@ impl Finder<'_> {
         }
     }
 
+    /// The faces of segments on whose side the other part lies. `deepest` is the contact of the two.
+    fn faces_of(&self, couple: &Couple, deepest: Option<&Touch>) -> Option<[Option<usize>; 2]> {
+        let Couple {
+            sides,
+            parts,
+            faces,
+            ..
+        } = *couple;
+        let poses = sides.map(|leaf| &leaf.pose);
+        // cosine of a contact's angle with the face 0 of a segment
+        let cosine = |i: usize, touch: &Touch| match &sides[i].part.core {
+            Core::Edge(edge) => {
+                let sign = if i == 0 { 1.0 } else { -1.0 };
+                Some(sign * poses[i].rotate(edge.normals[0]).dot(&touch.normal))
+            }
+            _ => None,
+        };
+        let by_contact = |i: usize, least: f64| {
+            let cosine = cosine(i, deepest?).filter(|cosine| cosine.abs() >= least)?;
+            Some(usize::from(cosine < 0.0))
+        };
+        if (0..2).all(|i| faces[i].is_some() || !sides[i].part.is_two_sided()) {
+            return Some(faces);
+        }
+        // of balls the contact tells the side
+        let told = sides_of(poses, parts, &couple.sight)
+            .or(deepest.map(|_| [0, 1].map(|i| by_contact(i, 0.0))))?;
+        // a sheet that swings over its end shows the other part its other face
+        let both = sides.iter().all(|leaf| leaf.part.is_two_sided());
+        let swings = |i: usize| both && sides[i].solid.is_none();
+        Some([0, 1].map(|i| {
+            let swung = by_contact(i, FRAC_1_SQRT_2).filter(|_| swings(i));
+            faces[i].or(swung).or(told[i])
+        }))
+    }
+
     /// Stores the sides on which two parts lie that are near enough to cross in the next step. Where
     /// `found` is empty, a neighbour may have the contact; `bound` is then that of their gap \[m\].
     pub(super) fn remember_sides(
         &self,
-        leaves: [u32; 2],
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
+        couple: &Couple,
         (found, bound): (&[Touch], f64),
-        sight: &Sight,
         memory: &mut Marks,
     ) {
-        if !sides.iter().any(|leaf| is_two_sided(&leaf.part)) {
+        let Couple { leaves, sides, .. } = *couple;
+        if !sides.iter().any(|leaf| leaf.part.is_two_sided()) {
             return;
         }
         let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
         // cores that cannot cross in the next step need no memory
-        let motion = self.span.motion(bodies);
+        let motion = self.span.motion(couple.bodies);
         if deepest.map_or(bound, |touch| touch.gap) + rounding > motion {
             return;
         }
-        let (poses, parts) = (sides.map(|leaf| &leaf.pose), sides.map(|leaf| &leaf.part));
-        // of balls the contact tells the side
-        let by_contact = |touch: &Touch| {
-            [(0, 1.0), (1, -1.0)].map(|(i, sign)| match &sides[i].part.core {
-                Core::Edge(edge) => {
-                    let right = poses[i].rotate(edge.normals[0]);
-                    Some(usize::from(sign * right.dot(&touch.normal) < 0.0))
-                }
-                _ => None,
-            })
-        };
-        let faces = sides_of(poses, parts, sight).or(deepest.map(by_contact));
-        let Some(faces) = faces else {
+        let Some(faces) = self.faces_of(couple, deepest) else {
             return;
         };
         let mut known = if deepest.is_some() { TOUCHED } else { 0 };
         for (i, face) in (0..).zip(faces) {
-            if let Some(face) = face.filter(|_| is_two_sided(&sides[i].part)) {
+            if let Some(face) = face.filter(|_| sides[i].part.is_two_sided()) {
                 known |= (1 + face as u32) << (2 * i);
                 if deepest.is_some() {
                     let name = &self.leaves.names[leaves[i] as usize];

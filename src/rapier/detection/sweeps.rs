@@ -13,10 +13,8 @@
 //! Source: Mirtich, *Impulse-based Dynamic Simulation of Rigid Body Systems* (1996), §2.3.
 
 use super::super::kernels::{Core, Part, Sight, Touch, touches, with_axes};
-use super::Present;
-use super::leaves::Leaf;
+use super::couple::Couple;
 use super::pairs::Finder;
-use super::seams::poses_at;
 use crate::contact::Vec2;
 
 /// Depth at the midpoint, as a share of the thinner part, up to which the midpoint's contacts hold.
@@ -31,23 +29,23 @@ const NEARLY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const MOST: f64 = 500.0;
 
 /// Thickness of the thinner part \[m\]; of two segments the length of the shorter one.
-fn thickness(sides: [&Leaf; 2]) -> f64 {
+fn thickness(parts: [&Part; 2]) -> f64 {
     let of = |part: &Part| match &part.core {
         Core::Ball(radius) => Some(2.0 * radius),
         Core::Box(half) => Some(2.0 * half.min()),
         Core::Polygon(polygon) => Some(polygon.thickness),
         _ => None,
     };
-    let rounded = |leaf: &Leaf| of(&leaf.part).map(|t| t + 2.0 * leaf.part.rounding);
-    let length = |leaf: &Leaf| match &leaf.part.core {
-        Core::Edge(edge) => edge.length().max(2.0 * leaf.part.rounding),
+    let rounded = |part: &Part| of(part).map(|t| t + 2.0 * part.rounding);
+    let length = |part: &Part| match &part.core {
+        Core::Edge(edge) => edge.length().max(2.0 * part.rounding),
         _ => f64::INFINITY,
     };
-    match sides.map(rounded) {
+    match parts.map(rounded) {
         [Some(one), Some(two)] => one.min(two),
         [one, two] => one
             .or(two)
-            .unwrap_or_else(|| length(sides[0]).min(length(sides[1]))),
+            .unwrap_or_else(|| length(parts[0]).min(length(parts[1]))),
     }
 }
 
@@ -55,39 +53,29 @@ impl Finder<'_> {
     /// Replaces the contacts at the midpoint of two parts that are deep in each other there, and met
     /// within the first half of the step. Returns whether it did.
     #[inline]
-    pub(super) fn meet_fast(
-        &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        found: &mut Vec<Touch>,
-    ) -> bool {
-        let speed = bodies[0].closing(bodies[1]);
+    pub(super) fn meet_fast(&self, couple: &Couple, found: &mut Vec<Touch>) -> bool {
+        let speed = couple.bodies[0].closing(couple.bodies[1]);
         // half a step takes them no deeper than a shallow depth
         let half = 0.5 * self.step;
         // a speed that is not finite is reported elsewhere
-        if !self.midpoint || !speed.is_finite() || speed * half <= SHALLOW * thickness(sides) {
+        if !self.midpoint || !speed.is_finite() || speed * half <= SHALLOW * thickness(couple.parts)
+        {
             return false;
         }
-        self.meet_first(sides, bodies, speed, found)
+        self.meet_first(couple, speed, found)
     }
 
     #[inline(never)]
-    fn meet_first(
-        &self,
-        sides: [&Leaf; 2],
-        bodies: [&Present; 2],
-        speed: f64,
-        found: &mut Vec<Touch>,
-    ) -> bool {
+    fn meet_first(&self, couple: &Couple, speed: f64, found: &mut Vec<Touch>) -> bool {
+        let Couple { parts, bodies, .. } = *couple;
         let half = 0.5 * self.step;
-        let shallow = SHALLOW * thickness(sides);
+        let shallow = SHALLOW * thickness(parts);
         let stride = (0.5 * shallow).max(speed * half / MOST);
         let touching = 1e-2 * shallow;
         let mut early = Vec::new();
         let mut time = 0.0;
         while time < half {
-            let poses = poses_at(sides, bodies, time - half);
-            let parts = sides.map(|leaf| &leaf.part);
+            let poses = couple.poses_at(time - half);
             let sight = Sight::default();
             let Some(bound) = touches([&poses[0], &poses[1]], parts, &sight, touching, &mut early)
             else {
@@ -115,7 +103,7 @@ impl Finder<'_> {
                     return false;
                 }
                 // parts that slide along each other meet at the corners of a seam, and pass it
-                let now = sides.map(|leaf| leaf.pose);
+                let now = couple.poses();
                 let view = (early[0].normal, Some(&sight));
                 let passes = with_axes(parts, &poses, view, |axes| {
                     // a sheet has no depth

@@ -5,11 +5,11 @@
 //! along it at the start of the step. They then slide on one surface that consists of several parts. Parts
 //! that move along each other, see [`super::seams`].
 
-use super::super::kernels::{Axis, Sight, Touch, with_axes};
-use super::leaves::Leaf;
+use super::super::kernels::{Axis, Touch, with_axes};
+use super::couple::Couple;
 use super::pairs::Finder;
 use super::points::Pair;
-use super::seams::{AHEAD, noise, poses_at};
+use super::seams::AHEAD;
 use crate::contact::NO_BODY;
 use crate::dynamics::ContactPoint;
 
@@ -35,31 +35,29 @@ impl Finder<'_> {
     #[inline]
     pub(super) fn tie(
         &self,
-        sides: [&Leaf; 2],
-        leaves: [u32; 2],
+        couple: &Couple,
         setting: &Pair,
-        (found, sight): (&[Touch], &Sight),
+        found: &[Touch],
         contact: usize,
     ) -> Option<Tie> {
+        let (sides, bodies) = (couple.sides, couple.bodies);
         let size = sides[0].surface.size;
         let lone = match found {
             [_] => true,
             [a, b] => (a.point - b.point).norm() <= 1e-3 * size,
             _ => false,
         };
-        let bodies = sides.map(|leaf| self.present(leaf));
         let first = found[0];
         let on_still = bodies.iter().filter(|body| body.immovable).count() == 1;
         if !on_still && (!lone || first.gap.abs() > 1e-3 * size) {
             return None;
         }
-        let noise = noise(sides, bodies, found);
+        let noise = couple.noise(found);
         let u = bodies[1].velocity_at(first.point) - bodies[0].velocity_at(first.point);
         let lands = u.norm() * self.step > noise;
-        let smaller = size.min(sides[1].surface.size);
-        let fast = u.norm() * self.step > 0.5 * smaller;
+        let fast = u.norm() * self.step > 0.5 * couple.size();
         let apart = |t: &Touch| t.gap.abs() > noise || (t.point - first.point).norm() > noise;
-        let now = sides.map(|leaf| leaf.pose);
+        let now = couple.poses();
         let at = match lands {
             false if !lone || found.iter().any(apart) => return None,
             false => now,
@@ -70,12 +68,12 @@ impl Finder<'_> {
                 if !on_still || fast || found.iter().all(slides) || !found.iter().any(closes) {
                     return None;
                 }
-                poses_at(sides, bodies, -0.5 * self.step)
+                couple.poses_at(-0.5 * self.step)
             }
         };
-        let slide = (0.5 + AHEAD) * (bodies[0].speed + bodies[1].speed) * self.step;
-        let view = (first.normal, Some(sight));
-        let others = with_axes(sides.map(|leaf| &leaf.part), &now, view, |axes| {
+        let slide = (0.5 + AHEAD) * couple.speed() * self.step;
+        let view = (first.normal, Some(&couple.sight));
+        let others = with_axes(couple.parts, &now, view, |axes| {
             let other = |axis: Axis| {
                 let direction = axes.direction(&now, axis);
                 if direction.dot(&first.normal) >= 1.0 - 1e-9 {
@@ -100,7 +98,7 @@ impl Finder<'_> {
             contact,
             twice: found.len() > 1,
             setting: *setting,
-            sides: leaves,
+            sides: couple.leaves,
             others,
             noise,
             lands,

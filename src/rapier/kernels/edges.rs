@@ -51,6 +51,32 @@ impl Edge {
         })
     }
 
+    /// The same segment, in the other direction.
+    pub fn reversed(&self) -> Edge {
+        let turned = |[a, b]: [Option<_>; 2]| [b, a];
+        let [a, b] = self.ends;
+        Edge {
+            ends: [b, a],
+            normals: [self.normals[1], self.normals[0]],
+            neighbours: turned(self.neighbours),
+            next: [self.next[1], self.next[0]],
+            owns: [self.owns[1], self.owns[0]],
+            ..*self
+        }
+    }
+
+    /// Of a segment within a chain with two sides, the segments with solid behind it, as seen from each face.
+    /// `None` beside a free end, round which other parts may go.
+    pub fn solid(&self) -> Option<[Edge; 2]> {
+        let chained = !self.one_sided && self.neighbours.iter().all(Option::is_some);
+        let solid = |edge: Edge| Edge {
+            one_sided: true,
+            depth: edge.length(),
+            ..edge
+        };
+        chained.then(|| [self.clone(), self.reversed()].map(solid))
+    }
+
     /// The face (0 right, 1 left) on whose side a shape with these points lies; its `center` decides.
     ///
     /// A shape that has moved across the line keeps its side, as long as it lies no farther beyond

@@ -10,12 +10,38 @@ use crate::dynamics::Pose64;
 /// Rounding of distances, as a share of the sizes of two shapes: far below what a contact resolves.
 pub(super) const ROUNDING: f64 = 1e-12;
 
+/// Distance, as a share of the shorter of two segments, up to which one that touches the other, or a
+/// neighbour of it, may be on the wrong side by what is left of an overlap.
+pub(super) const LEFT: f64 = 1e-3;
+
 /// The nearest features of two cores that do not overlap.
 pub(super) enum Nearest {
     /// Corners, by their numbers in the two shapes.
     Corners([usize; 2], f64),
     /// A face of the first (0) or second shape (1), and the corner of the other over it.
     Face(usize, [usize; 2], f64),
+}
+
+impl Nearest {
+    /// The direction from the first core's nearest point to the second's, not of unit length, the distance
+    /// \[m\], and the corners that are nearest points.
+    pub fn way(&self, views: &[View; 2], poses: &[Pose64; 2]) -> (Vec2, f64, [Option<usize>; 2]) {
+        let [first, second] = views;
+        match *self {
+            Nearest::Corners([i, j], distance) => {
+                let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
+                (way, distance, [Some(i), Some(j)])
+            }
+            Nearest::Face(0, [k, j], distance) => {
+                (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
+            }
+            Nearest::Face(_, [k, i], distance) => (
+                -poses[1].rotate(second.normals[k]),
+                distance,
+                [Some(i), None],
+            ),
+        }
+    }
 }
 
 pub(super) fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64) -> Nearest {
@@ -106,6 +132,41 @@ pub(super) fn is_two_sided(view: &View) -> bool {
     view.edge.is_some_and(|edge| !edge.one_sided)
 }
 
+/// The face of the free segment `i` of two shapes that looks at the solid behind the other one, a one-sided
+/// segment. `None` if they are steep to each other, if the free one lies behind where it is nearest, or where a
+/// corner that it touches does not tell.
+fn facing_solid(
+    i: usize,
+    poses: [&Pose64; 2],
+    views: &[View; 2],
+    seen: [&Pose64; 2],
+) -> Option<usize> {
+    let solid = views[1 - i].edge.filter(|solid| solid.one_sided)?;
+    let edge = views[i].edge?;
+    edge.neighbours.iter().position(Option::is_none)?;
+    let outward = poses[1 - i].rotate(solid.normals[0]);
+    let cosine = outward.dot(&poses[i].rotate(edge.normals[0]));
+    let [first, second] = views;
+    if cosine.abs() <= 0.5 || cross(first, second, seen[0], seen[1]) {
+        return None;
+    }
+    let near = nearest(first, second, seen[0], seen[1]);
+    let (way, distance, corners) = near.way(views, &[*poses[0], *poses[1]]);
+    let touches = distance <= LEFT * solid.length().min(edge.length());
+    let toward = if i == 1 { way } else { -way };
+    match (corners[1 - i], corners[i]) {
+        // the solid at an overhanging corner is not behind this segment alone
+        (Some(end), None) if touches => {
+            let away = |face: usize| -poses[i].rotate(edge.normals[face]);
+            let admits = |face: &usize| solid.admits(end, poses[1 - i].unrotate(away(*face)));
+            let mut faces = (0..2).filter(admits);
+            faces.next().filter(|_| faces.next().is_none())
+        }
+        (Some(_), Some(_)) if touches => None,
+        _ => (touches || outward.dot(&toward) > 0.0).then_some(usize::from(cosine > 0.0)),
+    }
+}
+
 /// The sides of segments on which the other of two shapes lies. The error is how far one of them lies
 /// behind a one-sided segment \[m\]. `seen` are the poses of the second in the frame of the first, and
 /// of the first in that of the second.
@@ -132,6 +193,7 @@ pub(super) fn sides(
                 }
                 Some(0)
             }
+            Some(_) if let Some(face) = facing_solid(i, poses, views, seen) => Some(face),
             Some(edge) => {
                 let points = other.points.iter().map(|q| pose.apply(*q));
                 let past = sight.of(i, poses[i]);

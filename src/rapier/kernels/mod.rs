@@ -6,6 +6,7 @@
 mod axes;
 mod boxes;
 mod cells;
+mod chains;
 mod convex;
 mod edges;
 mod facing;
@@ -14,6 +15,7 @@ mod sheets;
 
 pub(super) use axes::{Axes, Axis, with_axes};
 pub(super) use cells::cell_touches;
+pub(super) use chains::approach;
 pub(super) use edges::Edge;
 pub(super) use facing::sides_of;
 pub(super) use polygon::Polygon;
@@ -48,9 +50,19 @@ pub(super) struct Part {
 }
 
 impl Part {
+    /// Whether this is a segment with two sides.
+    pub fn is_two_sided(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if !edge.one_sided)
+    }
+
+    /// Whether this is a segment with solid behind it.
+    pub fn is_one_sided(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if edge.one_sided)
+    }
+
     /// Whether this is a sharp segment with two sides.
     pub fn is_sheet(&self) -> bool {
-        self.rounding == 0.0 && matches!(&self.core, Core::Edge(edge) if !edge.one_sided)
+        self.rounding == 0.0 && self.is_two_sided()
     }
 
     /// Whether this is a segment with a neighbour at more than 45 degrees.

@@ -5,16 +5,12 @@
 //! the sides, or what the segments touch elsewhere.
 
 use super::edges::Edge;
-use super::facing::{Nearest, cross, nearest};
+use super::facing::{LEFT, cross, nearest};
 use super::polygon::{View, size};
 use super::{Sight, relative};
 use crate::contact::Vec2;
 use crate::dynamics::Pose64;
 use std::f64::consts::FRAC_1_SQRT_2;
-
-/// Distance, as a share of the shorter of two segments, up to which one that touches the other, or a
-/// neighbour of it, may be on the wrong side by what is left of an overlap.
-const LEFT: f64 = 1e-3;
 
 /// Height over a segment, as a share of the shorter one, up to which one that was on a side of it stays
 /// there.
@@ -58,20 +54,8 @@ impl<'a> Facing<'a> {
         if cross(first, second, &seen, &back) {
             return None;
         }
-        let (direction, distance, corners) = match nearest(first, second, &seen, &back) {
-            Nearest::Corners([i, j], distance) => {
-                let way = poses[1].apply(second.points[j]) - poses[0].apply(first.points[i]);
-                (way, distance, [Some(i), Some(j)])
-            }
-            Nearest::Face(0, [k, j], distance) => {
-                (poses[0].rotate(first.normals[k]), distance, [None, Some(j)])
-            }
-            Nearest::Face(_, [k, i], distance) => (
-                -poses[1].rotate(second.normals[k]),
-                distance,
-                [Some(i), None],
-            ),
-        };
+        let near = nearest(first, second, &seen, &back);
+        let (direction, distance, corners) = near.way(views, poses);
         let size = size(first).min(size(second));
         // by rounding, or by what is left of an overlap
         let least = if sight.touched { LEFT } else { 1e-9 };

@@ -1,0 +1,86 @@
+//! Two parts that may meet, and what is known of them.
+
+use super::super::kernels::{Part, Sight, Touch};
+use super::Present;
+use super::leaves::Leaf;
+use super::marks::Marks;
+use super::pairs::Finder;
+use crate::dynamics::Pose64;
+
+/// Two parts that may meet.
+pub(super) struct Couple<'a> {
+    pub leaves: [u32; 2],
+    pub sides: [&'a Leaf; 2],
+    pub bodies: [&'a Present; 2],
+    /// Their parts. Of a chain whose side is known the part has solid on the far side.
+    pub parts: [&'a Part; 2],
+    /// Per part of a chain, this side: see [`super::chains`].
+    pub faces: [Option<usize>; 2],
+    pub sight: Sight,
+}
+
+impl<'a> Couple<'a> {
+    /// Two parts, by what the last step has remembered of them.
+    #[inline]
+    pub fn new(
+        finder: &Finder<'a>,
+        leaves: [u32; 2],
+        sides: [&'a Leaf; 2],
+        bodies: [&'a Present; 2],
+        memory: &Marks,
+    ) -> Couple<'a> {
+        let mut couple = Couple {
+            leaves,
+            sides,
+            bodies,
+            parts: sides.map(|leaf| &leaf.part),
+            faces: [None; 2],
+            sight: Sight::default(),
+        };
+        if sides.iter().any(|leaf| leaf.part.is_two_sided()) {
+            if let Some(faces) = finder.sides_of_chains(&couple, memory) {
+                couple.faces = faces;
+                couple.parts = [0, 1].map(|i| match (&sides[i].solid, faces[i]) {
+                    (Some(solid), Some(face)) => &solid[face],
+                    _ => &sides[i].part,
+                });
+            }
+            couple.sight = finder.sight(&couple, memory);
+        }
+        couple
+    }
+
+    pub fn poses(&self) -> [Pose64; 2] {
+        self.sides.map(|leaf| leaf.pose)
+    }
+
+    /// Poses of the two at another time \[s\] from now, by their present velocities.
+    pub fn poses_at(&self, time: f64) -> [Pose64; 2] {
+        [0, 1].map(|i: usize| {
+            let mut pose = self.sides[i].pose;
+            let center = pose.apply_inverse(self.bodies[i].center);
+            pose.advance(&self.bodies[i].velocity, center, time);
+            pose
+        })
+    }
+
+    /// Size of the smaller one \[m\].
+    pub fn size(&self) -> f64 {
+        let [one, two] = self.sides;
+        one.surface.size.min(two.surface.size)
+    }
+
+    /// Bound of the speed of the two towards each other \[m/s\].
+    pub fn speed(&self) -> f64 {
+        self.bodies[0].speed + self.bodies[1].speed
+    }
+
+    /// Resolution of positions \[m\]: the larger of 1e-7 of the smaller part's size, and the resolution
+    /// of the user's coordinates in `f32`.
+    pub fn noise(&self, found: &[Touch]) -> f64 {
+        let [one, two] = self.bodies;
+        let far = one.coordinate.max(two.coordinate);
+        let far = found.iter().map(|t| t.point.amax()).fold(far, f64::max);
+        (1e-7 * self.size()).max(4.0 * f64::from(f32::EPSILON) * far)
+    }
+}
