@@ -16,7 +16,7 @@ const INSIDE: f64 = 0.25;
 const APART: f64 = 0.01;
 
 /// Thickness that a pair of segments counts with, over the shorter one.
-const THIN: f64 = 4e-3;
+const THIN: f64 = 0.1;
 
 /// Height of a segment's middle over another segment, over the shorter one's half, from which it is clearly
 /// on one side; and share of a segment at either end at which another may pass beside it.
@@ -261,7 +261,32 @@ fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
         && !is_behind(pair, from)
         && apart(from)
         && apart(to)
+        && !stays(pair, from, to)
         && is_deep(pair, from, to)
+}
+
+/// Whether of two segments one lies over the other at both poses, on the same side: a corner that came a little
+/// way through and back did not pass.
+fn stays(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
+    let same = |base: usize| Some(over(pair, from, base)? == over(pair, to, base)?);
+    let told = [same(0), same(1)];
+    told.contains(&Some(true)) && !told.contains(&Some(false))
+}
+
+/// Whether the point of a segment that is nearest to segment `base` lies on its left. `None` for other leaves,
+/// and beside its ends.
+fn over(pair: [&Leaf; 2], poses: [Pose64; 2], base: usize) -> Option<bool> {
+    let ends = |k: usize| match pair[k].core[..] {
+        [a, b] if pair[k].thickness == 0.0 => Some([a, b].map(|p| poses[k].apply(p))),
+        _ => None,
+    };
+    let ([a, b], [p, q]) = (ends(base)?, ends(1 - base)?);
+    let along = b - a;
+    let share = |p: Vec2| along.dot(&(p - a)) / along.norm_squared();
+    let distance = |p: Vec2| (p - (a + along * share(p).clamp(0.0, 1.0))).norm();
+    let near = if distance(p) <= distance(q) { p } else { q };
+    let height = along.perp(&(near - a));
+    ((END..=1.0 - END).contains(&share(near)) && height != 0.0).then_some(height > 0.0)
 }
 
 /// The side of the longer of two segments on which the middle of the other one lies: whether on its left, and

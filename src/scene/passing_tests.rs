@@ -200,6 +200,29 @@ fn a_flat_sheet_passes_a_line() {
     assert_eq!(passes(0.0, &[[0.0, 1e-7], [0.1, -1e-7], [0.2, 1e-7]]), 0);
 }
 
+/// Bug: a sheet that slid over a ridge, which came 2 mm through it for a step, was said to have passed it.
+#[test]
+fn a_ridge_that_comes_a_little_through_a_sheet_and_back_does_not_pass() {
+    let text = "[scene]\nname = \"s\"\ntitle = \"t\"\n\
+                [[body]]\nname = \"w\"\nkind = \"fixed\"\ntwo_sided = true\n\
+                polyline = [[-3, -1], [0, 0], [3, -1]]\n\
+                [[body]]\nname = \"b\"\ntwo_sided = true\nmass = 1\ninertia = 1\n\
+                polyline = [[-0.5, 0], [0.5, 0]]\nposition = [0, 1]\n";
+    let scene = Scene::parse("s.toml", text, &[]).unwrap();
+    let passes = |heights: &[f64]| {
+        let mut overlaps = Overlaps::new(&scene.bodies, &scene.joints, 1.0 / 60.0);
+        let still = Pose64::new(Vec2::zeros(), 0.0);
+        let count = |(k, y): (usize, &f64)| {
+            let moved = Pose64::new(Vec2::new(0.1 * k as f64 - 0.2, *y), 0.0);
+            let measured = overlaps.measure(|body| Some(if body == 1 { moved } else { still }));
+            measured.passed.len()
+        };
+        heights.iter().enumerate().map(count).sum::<usize>()
+    };
+    assert_eq!(passes(&[1e-3, -2e-3, 1e-3, 1e-3]), 0);
+    assert!(passes(&[1e-3, -0.2, -0.4, -0.6, -0.8]) > 0);
+}
+
 /// A one-sided edge stops what comes from its outer side only.
 #[test]
 fn one_sided_edges_are_passed_from_outside() {
