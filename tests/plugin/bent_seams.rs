@@ -1,5 +1,5 @@
-//! One body slides over a smooth chain of segments, above or below it: whether the chain or the outline has one
-//! side or two makes no difference.
+//! One body slides over a smooth chain of segments: whether the chain or the outline has one side or two, and which
+//! way a chain of two sides runs, makes no difference.
 
 use crate::common::at;
 use crate::common::series::Series;
@@ -111,7 +111,13 @@ fn ride(seed: u64, body: &str, floor: &str) -> Ride {
         ),
     };
     let floor = match floor {
-        "two-sided" => ColliderBuilder::polyline(line, None),
+        "two-sided" => {
+            // the body comes from its right or its left
+            if seed % 2 == 1 {
+                line.reverse();
+            }
+            ColliderBuilder::polyline(line, None)
+        }
         "height field" => {
             let heights = line.iter().map(|p| p.y).collect();
             ColliderBuilder::heightfield(heights, at(12.0, 1.0))

@@ -51,8 +51,15 @@ impl Finder<'_> {
         memory: &Marks,
     ) -> Option<[Option<usize>; 2]> {
         let sides = couple.sides;
-        let round = |i: usize| matches!(sides[i].part.core, Core::Ball(_));
-        if (0..2).any(round) || sides.iter().all(|leaf| leaf.solid.is_none()) {
+        let round = |part: &Part| matches!(part.core, Core::Ball(_));
+        // at the end of a chain its segments would follow different rules
+        let ends = |part: &Part| match &part.core {
+            Core::Edge(edge) => !edge.one_sided && edge.ends_a_chain(),
+            _ => false,
+        };
+        let refused = |part: &Part| round(part) || ends(part);
+        let within = sides.iter().any(|leaf| leaf.solid.is_some());
+        if !within || sides.iter().any(|leaf| refused(&leaf.part)) {
             return None;
         }
         // beside a free end there is none

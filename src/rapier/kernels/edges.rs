@@ -100,6 +100,11 @@ impl Edge {
         Vec2::new(-self.normals[0].y, self.normals[0].x)
     }
 
+    /// Whether this is the first or the last segment of a chain.
+    pub fn ends_a_chain(&self) -> bool {
+        self.neighbours.iter().flatten().count() == 1
+    }
+
     /// Whether both ends have neighbours, within 45 degrees of this segment.
     pub fn goes_on(&self) -> bool {
         (0..2).all(|end| self.goes_on_at(end))
