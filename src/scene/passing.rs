@@ -16,7 +16,7 @@ const INSIDE: f64 = 0.25;
 const APART: f64 = 0.01;
 
 /// Thickness that a pair of segments counts with, over the shorter one.
-const THIN: f64 = 0.1;
+const THIN: f64 = 4e-3;
 
 /// Height of a segment's middle over another segment, over the shorter one's half, from which it is clearly
 /// on one side; and share of a segment at either end at which another may pass beside it.
