@@ -39,7 +39,8 @@ fn corners(points: &[Vec2], other: &[Vec2]) -> f64 {
     points.iter().map(nearest).fold(f64::INFINITY, f64::min)
 }
 
-fn to_segment(p: &Vec2, a: &Vec2, b: &Vec2) -> f64 {
+/// Distance \[m\] of a point from a segment.
+pub(super) fn to_segment(p: &Vec2, a: &Vec2, b: &Vec2) -> f64 {
     let along = b - a;
     let length = along.norm_squared();
     let t = if length > 0.0 {

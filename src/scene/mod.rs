@@ -37,6 +37,7 @@ mod build;
 mod catalogue;
 mod check;
 mod convex;
+mod crossing;
 mod document;
 mod error;
 mod expand;

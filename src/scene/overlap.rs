@@ -2,6 +2,7 @@
 //! and whether one passed through another. The measures are the same for every engine.
 
 use super::convex::{gap, width};
+use super::crossing::Crossing;
 use super::passing::Passing;
 use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
@@ -42,6 +43,7 @@ pub(super) struct Overlaps {
     /// Poses now; `None` for a removed body.
     poses: Vec<Option<Pose64>>,
     passing: Passing,
+    crossing: Crossing,
     lasting: Lasting,
 }
 
@@ -71,6 +73,13 @@ pub(super) struct Leaf {
     pub slab: bool,
     moves: bool,
     one_way: bool,
+}
+
+impl Leaf {
+    /// Whether it is a two-sided segment.
+    pub fn is_sheet(&self) -> bool {
+        self.core.len() == 2 && self.thickness == 0.0
+    }
 }
 
 /// Lasting overlaps. For each pair of bodies it has the least ratio of depth to size in the present
@@ -156,19 +165,21 @@ impl Overlaps {
                 .iter_mut()
                 .for_each(|leaf| leaf.body = k as u32);
         }
+        let tied: FxHashSet<(u32, u32)> = joints
+            .iter()
+            .filter_map(|joint| {
+                let [a, b] = joint.bodies;
+                let (a, b) = (a? as u32, b? as u32);
+                Some((a.min(b), a.max(b)))
+            })
+            .collect();
         Overlaps {
+            crossing: Crossing::new(&leaves, |i, j| counts(&leaves, &tied, i, j)),
             order: (0..leaves.len() as u32).collect(),
             placed: vec![(Vec::new(), [Vec2::zeros(); 2]); leaves.len()],
             leaves,
             sizes: extents,
-            tied: joints
-                .iter()
-                .filter_map(|joint| {
-                    let [a, b] = joint.bodies;
-                    let (a, b) = (a? as u32, b? as u32);
-                    Some((a.min(b), a.max(b)))
-                })
-                .collect(),
+            tied,
             least: FxHashMap::default(),
             poses: Vec::new(),
             passing: Passing::new((LASTING / dt).ceil() as usize),
@@ -198,6 +209,7 @@ impl Overlaps {
         self.order = saved.order;
         self.poses = saved.poses;
         self.passing = saved.passing;
+        self.crossing.resume(saved.crossing);
         self.lasting = saved.lasting;
         Ok(())
     }
@@ -230,9 +242,11 @@ impl Overlaps {
         self.order = order;
         if started {
             self.lasting.step();
-            let counts = |i: u32, j: u32| counts(&self.leaves, &self.tied, i, j);
-            let passing = &mut self.passing;
-            measured.passed = passing.step(&self.leaves, &before, &self.poses, counts);
+            let (leaves, tied) = (&self.leaves, &self.tied);
+            let thick = |i, j| counts(leaves, tied, i, j) && !are_sheets(leaves, i, j);
+            let mut passed = self.passing.step(leaves, &before, &self.poses, thick);
+            passed.append(&mut self.crossing.step(&before, &self.poses));
+            measured.passed = passed.into_iter().collect();
         }
         measured
     }
@@ -288,7 +302,9 @@ impl Overlaps {
                 depth - *least
             }
             None => {
-                self.passing.overlap(&self.leaves, i, j, depth, before);
+                if !are_sheets(&self.leaves, i, j) {
+                    self.passing.overlap(&self.leaves, i, j, depth, before);
+                }
                 depth
             }
         };
@@ -308,6 +324,11 @@ fn counts(leaves: &[Leaf], tied: &FxHashSet<(u32, u32)>, i: u32, j: u32) -> bool
     let pair = (a.body.min(b.body), a.body.max(b.body));
     let apart = a.body != b.body && (a.moves || b.moves) && !tied.contains(&pair);
     apart && !a.one_way && !b.one_way
+}
+
+/// Whether two leaves are two-sided segments.
+fn are_sheets(leaves: &[Leaf], i: u32, j: u32) -> bool {
+    [i, j].iter().all(|k| leaves[*k as usize].is_sheet())
 }
 
 /// Largest distance of a point of the shape from its body's origin, twice \[m\].

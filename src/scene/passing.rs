@@ -15,14 +15,6 @@ const INSIDE: f64 = 0.25;
 /// Ratio of depth to the thickness of the thinner leaf up to which two leaves count as apart.
 const APART: f64 = 0.01;
 
-/// Thickness that a pair of segments counts with, over the shorter one.
-const THIN: f64 = 4e-3;
-
-/// Height of a segment's middle over another segment, over the shorter one's half, from which it is clearly
-/// on one side; and share of a segment at either end at which another may pass beside it.
-const CLEAR: f64 = 0.05;
-const END: f64 = 0.01;
-
 /// Largest number of poses that are tested on a path.
 const MOST_SAMPLES: f64 = 256.0;
 
@@ -35,15 +27,13 @@ const MOST_SAMPLES: f64 = 256.0;
 /// must have been deep inside each other on the paths of their single steps as well: the link of a belt
 /// that runs around a pulley, and touches it all the way, would pass through it on a straight path.
 ///
-/// Of two segments it also counts if one changes its side of the other while it is over it, see [`side`].
+/// Two segments have no thickness and are not given to it, see [`Crossing`](super::crossing::Crossing).
 #[derive(Serialize, Deserialize)]
 pub(super) struct Passing {
     /// Steps for which an overlapped pair is followed.
     window: usize,
     step: usize,
     followed: FxHashMap<(u32, u32), Followed>,
-    /// Of two segments near each other: the side on which one lay last, see [`side`].
-    sides: FxHashMap<(u32, u32), bool>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -63,7 +53,6 @@ impl Passing {
             window,
             step: 0,
             followed: FxHashMap::default(),
-            sides: FxHashMap::default(),
         }
     }
 
@@ -96,14 +85,14 @@ impl Passing {
         }
     }
 
-    /// Ends a step. Returns the pairs of bodies that passed through each other, in order.
+    /// Ends a step. Returns the pairs of bodies that passed through each other.
     pub fn step(
         &mut self,
         leaves: &[Leaf],
         before: &[Option<Pose64>],
         now: &[Option<Pose64>],
         counts: impl Fn(u32, u32) -> bool,
-    ) -> Vec<[u32; 2]> {
+    ) -> BTreeSet<[u32; 2]> {
         let mut passed = BTreeSet::new();
         let (step, window) = (self.step, self.window);
         for (&(i, j), known) in &mut self.followed {
@@ -124,33 +113,16 @@ impl Passing {
                 passed.insert([bodies[0].min(bodies[1]), bodies[0].max(bodies[1])]);
             }
         };
-        let mut sides = FxHashMap::default();
-        let mut changed = Vec::new();
         for (i, j) in crossed(leaves, before, now) {
             let at = |poses: &[Option<Pose64>]| {
                 let [a, b] = [i, j].map(|k| poses[leaves[k as usize].body as usize]);
                 Some([a?, b?])
             };
-            let (true, Some(from), Some(to)) = (counts(i, j), at(before), at(now)) else {
-                continue;
-            };
-            if !followed.contains_key(&(i, j)) {
+            let counts = !followed.contains_key(&(i, j)) && counts(i, j);
+            if let (true, Some(from), Some(to)) = (counts, at(before), at(now)) {
                 note(i, j, from, to);
             }
-            // segments nearly parallel are deep in each other at no time
-            let pair = [&leaves[i as usize], &leaves[j as usize]];
-            if let Some(lies) = side(pair, to) {
-                let known = self.sides.get(&(i, j)).copied();
-                let lay = known.or_else(|| side(pair, from).flatten());
-                if let Some(side) = lies.or(lay) {
-                    sides.insert((i, j), side);
-                }
-                if lies.is_some() && lay.is_some() && lies != lay {
-                    changed.push(pair.map(|leaf| leaf.body));
-                }
-            }
         }
-        self.sides = sides;
         let parted = (followed.iter()).filter(|(_, known)| known.last < step && known.deep);
         for (&(i, j), known) in parted {
             let [a, b] = [i, j].map(|k| now[leaves[k as usize].body as usize]);
@@ -165,11 +137,10 @@ impl Passing {
                 }
             }
         }
-        passed.extend(changed.into_iter().map(|[a, b]| [a.min(b), a.max(b)]));
         self.followed
             .retain(|_, known| known.last == step && step - known.since < window);
         self.step += 1;
-        passed.into_iter().collect()
+        passed
     }
 }
 
@@ -240,17 +211,16 @@ fn swept(leaf: &Leaf, [from, to]: [Pose64; 2]) -> f64 {
 }
 
 /// Angle \[rad\] between two poses, at most half a turn.
-fn turn(from: &Pose64, to: &Pose64) -> f64 {
+pub(super) fn turn(from: &Pose64, to: &Pose64) -> f64 {
     (from.cos * to.sin - from.sin * to.cos).atan2(from.cos * to.cos + from.sin * to.sin)
 }
 
-/// Thickness \[m\] of the thinner leaf. If one leaf is a segment, that of the other; if both are, a share of
-/// the shorter one: an outline of segments that lies on a line crosses it by rounding.
+/// Thickness \[m\] of the thinner leaf. If one leaf is a segment, that of the other.
 fn thinner([a, b]: [&Leaf; 2]) -> f64 {
-    match (a.thickness > 0.0, b.thickness > 0.0) {
-        (true, true) => a.thickness.min(b.thickness),
-        (false, false) => THIN * a.radius_of_all.min(b.radius_of_all),
-        _ => a.thickness.max(b.thickness),
+    if a.thickness > 0.0 && b.thickness > 0.0 {
+        a.thickness.min(b.thickness)
+    } else {
+        a.thickness.max(b.thickness)
     }
 }
 
@@ -261,49 +231,7 @@ fn passes(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
         && !is_behind(pair, from)
         && apart(from)
         && apart(to)
-        && !stays(pair, from, to)
         && is_deep(pair, from, to)
-}
-
-/// Whether of two segments one lies over the other at both poses, on the same side: a corner that came a little
-/// way through and back did not pass.
-fn stays(pair: [&Leaf; 2], from: [Pose64; 2], to: [Pose64; 2]) -> bool {
-    let same = |base: usize| Some(over(pair, from, base)? == over(pair, to, base)?);
-    let told = [same(0), same(1)];
-    told.contains(&Some(true)) && !told.contains(&Some(false))
-}
-
-/// Whether the point of a segment that is nearest to segment `base` lies on its left. `None` for other leaves,
-/// and beside its ends.
-fn over(pair: [&Leaf; 2], poses: [Pose64; 2], base: usize) -> Option<bool> {
-    let ends = |k: usize| match pair[k].core[..] {
-        [a, b] if pair[k].thickness == 0.0 => Some([a, b].map(|p| poses[k].apply(p))),
-        _ => None,
-    };
-    let ([a, b], [p, q]) = (ends(base)?, ends(1 - base)?);
-    let along = b - a;
-    let share = |p: Vec2| along.dot(&(p - a)) / along.norm_squared();
-    let distance = |p: Vec2| (p - (a + along * share(p).clamp(0.0, 1.0))).norm();
-    let near = if distance(p) <= distance(q) { p } else { q };
-    let height = along.perp(&(near - a));
-    ((END..=1.0 - END).contains(&share(near)) && height != 0.0).then_some(height > 0.0)
-}
-
-/// The side of the longer of two segments on which the middle of the other one lies: whether on its left, and
-/// `None` where that is not clear. Nothing for other leaves, and beside its ends.
-fn side(pair: [&Leaf; 2], poses: [Pose64; 2]) -> Option<Option<bool>> {
-    let sheet = |leaf: &Leaf| leaf.thickness == 0.0 && leaf.core.len() == 2;
-    if !pair.into_iter().all(sheet) {
-        return None;
-    }
-    let k = usize::from(pair[1].radius_of_all > pair[0].radius_of_all);
-    let (base, other) = (pair[k], pair[1 - k]);
-    let [a, b] = [base.core[0], base.core[1]].map(|p| poses[k].apply(p));
-    let (along, way) = (b - a, poses[1 - k].apply(other.centre) - a);
-    let height = along.perp(&way) / along.norm();
-    let clear = height.abs() > CLEAR * other.radius_of_all;
-    let within = (END..=1.0 - END).contains(&(way.dot(&along) / along.norm_squared()));
-    within.then(|| clear.then_some(height > 0.0))
 }
 
 /// How far \[m\] any point of one leaf moves seen from the other: a translation of both changes nothing.
@@ -359,7 +287,7 @@ fn depth(pair: [&Leaf; 2], poses: [Pose64; 2]) -> f64 {
 }
 
 /// The pose at share `s` of the way.
-fn between(from: &Pose64, to: &Pose64, s: f64) -> Pose64 {
+pub(super) fn between(from: &Pose64, to: &Pose64, s: f64) -> Pose64 {
     Pose64::new(
         from.translation + (to.translation - from.translation) * s,
         from.angle() + turn(from, to) * s,
