@@ -2,8 +2,8 @@
 //!
 //! A segment alone does not tell it: beyond a bend, what lies above the chain may lie below the line of the
 //! segment. The side is therefore found where the chain is nearest to the part. From the segment of the pair
-//! the search goes on to the neighbour, as long as it leads towards the other part, and so along the other
-//! part's chain. The distance falls at each step. There the nearest points tell the side, or what touched
+//! the search goes on to the neighbour, as long as it leads towards the other part or is nearer, and so along
+//! the other part's chain. The distance falls at each step. There the nearest points tell the side, or what touched
 //! in the last step. With the side known, a segment counts as the border of a solid behind it, and follows all
 //! rules of one.
 //!
@@ -14,6 +14,7 @@ use super::couple::Couple;
 use super::marks::Marks;
 use super::pairs::Finder;
 use super::sides::{TOUCHED, face_of};
+use crate::dynamics::Pose64;
 
 /// Most neighbours that are looked at: where rounding decides, the search may not end.
 const MOST: usize = 100;
@@ -84,13 +85,34 @@ impl Finder<'_> {
             {
                 return all(faces);
             }
-            let Some((i, end)) = found.leads else {
+            let nearer = || self.nearer_neighbour(couple, &start, &at, found.distance);
+            let Some((i, end)) = found.leads.or_else(nearer) else {
                 let seen = |i: usize| found.faces[i].map(|face| at[i].seen(face));
                 return all([seen(0), seen(1)]);
             };
             at[i] = self.neighbour(couple, at[i], i, end)?;
         }
         None
+    }
+
+    /// The side and the end at which a neighbour is nearer than `distance` \[m\]: beyond the far side of an
+    /// outline no segment leads towards the other part.
+    fn nearer_neighbour(
+        &self,
+        couple: &Couple,
+        start: &[Pose64; 2],
+        at: &[Reached; 2],
+        distance: f64,
+    ) -> Option<(usize, usize)> {
+        let mut ends = (0..2).flat_map(|i| [(i, 0), (i, 1)]);
+        ends.find(|&(i, end)| {
+            let next = self.neighbour(couple, at[i], i, end);
+            next.is_some_and(|next| {
+                let mut parts = at.map(|reached| reached.part);
+                parts[i] = next.part;
+                approach(start, parts).distance < distance * (1.0 - 1e-9)
+            })
+        })
     }
 
     /// The neighbour at an end of a segment of side `i`.

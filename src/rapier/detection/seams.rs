@@ -172,14 +172,15 @@ fn best_axis(
             (parted && touch.gap >= -noise).then_some([None; 2])
         }
         Some(touch) => Some([Some(touch), axes.second(now, axis, &touch, noise)]),
-        // what comes down on a sheet keeps its contact: on the far side nothing would stop it. So does
-        // what lies over several segments of a chain that hardly turns: each would leave it to the next
-        None if axes.with_sheet() => {
+        None => {
             let direction = axes.direction(now, axis);
-            let apart = parted || axes.separation(now, direction) >= -noise;
+            // what meets a corner nearly along the face beside it, or lies over several segments of a chain
+            // that hardly turns, keeps its contact: each segment would leave it to the next
             let turns = present.is_none_or(|n| n.dot(&direction) < FRAC_1_SQRT_2);
-            ((before <= flush || apart) && turns).then_some([None; 2])
+            // so does what comes down on a sheet: on the far side nothing would stop it
+            let apart = parted || axes.separation(now, direction) >= -noise;
+            let leaves = before <= flush || apart || !axes.with_sheet();
+            (leaves && turns).then_some([None; 2])
         }
-        None => Some([None; 2]),
     }
 }

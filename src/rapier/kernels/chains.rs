@@ -12,6 +12,8 @@ const ROUNDING: f64 = 1e-9;
 /// What the nearest points of two parts tell.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in crate::rapier) struct Approach {
+    /// Their distance \[m\].
+    pub distance: f64,
     /// Whether they touch: by rounding, or by what is left of an overlap. The rest may then be wrong.
     pub touches: bool,
     /// The part (0 or 1) of which the neighbour at an end is nearer to the other part, and this end.
@@ -45,6 +47,7 @@ fn by_nearest(poses: &[Pose64; 2], views: &[View; 2]) -> Approach {
     let size = size(first).min(size(second));
     if !apart || distance <= ROUNDING * size {
         return Approach {
+            distance,
             touches: true,
             ..Approach::default()
         };
@@ -57,6 +60,7 @@ fn by_nearest(poses: &[Pose64; 2], views: &[View; 2]) -> Approach {
         edge.map(|_| (i, end))
     };
     Approach {
+        distance,
         touches: distance <= LEFT * size,
         leads: leads(0).or_else(|| leads(1)),
         faces: [0, 1].map(|i| face(&views[i], corners[i], ways[i])),

@@ -188,7 +188,12 @@ pub(super) fn sides(
         sides[i] = match views[i].edge {
             Some(edge) if edge.one_sided => {
                 let behind = behind(edge, other, pose);
-                if behind > 0.0 && !came_through(edge, other, behind, i, sight) {
+                // an outline that has sunk into one wall of a corner still meets the other wall
+                let left = match other.edge {
+                    Some(other) if other.one_sided => LEFT * edge.length().min(other.length()),
+                    _ => 0.0,
+                };
+                if behind > left && !came_through(edge, other, behind, i, sight) {
                     return Err(behind);
                 }
                 Some(0)
