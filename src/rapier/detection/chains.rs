@@ -43,8 +43,8 @@ impl<'a> Reached<'a> {
 }
 
 impl Finder<'_> {
-    /// Per part with two sides, the face on whose side the other one lies. `None` unless all of them are
-    /// within chains, and the faces are known.
+    /// Per part with two sides, the face on whose side the other one lies, where it is known. `None` unless
+    /// one of them is within a chain.
     #[inline(never)]
     pub(super) fn sides_of_chains(
         &self,
@@ -53,22 +53,10 @@ impl Finder<'_> {
     ) -> Option<[Option<usize>; 2]> {
         let sides = couple.sides;
         let round = |part: &Part| matches!(part.core, Core::Ball(_));
-        // at the end of a chain its segments would follow different rules
-        let ends = |part: &Part| match &part.core {
-            Core::Edge(edge) => !edge.one_sided && edge.ends_a_chain(),
-            _ => false,
-        };
-        let refused = |part: &Part| round(part) || ends(part);
         let within = sides.iter().any(|leaf| leaf.solid.is_some());
-        if !within || sides.iter().any(|leaf| refused(&leaf.part)) {
+        if !within || sides.iter().any(|leaf| round(&leaf.part)) {
             return None;
         }
-        // beside a free end there is none
-        let all = |faces: [Option<usize>; 2]| {
-            let known = |i: usize| faces[i].filter(|_| sides[i].solid.is_some());
-            let missing = |i: usize| sides[i].solid.is_some() && faces[i].is_none();
-            (!(0..2).any(missing)).then(|| [0, 1].map(known))
-        };
         let start = couple.poses_at(-0.5 * self.step);
         let mut at = [0, 1].map(|i| Reached {
             part: &sides[i].part,
@@ -77,18 +65,18 @@ impl Finder<'_> {
         });
         for _ in 0..MOST {
             if let Some(faces) = self.touched_at(couple, &at, memory) {
-                return all(faces);
+                return Some(faces);
             }
             let found = approach(&start, at.map(|reached| reached.part));
             if found.touches
                 && let Some(faces) = self.touched_beside(couple, &at, memory)
             {
-                return all(faces);
+                return Some(faces);
             }
             let nearer = || self.nearer_neighbour(couple, &start, &at, found.distance);
             let Some((i, end)) = found.leads.or_else(nearer) else {
                 let seen = |i: usize| found.faces[i].map(|face| at[i].seen(face));
-                return all([seen(0), seen(1)]);
+                return Some([seen(0), seen(1)]);
             };
             at[i] = self.neighbour(couple, at[i], i, end)?;
         }

@@ -38,8 +38,20 @@ impl<'a> Couple<'a> {
             sight: Sight::default(),
         };
         if sides.iter().any(|leaf| leaf.part.is_two_sided()) {
-            if let Some(faces) = finder.sides_of_chains(&couple, memory) {
-                couple.faces = faces;
+            let told = finder.sides_of_chains(&couple, memory);
+            // beside a free end there is none
+            let known = |faces: &[Option<usize>; 2], asked: fn(&Leaf) -> bool| {
+                (0..2).all(|i| !asked(sides[i]) || faces[i].is_some())
+            };
+            // at the end of a chain the segments would follow different rules
+            if sides.iter().any(|leaf| leaf.part.ends_a_chain()) {
+                let sheets = sides.iter().all(|leaf| leaf.part.is_sheet());
+                couple.sight = finder.sight(&couple, memory);
+                couple.sight.told = told.filter(|faces| sheets && known(faces, |_| true));
+                return couple;
+            }
+            if let Some(faces) = told.filter(|faces| known(faces, |leaf| leaf.solid.is_some())) {
+                couple.faces = [0, 1].map(|i| faces[i].filter(|_| sides[i].solid.is_some()));
                 couple.parts = [0, 1].map(|i| match (&sides[i].solid, faces[i]) {
                     (Some(solid), Some(face)) => &solid[face],
                     _ => &sides[i].part,

@@ -172,6 +172,8 @@ fn best_axis(
             (parted && touch.gap >= -noise).then_some([None; 2])
         }
         Some(touch) => Some([Some(touch), axes.second(now, axis, &touch, noise)]),
+        // a round part meets the neighbour's face as well
+        None if axes.is_round() => Some([None; 2]),
         None => {
             let direction = axes.direction(now, axis);
             // what meets a corner nearly along the face beside it, or lies over several segments of a chain

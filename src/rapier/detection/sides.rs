@@ -120,6 +120,7 @@ impl Finder<'_> {
             },
             centers: bodies.map(|body| body.center + back * body.velocity.xy()),
             touched: !rounded && known & TOUCHED != 0,
+            told: None,
         }
     }
 

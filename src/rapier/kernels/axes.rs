@@ -100,10 +100,15 @@ pub(in crate::rapier) fn with_axes<R>(
 }
 
 impl Axes<'_> {
+    /// Whether one of the parts is rounded.
+    pub fn is_round(&self) -> bool {
+        self.rounding != [0.0; 2]
+    }
+
     /// Whether these are two sharp segments of which one has two sides.
     pub fn with_sheet(&self) -> bool {
         let edges = [0, 1].map(|i| self.views[i].edge);
-        self.rounding == [0.0; 2]
+        !self.is_round()
             && edges.iter().all(Option::is_some)
             && edges.iter().flatten().any(|edge| !edge.one_sided)
     }
@@ -246,7 +251,7 @@ impl Axes<'_> {
     ) -> Option<Touch> {
         let (base, other) = (&self.views[part], &self.views[1 - part]);
         let polygon = |view: &View| view.edge.is_none() && view.points.len() > 2;
-        if self.rounding != [0.0; 2] || !polygon(base) || !polygon(other) {
+        if self.is_round() || !polygon(base) || !polygon(other) {
             return None;
         }
         let seen = relative(&poses[part], &poses[1 - part]);

@@ -176,6 +176,9 @@ pub(super) fn sides(
     seen: [&Pose64; 2],
     sight: &Sight,
 ) -> Result<[Option<usize>; 2], f64> {
+    if let Some(told) = sight.told {
+        return Ok(told);
+    }
     if let Some(start) = sight.start
         && views.iter().all(is_two_sided)
         && let Some(sides) = sides_of_sheets(views, &start, sight)

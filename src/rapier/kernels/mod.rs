@@ -65,6 +65,11 @@ impl Part {
         self.rounding == 0.0 && self.is_two_sided()
     }
 
+    /// Whether this is the first or the last segment of a chain with two sides.
+    pub fn ends_a_chain(&self) -> bool {
+        matches!(&self.core, Core::Edge(edge) if !edge.one_sided && edge.ends_a_chain())
+    }
+
     /// Whether this is a segment with a neighbour at more than 45 degrees.
     pub fn has_sharp_corner(&self) -> bool {
         matches!(&self.core, Core::Edge(edge)
@@ -131,6 +136,8 @@ pub(super) struct Sight {
     /// Whether the last step found a contact of two sharp ones. Their poses at the start of the step
     /// may then be across each other, by rounding or by what is left of an overlap.
     pub touched: bool,
+    /// The faces that two segments of chains show each other, where these are nearest to each other.
+    pub told: Option<[Option<usize>; 2]>,
 }
 
 /// The part of a [`Sight`] that belongs to one segment, in its frame.
