@@ -38,4 +38,5 @@ mod seam_matrix;
 mod seams;
 mod sleeping;
 mod springs;
+mod turning_ring;
 mod user_worlds;

@@ -182,7 +182,13 @@ impl Finder<'_> {
         let Some(faces) = self.faces_of(couple, deepest) else {
             return;
         };
-        let mut known = if deepest.is_some() { TOUCHED } else { 0 };
+        // at a corner each of two segments may have left the contact to the other
+        let order = Row::order(leaves, &self.leaves.names);
+        let stays = bound < 0.0 && memory.before(&order) & TOUCHED != 0;
+        let mut known = match deepest.is_some() || stays {
+            true => TOUCHED,
+            false => 0,
+        };
         for (i, face) in (0..).zip(faces) {
             if let Some(face) = face.filter(|_| sides[i].part.is_two_sided()) {
                 known |= (1 + face as u32) << (2 * i);
@@ -192,6 +198,6 @@ impl Finder<'_> {
                 }
             }
         }
-        memory.set(Row::order(leaves, &self.leaves.names), known);
+        memory.set(order, known);
     }
 }
