@@ -22,6 +22,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// the face of its segment.
 pub(super) const TOUCHED: u32 = 1 << 4;
 
+/// Share of a segment at an end where a contact lies on which it swings.
+const END: f64 = 1e-2;
+
 /// The face of part `i` in the mark of a pair.
 pub(super) fn face_of(marks: u32, i: usize) -> Option<usize> {
     Some((marks >> (2 * i) & 3).checked_sub(1)? as usize)
@@ -153,7 +156,14 @@ impl Finder<'_> {
             .or(deepest.map(|_| [0, 1].map(|i| by_contact(i, 0.0))))?;
         // a sheet that swings over its end shows the other part its other face
         let both = sides.iter().all(|leaf| leaf.part.is_two_sided());
-        let swings = |i: usize| both && sides[i].solid.is_none();
+        let at_end = |i: usize| match (&sides[i].part.core, deepest) {
+            (Core::Edge(edge), Some(touch)) => {
+                let along = edge.fraction(poses[i].apply_inverse(touch.point));
+                along.min(1.0 - along) <= END
+            }
+            _ => false,
+        };
+        let swings = |i: usize| both && sides[i].solid.is_none() && at_end(i);
         Some([0, 1].map(|i| {
             let swung = by_contact(i, FRAC_1_SQRT_2).filter(|_| swings(i));
             faces[i].or(swung).or(told[i])

@@ -175,7 +175,8 @@ impl Meeting<'_> {
         // a thin shape in front of a segment is nearer to its own far face, through which it did not come
         let other = self.seen[part].apply(self.views[1 - part].center);
         let solid = base.edge.filter(|edge| edge.one_sided);
-        let in_front = solid.is_some_and(|edge| edge.height(other) >= 0.0);
+        let thin = self.views[1 - part].edge.is_none();
+        let in_front = thin && solid.is_some_and(|edge| edge.height(other) >= 0.0);
         let opposed = facing < -0.5 && !in_front || facing < 0.0 && deep;
         depth < (most - slack).min(0.0) && (most > 0.0 || opposed || of[from].ceded)
     }
