@@ -76,8 +76,13 @@ impl Reporter {
         record: &StepRecord,
         handler: &dyn EventHandler,
     ) {
-        self.cross(world, crossing, handler);
+        if !(crossing.is_empty() && self.crossing.is_empty()) {
+            self.cross(world, crossing, handler);
+        }
         let met = gather(world, record, detector.event_contacts());
+        if met.is_empty() && self.touching.is_empty() && self.loaded.is_empty() {
+            return;
+        }
         self.touch(world, bodies, &met, handler);
         self.push(world, &met, record.dt, handler);
     }
