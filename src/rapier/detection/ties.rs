@@ -84,7 +84,10 @@ impl Finder<'_> {
                     true => gap >= -noise,
                     false => gap.abs() <= noise,
                 };
-                let touch = axes.touch(&now, axis, noise).filter(|_| touches)?;
+                if !touches {
+                    return None;
+                }
+                let touch = axes.touch(&now, axis, noise)?;
                 // a face that the body does not get to
                 if lands && axes.beyond(&now, axis, touch.point) > slide {
                     return None;
