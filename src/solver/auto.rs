@@ -20,8 +20,15 @@ pub struct Auto {
     pub lemke_limit: usize,
     enumeration: Enumeration,
     direct: Direct,
-    /// Whether `direct` computed the impulses returned last.
-    direct_last: bool,
+    /// What has certified the impulses returned last.
+    last: Last,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Last {
+    Enumeration,
+    Direct,
+    Other,
 }
 
 /// Most blocks for enumeration. Its systems are dense, and pins add no combinations to the count.
@@ -33,7 +40,7 @@ impl Default for Auto {
             lemke_limit: 130,
             enumeration: Enumeration::default(),
             direct: Direct::default(),
-            direct_last: false,
+            last: Last::Other,
         }
     }
 }
@@ -63,7 +70,11 @@ impl ImpulseSolver for Auto {
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
-        self.direct.velocities().filter(|_| self.direct_last)
+        match self.last {
+            Last::Enumeration => self.enumeration.velocities(),
+            Last::Direct => self.direct.velocities(),
+            Last::Other => None,
+        }
     }
 }
 
@@ -75,12 +86,13 @@ impl Auto {
         tolerance: f64,
         cache: Option<&mut FactorCache>,
     ) -> SolveReport {
-        self.direct_last = false;
+        self.last = Last::Other;
         let few = problem.len() <= SMALL
             && Enumeration::combinations(&problem.laws) <= self.enumeration.max_combinations;
         let mut report = if few {
             let report = self.enumeration.solve(problem, impulses, tolerance);
             if report.solved() {
+                self.last = Last::Enumeration;
                 return report;
             }
             let again = self.direct.solve(problem, impulses, tolerance);
@@ -88,7 +100,9 @@ impl Auto {
         } else {
             self.direct.run(problem, impulses, tolerance, cache)
         };
-        self.direct_last = !few && report.solved();
+        if !few && report.solved() {
+            self.last = Last::Direct;
+        }
         let linear = problem.laws.iter().all(Law::is_bilateral);
         if !report.solved() && !linear && problem.len() <= self.lemke_limit {
             let mut trial = impulses.to_vec();

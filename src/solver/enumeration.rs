@@ -1,5 +1,5 @@
-use super::{ImpulseSolver, SolveReport, drop_unless_finite};
-use crate::contact::{ContactProblem, Judge, Law, Vec2, solve_local};
+use super::{ImpulseSolver, SolveReport, Velocities, drop_unless_finite};
+use crate::contact::{ContactProblem, Judge, Law, Mat2, Vec2, solve_local};
 use nalgebra::{DMatrix, DVector};
 
 /// Exact solution of a small island by trying every combination of statuses.
@@ -20,6 +20,8 @@ pub struct Enumeration {
     /// Most combinations to try: 256 is four frictional contacts.
     pub max_combinations: usize,
     judge: Judge,
+    /// Whether the impulses returned last are those judged last.
+    judged_last: bool,
 }
 
 impl Default for Enumeration {
@@ -27,6 +29,7 @@ impl Default for Enumeration {
         Enumeration {
             max_combinations: 256,
             judge: Judge::default(),
+            judged_last: false,
         }
     }
 }
@@ -53,23 +56,24 @@ fn choices(law: &Law) -> usize {
     }
 }
 
-/// Directions with an unknown impulse, and the known impulse, of one choice of status.
-fn status(law: &Law, choice: usize) -> (Vec<(usize, Vec2)>, Vec2) {
-    let zero = Vec2::zeros();
+/// For each row the direction of its unknown impulse, if any, and the known impulse, of one choice of status.
+fn status(law: &Law, choice: usize) -> ([Option<Vec2>; 2], Vec2) {
+    let (none, zero) = ([None; 2], Vec2::zeros());
+    let both = [Some(Vec2::x()), Some(Vec2::y())];
     match *law {
         Law::Contact { friction, .. } => match choice {
-            0 => (vec![], zero),
-            1 if friction > 0.0 => (vec![(0, Vec2::x()), (1, Vec2::y())], zero),
-            1 => (vec![(0, Vec2::x())], zero),
+            0 => (none, zero),
+            1 if friction > 0.0 => (both, zero),
+            1 => ([Some(Vec2::x()), None], zero),
             // slip+ has ξ_T > 0 and therefore P_T = −μ P_N
-            2 => (vec![(0, Vec2::new(1.0, -friction))], zero),
-            _ => (vec![(0, Vec2::new(1.0, friction))], zero),
+            2 => ([Some(Vec2::new(1.0, -friction)), None], zero),
+            _ => ([Some(Vec2::new(1.0, friction)), None], zero),
         },
-        Law::Pin => (vec![(0, Vec2::x()), (1, Vec2::y())], zero),
+        Law::Pin => (both, zero),
         Law::Bounded { lower, upper, .. } => match choice {
-            0 => (vec![(0, Vec2::x())], zero),
-            1 => (vec![], Vec2::new(lower, 0.0)),
-            _ => (vec![], Vec2::new(upper, 0.0)),
+            0 => ([Some(Vec2::x()), None], zero),
+            1 => (none, Vec2::new(lower, 0.0)),
+            _ => (none, Vec2::new(upper, 0.0)),
         },
     }
 }
@@ -114,6 +118,7 @@ impl ImpulseSolver for Enumeration {
         let n = problem.len();
         drop_unless_finite(impulses);
         self.judge.prepare(problem);
+        self.judged_last = true;
         if n == 1 {
             impulses[0] = solve_local(&self.judge.diagonal()[0], problem.free[0], &problem.laws[0]);
             let residual = self.judge.natural_map(problem, impulses);
@@ -124,7 +129,8 @@ impl ImpulseSolver for Enumeration {
         if total > self.max_combinations {
             return best;
         }
-        let matrix = problem.operator.explicit();
+        let block = |k: usize| problem.operator.block(k / n, k % n);
+        let blocks: Vec<Mat2> = (0..n * n).map(block).collect();
         let start = impulses.to_vec();
         let guess: Vec<usize> = problem
             .laws
@@ -148,12 +154,13 @@ impl ImpulseSolver for Enumeration {
                 }
             }
             best.factorisations += 1;
-            let Some(trial) = candidate(problem, &matrix, &choice, &start) else {
+            let Some(trial) = candidate(problem, &blocks, &choice, &start) else {
                 continue;
             };
             let residual = self.judge.natural_map(problem, &trial);
             let report = SolveReport::of(residual, tolerance);
-            if report.residual.merit() < best.residual.merit() || report.solved() {
+            self.judged_last = report.residual.merit() < best.residual.merit() || report.solved();
+            if self.judged_last {
                 best = report.after(&SolveReport {
                     sweeps: 0,
                     pivots: 0,
@@ -167,12 +174,21 @@ impl ImpulseSolver for Enumeration {
         }
         best
     }
+
+    fn velocities(&self) -> Option<Velocities<'_>> {
+        // the stepper adds up the impulses of each body itself: their order counts in the last bits
+        self.judged_last.then(|| Velocities {
+            blocks: self.judge.velocities(),
+            bodies: &[],
+        })
+    }
 }
 
-/// Impulses of one combination, or `None` if they leave the cone by more than round-off.
+/// Impulses of one combination, or `None` if they leave the cone by more than round-off. `blocks` are the
+/// `G_ij` in rows.
 fn candidate(
     problem: &ContactProblem,
-    matrix: &DMatrix<f64>,
+    blocks: &[Mat2],
     choice: &[usize],
     start: &[Vec2],
 ) -> Option<Vec<Vec2>> {
@@ -182,13 +198,14 @@ fn candidate(
     for (i, law) in problem.laws.iter().enumerate() {
         let (directions, known) = status(law, choice[i]);
         impulses[i] = known;
-        active.extend(directions.into_iter().map(|(row, d)| (i, row, d)));
+        let rows = directions.into_iter().enumerate();
+        active.extend(rows.filter_map(|(row, d)| Some((i, row, d?))));
     }
     let m = active.len();
     if m > 0 {
         let g = |x: usize, y: usize| {
             let ((i, row, _), (j, _, d)) = (active[x], active[y]);
-            let block = matrix.fixed_view::<2, 2>(2 * i, 2 * j);
+            let block = &blocks[i * n + j];
             let compliance = if i == j && row == 0 {
                 problem.laws[i].compliance()
             } else {
@@ -198,11 +215,14 @@ fn candidate(
         };
         let exact = DMatrix::from_fn(m, m, g);
         let shift = REGULARISATION * exact.trace().abs() / m as f64;
-        let factor = (&exact + DMatrix::identity(m, m) * shift).lu();
-        let known = problem.operator.apply(&impulses);
+        let on_diagonal = |x, y| if x == y { shift } else { 0.0 };
+        let factor = DMatrix::from_fn(m, m, |x, y| exact[(x, y)] + on_diagonal(x, y)).lu();
+        let any = impulses.iter().any(|p| *p != Vec2::zeros());
+        let known = any.then(|| problem.operator.apply(&impulses));
         let rhs = DVector::from_fn(m, |x, _| {
             let (i, row, _) = active[x];
-            -(problem.free[i][row] + known[i][row])
+            let known = known.as_ref().map_or(0.0, |known| known[i][row]);
+            -(problem.free[i][row] + known)
         });
         // start from the given impulses, so that redundant rows stay near them
         let mut p = DVector::from_fn(m, |x, _| {
@@ -214,7 +234,11 @@ fn candidate(
             }
         });
         for _ in 0..REFINEMENTS {
-            p += factor.solve(&(&rhs - &exact * &p))?;
+            let mut change = &rhs - &exact * &p;
+            if !factor.solve_mut(&mut change) {
+                return None;
+            }
+            p += change;
         }
         for (x, (i, _, d)) in active.iter().enumerate() {
             impulses[*i] += d * p[x];

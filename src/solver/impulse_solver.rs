@@ -108,7 +108,7 @@ pub trait ImpulseSolver: Send {
 pub struct Velocities<'a> {
     /// `G P + b` \[m/s\], one per block.
     pub blocks: &'a [Vec2],
-    /// `M⁻¹ Jᵀ P` \[m/s, rad/s\], one per body; empty for an explicit operator.
+    /// `M⁻¹ Jᵀ P` \[m/s, rad/s\], one per body; empty if not known, and for an explicit operator.
     pub bodies: &'a [Vec3],
 }
 

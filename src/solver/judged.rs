@@ -56,7 +56,14 @@ impl ImpulseSolver for Judged {
 
     fn velocities(&self) -> Option<Velocities<'_>> {
         // the judge's velocities, so that the bits do not depend on the solver
-        self.solver.velocities()?;
-        Some(Velocities::of(&self.judge))
+        let known = self.solver.velocities()?;
+        let judged = Velocities::of(&self.judge);
+        Some(match known.bodies {
+            [] => Velocities {
+                bodies: &[],
+                ..judged
+            },
+            _ => judged,
+        })
     }
 }
