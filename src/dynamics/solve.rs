@@ -197,12 +197,14 @@ impl IslandSolver {
         }
         // all threads sweep the parts of one large crowd
         let in_parts = |job: &Job| job.crowd && islands.blocks(job.island).len() >= SEVERAL;
-        let (mut alone, mut shared): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(in_parts);
-        let sizes = shared.iter().map(|job| islands.blocks(job.island).len());
-        if !self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
-            alone.append(&mut shared);
-        }
-        for job in alone {
+        jobs.sort_by_key(|job| !in_parts(job));
+        let crowds = jobs.partition_point(in_parts);
+        let sizes = (jobs[crowds..].iter()).map(|job| islands.blocks(job.island).len());
+        let shared = match self.pool.as_mut().is_some_and(|pool| pool.shares(sizes)) {
+            true => jobs.split_off(crowds),
+            false => Vec::new(),
+        };
+        for job in jobs {
             let members = islands.blocks(job.island);
             let task = self.task(interval, solution, inverse_mass, rules);
             let result = self.solve_here(job, members, task);

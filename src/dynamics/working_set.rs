@@ -7,7 +7,6 @@ use super::outcome::IslandResult;
 use super::solution::Solution;
 use crate::contact::{Law, Vec2};
 use crate::solver::SolveReport;
-use std::collections::BTreeMap;
 
 /// Some blocks of an interval, and the results of their islands.
 ///
@@ -26,8 +25,9 @@ pub(super) struct WorkingSet {
     round: usize,
     /// Blocks added in the last round.
     added: Vec<bool>,
-    /// For each island its first block, and its result.
-    solved: BTreeMap<u32, IslandResult>,
+    /// For each island its first block, and its result until it is solved again; sorted at the start of a
+    /// round.
+    solved: Vec<(u32, Option<IslandResult>)>,
 }
 
 /// After this many rounds all blocks are in the set.
@@ -40,7 +40,7 @@ impl WorkingSet {
             included: vec![true; count],
             round: 0,
             added: Vec::new(),
-            solved: BTreeMap::new(),
+            solved: Vec::new(),
         }
     }
 
@@ -61,7 +61,7 @@ impl WorkingSet {
         WorkingSet {
             round: 0,
             added: vec![false; if included.contains(&false) { count } else { 0 }],
-            solved: BTreeMap::new(),
+            solved: Vec::with_capacity(islands.len()),
             included,
         }
     }
@@ -69,10 +69,10 @@ impl WorkingSet {
     /// Groups the blocks of the set into islands; on entry `islands` are those of all blocks.
     /// Returns whether the set contains all blocks.
     pub fn group(&self, interval: &Interval, islands: &mut Islands, bodies: usize) -> bool {
-        let included = (0..self.included.len() as u32).filter(|&i| self.included[i as usize]);
-        let included: Vec<u32> = included.collect();
-        let all = included.len() == self.included.len();
+        let all = !self.included.contains(&false);
         if !all || self.round > 0 {
+            let included = (0..self.included.len() as u32).filter(|&i| self.included[i as usize]);
+            let included: Vec<u32> = included.collect();
             islands.build_of(bodies, &included, &interval.sides);
         }
         all
@@ -86,23 +86,36 @@ impl WorkingSet {
         if !members.iter().any(|i| self.added[*i as usize]) {
             return None;
         }
-        let parts = members.iter().filter_map(|i| self.solved.remove(i));
+        let solved = &mut self.solved;
+        let part = |i: &u32| {
+            let k = solved.binary_search_by_key(i, |(first, _)| *first).ok()?;
+            solved[k].1.take()
+        };
+        let parts = members.iter().filter_map(part);
         Some(parts.map(|part| part.outcome.report).collect())
     }
 
     /// Stores the result of the island with this first block.
     pub fn store(&mut self, first: u32, result: IslandResult) {
-        self.solved.insert(first, result);
+        self.solved.push((first, Some(result)));
     }
 
     /// The results of all islands, in the order of their first blocks.
-    pub fn into_results(self) -> impl Iterator<Item = IslandResult> {
-        self.solved.into_values()
+    pub fn into_results(mut self) -> impl Iterator<Item = IslandResult> {
+        self.sort();
+        self.solved.into_iter().filter_map(|(_, result)| result)
+    }
+
+    /// Sorts the results that count.
+    fn sort(&mut self) {
+        self.solved.retain(|(_, result)| result.is_some());
+        self.solved.sort_by_key(|(first, _)| *first);
     }
 
     /// Adds the contacts that would close at the end velocities. Returns whether there were none.
     pub fn include_closed(&mut self, interval: &Interval, solution: &Solution) -> bool {
         self.round += 1;
+        self.sort();
         self.added.fill(false);
         let mut complete = true;
         for i in 0..self.included.len() {
