@@ -108,7 +108,6 @@ pub(super) fn find_late(
     inverse_mass: &[Vec3],
     exempt: &[bool],
 ) {
-    let share = share(interval.length);
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let pair = contact.key.pair;
         if contact.gap >= -2.0 * contact.gap_noise
@@ -126,7 +125,7 @@ pub(super) fn find_late(
             continue;
         }
         let block = block_of(index, interval);
-        let parts = opening > -share * contact.gap;
+        let parts = opening > -share(interval.length) * contact.gap;
         let stays = match block {
             Some(i) if interval.blocks[i].impact => false,
             Some(i) => solution.impulses[i].x > 0.0 || !parts,
@@ -172,12 +171,12 @@ pub(super) fn part_overlaps(
     (exempt, crowd): (&[bool], &[bool]),
     solver: &mut IslandSolver,
 ) -> Vec<(u32, Vec3)> {
-    let (dt, share) = (interval.length, share(interval.length));
     let mut wedged = solver.cache.wedged && !overlaps.is_empty();
     solver.cache.wedged = wedged;
     if overlaps.is_empty() {
         return Vec::new();
     }
+    let (dt, share) = (interval.length, share(interval.length));
     let mut asked = Asked::default();
     let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
     let (mut needed, mut little) = (BTreeSet::new(), Vec::new());
