@@ -26,19 +26,20 @@ impl MoreauStepper {
         in_cluster: &[bool],
     ) {
         let (interval, solution) = (&self.interval, &mut self.solution);
-        let mut counts = vec![false; solution.outcomes.len()];
+        let mut problems = solution.problems.drain(..);
         for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(record);
-            let mut blocks = solution.islands.blocks(k).iter();
-            counts[k] = blocks.any(|&i| interval.is_used(i as usize, in_cluster));
-            if counts[k] {
-                outcome.count(solution.islands.blocks(k).len(), record);
+            let problem = problems.next();
+            let blocks = solution.islands.blocks(k);
+            if blocks
+                .iter()
+                .any(|&i| interval.is_used(i as usize, in_cluster))
+            {
+                outcome.count(blocks.len(), record);
+                self.problems.extend(problem);
             }
         }
         if self.solver.store_problems {
-            let problems = solution.problems.drain(..).zip(&counts);
-            let used = problems.filter_map(|(problem, used)| used.then_some(problem));
-            self.problems.extend(used);
             let located = clusters.iter_mut().map(|c| &mut c.problems);
             located.for_each(|own| self.problems.append(own));
         }
