@@ -104,11 +104,7 @@ pub(super) fn state_of(island: usize, step: &Solved, solution: &Solution) -> Sta
         };
         let contact = &interval.detection.contacts[index];
         let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
-        let pair = &contact.key.pair;
-        let apart = |o: &Overlaps| o.open.contains(pair) || o.late.contains(pair);
-        let pushed = outcome.crowd && overlaps(contact, contact.gap, step.inverse_mass);
-        let moved = pushed || step.overlaps.is_some_and(apart);
-        if !rigid || contact.surface_velocity != 0.0 || block.impact || moved {
+        if !rigid || contact.surface_velocity != 0.0 || block.impact {
             return State::Moves;
         }
         roughest = roughest.max(contact.friction);
@@ -133,7 +129,11 @@ pub(super) fn state_of(island: usize, step: &Solved, solution: &Solution) -> Sta
                 return State::Moves;
             }
         }
-        if solution.deferred.contains(&index) {
+        let pair = contact.key.pair;
+        let apart = |o: &Overlaps| o.open.contains(pair) || o.late.contains(pair);
+        let pushed = outcome.crowd && overlaps(contact, contact.gap, step.inverse_mass);
+        let moved = pushed || step.overlaps.is_some_and(apart);
+        if moved || solution.deferred.contains(&index) {
             return State::Moves;
         }
     }

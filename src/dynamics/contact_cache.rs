@@ -1,11 +1,11 @@
 //! The contact cache: data of contacts and joints for the next step.
 
 use super::model::ContactKey;
+use super::pair_set::PairSet;
 use super::record::ImpactRecord;
 use crate::contact::{NO_BODY, Vec2};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -144,9 +144,9 @@ pub(super) struct Overlaps {
     /// All pairs of the last step, in its order.
     pub seen: Vec<u64>,
     /// Pairs that have overlapped since they were first seen.
-    pub open: BTreeSet<u64>,
+    pub open: PairSet,
     /// Pairs that came to overlap later.
-    pub late: BTreeSet<u64>,
+    pub late: PairSet,
 }
 
 impl Overlaps {

@@ -21,10 +21,10 @@ use super::island_problem::IslandProblem;
 use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, NormalLaw};
+use super::pair_set::PairSet;
 use super::solution::Solution;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, NO_BODY, Rows, Vec2, Vec3};
 use crate::solver::Crowd;
-use std::collections::BTreeSet;
 
 /// Gap up to which a contact of a crowd touches, as a share of the size of the smaller body. It trades
 /// the place of a body for a problem that sweeps solve: half of it, and heaps still creep.
@@ -117,7 +117,7 @@ fn is_deep(gap: f64, size: f64) -> bool {
 /// Velocities and kinetic energy do not change.
 pub(super) fn part_crowd(
     crowd: &[bool],
-    start: &BTreeSet<u64>,
+    start: &PairSet,
     interval: &Interval,
     solution: &Solution,
     path: Option<&[Vec3]>,
@@ -152,7 +152,7 @@ pub(super) fn part_crowd(
             bodies,
             ..contact.rows
         };
-        let compliance = match overlaps && start.contains(&contact.key.pair) {
+        let compliance = match overlaps && start.contains(contact.key.pair) {
             true => rows.diagonal(inverse_mass)[(0, 0)],
             false => 0.0,
         };

@@ -5,10 +5,10 @@ use super::contact_cache::JointEnergy;
 use super::model::{
     ContactKey, ContactPoint, Detection, JointKind, JointRow, ModelError, MultibodyModel, NormalLaw,
 };
+use super::pair_set::PairSet;
 use super::roles::BodyRoles;
 use crate::contact::{Law, NO_BODY, Rows, Vec2, Vec3};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeSet;
 
 /// One block of rows that takes part.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +79,7 @@ pub(super) struct Interval {
     pub passed_limits: Vec<usize>,
     /// Pairs that overlapped when first seen; their penetration does not count as an error of the
     /// step.
-    pub known_overlaps: BTreeSet<u64>,
+    pub known_overlaps: PairSet,
     /// For each body, the number of bodies of its crowd, 0 outside crowds: see [`super::events::find_crowds`].
     pub crowded: Vec<u32>,
     /// The pair of surfaces whose landing is located: no crowd keeps it from closing.

@@ -68,6 +68,7 @@ mod local_bodies;
 mod midpoint_gaps;
 mod model;
 mod outcome;
+mod pair_set;
 mod phases;
 mod pose;
 mod pulled_links;

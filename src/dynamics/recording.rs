@@ -159,7 +159,7 @@ fn record_contact(
             status: status(impulse.x, block.impact || instant, sticks, solved),
         });
     }
-    if interval.known_overlaps.contains(&contact.key.pair) {
+    if interval.known_overlaps.contains(contact.key.pair) {
         // no error of the step
     } else if block.impact || instant {
         record.penetration_impact = record.penetration_impact.max(-contact.gap);

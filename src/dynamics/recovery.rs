@@ -9,11 +9,11 @@ use super::islands::Islands;
 use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, JointKind, NormalLaw};
+use super::pair_set::PairSet;
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
-use std::collections::BTreeSet;
 
 /// Duration \[s\] from which an overlap counts as lasting.
 pub const LASTING: f64 = 0.25;
@@ -89,8 +89,8 @@ pub(super) fn find_overlaps(
             }
         }
         // forget pairs that are gone
-        open.retain(|pair| now.binary_search(pair).is_ok());
-        late.retain(|pair| now.binary_search(pair).is_ok());
+        open.retain(|pair| now.binary_search(&pair).is_ok());
+        late.retain(|pair| now.binary_search(&pair).is_ok());
     }
     Overlaps { seen, open, late }
 }
@@ -112,8 +112,8 @@ pub(super) fn find_late(
         let pair = contact.key.pair;
         if contact.gap >= -2.0 * contact.gap_noise
             || !matches!(contact.law, NormalLaw::Rigid { .. })
-            || overlaps.open.contains(&pair)
-            || overlaps.late.contains(&pair)
+            || overlaps.open.contains(pair)
+            || overlaps.late.contains(pair)
             || movable(contact.rows.bodies, inverse_mass) == [NO_BODY; 2]
             || is_exempt(contact, exempt)
         {
@@ -178,8 +178,8 @@ pub(super) fn part_overlaps(
     }
     let (dt, share) = (interval.length, share(interval.length));
     let mut asked = Asked::default();
-    let (mut open, mut late) = (BTreeSet::new(), BTreeSet::new());
-    let (mut needed, mut little) = (BTreeSet::new(), Vec::new());
+    let (mut open, mut late) = (PairSet::default(), PairSet::default());
+    let (mut needed, mut little) = (PairSet::default(), Vec::new());
     for (index, contact) in interval.detection.contacts.iter().enumerate() {
         let movable = movable(contact.rows.bodies, inverse_mass);
         let bodies = (interval.roles).receiving(contact.rows.bodies, movable);
@@ -190,15 +190,15 @@ pub(super) fn part_overlaps(
         let left = || contact.gap + opening(contact, interval, solution, path);
         // `part_crowd` moves it, for as long as the crowd lasts
         if is_exempt(contact, crowd) {
-            if overlaps.open.contains(&pair) && crowd_overlaps(contact, left(), inverse_mass) {
+            if overlaps.open.contains(pair) && crowd_overlaps(contact, left(), inverse_mass) {
                 open.insert(pair);
                 needed.insert(pair);
             }
             continue;
         }
         let left = left();
-        let first = overlaps.open.contains(&pair);
-        let is_late = !first && overlaps.late.contains(&pair);
+        let first = overlaps.open.contains(pair);
+        let is_late = !first && overlaps.late.contains(pair);
         let slop = if is_late {
             limits((index, contact), interval, solution, inverse_mass)[1]
         } else {
@@ -245,9 +245,9 @@ pub(super) fn part_overlaps(
     let moves = displacements(&asked, inverse_mass, solver, tolerance, way);
     solver.cache.wedged = wedged;
     let moved = |body: &u32| moves.iter().any(|(other, _)| body == other);
-    needed.extend(
-        (little.iter().filter(|(_, bodies)| bodies.iter().any(moved))).map(|(pair, _)| *pair),
-    );
+    for (pair, _) in (little.iter()).filter(|(_, bodies)| bodies.iter().any(moved)) {
+        needed.insert(*pair);
+    }
     overlaps.open.retain(|pair| needed.contains(pair));
     overlaps.late.retain(|pair| needed.contains(pair));
     moves

@@ -49,7 +49,7 @@ pub(super) fn wide_turns(
         if !block.continues
             || block.impact
             || !matches!(contact.law, NormalLaw::Rigid { .. })
-            || interval.known_overlaps.contains(&contact.key.pair)
+            || interval.known_overlaps.contains(contact.key.pair)
             || contact.rows.bodies.iter().any(crowded)
             || unsolved[i]
             || !used(i)
