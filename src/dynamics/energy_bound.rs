@@ -301,10 +301,12 @@ pub(super) fn bound_swept(
     true
 }
 
-/// Energy \[J\] that the rigid contacts of a problem add, if all its impulses act.
-fn contact_work(problem: &ContactProblem, terms: &[Terms], impulses: &[Vec2]) -> f64 {
-    let mut velocities = Vec::new();
-    problem.velocities(impulses, &mut velocities);
+/// Energy \[J\] that the rigid contacts of a problem add, if all its impulses act and give these velocities.
+fn contact_work(
+    problem: &ContactProblem,
+    terms: &[Terms],
+    (impulses, velocities): (&[Vec2], &[Vec2]),
+) -> f64 {
     let gamma_end = |i: usize| velocities[i] - (problem.free[i] - terms[i].gamma_f);
     work_of(terms, impulses, gamma_end)
 }
@@ -398,8 +400,8 @@ pub(super) fn joint_energies(
 /// ```
 ///
 /// which can only take energy. The rest of the gaps is closed by position, see
-/// [`super::joint_recovery`]. `impulses` solves `problem`, the island's; if they are `doubtful`, the
-/// plastic problem is solved in any case. Returns the report of the bounded solution and its `b`; `None` if the bound
+/// [`super::joint_recovery`]. `impulses` solves `problem`, the island's, and gives `velocities`, `G P + b`;
+/// if they are `doubtful`, the plastic problem is solved in any case. Returns the report of the bounded solution and its `b`; `None` if the bound
 /// already holds.
 ///
 /// # Source
@@ -408,7 +410,7 @@ pub(super) fn bound_joints(
     solver: &mut dyn ImpulseSolver,
     problem: &ContactProblem,
     island: &IslandProblem,
-    impulses: &mut [Vec2],
+    (impulses, velocities): (&mut [Vec2], &[Vec2]),
     (report, doubtful): (SolveReport, bool),
     tolerance: f64,
 ) -> Option<(SolveReport, Vec<Vec2>)> {
@@ -434,11 +436,11 @@ pub(super) fn bound_joints(
         ..
     } = Account::of(island);
     let room = limit - before;
-    let by_contacts = |p: &[Vec2]| match counts {
-        true => contact_work(problem, terms, p),
+    let by_contacts = |p: &[Vec2], velocities: &[Vec2]| match counts {
+        true => contact_work(problem, terms, (p, velocities)),
         false => 0.0,
     };
-    let (now, contacts) = (work(1.0, impulses), by_contacts(impulses));
+    let (now, contacts) = (work(1.0, impulses), by_contacts(impulses, velocities));
     let gains = now > room || counts && total + now + contacts > limit;
     if !gains && !doubtful {
         return None;
@@ -455,8 +457,11 @@ pub(super) fn bound_joints(
     // what exceeds the bound gives no more than the reserve
     let room = room.min(island.reserve.max(0.0));
     let of_joints = |share: f64, p: &[Vec2], _: &[Vec2]| work(share, p) - room;
-    let of_all =
-        |share: f64, p: &[Vec2], _: &[Vec2]| total + work(share, p) + by_contacts(p) - limit;
+    let of_all = |share: f64, p: &[Vec2], _: &[Vec2]| {
+        let mut velocities = Vec::new();
+        problem.velocities(p, &mut velocities);
+        total + work(share, p) + by_contacts(p, &velocities) - limit
+    };
     let excess: &[Excess] = match counts {
         true => &[&of_joints, &of_all],
         false => &[&of_joints],

@@ -267,11 +267,15 @@ impl Worker {
             ..
         } = self;
         let (report, tolerance) = (answer.report, task.tolerance);
-        let impulses = &mut answer.impulses;
-        let problem = &island.problem;
+        answer.know_velocities(&island.problem);
+        let (problem, first) = (
+            &island.problem,
+            (&mut answer.impulses[..], &answer.velocities[..]),
+        );
         if let Some((report, bias)) =
-            bound_joints(crowd, problem, island, impulses, (report, false), tolerance)
+            bound_joints(crowd, problem, island, first, (report, false), tolerance)
         {
+            answer.velocities_known = false;
             (answer.report, answer.joints_bounded) = (report, true);
             island.problem.free = bias;
             island.count_added();
@@ -306,12 +310,15 @@ impl Worker {
             answer,
             ..
         } = self;
-        let impulses = &mut answer.impulses;
+        if island.bilateral.is_empty() {
+            return;
+        }
+        answer.know_velocities(&island.problem);
         let bounded = bound_joints(
             solver.as_mut(),
             &island.problem,
             island,
-            impulses,
+            (&mut answer.impulses, &answer.velocities),
             (answer.report, hopeless(&answer.report)),
             tolerance,
         );
