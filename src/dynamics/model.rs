@@ -258,7 +258,7 @@ pub trait MultibodyModel {
         None
     }
 
-    /// Which bodies are at rest in this step, one flag for each.
+    /// Which bodies are at rest in this step, one flag for each; none if no body is.
     /// [`MultibodyModel::detect`] need not find their contacts with each other, or with bodies that
     /// neither move nor can be pushed.
     fn set_resting(&mut self, _resting: &[bool]) {}

@@ -68,7 +68,7 @@ pub(super) struct RestingIslands {
     revision: Option<u64>,
     /// Immovable bodies at the end of the last step.
     immovable: Vec<(u32, Configuration)>,
-    /// The island of each body, from 1; 0 if it does not rest.
+    /// The island of each body, from 1; 0 if it does not rest. Empty without islands.
     #[serde(skip)]
     island_of: Vec<u32>,
     /// For the first body of each island that was stopped in vain: steps until the next stop, and the
@@ -112,7 +112,7 @@ impl RestingIslands {
         self.islands.is_empty()
     }
 
-    /// Whether each body rests.
+    /// Whether each body rests; empty if none does.
     pub fn flags(&self) -> Vec<bool> {
         self.island_of.iter().map(|k| *k != 0).collect()
     }
@@ -360,6 +360,9 @@ impl RestingIslands {
 
     fn number(&mut self, bodies: usize) {
         self.island_of.clear();
+        if self.is_empty() {
+            return;
+        }
         self.island_of.resize(bodies, 0);
         for (k, island) in self.islands.iter().enumerate() {
             for body in &island.bodies {
