@@ -142,13 +142,15 @@ impl Axes<'_> {
 
     /// Separation \[m\] of the parts along a direction from part 1 to part 2; negative if they overlap.
     pub fn separation(&self, poses: &[Pose64; 2], direction: Vec2) -> f64 {
-        let [one, two] = [(0, direction), (1, -direction)].map(|(i, outward)| {
-            let own = poses[i].unrotate(outward);
-            let points = self.views[i].points.iter().map(|p| own.dot(p));
-            let far = points.fold(f64::NEG_INFINITY, f64::max);
-            outward.dot(&poses[i].translation) + far + self.rounding[i]
-        });
-        -one - two
+        -self.extent(poses, 0, direction) - self.extent(poses, 1, -direction)
+    }
+
+    /// How far a part reaches along a direction from the origin \[m\].
+    fn extent(&self, poses: &[Pose64; 2], part: usize, outward: Vec2) -> f64 {
+        let own = poses[part].unrotate(outward);
+        let points = self.views[part].points.iter().map(|p| own.dot(p));
+        let far = points.fold(f64::NEG_INFINITY, f64::max);
+        outward.dot(&poses[part].translation) + far + self.rounding[part]
     }
 
     /// How far a point lies beyond the nearer end of a face, along it \[m\]; negative above the face.
