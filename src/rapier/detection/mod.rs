@@ -177,6 +177,7 @@ impl Detector {
         let finder = Finder {
             midpoint: step.is_some(),
             step: step.unwrap_or(dt),
+            alone: pairs.rows.len() == 1,
             ..self.finder(hooks, self.span)
         };
         let grid = (self.drive == DetectionDrive::Tree).then_some(&self.grid);
@@ -196,6 +197,7 @@ impl Detector {
             step: span.dt,
             midpoint: false,
             within: false,
+            alone: false,
         }
     }
 
@@ -223,6 +225,7 @@ impl Detector {
         let mut pairs = std::mem::take(&mut self.pairs);
         let finder = Finder {
             within: true,
+            alone: pairs.rows.len() == 1,
             ..self.finder(hooks, self.span.over(dt))
         };
         pairs.some(&finder, wanted, out);

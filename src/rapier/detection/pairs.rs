@@ -240,6 +240,8 @@ pub(super) struct Finder<'a> {
     pub midpoint: bool,
     /// Whether the parts are somewhere within a step, with velocities of that time.
     pub within: bool,
+    /// Whether there is but one pair of parts: no other contact tells the direction of its own.
+    pub alone: bool,
 }
 
 impl<'a> Finder<'a> {
@@ -247,7 +249,7 @@ impl<'a> Finder<'a> {
     fn without_hooks(&self) -> impl Fn() -> Finder<'a> + Sync + use<'a> {
         let (colliders, leaves, apart) = (self.colliders, self.leaves, self.apart);
         let (present, span, step) = (self.present, self.span, self.step);
-        let (midpoint, within) = (self.midpoint, self.within);
+        let (midpoint, within, alone) = (self.midpoint, self.within, self.alone);
         move || Finder {
             colliders,
             leaves,
@@ -258,6 +260,7 @@ impl<'a> Finder<'a> {
             step,
             midpoint,
             within,
+            alone,
         }
     }
 }

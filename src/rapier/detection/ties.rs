@@ -40,6 +40,9 @@ impl Finder<'_> {
         found: &[Touch],
         contact: usize,
     ) -> Option<Tie> {
+        if self.alone {
+            return None;
+        }
         let (sides, bodies) = (couple.sides, couple.bodies);
         let size = sides[0].surface.size;
         let lone = match found {
