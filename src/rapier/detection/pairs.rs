@@ -331,35 +331,26 @@ impl Finder<'_> {
         let found = &mut scratch.touches;
         found.clear();
         let bound = touches(poses, couple.parts, &couple.sight, reach, found);
-        if bound.is_none() {
+        let Some(bound) = bound else {
             return self.contacts_on(&Terms::default(), leaves, sides, reach, group, scratch, out);
-        }
-        if out.wants_near
-            && let Some(bound) = bound.filter(|bound| self.within || *bound <= reach)
-        {
+        };
+        if out.wants_near && (self.within || bound <= reach) {
             let setting = self.plain_setting(sides);
             if let Some(near) = self.near(&setting, bodies, bound) {
                 out.add_near(near);
             }
         }
-        let met = self.meet_fast(&couple, found);
-        if self.midpoint
-            && !met
-            && let Some(bound) = bound
-        {
+        let met = self.meet_fast(&couple, bound, found);
+        if self.midpoint && !met {
             self.meet_in_flight(&couple, (bound, reach), found);
         }
         if !met && (self.midpoint || self.within) {
-            match bound {
-                Some(bound) if found.is_empty() => {
-                    self.meet_at_corner(&couple, (bound, reach), found);
-                }
-                _ => self.meet_moving(&couple, reach, found),
+            match found.is_empty() {
+                true => self.meet_at_corner(&couple, (bound, reach), found),
+                false => self.meet_moving(&couple, reach, found),
             }
         }
-        if self.midpoint
-            && let Some(bound) = bound
-        {
+        if self.midpoint {
             let near = (found.as_slice(), bound);
             self.remember_sides(&couple, near, &mut scratch.faces);
         }
@@ -372,7 +363,7 @@ impl Finder<'_> {
                 scratch.ties.extend(tie);
             }
         }
-        bound
+        Some(bound)
     }
 
     /// Whether two parts are certainly too far apart to meet in this step, whatever their terms.
@@ -414,7 +405,7 @@ impl Finder<'_> {
         let pressed = cell.and_then(|cell| cell_touches(poses, parts, cell, reach, found));
         let (parts, sight) = (couple.parts, &couple.sight);
         if let Some(bound) = pressed.or_else(|| touches(poses, parts, sight, reach, found)) {
-            let met = pressed.is_some() || self.meet_fast(&couple, found);
+            let met = pressed.is_some() || self.meet_fast(&couple, bound, found);
             if self.midpoint && !met {
                 self.meet_in_flight(&couple, (bound, reach), found);
             }

@@ -51,25 +51,32 @@ fn thickness(parts: [&Part; 2]) -> f64 {
 
 impl Finder<'_> {
     /// Replaces the contacts at the midpoint of two parts that are deep in each other there, and met
-    /// within the first half of the step. Returns whether it did.
+    /// within the first half of the step. `bound` is that of their gap there \[m\]. Returns whether it did.
     #[inline]
-    pub(super) fn meet_fast(&self, couple: &Couple, found: &mut Vec<Touch>) -> bool {
+    pub(super) fn meet_fast(&self, couple: &Couple, bound: f64, found: &mut Vec<Touch>) -> bool {
         let speed = couple.bodies[0].closing(couple.bodies[1]);
-        // half a step takes them no deeper than a shallow depth
-        let half = 0.5 * self.step;
-        // a speed that is not finite is reported elsewhere
-        if !self.midpoint || !speed.is_finite() || speed * half <= SHALLOW * thickness(couple.parts)
-        {
+        let way = 0.5 * self.step * speed;
+        // a speed that is not finite is reported elsewhere. In half a step the parts do not meet
+        if !self.midpoint || !speed.is_finite() || bound > 2.0 * way {
             return false;
         }
-        self.meet_first(couple, speed, found)
+        let shallow = SHALLOW * thickness(couple.parts);
+        // they get no deeper than a shallow depth
+        if way <= shallow {
+            return false;
+        }
+        self.meet_first(couple, (speed, shallow), found)
     }
 
     #[inline(never)]
-    fn meet_first(&self, couple: &Couple, speed: f64, found: &mut Vec<Touch>) -> bool {
+    fn meet_first(
+        &self,
+        couple: &Couple,
+        (speed, shallow): (f64, f64),
+        found: &mut Vec<Touch>,
+    ) -> bool {
         let Couple { parts, bodies, .. } = *couple;
         let half = 0.5 * self.step;
-        let shallow = SHALLOW * thickness(parts);
         let stride = (0.5 * shallow).max(speed * half / MOST);
         let touching = 1e-2 * shallow;
         let mut early = Vec::new();
