@@ -21,7 +21,7 @@ pub(super) struct Couple<'a> {
 
 impl<'a> Couple<'a> {
     /// Two parts, by what the last step has remembered of them.
-    #[inline]
+    #[inline(always)]
     pub fn new(
         finder: &Finder<'a>,
         leaves: [u32; 2],
