@@ -2,6 +2,7 @@
 
 use super::contact_cache::{CachedContact, CachedContacts, JointEnergy, Left};
 use super::interval::{Interval, Source};
+use super::kinetic::mobile_sum;
 use super::model::{ContactPoint, JointKind, NormalLaw};
 use super::record::{ContactRecord, ContactStatus, JointRecord, StepRecord};
 use super::solution::Solution;
@@ -217,10 +218,8 @@ pub(super) fn forces_work(
         .filter(|&k| of(k))
         .map(|k| {
             let mean = 0.5 * (interval.start[k] + solution.end[k]);
-            (0..3)
-                .filter(|&i| inverse_mass[k][i] > 0.0)
-                .map(|i| interval.length * interval.forces[k][i] * mean[i])
-                .sum::<f64>()
+            let of = |i: usize| interval.length * interval.forces[k][i] * mean[i];
+            mobile_sum(&inverse_mass[k], of)
         })
         .sum()
 }

@@ -192,10 +192,12 @@ impl MultibodyModel for RapierModel<'_> {
                 let w = shadow.inverse_mass;
                 let scale = shadow.load.scale;
                 let center = shadow.pose.apply(shadow.center);
-                (0..2)
-                    .filter(|&i| w[i] > 0.0)
-                    .map(|i| -scale * self.gravity[i] * center[i] / w[i])
-                    .sum::<f64>()
+                let of = |i: usize| match w[i] > 0.0 {
+                    true => -scale * self.gravity[i] * center[i] / w[i],
+                    // changes no sum
+                    false => -0.0,
+                };
+                of(0) + of(1)
             })
             .sum()
     }
