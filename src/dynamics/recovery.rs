@@ -442,9 +442,9 @@ pub(super) fn exempt_bodies(
 ) -> Vec<bool> {
     let mut exempt = in_cluster;
     let ends = interval.start.iter().zip(&solution.end);
-    for (exempt, (start, end)) in exempt.iter_mut().zip(ends) {
+    for (exempt, (start, end)) in exempt.iter_mut().zip(ends).filter(|(exempt, _)| **exempt) {
         let turn = interval.length * start.z.abs().max(end.z.abs());
-        *exempt = *exempt && turn > STRIDE;
+        *exempt = turn > STRIDE;
     }
     for (k, outcome) in solution.outcomes.iter().enumerate() {
         if outcome.relaxed || outcome.crowd {

@@ -482,12 +482,12 @@ pub(super) fn reference_acceleration(
 pub(super) fn centripetal(contact: &ContactPoint, velocities: &[Vec3]) -> f64 {
     let (rows, mut largest) = (&contact.rows, 0.0f64);
     for (side, &body) in rows.bodies.iter().enumerate() {
-        if body != crate::contact::NO_BODY {
+        let omega = velocities.get(body as usize).map_or(0.0, |u| u.z);
+        if omega != 0.0 {
             // moments of n and t: the components of the arm along t and n
             let [n, t] = rows.jacobian[side];
             // the surface lies the radius away from `c`, towards the other body
             let arm = n.z.hypot(t.z + contact.radii[side]);
-            let omega = velocities[body as usize].z;
             largest = largest.max(omega * omega * arm);
         }
     }
