@@ -27,7 +27,8 @@ use std::borrow::Cow;
 /// nothing is solved.
 pub(crate) struct BegunStep {
     rules: Rules,
-    record: StepRecord,
+    /// That of the whole step once it is finished.
+    pub record: StepRecord,
 }
 
 impl MoreauStepper {
@@ -41,8 +42,9 @@ impl MoreauStepper {
         model: &mut M,
         dt: f64,
     ) -> Result<StepRecord, StepError> {
-        let begun = self.begin(model, dt)?;
-        self.finish(model, begun)
+        let mut begun = self.begin(model, dt)?;
+        self.finish(model, &mut begun)?;
+        Ok(begun.record)
     }
 
     /// The first part of a step: moves the bodies to its midpoint and detects the contacts there.
@@ -201,14 +203,14 @@ impl MoreauStepper {
     pub(crate) fn finish<M: MultibodyModel + ?Sized>(
         &mut self,
         model: &mut M,
-        BegunStep { rules, mut record }: BegunStep,
-    ) -> Result<StepRecord, StepError> {
-        let result = self.take_step(model, &rules, &mut record);
+        BegunStep { rules, record }: &mut BegunStep,
+    ) -> Result<(), StepError> {
+        let result = self.take_step(model, rules, record);
         if result.is_err() {
             self.solver.cache.drop_step();
             self.cancel(model);
         }
-        result.map(|()| record)
+        result
     }
 
     /// Sets up, solves, records and writes a step. Changes the caches only when no more error can

@@ -247,32 +247,34 @@ impl MoreauPipeline {
                 joints: &self.joints,
                 dt,
             };
-            let begun = self.stepper.begin(&mut model, dt);
+            let mut begun = match self.stepper.begin(&mut model, dt) {
+                Ok(begun) => begun,
+                Err(error) => {
+                    self.bodies.undo_step(world);
+                    return Err(error);
+                }
+            };
             // a sleeping body that is pressed on wakes before the solve: cancel, wake it and begin
             // again
-            let wakes = begun.is_ok() && {
-                let resting = self.stepper.resting_contacts();
-                model.wakes_sleepers(self.stepper.detection(), resting)
-            };
-            if wakes {
+            let resting = self.stepper.resting_contacts();
+            if model.wakes_sleepers(self.stepper.detection(), resting) {
                 self.stepper.cancel(&mut model);
                 self.bodies.undo_step(world);
                 continue;
             }
-            let result = begun.and_then(|begun| self.stepper.finish(&mut model, begun));
-            match &result {
-                Ok(record) => {
-                    let hooks = Hooks { hooks, world };
-                    let crossing = self.detector.intersections(hooks, &self.bodies);
-                    let (bodies, detector) = (&self.bodies, &self.detector);
-                    self.reporter
-                        .report(world, bodies, detector, crossing, record, events);
-                    self.put_to_sleep(world, dt);
-                    self.stepper.clock().lap(|t| &mut t.record);
-                }
-                Err(_) => self.bodies.undo_step(world),
+            if let Err(error) = self.stepper.finish(&mut model, &mut begun) {
+                self.bodies.undo_step(world);
+                return Err(error);
             }
-            return result;
+            let record = begun.record;
+            let hooks = Hooks { hooks, world };
+            let crossing = self.detector.intersections(hooks, &self.bodies);
+            let (bodies, detector) = (&self.bodies, &self.detector);
+            self.reporter
+                .report(world, bodies, detector, crossing, &record, events);
+            self.put_to_sleep(world, dt);
+            self.stepper.clock().lap(|t| &mut t.record);
+            return Ok(record);
         }
     }
 
