@@ -68,15 +68,15 @@ impl Interval {
             springs: Springs::of(contacts, inverse_mass.len()),
         };
         let ends = threads.split(count, count / LEAST);
-        let mut parts = std::mem::take(&mut self.parts);
-        parts.resize_with(parts.len().max(ends.len() - 1), Collected::default);
         let mut own = Collected::default();
         self.swap_blocks(&mut own);
         // joints are searched for behind the last contact
         let mut next = cache.next();
-        if let [_] = ends[..] {
+        if ends.is_empty() {
             self.collect_contacts(&choices, 0..count, &mut next, &mut own);
         } else {
+            let mut parts = std::mem::take(&mut self.parts);
+            parts.resize_with(parts.len().max(ends.len() - 1), Collected::default);
             let starts = std::iter::once(0).chain(ends.iter().copied());
             let into = std::iter::once(&mut own).chain(&mut parts);
             let jobs = starts.zip(&ends).zip(into).collect();
@@ -91,9 +91,9 @@ impl Interval {
             });
             next = last.last().copied().unwrap_or(next);
             parts.iter_mut().for_each(|part| own.append(part));
+            self.parts = parts;
         }
         cache.set_next(next);
-        self.parts = parts;
         self.collect_joints((rules, cache), members, inverse_mass, span, &mut own);
         self.swap_blocks(&mut own);
     }

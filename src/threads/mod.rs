@@ -22,7 +22,7 @@ const PIECES: usize = 3;
 
 impl Threads {
     /// The ends of the parts into which to split a list of `count` things; `most` parts are worth
-    /// their cost.
+    /// their cost. Empty if it is better not to split it.
     ///
     /// The first part is the share of one thread, which the caller begins with at once and need not
     /// copy. The others are pieces of the shares of the other threads.
@@ -30,7 +30,7 @@ impl Threads {
         let threads = self.count();
         let pieces = most.min(PIECES * threads);
         if threads == 1 || pieces < 2 {
-            return vec![count];
+            return Vec::new();
         }
         let first = pieces.div_ceil(threads);
         (first..=pieces).map(|k| k * count / pieces).collect()

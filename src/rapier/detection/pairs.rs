@@ -126,7 +126,7 @@ impl Pairs {
                 false => (self.rows.len() / FAR + self.contacts) / LEAST,
             };
         let ends = threads.split(self.rows.len(), most);
-        if ends.len() == 1 || finder.colliders.any_hooks() {
+        if ends.is_empty() || finder.colliders.any_hooks() {
             let mut group = Group::default();
             (self.rows).retain(|pair, budget| {
                 finder.visit(&pass, pair, budget, &mut group, &mut self.scratch, out)
