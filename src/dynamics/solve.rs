@@ -32,6 +32,9 @@ pub(super) struct IslandSolver {
     pub store_problems: bool,
     pub cache: IslandCache,
     pub clock: PhaseClock,
+    /// Empty between two solves, kept to reuse their memory.
+    set: WorkingSet,
+    jobs: Vec<Job>,
 }
 
 /// Least number of blocks of an island that stores factors for the next step; smaller ones are
@@ -47,6 +50,8 @@ impl IslandSolver {
             store_problems: false,
             cache: IslandCache::default(),
             clock: PhaseClock::default(),
+            set: WorkingSet::default(),
+            jobs: Vec::new(),
         }
     }
 
@@ -64,12 +69,14 @@ impl IslandSolver {
         solution.islands.merge_all(rules.one_problem && plain);
         (solution.islands).build(inverse_mass.len(), sides);
         if interval.roles.dominance.is_empty() {
-            let mut set = match rules.distant {
-                true => WorkingSet::all(interval.blocks.len()),
-                false => WorkingSet::near(interval, &solution.islands),
-            };
+            let mut set = std::mem::take(&mut self.set);
+            match rules.distant {
+                true => set.begin_with_all(interval.blocks.len()),
+                false => set.begin_with_near(interval, &solution.islands),
+            }
             while !self.solve_set(&mut set, interval, solution, inverse_mass, rules) {}
-            solution.finish(set.into_results());
+            solution.finish(set.results());
+            self.set = set;
         } else {
             let results = self.solve_levels(interval, solution, inverse_mass, rules);
             solution.finish(results.into_iter().flatten());
@@ -188,7 +195,7 @@ impl IslandSolver {
         let mut islands = std::mem::take(&mut solution.islands);
         let all = set.group(interval, &mut islands, inverse_mass.len());
         // prepare all islands before the first solve, so that none depends on another
-        let mut jobs = Vec::with_capacity(islands.len());
+        let mut jobs = std::mem::take(&mut self.jobs);
         for k in 0..islands.len() {
             let members = islands.blocks(k);
             if let Some(earlier_work) = set.begin(members) {
@@ -204,7 +211,7 @@ impl IslandSolver {
             true => jobs.split_off(crowds),
             false => Vec::new(),
         };
-        for job in jobs {
+        for job in jobs.drain(..) {
             let members = islands.blocks(job.island);
             let task = self.task(interval, solution, inverse_mass, rules);
             let result = self.solve_here(job, members, task);
@@ -221,7 +228,7 @@ impl IslandSolver {
             }
             self.clock.lap(|t| &mut t.solve);
         }
-        solution.islands = islands;
+        (solution.islands, self.jobs) = (islands, jobs);
         if all {
             return true;
         }

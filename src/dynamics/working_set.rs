@@ -20,6 +20,7 @@ use crate::solver::SolveReport;
 ///
 /// It is added if the solution without it has `ξ_N < 0`. If no such contact is left, the impulses
 /// of the set solve the whole problem: `P = 0` satisfies the law of all contacts left out.
+#[derive(Default)]
 pub(super) struct WorkingSet {
     included: Vec<bool>,
     round: usize,
@@ -34,20 +35,20 @@ pub(super) struct WorkingSet {
 const ROUNDS: usize = 4;
 
 impl WorkingSet {
-    /// All blocks of an interval.
-    pub fn all(count: usize) -> WorkingSet {
-        WorkingSet {
-            included: vec![true; count],
-            round: 0,
-            added: Vec::new(),
-            solved: Vec::new(),
-        }
+    /// Begins with all blocks of an interval.
+    pub fn begin_with_all(&mut self, count: usize) {
+        self.round = 0;
+        self.included.clear();
+        self.included.resize(count, true);
+        self.added.clear();
+        self.solved.clear();
     }
 
-    /// The blocks that (1) leaves in, with `islands` of all blocks.
-    pub fn near(interval: &Interval, islands: &Islands) -> WorkingSet {
+    /// Begins with the blocks that (1) leaves in, with `islands` of all blocks.
+    pub fn begin_with_near(&mut self, interval: &Interval, islands: &Islands) {
         let count = interval.blocks.len();
-        let mut included = vec![true; count];
+        self.begin_with_all(count);
+        let included = &mut self.included;
         for k in 0..islands.len() {
             let members = islands.blocks(k);
             let opening = |i: &u32| interval.bias[*i as usize].x;
@@ -58,11 +59,8 @@ impl WorkingSet {
                 included[*i as usize] = !(contact && idle && opening(i) > closing);
             }
         }
-        WorkingSet {
-            round: 0,
-            added: vec![false; if included.contains(&false) { count } else { 0 }],
-            solved: Vec::with_capacity(islands.len()),
-            included,
+        if included.contains(&false) {
+            self.added.resize(count, false);
         }
     }
 
@@ -101,9 +99,9 @@ impl WorkingSet {
     }
 
     /// The results of all islands, in the order of their first blocks.
-    pub fn into_results(mut self) -> impl Iterator<Item = IslandResult> {
+    pub fn results(&mut self) -> impl Iterator<Item = IslandResult> {
         self.sort();
-        self.solved.into_iter().filter_map(|(_, result)| result)
+        self.solved.drain(..).filter_map(|(_, result)| result)
     }
 
     /// Sorts the results that count.
