@@ -66,7 +66,7 @@ struct Answer {
     crowd: bool,
     /// See [`IslandResult`].
     bias: Option<Vec<Vec2>>,
-    problem: Option<SolvedProblem>,
+    problem: Option<Box<SolvedProblem>>,
 }
 
 /// Before the first solve.
@@ -333,11 +333,13 @@ impl Worker {
 
     fn store_problem(&mut self, members: &[u32], task: Task) {
         let keys = members.iter().map(|&i| task.interval.key(i as usize));
-        self.answer.problem = task.store_problems.then(|| SolvedProblem {
-            problem: self.island.problem.clone(),
-            keys: keys.collect(),
-            impulses: self.answer.impulses.clone(),
-            report: self.answer.report,
+        self.answer.problem = task.store_problems.then(|| {
+            Box::new(SolvedProblem {
+                problem: self.island.problem.clone(),
+                keys: keys.collect(),
+                impulses: self.answer.impulses.clone(),
+                report: self.answer.report,
+            })
         });
     }
 

@@ -82,7 +82,7 @@ pub struct SolvedProblem {
 /// The result of an island, except its impulses.
 pub(super) struct IslandResult {
     pub outcome: IslandOutcome,
-    pub problem: Option<SolvedProblem>,
+    pub problem: Option<Box<SolvedProblem>>,
     /// Velocity resolution of the solve \[m/s\].
     pub resolution: f64,
     /// `b` of all blocks, if the bound on joints changed it.

@@ -125,7 +125,7 @@ impl Solution {
             }
             self.unclosed.extend(result.unclosed);
             self.outcomes.push(result.outcome);
-            self.problems.extend(result.problem);
+            self.problems.extend(result.problem.map(|problem| *problem));
         }
         self.unclosed.sort_unstable();
     }

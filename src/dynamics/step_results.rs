@@ -29,14 +29,16 @@ impl MoreauStepper {
         let mut problems = solution.problems.drain(..);
         for (k, outcome) in solution.outcomes.iter().enumerate() {
             outcome.count_work(record);
-            let problem = problems.next();
             let blocks = solution.islands.blocks(k);
-            if blocks
-                .iter()
-                .any(|&i| interval.is_used(i as usize, in_cluster))
-            {
+            let used = |i: &u32| interval.is_used(*i as usize, in_cluster);
+            let counts = blocks.iter().any(used);
+            if counts {
                 outcome.count(blocks.len(), record);
-                self.problems.extend(problem);
+            }
+            if let Some(problem) = problems.next()
+                && counts
+            {
+                self.problems.push(problem);
             }
         }
         if self.solver.store_problems {
