@@ -64,7 +64,12 @@ impl Pose64 {
     /// Moves for `dt` with velocity `u` of the point `center` (in the body frame) and spin `u_z`.
     pub(crate) fn advance(&mut self, u: &Vec3, center: Vec2, dt: f64) {
         let world = self.apply(center) + u.xy() * dt;
-        let (sin, cos) = (u.z * dt).sin_cos();
+        // most bodies of many scenes do not turn
+        let turn = u.z * dt;
+        let (sin, cos) = match turn == 0.0 {
+            true => (turn, 1.0),
+            false => turn.sin_cos(),
+        };
         let (c, s) = (
             self.cos * cos - self.sin * sin,
             self.sin * cos + self.cos * sin,
