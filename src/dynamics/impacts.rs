@@ -236,8 +236,12 @@ pub(super) fn find_impacts(
     impacts: &mut Vec<ImpactRecord>,
     (before, landings): (&[Landing], &mut Vec<Landing>),
 ) {
+    let groups = groups(interval, solution, used);
+    if groups.is_empty() {
+        return;
+    }
     let before = Landings::new(before, inverse_mass);
-    for mut group in groups(interval, solution, used) {
+    for mut group in groups {
         let first = group[0].contact;
         let rebounds = interval.blocks[group[0].block].impact;
         if !rebounds && interval.length > 0.0 {

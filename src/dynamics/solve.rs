@@ -68,6 +68,9 @@ impl IslandSolver {
         let plain = interval.roles.dominance.is_empty() && !rules.locates();
         solution.islands.merge_all(rules.one_problem && plain);
         (solution.islands).build(inverse_mass.len(), sides);
+        if interval.blocks.is_empty() {
+            return;
+        }
         if interval.roles.dominance.is_empty() {
             let mut set = std::mem::take(&mut self.set);
             match rules.distant {
