@@ -124,11 +124,14 @@ impl ImpulseSolver for Enumeration {
             let residual = self.judge.natural_map(problem, impulses);
             return SolveReport::of(residual, tolerance);
         }
-        let mut best = SolveReport::of(self.judge.natural_map(problem, impulses), tolerance);
+        let judged = |judge: &mut Judge, impulses: &[Vec2]| {
+            SolveReport::of(judge.natural_map(problem, impulses), tolerance)
+        };
         let total = Enumeration::combinations(&problem.laws);
         if total > self.max_combinations {
-            return best;
+            return judged(&mut self.judge, impulses);
         }
+        self.judged_last = false;
         let block = |k: usize| problem.operator.block(k / n, k % n);
         let blocks: Vec<Mat2> = (0..n * n).map(block).collect();
         let start = impulses.to_vec();
@@ -139,6 +142,8 @@ impl ImpulseSolver for Enumeration {
             .map(|(law, &p)| choice_of(law, p))
             .collect();
         let mut choice = vec![0; n];
+        // the start is judged once it may be the best
+        let (mut best, mut tried) = (None, 0);
         // the statuses of the warm start first, then all combinations in order
         for k in 0..=total {
             if k == 0 {
@@ -153,26 +158,33 @@ impl ImpulseSolver for Enumeration {
                     continue;
                 }
             }
-            best.factorisations += 1;
+            tried += 1;
             let Some(trial) = candidate(problem, &blocks, &choice, &start) else {
                 continue;
             };
-            let residual = self.judge.natural_map(problem, &trial);
-            let report = SolveReport::of(residual, tolerance);
-            self.judged_last = report.residual.merit() < best.residual.merit() || report.solved();
-            if self.judged_last {
-                best = report.after(&SolveReport {
-                    sweeps: 0,
-                    pivots: 0,
-                    ..best
-                });
+            let report = judged(&mut self.judge, &trial);
+            if report.solved() {
                 impulses.copy_from_slice(&trial);
+                self.judged_last = true;
+                return SolveReport {
+                    factorisations: tried,
+                    ..report
+                };
             }
-            if best.solved() {
+            let known = best.get_or_insert_with(|| judged(&mut self.judge, &start));
+            if known.solved() {
                 break;
             }
+            if report.residual.merit() < known.residual.merit() {
+                *known = report;
+                impulses.copy_from_slice(&trial);
+            }
         }
-        best
+        let best = best.unwrap_or_else(|| judged(&mut self.judge, &start));
+        SolveReport {
+            factorisations: tried,
+            ..best
+        }
     }
 
     fn velocities(&self) -> Option<Velocities<'_>> {
