@@ -197,6 +197,8 @@ impl RestingIslands {
 
     /// Adds all islands at rest to the record of a step.
     pub fn record(&self, record: &mut StepRecord) {
+        let count = self.islands.iter().map(|island| island.contacts.len());
+        record.contacts.reserve(count.sum());
         for island in &self.islands {
             let time = record.time;
             let contacts = island.contacts.iter();
