@@ -12,7 +12,7 @@ use super::joints::fingerprint;
 use super::shadow::Shadow;
 use crate::contact::{NO_BODY, Vec2, Vec3};
 use crate::dynamics::record::ContactRecord;
-use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError};
+use crate::dynamics::{CachedContact, ContactKey, Detection, Islands, ModelError, NormalLaw};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,6 +20,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// share of its size. A fifth of the overlap or more is undone in a step: what is left is too small to
 /// be seen.
 const PARTED: f64 = 1e-6;
+
+/// Overlap of a contact with which its bodies do not fall asleep, as a share of its distance from the centre
+/// of mass: they are moved apart first.
+const DEEP: f64 = 1e-5;
 
 /// A sleeping island.
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -42,6 +46,9 @@ pub(super) struct Sleepers {
     /// Bodies and colliders that touched or were joined in the last step.
     #[serde(skip)]
     links: Vec<([u32; 2], [u32; 2])>,
+    /// Bodies that overlapped in the last step.
+    #[serde(skip)]
+    overlapping: Vec<u32>,
 }
 
 impl Sleepers {
@@ -227,7 +234,14 @@ impl Bodies {
         self.sleepers.links.clear();
         let links = resting.map(|contact| (contact.bodies, contact.surfaces));
         self.sleepers.links.extend(links);
+        self.sleepers.overlapping.clear();
         for contact in &found.contacts {
+            let rigid = matches!(contact.law, NormalLaw::Rigid { .. });
+            for (body, [n, t]) in contact.rows.bodies.iter().zip(contact.rows.jacobian) {
+                if rigid && -contact.gap > DEEP * n.z.hypot(t.z) {
+                    self.sleepers.overlapping.push(*body);
+                }
+            }
             let touch = 2.0 * contact.gap_noise + drop;
             let sides = contact.rows.bodies;
             if contact.gap <= touch {
@@ -256,7 +270,8 @@ impl Bodies {
     /// Updates how long every body has been still after a step of `dt` \[s\], and finds the islands
     /// that are ready to sleep. Returns the island's number for each body, or 0.
     ///
-    /// A body is not ready as long as it is moved out of an overlap, by the displacements `parted`.
+    /// A body is not ready as long as it overlaps another one, or is moved out of an overlap, by the
+    /// displacements `parted`.
     pub fn ready(&mut self, world: &mut PhysicsWorld, parted: &[(u32, Vec3)], dt: f64) -> Vec<u32> {
         let unit = f64::from(world.integration_parameters.length_unit);
         let mut ready = vec![false; self.list.len()];
@@ -284,6 +299,11 @@ impl Bodies {
             let body = &world.bodies[self.list[*k as usize].handle];
             let extent = f64::from(body.mass_properties().max_extent());
             ready[*k as usize] &= d.xy().norm() + d.z.abs() * extent <= PARTED * extent;
+        }
+        for body in &self.sleepers.overlapping {
+            if let Some(ready) = ready.get_mut(*body as usize) {
+                *ready = false;
+            }
         }
         let mut group = vec![0; self.list.len()];
         if any {
