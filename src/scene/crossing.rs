@@ -197,6 +197,15 @@ impl Sheets {
         })
     }
 
+    /// Corners that another body, on a way between two poses of both, may come within its reach of, grown by
+    /// `rise` \[m\].
+    fn corners_around(&self, other: &Sheets, poses: [[Pose64; 2]; 2], rise: f64) -> BTreeSet<u32> {
+        let [a, b] = poses.map(|[own, its]| own.apply_inverse(its.translation));
+        let margin = Vec2::repeat(other.reach + rise);
+        let near = self.near(a.inf(&b) - margin, a.sup(&b) + margin);
+        near.flat_map(|(k, _)| self.edges[k]).collect()
+    }
+
     /// Segments whose boxes meet the box of `a` and `b`, with the corners of each.
     fn near(&self, a: Vec2, b: Vec2) -> impl Iterator<Item = (usize, [Vec2; 2])> {
         let (low, high) = (a.inf(&b), a.sup(&b));
@@ -228,7 +237,9 @@ fn through(both: [&Sheets; 2], side: usize, from: [Pose64; 2], to: [Pose64; 2]) 
     let (sheets, other) = (both[side], both[1 - side]);
     let turns: f64 = [0, 1].map(|k| turn(&from[k], &to[k]).abs()).iter().sum();
     let pieces = (turns / TURN).ceil().clamp(1.0, MOST_PIECES);
-    let mut odd = vec![false; sheets.corners.len()];
+    // an arc rises by its radius times a² / 8 over the chord
+    let rise = (turns / pieces).powi(2) / 8.0 * (sheets.reach + other.reach);
+    let mut odd = BTreeSet::new();
     let seen = |poses: &[Pose64; 2], p: Vec2| poses[1 - side].apply_inverse(poses[side].apply(p));
     let mut start = from;
     for piece in 1..=pieces as usize {
@@ -238,19 +249,18 @@ fn through(both: [&Sheets; 2], side: usize, from: [Pose64; 2], to: [Pose64; 2]) 
         } else {
             [0, 1].map(|k| between(&from[k], &to[k], piece as f64 / pieces))
         };
-        for (corner, odd) in sheets.corners.iter().zip(&mut odd) {
-            let [p, q] = [&start, &end].map(|poses| seen(poses, *corner));
+        let ends = [start, end].map(|poses| [poses[side], poses[1 - side]]);
+        for corner in sheets.corners_around(other, ends, rise) {
+            let [p, q] = [&start, &end].map(|poses| seen(poses, sheets.corners[corner as usize]));
             for (edge, [a, b]) in other.near(p, q) {
-                *odd ^= goes_through([p, q], [a, b], other.free[edge]);
+                if goes_through([p, q], [a, b], other.free[edge]) && !odd.remove(&corner) {
+                    odd.insert(corner);
+                }
             }
         }
         start = end;
     }
-    let corners = odd.iter().enumerate();
-    corners
-        .filter(|(_, odd)| **odd)
-        .map(|(k, _)| k as u32)
-        .collect()
+    odd.into_iter().collect()
 }
 
 /// Whether the way from `p` to `q` goes through the segment from `a` to `b`, and not past a free end of it.
@@ -271,7 +281,10 @@ fn are_across([p, q]: [Vec2; 2], [a, b]: [Vec2; 2]) -> bool {
 }
 
 /// Whether a segment of one body crosses one of the other, by more than rounding.
-fn are_crossed([one, other]: [&Sheets; 2], [own, its]: [Pose64; 2]) -> bool {
+fn are_crossed(both: [&Sheets; 2], poses: [Pose64; 2]) -> bool {
+    let few = usize::from(both[1].edges.len() < both[0].edges.len());
+    let (one, other) = (both[few], both[1 - few]);
+    let (own, its) = (poses[few], poses[1 - few]);
     let deep = |edge: &[u32; 2]| {
         let [p, q] = edge.map(|k| its.apply_inverse(own.apply(one.corners[k as usize])));
         other.near(p, q).any(|(_, [a, b])| {
