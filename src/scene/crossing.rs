@@ -145,6 +145,9 @@ impl Crossing {
                     }
                 }
             }
+            self.odd.retain(|&(of, side, corner)| {
+                of != pair || !goes_round(both, side as usize, corner, [from, to])
+            });
             let odd = || self.odd.range((pair, 0, 0)..=(pair, 1, u32::MAX));
             if odd().next().is_none() || near && are_crossed(both, to) {
                 continue;
@@ -303,6 +306,24 @@ fn is_clear(both: [&Sheets; 2], side: usize, corner: u32, poses: [Pose64; 2]) ->
     let margin = Vec2::repeat(clear);
     let mut near = other.near(p - margin, p + margin);
     near.all(|(_, [a, b])| to_segment(&p, &a, &b) > clear)
+}
+
+/// Whether a corner of the body `side` that lay on the other one's segments, on the one side or the other by
+/// what is left of an overlap, has gone beyond a free end of them: it may go round this end.
+fn goes_round(both: [&Sheets; 2], side: usize, corner: u32, [from, to]: [[Pose64; 2]; 2]) -> bool {
+    if is_clear(both, side, corner, from) {
+        return false;
+    }
+    let (own, other) = (both[side], both[1 - side]);
+    let p = to[1 - side].apply_inverse(to[side].apply(own.corners[corner as usize]));
+    let ends = |k: usize| other.edges[k].map(|c| other.corners[c as usize]);
+    let far = |k: &usize| to_segment(&p, &ends(*k)[0], &ends(*k)[1]);
+    let nearest = (0..other.edges.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+    nearest.is_some_and(|k| {
+        let [a, b] = ends(k);
+        let share = (p - a).dot(&(b - a)) / (b - a).norm_squared();
+        share < 0.0 && other.free[k][0] || share > 1.0 && other.free[k][1]
+    })
 }
 
 #[cfg(test)]

@@ -163,3 +163,17 @@ fn bodies_that_cross_at_the_start_pass_nothing() {
     let again = [[0.0, 0.0], [0.0, -0.5], [0.0, 0.0], [0.0, 0.5]];
     assert_eq!(outline_on_a_bend(&again), 1);
 }
+
+/// Bug: an outline that lay on a paddle, 0.1 mm deep, and slid off its end was said to have passed it.
+#[test]
+fn what_slides_off_a_free_end_passes_nothing() {
+    let off = [
+        [2.7, 0.5],
+        [2.8, 0.4797],
+        [2.95, 0.4947],
+        [3.1, 0.48],
+        [3.1, 0.1],
+    ];
+    assert_eq!(outline_on_a_bend(&off), 0);
+    assert_eq!(outline_on_a_bend(&[[2.7, 0.5], [2.7, 0.4], [2.7, -0.5]]), 1);
+}
