@@ -177,7 +177,9 @@ impl Meeting<'_> {
         let solid = base.edge.filter(|edge| edge.one_sided);
         let thin = self.views[1 - part].edge.is_none();
         let in_front = thin && solid.is_some_and(|edge| edge.height(other) >= 0.0);
-        let opposed = facing < -0.5 && !in_front || facing < 0.0 && deep;
+        // a corner that a face of a polygon meets is met, however near the polygon's far face is
+        let on_segment = base.edge.is_some();
+        let opposed = facing < -0.5 && on_segment && !in_front || facing < 0.0 && deep;
         depth < (most - slack).min(0.0) && (most > 0.0 || opposed || of[from].ceded)
     }
 

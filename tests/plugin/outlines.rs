@@ -1,4 +1,4 @@
-//! Bodies in a ring of segments that turns: they meet bends that close, from within.
+//! Outlines that meet others: in a ring that turns, whose bends close, and tip to tip.
 
 use crate::common::{Random, parse, run};
 use std::f64::consts::TAU;
@@ -62,4 +62,35 @@ fn nothing_gets_into_the_walls_of_a_turning_ring() {
         }
     }
     assert!(wrong.is_empty(), "{}: {}", wrong.len(), wrong.join("\n"));
+}
+
+/// Bug: a triangle went through an outline of the same shape that slid towards it on a floor. Its lower face lies in
+/// the line of the outline's, which was taken for the nearest way out.
+#[test]
+fn two_tips_that_meet_on_a_floor_stop_each_other() {
+    for outline in ["polygon", "polyline"] {
+        let closed = if outline == "polyline" {
+            "closed = true\ninertia = 0.003178"
+        } else {
+            ""
+        };
+        let text = format!(
+            "[scene]\nname = \"r\"\ntitle = \"t\"\n[step]\ntime = 0.5\ndt = 0.008333333333333333\n\
+             [[material]]\nname = \"m\"\nfriction = 0\n\
+             [[body]]\nname = \"floor\"\nkind = \"fixed\"\nbox = [2.4, 0.2]\nposition = [0, -1.1]\n\
+             material = \"m\"\n\
+             [[body]]\nname = \"a\"\npolygon = [[-0.08, -0.08], [0.08, -0.08], [0, 0.08]]\nmass = 1\n\
+             position = [0.3318944, -0.964225]\nangle = 2.0344072\nvelocity = [-0.4, 0]\n\
+             material = \"m\"\n\
+             [[body]]\nname = \"b\"\n{outline} = [[-0.089, -0.089], [0.089, -0.089], [0, 0.089]]\n\
+             {closed}\nmass = 1\nposition = [0.1200276, -0.960197]\nangle = 2.0344439\n\
+             velocity = [0.5956159, 0]\nmaterial = \"m\"\n"
+        );
+        let run = run(&parse(&text));
+        assert_eq!(run.totals.passages, 0, "{outline}");
+        // three steps late at most, and apart again
+        assert!(run.totals.penetration < 0.03, "{outline}");
+        let [a, b] = [1, 2].map(|k| run.state(k).0.translation.x);
+        assert!(a - b > 0.1, "{outline}: {a} {b}");
+    }
 }
