@@ -33,7 +33,8 @@ const MOST_PIECES: f64 = 64.0;
 /// segments of the chain. So one body has passed through another if they are apart, and a corner that went
 /// through an odd number of times is clear of the other body.
 ///
-/// Bodies that cross at the start are followed once they are apart.
+/// Bodies that cross at the start are followed once they are apart. If they cross by less than what is clear,
+/// they are followed from the start, but for the corners that are not clear then.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Crossing {
     #[serde(skip)]
@@ -44,9 +45,14 @@ pub(super) struct Crossing {
     started: bool,
     /// Pairs that have crossed since the start.
     crossed: BTreeSet<[u32; 2]>,
-    /// Corners that went through an odd number of times: the pair, which of its bodies, and the corner.
-    odd: BTreeSet<([u32; 2], u32, u32)>,
+    /// Corners that were on either side at the start.
+    unclear: BTreeSet<Corner>,
+    /// Corners that went through an odd number of times.
+    odd: BTreeSet<Corner>,
 }
+
+/// The pair, which of its bodies, and the corner.
+type Corner = ([u32; 2], u32, u32);
 
 /// The two-sided segments of a body, in its frame.
 struct Sheets {
@@ -87,6 +93,7 @@ impl Crossing {
             pairs,
             started: false,
             crossed: BTreeSet::new(),
+            unclear: BTreeSet::new(),
             odd: BTreeSet::new(),
         }
     }
@@ -126,12 +133,20 @@ impl Crossing {
                 continue;
             };
             let near = are_near(both, from, to);
-            if !self.started && near && are_crossed(both, from) {
-                self.crossed.insert(pair);
+            if !self.started && near && are_crossed(both, from, APART) {
+                if are_crossed(both, from, CLEAR) {
+                    self.crossed.insert(pair);
+                }
+                for side in 0..2 {
+                    let corners = 0..both[side].corners.len() as u32;
+                    let unclear = corners.filter(|c| !is_clear(both, side, *c, from));
+                    self.unclear.extend(unclear.map(|c| (pair, side as u32, c)));
+                }
             }
             if self.crossed.contains(&pair) {
-                if !(near && are_crossed(both, to)) {
+                if !(near && are_crossed(both, to, APART)) {
                     self.crossed.remove(&pair);
+                    self.unclear.retain(|(of, ..)| *of != pair);
                 }
                 continue;
             }
@@ -139,7 +154,7 @@ impl Crossing {
                 for side in 0..2 {
                     for corner in through(both, side, from, to) {
                         let key = (pair, side as u32, corner);
-                        if !self.odd.remove(&key) {
+                        if !self.odd.remove(&key) && !self.unclear.contains(&key) {
                             self.odd.insert(key);
                         }
                     }
@@ -149,7 +164,7 @@ impl Crossing {
                 of != pair || !goes_round(both, side as usize, corner, [from, to])
             });
             let odd = || self.odd.range((pair, 0, 0)..=(pair, 1, u32::MAX));
-            if odd().next().is_none() || near && are_crossed(both, to) {
+            if odd().next().is_none() || near && are_crossed(both, to, APART) {
                 continue;
             }
             if odd().any(|&(_, side, corner)| is_clear(both, side as usize, corner, to)) {
@@ -283,8 +298,8 @@ fn are_across([p, q]: [Vec2; 2], [a, b]: [Vec2; 2]) -> bool {
     left(a, b, p) != left(a, b, q) && left(p, q, a) != left(p, q, b)
 }
 
-/// Whether a segment of one body crosses one of the other, by more than rounding.
-fn are_crossed(both: [&Sheets; 2], poses: [Pose64; 2]) -> bool {
+/// Whether a segment of one body crosses one of the other, by more than a share of half the shorter one.
+fn are_crossed(both: [&Sheets; 2], poses: [Pose64; 2], share: f64) -> bool {
     let few = usize::from(both[1].edges.len() < both[0].edges.len());
     let (one, other) = (both[few], both[1 - few]);
     let (own, its) = (poses[few], poses[1 - few]);
@@ -292,7 +307,7 @@ fn are_crossed(both: [&Sheets; 2], poses: [Pose64; 2]) -> bool {
         let [p, q] = edge.map(|k| its.apply_inverse(own.apply(one.corners[k as usize])));
         other.near(p, q).any(|(_, [a, b])| {
             let shorter = (q - p).norm().min((b - a).norm());
-            are_across([p, q], [a, b]) && -gap(&[p, q], &[a, b], 0.0) > APART * 0.5 * shorter
+            are_across([p, q], [a, b]) && -gap(&[p, q], &[a, b], 0.0) > share * 0.5 * shorter
         })
     };
     one.edges.iter().any(deep)

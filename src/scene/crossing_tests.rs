@@ -177,3 +177,14 @@ fn what_slides_off_a_free_end_passes_nothing() {
     assert_eq!(outline_on_a_bend(&off), 0);
     assert_eq!(outline_on_a_bend(&[[2.7, 0.5], [2.7, 0.4], [2.7, -0.5]]), 1);
 }
+
+/// An outline that starts a little in the floor may leave it upwards, and not downwards.
+#[test]
+fn what_starts_a_little_in_the_floor_passes_it_downwards() {
+    let start = [0.5, 0.246];
+    assert_eq!(outline_on_a_bend(&[start, [0.5, 0.3], [0.5, 0.6]]), 0);
+    let slowly = (1..40).map(|k| [0.5, 0.246 - 0.02 * f64::from(k)]);
+    let down: Vec<_> = std::iter::once(start).chain(slowly).collect();
+    assert_eq!(outline_on_a_bend(&down), 1);
+    assert_eq!(outline_on_a_bend(&[start, [0.5, -0.5]]), 1);
+}
