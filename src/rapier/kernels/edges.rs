@@ -178,8 +178,8 @@ impl Edge {
         let share = from / (from - to);
         let foot = other.ends[0] + (other.ends[1] - other.ends[0]) * share;
         let depth = -self.height(foot);
-        // a segment beside it, or one that shares the middle, has no depth
-        (from * to <= 0.0 && depth > 0.0).then_some(depth)
+        // a segment beside it, or one that shares the middle but for rounding, has no depth
+        (from * to <= 0.0 && depth > 1e-9 * self.length()).then_some(depth)
     }
 
     /// Height of a point above the line on the right \[m\].
