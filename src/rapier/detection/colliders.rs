@@ -6,6 +6,7 @@ use super::super::engine::prelude::*;
 use super::super::joints::OUTSIDE;
 use super::super::widen;
 use super::SurfaceLaw;
+use super::loops::outer_face;
 use super::shapes::{self, Piece};
 use crate::contact::Vec2;
 use crate::dynamics::{ModelError, NormalLaw, Pose64};
@@ -75,6 +76,8 @@ pub(super) struct Known {
     /// Pose in the body's frame.
     pub local: Pose64,
     pub pieces: Vec<Piece>,
+    /// See [`outer_face`].
+    pub outer_face: Option<usize>,
     pub law: SurfaceLaw,
     /// Bounding circle in the body's frame.
     circle: (Vec2, f64),
@@ -91,6 +94,7 @@ impl Known {
         let sphere = collider.shape().compute_local_bounding_sphere();
         let center = Vec2::new(sphere.center.x.into(), sphere.center.y.into());
         let skin = widen(collider.contact_skin());
+        let pieces = shapes::pieces(collider.shared_shape(), skin);
         Known {
             surface: Surface::of(handle, collider, &law),
             parent,
@@ -99,7 +103,8 @@ impl Known {
             hooks: collider.active_hooks(),
             events: collider.active_events(),
             sensor: collider.is_sensor(),
-            pieces: shapes::pieces(collider.shared_shape(), skin),
+            outer_face: outer_face(&pieces),
+            pieces,
             local,
             law,
             circle: (local.apply(center), f64::from(sphere.radius) + skin),

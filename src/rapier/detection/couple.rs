@@ -16,6 +16,9 @@ pub(super) struct Couple<'a> {
     pub parts: [&'a Part; 2],
     /// Per part of a chain, this side: see [`super::chains`].
     pub faces: [Option<usize>; 2],
+    /// Per part of a closed chain, this side, if the other part does not touch the chain or has not done so
+    /// when the two came near each other: see [`super::loops`].
+    pub loops: [Option<usize>; 2],
     pub sight: Sight,
 }
 
@@ -35,29 +38,37 @@ impl<'a> Couple<'a> {
             bodies,
             parts: sides.map(|leaf| &leaf.part),
             faces: [None; 2],
+            loops: [None; 2],
             sight: Sight::default(),
         };
         if sides.iter().any(|leaf| leaf.part.is_two_sided()) {
-            let told = finder.sides_of_chains(&couple, memory);
+            couple.loops = finder.faces_of_loops(&couple, memory);
+            let loops = couple.loops;
+            let looped = (0..2).all(|i| loops[i].is_some() || sides[i].solid.is_none());
+            let told = match looped {
+                true => None,
+                false => finder.sides_of_chains(&couple, memory),
+            };
             // beside a free end there is none
             let known = |faces: &[Option<usize>; 2], asked: fn(&Leaf) -> bool| {
-                (0..2).all(|i| !asked(sides[i]) || faces[i].is_some())
+                (0..2).all(|i| loops[i].is_some() || !asked(sides[i]) || faces[i].is_some())
             };
             // at the end of a chain the segments would follow different rules
-            if sides.iter().any(|leaf| leaf.part.ends_a_chain()) {
-                let sheets = sides.iter().all(|leaf| leaf.part.is_sheet());
-                couple.sight = finder.sight(&couple, memory);
-                couple.sight.told = told.filter(|faces| sheets && known(faces, |_| true));
-                return couple;
-            }
-            if let Some(faces) = told.filter(|faces| known(faces, |leaf| leaf.solid.is_some())) {
-                couple.faces = [0, 1].map(|i| faces[i].filter(|_| sides[i].solid.is_some()));
-                couple.parts = [0, 1].map(|i| match (&sides[i].solid, faces[i]) {
-                    (Some(solid), Some(face)) => &solid[face],
-                    _ => &sides[i].part,
-                });
-            }
+            let ends = sides.iter().any(|leaf| leaf.part.ends_a_chain());
+            let within = told.filter(|faces| !ends && known(faces, |leaf| leaf.solid.is_some()));
+            couple.faces = [0, 1].map(|i| {
+                let face = loops[i].or_else(|| within?[i]);
+                face.filter(|_| sides[i].solid.is_some())
+            });
+            couple.parts = [0, 1].map(|i| match (&sides[i].solid, couple.faces[i]) {
+                (Some(solid), Some(face)) => &solid[face],
+                _ => &sides[i].part,
+            });
             couple.sight = finder.sight(&couple, memory);
+            if ends && loops == [None; 2] {
+                let sheets = sides.iter().all(|leaf| leaf.part.is_sheet());
+                couple.sight.told = told.filter(|faces| sheets && known(faces, |_| true));
+            }
         }
         couple
     }

@@ -19,6 +19,7 @@ mod flights;
 mod grid;
 mod hooks;
 mod leaves;
+mod loops;
 mod marks;
 mod output;
 mod pairs;

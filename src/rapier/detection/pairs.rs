@@ -7,6 +7,7 @@ use super::couple::Couple;
 use super::grid::Grid;
 use super::hooks::Hooks;
 use super::leaves::{Leaf, Leaves};
+use super::loops::{forget_loops, keep_loops};
 use super::output::Group;
 use super::points::Pair;
 use super::rows::{Row, Rows, retain};
@@ -62,6 +63,7 @@ impl Pairs {
             let order = Row::order(pair, &leaves.names);
             marks.set(order, 0);
             faces.set(order, 0);
+            forget_loops(pair.map(|leaf| &leaves.names[leaf as usize]), faces);
         });
         for leaf in gone {
             forget_side(&leaves.names[*leaf as usize], faces);
@@ -281,6 +283,10 @@ impl Finder<'_> {
             let order = Row::order([a, b], &self.leaves.names);
             scratch.marks.keep(&order);
             scratch.faces.keep(&order);
+            if !scratch.faces.is_empty() {
+                let names = [a, b].map(|leaf| &self.leaves.names[leaf as usize]);
+                keep_loops(names, &mut scratch.faces);
+            }
             return Some(budget);
         }
         if let Some(grid) = pass.grid {

@@ -182,6 +182,7 @@ impl Finder<'_> {
         if !sides.iter().any(|leaf| leaf.part.is_two_sided()) {
             return;
         }
+        self.remember_loops(couple, memory);
         let deepest = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
         let rounding = sides[0].part.rounding + sides[1].part.rounding;
         // cores that cannot cross in the next step need no memory

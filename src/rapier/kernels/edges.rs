@@ -95,6 +95,12 @@ impl Edge {
         }
     }
 
+    /// Distance of a point \[m\].
+    pub fn distance(&self, point: Vec2) -> f64 {
+        let [a, b] = self.ends;
+        (a + (b - a) * self.fraction(point) - point).norm()
+    }
+
     /// Direction from the first end to the second.
     pub fn along(&self) -> Vec2 {
         Vec2::new(-self.normals[0].y, self.normals[0].x)
