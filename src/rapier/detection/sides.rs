@@ -116,6 +116,8 @@ impl Finder<'_> {
                 true => [None; 2],
                 false => [0, 1].map(|i| side_beside(order, i, &sides[i].part, memory)),
             },
+            began: rounded
+                .then(|| couple.poses_at(if self.midpoint { -0.5 * self.step } else { 0.0 })),
             start: starts.then(|| couple.poses_at(back)),
             elsewhere: match both && known & TOUCHED == 0 && !memory.is_empty() {
                 true => [elsewhere(0), elsewhere(1)],

@@ -205,7 +205,17 @@ pub(super) fn sides(
             Some(edge) => {
                 let points = other.points.iter().map(|q| pose.apply(*q));
                 let past = sight.of(i, poses[i]);
-                Some(edge.side(points, pose.apply(other.inner()), &past))
+                let face = edge.side(points, pose.apply(other.inner()), &past);
+                // other parts may go round a capsule, but not through its core in no time
+                let free = edge.neighbours == [None; 2];
+                let gone_round = |start: [Pose64; 2]| {
+                    let before = relative(&start[i], &start[1 - i]);
+                    free && beyond(edge, face, other, pose) && beyond(edge, face, other, &before)
+                };
+                Some(match sight.began.is_some_and(gone_round) {
+                    true => 1 - face,
+                    false => face,
+                })
             }
             None => None,
         };

@@ -129,6 +129,8 @@ pub(super) struct Sight {
     /// Poses of the two at the start of the step, for a two-sided segment with another segment, where
     /// they tell the sides.
     pub start: Option<[Pose64; 2]>,
+    /// If a part is rounded, poses of the two at the start of the step, or now within one.
+    pub began: Option<[Pose64; 2]>,
     /// Per part that is a two-sided segment, the one face on which it touched others in the last step.
     pub elsewhere: [Option<usize>; 2],
     /// Centres of mass of the two bodies at the start of the step.
