@@ -18,6 +18,7 @@ use super::couple::Couple;
 use super::pairs::Finder;
 use super::seams::FLUSH;
 use crate::dynamics::Pose64;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 impl Finder<'_> {
     /// Replaces the contacts of two sharp polygons in flight that are about to meet along another axis.
@@ -32,8 +33,15 @@ impl Finder<'_> {
         let motion = couple.speed() * self.step;
         let size = couple.size();
         let flies = bound > if found.is_empty() { 0.0 } else { FLUSH * size };
+        // a floor's own contacts tell the direction at its seams
+        let free = couple.bodies.iter().all(|body| !body.immovable);
         let sharp = |part: &Part| {
-            part.rounding == 0.0 && matches!(part.core, Core::Box(_) | Core::Polygon(_))
+            let corners = match part.core {
+                Core::Box(_) | Core::Polygon(_) => true,
+                Core::Edge(_) => free && part.is_one_sided() && part.has_sharp_corner(),
+                _ => false,
+            };
+            corners && part.rounding == 0.0
         };
         if flies && bound < motion && couple.parts.into_iter().all(sharp) {
             self.meet_last(couple, [1e-7 * size, reach], found);
@@ -49,12 +57,20 @@ impl Finder<'_> {
                 return;
             };
             let direction = axes.direction(&now, axis);
+            let Some(touch) = axes.touch(&now, axis, noise) else {
+                return;
+            };
             let same = |t: &Touch| t.normal.dot(&direction) > 1.0 - 1e-9;
-            if !found.first().is_some_and(same)
-                && let Some(touch) = axes.touch(&now, axis, noise)
-            {
-                found.clear();
-                found.push(touch);
+            let edges = couple.parts.iter().any(|part| part.is_one_sided());
+            let nearly = |t: &Touch| t.normal.dot(&direction) > FRAC_1_SQRT_2;
+            // beside the faces that lie over each other a corner of a segment may be nearer
+            let meets = |t: &Touch| match edges {
+                true => nearly(t) && t.gap <= 2.0 * touch.gap + FLUSH * couple.size(),
+                false => same(t),
+            };
+            if !found.iter().any(meets) {
+                found.retain(|t| edges && nearly(t));
+                found.insert(0, touch);
                 let second = axes.second(&now, axis, &touch, noise);
                 found.extend(second.filter(|second| second.gap <= reach));
             }

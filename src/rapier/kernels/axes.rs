@@ -29,6 +29,8 @@ pub(in crate::rapier) struct Axes<'a> {
     rounding: [f64; 2],
     /// Per part that is a segment, the face on whose side the other part lies.
     sides: [Option<usize>; 2],
+    /// Whether both are segments with solid behind them.
+    solid: bool,
 }
 
 /// Calls `run` with two parts at their poses. The second part lies in the direction `toward` of the
@@ -60,9 +62,17 @@ pub(in crate::rapier) fn with_axes<R>(
             normals,
             center: Vec2::zeros(),
             edge: None,
+            alone: [false; 2],
         })
     };
-    let views = [view(0)?, view(1)?];
+    let mut views = [view(0)?, view(1)?];
+    let [a, b] = poses;
+    let seen = [relative(a, b), relative(b, a)];
+    for i in 0..2 {
+        if let Some(edge) = views[i].edge {
+            views[i].alone = facing::alone(edge, &views[1 - i], &seen[i]);
+        }
+    }
     let ball = |part: &Part| matches!(part.core, Core::Ball(_));
     let chain = |view: &View| view.edge.is_some_and(|edge| edge.goes_on());
     let rounding = parts.map(|part| match part.core {
@@ -85,17 +95,14 @@ pub(in crate::rapier) fn with_axes<R>(
         ))
     };
     let sides = match lines && !solid && rounding == [0.0; 2] {
-        true => {
-            let [a, b] = poses;
-            let seen = [relative(a, b), relative(b, a)];
-            facing::sides([a, b], &views, [&seen[0], &seen[1]], sight?).ok()?
-        }
+        true => facing::sides([a, b], &views, [&seen[0], &seen[1]], sight?).ok()?,
         false => [side(0, 1.0), side(1, -1.0)],
     };
     Some(run(&Axes {
         views,
         rounding,
         sides,
+        solid,
     }))
 }
 
@@ -148,8 +155,13 @@ impl Axes<'_> {
     /// How far a part reaches along a direction from the origin \[m\].
     fn extent(&self, poses: &[Pose64; 2], part: usize, outward: Vec2) -> f64 {
         let own = poses[part].unrotate(outward);
-        let points = self.views[part].points.iter().map(|p| own.dot(p));
-        let far = points.fold(f64::NEG_INFINITY, f64::max);
+        let view = &self.views[part];
+        let behind = match self.solid {
+            true => own.dot(&view.inner()),
+            false => f64::NEG_INFINITY,
+        };
+        let points = view.points.iter().map(|p| own.dot(p));
+        let far = points.fold(behind, f64::max);
         outward.dot(&poses[part].translation) + far + self.rounding[part]
     }
 
@@ -182,7 +194,8 @@ impl Axes<'_> {
             let reached = poses[part].apply_inverse(p);
             let out =
                 |end: usize| (reached - edge.ends[end]).dot(&(edge.ends[end] - edge.ends[1 - end]));
-            if (0..2).any(|end| edge.neighbours[end].is_some() && out(end) > 0.0) {
+            let left = |end: usize| edge.neighbours[end].is_some() && !base.alone[end];
+            if (0..2).any(|end| left(end) && out(end) > 0.0) {
                 return None;
             }
         }
@@ -190,10 +203,10 @@ impl Axes<'_> {
             let inward = poses[1 - part].unrotate(-outward);
             let facing = edge.normals[face].dot(&inward);
             // both faces of a two-sided segment end in its free end
-            let free_end = !edge.one_sided && edge.neighbours[j].is_none();
+            let free_end = !edge.one_sided && edge.neighbours[j].is_none() || other.alone[j];
             // at a rectangular corner both segments may then have the contact
             if facing < -TILT && !free_end
-                || facing < 1.0 - 1e-12 && !edge.admits_within(j, inward, TILT)
+                || facing < 1.0 - 1e-12 && !other.admits(edge, j, inward, TILT)
             {
                 return None;
             }

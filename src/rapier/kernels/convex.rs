@@ -4,7 +4,7 @@
 //! that just touch, and reports a gap of minus their thickness: an arch of voussoirs bursts.
 
 use super::edges::Edge;
-use super::facing::{Nearest, ROUNDING, beyond, cross, is_two_sided, nearest, sides};
+use super::facing::{Nearest, ROUNDING, alone, beyond, cross, is_two_sided, nearest, sides};
 use super::polygon::{View, size};
 use super::{Sight, Touch, relative};
 use crate::contact::Vec2;
@@ -58,7 +58,7 @@ fn separation(base: &View, other: &View, seen: &Pose64, sides: [Option<usize>; 2
             (Some(edge), Some(face)) if m.dot(&edge.normals[face]) <= -1.0 + 1e-12 => (true, false),
             (Some(edge), Some(face)) => {
                 let ceded = edge.cedes(nearest, -m, face);
-                (edge.admits(nearest, -m) && !ceded, ceded)
+                (other.admits(edge, nearest, -m, 0.0) && !ceded, ceded)
             }
             (Some(_), None) => (false, false),
             (None, _) => (true, false),
@@ -227,7 +227,7 @@ impl Meeting<'_> {
 /// Sources: Ericson, *Real-Time Collision Detection* (2005), §5.5; Catto, GDC 2007.
 pub(super) fn convex_convex(
     poses: [&Pose64; 2],
-    views: [View; 2],
+    mut views: [View; 2],
     rounding: [f64; 2],
     sight: &Sight,
     reach: f64,
@@ -239,6 +239,11 @@ pub(super) fn convex_convex(
         Ok(sides) => sides,
         Err(behind) => return 0.5 * behind - both,
     };
+    for i in 0..2 {
+        if let Some(edge) = views[i].edge {
+            views[i].alone = alone(edge, &views[1 - i], &seen[i]);
+        }
+    }
     let [first, second] = &views;
     let of1 = separation(first, second, &seen[0], sides);
     let of2 = separation(second, first, &seen[1], [sides[1], sides[0]]);

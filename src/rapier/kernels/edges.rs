@@ -244,6 +244,11 @@ impl Edge {
         if self.one_sided && direction.dot(&self.normals[0]) < -behind {
             return false;
         }
+        self.has_in_wedge(end, direction, slack)
+    }
+
+    /// Whether a direction leads away from both segments at corner `end`.
+    pub fn has_in_wedge(&self, end: usize, direction: Vec2, slack: f64) -> bool {
         let outward = self.ends[end] - self.ends[1 - end];
         direction.dot(&outward) >= -slack * self.length()
             && self.neighbours[end].is_none_or(|leads| direction.dot(&leads) <= slack)

@@ -94,10 +94,31 @@ pub(super) fn nearest(first: &View, second: &View, seen: &Pose64, back: &Pose64)
 /// How far a shape lies behind the line of a one-sided segment \[m\]; negative if part of it lies in
 /// front. `pose` is that of the shape in the frame of the segment.
 pub(super) fn behind(edge: &Edge, other: &View, pose: &Pose64) -> f64 {
-    let height = |q: &Vec2| edge.normals[0].dot(&(pose.apply(*q) - edge.ends[0]));
+    behind_line((edge.ends[0], edge.normals[0]), other, pose)
+}
+
+/// [`behind`] for a line through a point, with its normal.
+fn behind_line((foot, normal): (Vec2, Vec2), other: &View, pose: &Pose64) -> f64 {
+    let height = |q: &Vec2| normal.dot(&(pose.apply(*q) - foot));
     // the solid behind another segment counts
     let all = other.points.iter().map(height);
     -all.fold(height(&other.center), f64::max)
+}
+
+/// Per end of a one-sided segment, whether it has the sharp corner there alone: all of the other shape lies
+/// behind the neighbour, which does not meet it then. `pose` is that of the shape in the frame of the segment.
+pub(super) fn alone(edge: &Edge, other: &View, pose: &Pose64) -> [bool; 2] {
+    let left = LEFT * edge.length().min(size(other));
+    [0, 1].map(|end| {
+        let normal = edge.next_normal(end, 0);
+        let outward = edge.ends[end] - edge.ends[1 - end];
+        let bends_away = |normal: &Vec2| normal.dot(&outward) > 0.0;
+        edge.one_sided
+            && !edge.goes_on_at(end)
+            && !is_two_sided(other)
+            && (normal.filter(bends_away))
+                .is_some_and(|normal| behind_line((edge.ends[end], normal), other, pose) >= -left)
+    })
 }
 
 /// Whether a two-sided segment that lies `far` behind a one-sided one \[m\] was in front of it in the last

@@ -240,6 +240,7 @@ fn with_view(core: &Core, run: impl FnOnce(View) -> f64) -> f64 {
             normals: &[Vec2::x(), Vec2::y(), -Vec2::x(), -Vec2::y()],
             center: Vec2::zeros(),
             edge: None,
+            alone: [false; 2],
         }),
         Core::Ball(_) | Core::HalfPlane(_) | Core::Other(_) => f64::INFINITY,
     }

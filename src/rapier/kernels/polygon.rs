@@ -53,6 +53,7 @@ impl Polygon {
             normals: &self.normals,
             center: self.center,
             edge: None,
+            alone: [false; 2],
         }
     }
 }
@@ -64,6 +65,8 @@ pub(super) struct View<'a> {
     pub normals: &'a [Vec2],
     pub center: Vec2,
     pub edge: Option<&'a Edge>,
+    /// Per end of a segment, whether it has the corner there alone: see [`super::facing::alone`].
+    pub alone: [bool; 2],
 }
 
 impl<'a> From<&'a Polygon> for View<'a> {
@@ -82,6 +85,7 @@ impl<'a> From<&'a Edge> for View<'a> {
             normals: &edge.normals,
             center: 0.5 * (a + b) - depth * edge.normals[0],
             edge: Some(edge),
+            alone: [false; 2],
         }
     }
 }
@@ -103,8 +107,13 @@ impl View<'_> {
     /// Zero where the algorithm compares the faces of both shapes and takes the best of all.
     pub(super) fn ridges(&self, k: usize, other: &View) -> [f64; 2] {
         match (self.edge, other.edge) {
-            (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| edge.ridge(end, k)),
-            (None, Some(edge)) if edge.neighbours.iter().any(Option::is_some) => {
+            (Some(edge), _) => [k % 2, (k + 1) % 2].map(|end| match self.alone[end] {
+                true => 0.0,
+                false => edge.ridge(end, k),
+            }),
+            (None, Some(edge))
+                if (0..2).any(|end| edge.neighbours[end].is_some() && !other.alone[end]) =>
+            {
                 let n = self.normals.len();
                 [(k + n - 1) % n, (k + 1) % n].map(|next| {
                     let cos = self.normals[k].dot(&self.normals[next]);
@@ -112,6 +121,15 @@ impl View<'_> {
                 })
             }
             _ => [0.0, 0.0],
+        }
+    }
+
+    /// Whether a contact at corner `end` of a segment may have this direction, known within an angle, `slack`
+    /// over its length.
+    pub(super) fn admits(&self, edge: &Edge, end: usize, direction: Vec2, slack: f64) -> bool {
+        match self.alone[end] {
+            true => edge.has_in_wedge(end, direction, slack),
+            false => edge.admits_within(end, direction, slack),
         }
     }
 
