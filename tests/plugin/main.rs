@@ -39,4 +39,5 @@ mod seam_matrix;
 mod seams;
 mod sleeping;
 mod springs;
+mod tips;
 mod user_worlds;
