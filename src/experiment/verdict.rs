@@ -4,7 +4,7 @@ use super::joint_gap::Pins;
 use super::simulate::{Engine, Totals};
 use crate::checkpoint::{CheckpointError, Reader, Writer};
 use crate::dynamics::record::StepRecord;
-use crate::scene::{BodyKind, Built, LASTING, Limits, Scene};
+use crate::scene::{BodyKind, Built, LASTING, Limits, Scene, SlidingLeast};
 use serde::{Deserialize, Serialize};
 
 /// Number of passages that are listed one by one.
@@ -68,11 +68,10 @@ pub struct Judge {
     limits: Limits,
     names: Vec<String>,
     pins: Option<Pins>,
-    /// Least gap over size so far in the present window of [`LASTING`], and the worst window.
-    gap: f64,
+    /// Gaps over size in the last [`LASTING`] seconds, the worst least of all such windows, and their steps.
+    gaps: SlidingLeast,
     worst_gap: Option<f64>,
     window: usize,
-    steps: usize,
     /// Steps in which some pair passed through another, by pairs.
     passages: usize,
     named: Vec<Passage>,
@@ -104,10 +103,9 @@ impl Judge {
             limits: scene.limits,
             names: scene.bodies.iter().map(|body| body.name.clone()).collect(),
             pins: Pins::of(scene),
-            gap: f64::INFINITY,
+            gaps: SlidingLeast::default(),
             worst_gap: None,
             window: ((LASTING / scene.step.dt).ceil() as usize).max(1),
-            steps: 0,
             passages: 0,
             named: Vec::new(),
             driven: scene.bodies.iter().any(|body| body.oscillation.is_some()),
@@ -121,7 +119,7 @@ impl Judge {
     /// # Errors
     /// [`CheckpointError::Write`].
     pub fn save(&self, to: &mut Writer) -> Result<(), CheckpointError> {
-        to.put(&(self.gap, self.worst_gap, self.steps))?;
+        to.put(&(&self.gaps, self.worst_gap))?;
         to.put(&(self.passages, &self.named))
     }
 
@@ -130,7 +128,7 @@ impl Judge {
     /// # Errors
     /// [`CheckpointError::Read`].
     pub fn load(&mut self, from: &mut Reader) -> Result<(), CheckpointError> {
-        (self.gap, self.worst_gap, self.steps) = from.take()?;
+        (self.gaps, self.worst_gap) = from.take()?;
         (self.passages, self.named) = from.take()?;
         Ok(())
     }
@@ -152,11 +150,14 @@ impl Judge {
             }
         }
         if let Some(pins) = &self.pins {
-            self.gap = smaller(self.gap, pins.relative_gap(built, engine));
-            self.steps += 1;
-            if self.steps == self.window {
-                self.worst_gap = Some(larger(self.worst_gap.unwrap_or(0.0), self.gap));
-                (self.gap, self.steps) = (f64::INFINITY, 0);
+            let gap = pins.relative_gap(built, engine);
+            self.gaps.push(gap, self.window);
+            let least = match gap.is_nan() {
+                true => Some(gap),
+                false => self.gaps.get(self.window),
+            };
+            if let Some(least) = least {
+                self.worst_gap = Some(larger(self.worst_gap.unwrap_or(0.0), least));
             }
         }
     }
@@ -192,13 +193,7 @@ impl Judge {
             check("overlap", ratio, limits.overlap, of);
         }
         // a run shorter than a window counts as a whole
-        let half = 2 * self.steps >= self.window;
-        let last = (self.steps > 0 && (half || self.worst_gap.is_none())).then_some(self.gap);
-        let gap = match (self.worst_gap, last) {
-            (Some(worst), Some(last)) => Some(larger(worst, last)),
-            (worst, last) => worst.or(last),
-        };
-        if let Some(ratio) = gap {
+        if let Some(ratio) = self.worst_gap.or_else(|| self.gaps.get(1)) {
             let why = format!(
                 "a joint stays open by {:.2} % of its smaller body",
                 100.0 * ratio
@@ -264,15 +259,6 @@ impl Judge {
 fn larger(worst: f64, value: f64) -> f64 {
     if worst.is_nan() || worst > value {
         worst
-    } else {
-        value
-    }
-}
-
-/// The smaller of two; NaN once any value is NaN.
-fn smaller(least: f64, value: f64) -> f64 {
-    if least.is_nan() || least < value {
-        least
     } else {
         value
     }

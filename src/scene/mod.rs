@@ -47,6 +47,7 @@ mod hash;
 mod issues;
 mod joint;
 pub mod keys;
+mod lasting;
 mod linear;
 mod machine;
 mod outline;
@@ -63,6 +64,8 @@ mod uncertain;
 mod wear;
 mod world;
 mod written;
+
+pub(crate) use lasting::SlidingLeast;
 
 pub use crate::dynamics::{ImpactLaw, LASTING, Scheme};
 pub use atlas::{AtlasEntry, atlas_entries};

@@ -3,6 +3,7 @@
 
 use super::convex::{gap, width};
 use super::crossing::Crossing;
+use super::lasting::Lasting;
 use super::passing::Passing;
 use super::slabs::slabs;
 use super::{Body, BodyKind, Joint, Shape};
@@ -82,63 +83,6 @@ impl Leaf {
     }
 }
 
-/// Lasting overlaps. For each pair of bodies it has the least ratio of depth to size in the present
-/// window of [`LASTING`] seconds.
-#[derive(Serialize, Deserialize)]
-struct Lasting {
-    /// Steps of a window, and steps so far in it.
-    window: usize,
-    steps: usize,
-    /// Whether a whole window has passed.
-    whole: bool,
-    /// For each pair: steps in which it overlapped, and its least depth over its size in them.
-    present: FxHashMap<(u32, u32), (usize, f64)>,
-    /// Depth over size of each pair in this step.
-    now: FxHashMap<(u32, u32), f64>,
-    /// The worst of all windows, and its pair.
-    worst: f64,
-    pair: Option<[u32; 2]>,
-}
-
-impl Lasting {
-    fn add(&mut self, pair: (u32, u32), ratio: f64) {
-        let worst = self.now.entry(pair).or_insert(0.0);
-        *worst = worst.max(ratio);
-    }
-
-    /// Ends a step.
-    fn step(&mut self) {
-        self.steps += 1;
-        for (pair, ratio) in self.now.drain() {
-            let (steps, least) = self.present.entry(pair).or_insert((0, f64::INFINITY));
-            *steps += 1;
-            *least = least.min(ratio);
-        }
-        if self.steps >= self.window {
-            (self.worst, self.pair) = self.so_far();
-            self.present.clear();
-            (self.steps, self.whole) = (0, true);
-        }
-    }
-
-    /// The worst ratio of depth to size of a lasting overlap, and its pair. A last window of less than
-    /// half the length counts only if there was no window before it.
-    fn so_far(&self) -> (f64, Option<[u32; 2]>) {
-        let mut found = (self.worst, self.pair);
-        if self.whole && 2 * self.steps < self.window {
-            return found;
-        }
-        for (&(a, b), &(steps, least)) in &self.present {
-            // of equal ratios the first pair, so that the order of the map does not matter
-            let better = least > found.0 || least == found.0 && Some([a, b]) < found.1;
-            if steps == self.steps && better {
-                found = (least, Some([a, b]));
-            }
-        }
-        found
-    }
-}
-
 impl Overlaps {
     /// # Arguments
     /// - `dt`: time between two calls of [`Overlaps::measure`] \[s\].
@@ -183,15 +127,7 @@ impl Overlaps {
             least: FxHashMap::default(),
             poses: Vec::new(),
             passing: Passing::new((LASTING / dt).ceil() as usize),
-            lasting: Lasting {
-                window: ((LASTING / dt).ceil() as usize).max(1),
-                steps: 0,
-                whole: false,
-                present: FxHashMap::default(),
-                now: FxHashMap::default(),
-                worst: 0.0,
-                pair: None,
-            },
+            lasting: Lasting::new(((LASTING / dt).ceil() as usize).max(1)),
         }
     }
 
@@ -254,7 +190,7 @@ impl Overlaps {
     /// The worst overlap that lasted for [`LASTING`], or for the whole of a shorter run, over the
     /// size of the smaller of its two bodies; and these bodies.
     pub fn lasting(&self) -> (f64, Option<[u32; 2]>) {
-        self.lasting.so_far()
+        self.lasting.worst()
     }
 
     /// Size \[m\] of a body.
