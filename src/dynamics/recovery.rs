@@ -9,11 +9,12 @@ use super::islands::Islands;
 use super::local_bodies::LocalBodies;
 use super::midpoint_gaps::{least_size, opening};
 use super::model::{ContactPoint, JointKind, NormalLaw};
-use super::pair_set::PairSet;
+use super::pair_set::{KnownPairs, PairSet};
 use super::rules::{reference_acceleration, rest_velocity};
 use super::solution::Solution;
 use super::solve::IslandSolver;
 use crate::contact::{BodyOperator, ContactProblem, Delassus, Law, NO_BODY, Rows, Vec2, Vec3};
+use rustc_hash::FxHashSet;
 
 /// Duration \[s\] from which an overlap counts as lasting.
 pub const LASTING: f64 = 0.25;
@@ -71,15 +72,10 @@ pub(super) fn find_overlaps(
     let (mut open, mut late) = (last.open.clone(), last.late.clone());
     // in most steps the pairs do not change
     if seen != last.seen {
-        let sorted = |all: &[u64]| {
-            let mut all = all.to_vec();
-            all.sort_unstable();
-            all
-        };
-        let (before, now) = (sorted(&last.seen), sorted(&seen));
+        let mut known = KnownPairs::new(&last.seen);
         for contact in interval.detection.contacts.iter().filter(rigid) {
             let pair = contact.key.pair;
-            if before.binary_search(&pair).is_ok() {
+            if known.contains(pair) {
                 continue;
             }
             let opening = contact.rows.velocity(&interval.start).x;
@@ -89,8 +85,13 @@ pub(super) fn find_overlaps(
             }
         }
         // forget pairs that are gone
-        open.retain(|pair| now.binary_search(&pair).is_ok());
-        late.retain(|pair| now.binary_search(&pair).is_ok());
+        for own in [&mut open, &mut late]
+            .into_iter()
+            .filter(|own| !own.is_empty())
+        {
+            let now: FxHashSet<u64> = seen.iter().copied().collect();
+            own.retain(|pair| now.contains(&pair));
+        }
     }
     Overlaps { seen, open, late }
 }
